@@ -66,6 +66,15 @@ class ParameterBuffer {
   // next append lists may be read.
   void finish();
 
+  // Signatures of what the lists hold, made beside them on chip: those of the frame before are read for the tile
+  // scheduler, the new ones written. Both begin a burst.
+  void read_signatures(std::uint64_t offset, std::uint64_t bytes) {
+    ledger_.read_at(memory::Unit::kBinner, memory::Purpose::kSignatures, offset, bytes, burst_bytes_);
+  }
+  void write_signatures(std::uint64_t offset, std::uint64_t bytes) {
+    ledger_.write_at(memory::Unit::kBinner, memory::Purpose::kSignatures, offset, bytes, burst_bytes_);
+  }
+
   // Adds the list's entries to `entries`, in order. Bursts of the list are charged to `ledger` as tilecore / tile_queue,
   // its bytes to `bytes_read`; what is read of the table, RecordCache charges. May be called by many threads at once.
   void read_queue(QueueIndex list, std::vector<QueueEntry>& entries, memory::Ledger& ledger,

@@ -35,6 +35,11 @@ Keys<TileSize> tile_keys() {
        "[spec] 16 on Mali-G31, 32 on classic PowerVR and Mali-G715, 64 on Immortalis-G720"},
       {"tile.height", &TileSize::height, "pixels", 8, 256, "Height of the on-chip render area of one tile core.",
        "[spec] as tile.width"},
+      {"tile.rendering_elimination", &TileSize::rendering_elimination,
+       "Whether a tile is not rendered, and its pixels stay as they are, when all that it would be rendered from has "
+       "the "
+       "signature (frame_buffer.signature_bits) of the frame before. Signatures are read and written in memory.",
+       "Anglada et al. 2019, rendering elimination"},
   };
 }
 

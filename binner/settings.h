@@ -29,9 +29,10 @@ struct Settings {
 };
 Keys<Settings> settings_keys();
 
-// Keys tile.*: pixels, multiples of 8.
+// Keys tile.*: pixels, multiples of 8; what becomes of tiles that are as they were.
 struct TileSize {
   int width = 32, height = 32;
+  bool rendering_elimination = false;
 };
 Keys<TileSize> tile_keys();
 

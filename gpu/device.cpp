@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/error.h"
 #include "gpu/view_inputs.h"
 #include "tilecore/procedural/sampling_controller.h"
 
@@ -46,11 +47,29 @@ Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfigu
   if (eyes_.size() > 1) eyes_[0].sequence.serve_other_eye();
 }
 
+void Device::set_observer(ViewObserver* observer) {
+  if (observer != nullptr && eliminates(gpu_))
+    throw UsageError(
+        "baselines render and write every tile; to be compared with them the machine needs "
+        "tile.rendering_elimination=false and frame_buffer.transaction_elimination=false");
+  observer_ = observer;
+}
+
 scene::FrameRequest Device::frame_request(int frame) const {
   scene::FrameRequest request =
       gpu::frame_request(prepared_->capture, gpu_, settings_, request_.width, request_.height, frame);
   request.memory_parts = memory_parts_;
   return request;
+}
+
+tilecore::FrameStore Device::frame_store() const {
+  const float exposure = settings_.output.exposure > 0 ? static_cast<float>(settings_.output.exposure)
+                                                       : prepared_->capture.settings.exposure;
+  tilecore::FrameStore store;
+  store.coder = tilecore::PixelCoder(gpu_.frame_buffer.format, exposure);
+  store.signature_bits = gpu_.frame_buffer.signature_bits;
+  store.compressed = gpu_.frame_buffer.compression == tilecore::FrameBufferCompression::kLossless;
+  return store;
 }
 
 tilecore::TileJob Device::make_job(const scene::FrameGeometry& frame, const binner::TileGrid& grid,
@@ -82,7 +101,7 @@ tilecore::TileJob Device::make_job(const scene::FrameGeometry& frame, const binn
   job.box_bits = gpu_.tilecore.box_bits;
   if (settings_.output.machine_model)
     job.textures = {&texture_memory_, gpu_.caches.texture_bytes, gpu_.caches.texture_ways, gpu_.line_bytes()};
-  job.charge_frame_buffer = gpu_.frame_buffer.compression == tilecore::FrameBufferCompression::kNone;
+  job.store = frame_store();
   return job;
 }
 
@@ -101,10 +120,28 @@ std::unique_ptr<tilecore::ParameterMaps> Device::map_procedures(const tilecore::
   return maps;
 }
 
+void Device::begin_elimination(int frame, Eye& eye, tilecore::TileJob& job) const {
+  // A frame that is not finished leaves nothing.
+  const std::optional<int> kept = std::exchange(eye.kept, std::nullopt);
+  const bool follows = kept && *kept == frame - 1;
+  if (gpu_.frame_buffer.transaction_elimination) {
+    if (!follows) eye.stored.forget(job.grid->tile_count(), request_.region);
+    job.store.before = &eye.stored;
+  }
+  if (gpu_.tile.rendering_elimination) eye.inputs.begin(follows);
+}
+
+void Device::end_elimination(Eye& eye, const FrameResult& result) const {
+  eye.stored.known = true;
+  if (gpu_.tile.rendering_elimination) eye.inputs.finish(result.targets);
+  eye.kept = result.frame;
+}
+
 void Device::measure_error(const tilecore::TileJob& job, FrameResult& result) {
   const StageTimer timer(result, "error");
   tilecore::TileJob plain = job;
   plain.resolve = nullptr;
+  plain.store.before = nullptr;
   FrameResult full(result.frame, tilecore::FrameTargets(request_.region, false));
   WorkRecorder recorder(gpu_, record_memory_, nullptr, false);
   pipeline_.render({gpu_, plain, recorder, full, nullptr}, {});
@@ -160,12 +197,15 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& 
   WorkRecorder recorder(gpu_, record_memory_, settings_.output.machine_model ? &displacement_memory_ : nullptr,
                         request_.record_accesses,
                         request_.record_items || gpu_.queues.model == hardware::TimingModel::kEvents);
-  pipeline_.render({gpu_, job, recorder, result, observed ? &record : nullptr, &progress_},
+  if (eliminates(gpu_)) begin_elimination(frame, eye, job);
+  pipeline_.render({gpu_, job, recorder, result, observed ? &record : nullptr, &progress_,
+                    gpu_.tile.rendering_elimination ? &eye.inputs : nullptr},
                    {guesses, guess ? &*guess : nullptr});
   if (settings_.output.machine_model) {
     const StageTimer timer(result, "model");
     result.model = model_machine(gpu_, recorder.finish(job, result.counters.ledger), caches_.of_frame(gpu_, frame));
   }
+  if (eliminates(gpu_)) end_elimination(eye, result);
   if (guesses) {
     last_depth_ = std::exchange(result.targets.coarse_depth, {});
     last_frame_ = frame;

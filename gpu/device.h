@@ -31,9 +31,10 @@ struct RenderRequest {
 };
 
 // The machine put together: sends frames of a capture through front end, binner, tile cores and resolve. Images and
-// counters do not depend on the number of threads; nor on frames before, but for frontend.previous_depth_culling
-// (counters) and resolve.desampling=adaptive (both), which look at the frame rendered before when that was the one
-// before. Devices share nothing that changes: several may render at once, each on a thread of its own.
+// counters do not depend on the number of threads; nor on frames before, but for frontend.previous_depth_culling,
+// frame_buffer.transaction_elimination and tile.rendering_elimination (counters) and resolve.desampling=adaptive (both),
+// which look at the frame rendered before when that was the one before. Devices share nothing that changes: several may
+// render at once, each on a thread of its own.
 class Device {
  public:
   // `capture` must outlive the device.
@@ -51,14 +52,17 @@ class Device {
   // Of the frame in hand; may be read on any thread.
   const WorkProgress& progress() const { return progress_; }
 
-  // Null: nobody. It must outlive the device or the next call.
-  void set_observer(ViewObserver* observer) { observer_ = observer; }
+  // Null: nobody. It must outlive the device or the next call. Throws UsageError where tiles are eliminated: who compares
+  // machines sees one that renders and writes all tiles.
+  void set_observer(ViewObserver* observer);
 
   // What the frame rendered last leaves to the next, with resolve.desampling=adaptive; and to go on from that of
   // another replay.
   const tilecore::History& history() const { return eyes_[0].sequence.history(); }
   void set_history(tilecore::History history) { eyes_[0].sequence.set_history(std::move(history)); }
 
+  // How pixels are stored, without what a frame leaves to the next.
+  tilecore::FrameStore frame_store() const;
   // Whether the camera was made up because the capture has none.
   bool automatic_camera() const { return camera_.node == scene::kNone; }
   const scene::Assembly& assembly() const { return scene_.assembly; }
@@ -73,11 +77,18 @@ class Device {
     scene::CameraChoice camera;
     ResolveSequence sequence;
     std::shared_ptr<const scene::FrameGeometry> pose{};  // of the frame rendered last, if it is worth its memory
+    // What its frame buffer holds, and why; of frame `kept`.
+    tilecore::StoredFrame stored{};
+    InputSignatures inputs{};
+    std::optional<int> kept{};
   };
 
   scene::FrameRequest frame_request(int frame) const;
   tilecore::TileJob make_job(const scene::FrameGeometry& frame, const binner::TileGrid& grid,
                              const tilecore::SamplePattern& pattern) const;
+  // What the frame before leaves to this one, where tiles may be eliminated.
+  void begin_elimination(int frame, Eye& eye, tilecore::TileJob& job) const;
+  void end_elimination(Eye& eye, const FrameResult& result) const;
   // The sparse pass of the sampling controller; null where ordinary patches draw the procedures, or there are none.
   std::unique_ptr<tilecore::ParameterMaps> map_procedures(const tilecore::TileJob& job, FrameResult& result) const;
   // What the resolve unit works by in this view. `left`: the pose of the finished left eye, for the right one.

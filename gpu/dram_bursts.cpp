@@ -80,13 +80,13 @@ std::vector<Burst> frame_bursts(const MachineModel& model, const memory::Address
 memory::AddressMap address_map(const Device& renderer, const GpuConfiguration& gpu, const RunSettings& settings,
                                const RenderRequest& request) {
   const binner::TileGrid grid(request.width, request.height, gpu.tile.width, gpu.tile.height, request.region);
-  const auto pixels =
-      static_cast<std::uint64_t>(request.region.width()) * static_cast<std::uint64_t>(request.region.height());
   const auto samples =
       static_cast<std::uint64_t>(gpu.tile.width * gpu.tile.height * settings.sampling.samples_per_pixel);
   const std::uint64_t of_sample =
       tilecore::TileState::bytes_per_sample(true) +
       static_cast<std::uint64_t>(gpu.tilecore.blend_layers) * tilecore::TileState::bytes_per_layer(true);
+  const SignatureMemory signatures(eliminates(gpu) ? grid.tile_count() : 0, renderer.frame_store().signature_bytes(),
+                                   static_cast<std::uint64_t>(gpu.memory.burst_bytes));
   const scene::Assembly& assembly = renderer.assembly();
   std::uint64_t instances = 0;
   for (const scene::InstancedNode& node : assembly.instanced_nodes)
@@ -99,7 +99,8 @@ memory::AddressMap address_map(const Device& renderer, const GpuConfiguration& g
   return memory::AddressMap({assembly.record_count * kMaxRecordBytes + instances + groups,
                              renderer.record_lines() * static_cast<std::uint64_t>(gpu.line_bytes()),
                              renderer.texture_lines() * static_cast<std::uint64_t>(gpu.line_bytes()),
-                             pixels * tilecore::kFramePixelBytes, grid.tile_count(), samples * of_sample});
+                             tilecore::TileStore::frame_bytes(renderer.frame_store(), request.region),
+                             grid.tile_count(), samples * of_sample, signatures.bytes()});
 }
 
 }  // namespace tessera::gpu

@@ -2,9 +2,9 @@
 
 #include "binner/parameter_buffer.h"
 #include "frontend/front_end.h"
+#include "gpu/input_signatures.h"
 #include "memory/l2.h"
 #include "memory/ledger.h"
-#include "tilecore/resolve/compressed_store.h"
 #include "tilecore/tessellation/tessellation_cache.h"
 #include "tilecore/tile_core.h"
 
@@ -19,7 +19,7 @@ struct FrameCounters : tilecore::CoreCounters {
   binner::BinnerCounters binner;
   tilecore::TessellationCounters tessellation;
   memory::L2Counters l2;
-  tilecore::CompressionCounters compression;
+  EliminationCounters elimination;
   memory::Ledger ledger;
 
   // Joins the counters of a further frame into a total.
@@ -39,7 +39,7 @@ void for_each_counter_struct(A& a, B& b, const Visit& visit) {
   visit(a.tessellation, b.tessellation);
   tilecore::for_each_unit(a, b, visit);
   visit(a.l2, b.l2);
-  visit(a.compression, b.compression);
+  visit(a.elimination, b.elimination);
 }
 
 }  // namespace tessera::gpu

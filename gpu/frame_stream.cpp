@@ -10,7 +10,7 @@ namespace tessera::gpu {
 
 bool frames_are_independent(const GpuConfiguration& gpu, const RunSettings& settings, const RenderRequest& request) {
   return settings.resolve.desampling != tilecore::Desampling::kAdaptive && !gpu.frontend.previous_depth_culling &&
-         gpu.queues.caches == hardware::FrameCaches::kEmpty &&
+         !eliminates(gpu) && gpu.queues.caches == hardware::FrameCaches::kEmpty &&
          !request.record_accesses;  // which may be many times the rest of a frame
 }
 

@@ -2,11 +2,13 @@
 
 namespace tessera::gpu {
 
-std::uint64_t image_bytes(const RenderRequest& request, const RunSettings& settings) {
+std::uint64_t image_bytes(const RenderRequest& request, const RunSettings& settings, const GpuConfiguration& gpu) {
   const bool desampling = settings.resolve.desampling != tilecore::Desampling::kOff;
   const bool stereo = settings.stereo.eye_separation > 0;
+  const unsigned before = (gpu.frame_buffer.transaction_elimination ? 16u : 0u) +
+                          (gpu.tile.rendering_elimination ? (request.auxiliary ? 40u : 16u) : 0u);
   const std::uint64_t per_pixel =
-      (request.auxiliary ? 64u : 32u) + (request.resolve_auxiliary ? 28u : 0u) + (desampling ? 50u : 0u);
+      (request.auxiliary ? 64u : 32u) + (request.resolve_auxiliary ? 28u : 0u) + (desampling ? 50u : 0u) + before;
   return static_cast<std::uint64_t>(request.region.width()) * static_cast<std::uint64_t>(request.region.height()) *
          per_pixel * (stereo ? 2 : 1);
 }

@@ -6,8 +6,8 @@
 
 namespace tessera::gpu {
 
-// Host memory that the images of a request may take: colour, its encoded copies, auxiliary layers, two histories; once
-// more for a right eye.
-std::uint64_t image_bytes(const RenderRequest& request, const RunSettings& settings);
+// Host memory that the images of a request may take: colour, its encoded copies, auxiliary layers, two histories, the frame
+// before where tiles are eliminated; once more for a right eye.
+std::uint64_t image_bytes(const RenderRequest& request, const RunSettings& settings, const GpuConfiguration& gpu);
 
 }  // namespace tessera::gpu

@@ -106,7 +106,8 @@ void Pipeline::render(const ViewRun& run, const PreviousDepth& previous) {
   frontend::FrontEndResult& front_end = kept_.front_end;
   run.recorder.front_end(*job.frame, front_end);
   if (job.procedures != nullptr) run.recorder.sparse_pass(*job.procedures);
-  const bool binned = std::exchange(kept_.binned, false) && run.recorder.binner_log() == nullptr;
+  const bool binned =
+      std::exchange(kept_.binned, false) && run.recorder.binner_log() == nullptr && run.inputs == nullptr;
   if (!binned) {
     kept_.binner.emplace(gpu_.binner_spec(), *job.grid);
     kept_.binner->buffer().record_accesses(run.recorder.binner_log());
@@ -128,11 +129,6 @@ void Pipeline::render(const ViewRun& run, const PreviousDepth& previous) {
     result.stage_seconds["resolve_threads"] += resolve_seconds;
   }
   collect(run, binner, cache);
-  if (!job.charge_frame_buffer) {
-    const StageTimer timer(result, "compress");
-    tilecore::charge_compressed_frame(result.targets.color, result.targets.region, job.burst_bytes,
-                                      result.counters.compression, result.counters.ledger);
-  }
   result.counters.frontend = front_end.counters;
   result.counters.instances = front_end.instances;
   result.counters.groups = front_end.groups;

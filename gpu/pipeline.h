@@ -19,7 +19,8 @@ namespace tessera::gpu {
 // view to view, and lists while the pose is the same.
 //
 // Invariant (cited by the tests):
-//   PL1  Images, counters and records of a view do not depend on the views before it.
+//   PL1  Images, counters and records of a view do not depend on the views before it, but for what TileJob::store and
+//        ViewRun::inputs bring from them.
 class Pipeline {
  public:
   // Both must outlive it.

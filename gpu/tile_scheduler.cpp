@@ -44,6 +44,7 @@ struct TileScheduler::Round {
   std::vector<SharedUse> shared;                 // per tile
   std::vector<tilecore::TileState>& unfinished;  // empty but for partial renders
   bool last;                                     // no partial render follows
+  std::vector<bool> unchanged;                   // tiles that are not rendered; empty: none
 };
 
 TileScheduler::TileScheduler(const ViewRun& run, PerThread<tilecore::TileCore>& cores, binner::Binner& binner,
@@ -77,12 +78,49 @@ void TileScheduler::render_tile(Round& round, std::size_t t, bool& first_of_grou
     shared.hidden = core.take_hidden();
     count_tessellations(shared.tessellations, counts);
     work.begin_shading();
+    shared.finished = round.last;
     if (round.last)
-      core.finish(job, tile, state, run_.result.targets, std::exchange(first_of_group, false));
+      shared.stored = core.finish(job, tile, state, run_.result.targets, std::exchange(first_of_group, false));
     else
       core.store_state(job, state);
   }
   count_work(work.end(job, round.last), counts);
+}
+
+std::vector<bool> TileScheduler::compare_inputs(bool complete) {
+  if (!complete) {
+    run_.inputs->forget();
+    return {};
+  }
+  const StageTimer timer(run_.result, "signatures");
+  const SignatureMemory place = signature_memory();
+  const std::uint64_t bytes = binner_.grid().tile_count() * run_.job.store.signature_bytes();
+  const int frame = run_.result.frame;
+  if (run_.inputs->known()) binner_.buffer().read_signatures(place.of_inputs(frame - 1), bytes);
+  binner_.buffer().write_signatures(place.of_inputs(frame), bytes);
+  return run_.inputs->unchanged(run_.gpu, run_.job, binner_, run_.result.counters.elimination);
+}
+
+SignatureMemory TileScheduler::signature_memory() const {
+  return {binner_.grid().tile_count(), run_.job.store.signature_bytes(), run_.job.burst_bytes};
+}
+
+void TileScheduler::share_signatures(Round& round) {
+  using memory::Purpose;
+  using memory::Unit;
+  const tilecore::FrameStore& store = run_.job.store;
+  if (store.before == nullptr) return;
+  const std::uint64_t place = signature_memory().of_colors(), bytes = store.signature_bytes();
+  TileArray before{Unit::kResolve, Purpose::kSignatures, false, place},
+      now{Unit::kResolve, Purpose::kSignatures, true, place};
+  std::uint64_t offset = 0;
+  for (const binner::TileIndex tile : order_.tiles()) {
+    if (round.shared[tile].finished) {
+      if (store.before->known) round.work.move(tile, before, offset, bytes);
+      round.work.move(tile, now, offset, bytes);
+    }
+    offset += bytes;
+  }
 }
 
 std::uint64_t TileScheduler::tile_depth_bytes() const {
@@ -91,23 +129,35 @@ std::uint64_t TileScheduler::tile_depth_bytes() const {
 }
 
 void TileScheduler::share(Round& round) {
+  using memory::Purpose;
+  using memory::Unit;
   binner::RecordCache records(run_.gpu.binner_spec());
-  const bool stores_depth = round.last && !run_.result.targets.coarse_depth.farthest.empty();
-  std::uint64_t depth_offset = 0;
+  FrameResult& result = run_.result;
+  const tilecore::FrameStore& store = run_.job.store;
+  const bool stores_depth = round.last && !result.targets.coarse_depth.farthest.empty();
+  TileArray depths{Unit::kTilecore, Purpose::kCoarseDepth, true},
+      headers{Unit::kResolve, Purpose::kFrameBuffer, true,
+              tilecore::TileStore::header_offset(store, binner_.grid().region())};
+  std::uint64_t depth_offset = 0, header_offset = 0;
   for (const binner::TileIndex t : order_.tiles()) {
     const SharedUse& use = round.shared[t];
     const std::uint64_t table_bytes = round.work.share(t, use, {records, cache_});
-    run_.result.maps.tiles[t].queue_bytes_read += table_bytes;
-    run_.result.counters.binner.table_bytes_read += table_bytes;
+    result.maps.tiles[t].queue_bytes_read += table_bytes;
+    result.counters.binner.table_bytes_read += table_bytes;
     if (stores_depth) {
-      round.work.store_depth(t, depth_offset, tile_depth_bytes());
+      round.work.move(t, depths, depth_offset, tile_depth_bytes());
       depth_offset += tile_depth_bytes();
     }
+    const std::uint64_t header_bytes = tilecore::TileStore::header_bytes(store, binner_.grid().pixels(t));
+    if (use.stored)
+      result.counters.compression.frame_bytes_compressed += round.work.move(t, headers, header_offset, header_bytes);
+    header_offset += header_bytes;
     if (run_.record != nullptr)
       run_.record->tessellations.insert(run_.record->tessellations.end(), use.tessellations.begin(),
                                         use.tessellations.end());
   }
-  run_.result.counters.ledger += records.ledger();
+  share_signatures(round);
+  result.counters.ledger += records.ledger();
 }
 
 void TileScheduler::render(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& only,
@@ -123,7 +173,9 @@ void TileScheduler::render(std::span<const frontend::BoundedSubPatch> sub_patche
       const StageTimer timer(run_.result, "bin");
       done = binned || binner_.run(*job.frame, sub_patches, cursor);
     }
-    Round round{run_.recorder.begin_round(binner_, order_), {}, unfinished, done};
+    std::vector<bool> unchanged;
+    if (run_.inputs != nullptr && only.empty()) unchanged = compare_inputs(done && unfinished.empty());
+    Round round{run_.recorder.begin_round(binner_, order_), {}, unfinished, done, std::move(unchanged)};
     const StageTimer timer(run_.result, "tiles");
     round.shared.resize(tile_count);
     if (!done) {
@@ -136,7 +188,10 @@ void TileScheduler::render(std::span<const frontend::BoundedSubPatch> sub_patche
     for_each_tile(binner_.grid(), group_side, [&](std::size_t tile, bool& first_of_group) {
       if (!only.empty() && !only[tile]) return;
       const BusyTimer busy(busy_seconds.local());
-      render_tile(round, tile, first_of_group);
+      if (!round.unchanged.empty() && round.unchanged[tile])
+        run_.inputs->keep_images(binner_.grid().pixels(static_cast<binner::TileIndex>(tile)), run_.result.targets);
+      else
+        render_tile(round, tile, first_of_group);
       if (run_.progress != nullptr) run_.progress->tile_done();
     });
     if (run_.progress != nullptr) run_.progress->end();

@@ -8,6 +8,7 @@
 #include "binner/binner.h"
 #include "frontend/front_end.h"
 #include "gpu/frame_result.h"
+#include "gpu/input_signatures.h"
 #include "gpu/machine_record.h"
 #include "gpu/work_progress.h"
 #include "gpu/work_recorder.h"
@@ -24,6 +25,7 @@ struct ViewRun {
   FrameResult& result;
   MachineRecord* record;  // null: nobody observes
   WorkProgress* progress = nullptr;
+  InputSignatures* inputs = nullptr;  // rendering elimination; null: all tiles are rendered
 };
 
 // Side of the groups of tiles that share a shading cache.
@@ -60,7 +62,12 @@ class TileScheduler {
  private:
   struct Round;
   void render_tile(Round& round, std::size_t tile, bool& first_of_group);
+  // Which tiles need not be rendered; empty: all do. `complete`: the lists hold all sub-patches.
+  std::vector<bool> compare_inputs(bool complete);
   std::uint64_t tile_depth_bytes() const;
+  SignatureMemory signature_memory() const;
+  // What signatures of the tiles' colours move.
+  void share_signatures(Round& round);
   // What the tiles share, in emulated order.
   void share(Round& round);
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/round_up.h"
+
 namespace tessera::gpu {
 
 using memory::Purpose;
@@ -252,13 +254,24 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, 
   return table_bytes;
 }
 
-void WorkRecorder::store_depth(binner::TileIndex tile, std::uint64_t offset, std::uint64_t bytes) {
+std::uint64_t WorkRecorder::move(binner::TileIndex tile, TileArray& array, std::uint64_t offset, std::uint64_t bytes) {
   const auto burst = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);
-  const std::uint64_t first = (offset + burst - 1) / burst, end = (offset + bytes + burst - 1) / burst,
-                      moved = (end - first) * burst;
-  slots_[tile].work.dram_bytes[static_cast<std::size_t>(Phase::kStore)] += moved;
-  stored_.write(Unit::kTilecore, Purpose::kCoarseDepth, moved);
-  if (record_accesses_) slots_[tile].log.add(Unit::kTilecore, Purpose::kCoarseDepth, true, first * burst, moved);
+  const std::uint64_t first = std::max(offset / burst * burst, array.moved), end = round_up(offset + bytes, burst);
+  if (bytes == 0 || end <= first) return 0;
+  const std::uint64_t moved = end - first;
+  array.moved = end;
+  Slot& slot = slots_[tile];
+  const Phase phase = timing::phase_of(array.unit, array.purpose, array.write);
+  slot.work.dram_bytes[static_cast<std::size_t>(phase)] += moved;
+  if (array.write) {
+    slot.items.written_bytes += moved;
+    arrays_.write(array.unit, array.purpose, moved);
+  } else {
+    (phase == Phase::kStore ? slot.items.resolve_bytes : slot.items.load_bytes) += moved;
+    arrays_.read(array.unit, array.purpose, moved);
+  }
+  if (record_accesses_) slot.log.add(array.unit, array.purpose, array.write, array.base + first, moved);
+  return moved;
 }
 
 void WorkRecorder::share_tessellation(Slot& slot, const tilecore::TessellationRequest& request) {
@@ -334,7 +347,7 @@ WorkRecorder::Sums WorkRecorder::take_sums() {
   const memory::L2::Account l2 = l2_.take_account();
   all.l2 = l2.counters;
   all.ledger += l2.ledger;
-  all.ledger += std::exchange(stored_, {});
+  all.ledger += std::exchange(arrays_, {});
   memory::Traffic none;
   since(all.ledger, none);
   return all;

@@ -31,11 +31,22 @@ struct FrameRecord {
   std::vector<RoundAccesses> accesses;
 };
 
+// An array in memory of which each tile has a piece, one behind the other in the machine's order: a burst moves with the
+// first tile that needs it.
+struct TileArray {
+  memory::Unit unit;
+  memory::Purpose purpose;
+  bool write = false;
+  std::uint64_t base = 0;   // of it within its purpose, for traces
+  std::uint64_t moved = 0;  // up to here, from `base` on
+};
+
 // What a tile asked of units that all tiles share, and those of them that its round has.
 struct SharedUse {
   std::vector<std::uint32_t> records;  // of the sub-patch table, in the order of its lists
   std::vector<tilecore::TessellationRequest> tessellations;
   std::vector<tilecore::SubPatchName> hidden;  // what its list names beside these
+  bool finished = false, stored = false;       // it is no more; its pixels were written
 };
 struct SharedCaches {
   binner::RecordCache& records;
@@ -90,7 +101,7 @@ class WorkRecorder {
     memory::AccessLog log;
   };
   std::uint64_t share(binner::TileIndex tile, const SharedUse& use, SharedCaches caches);
-  void store_depth(binner::TileIndex tile, std::uint64_t offset, std::uint64_t bytes);
+  std::uint64_t move(binner::TileIndex tile, TileArray& array, std::uint64_t offset, std::uint64_t bytes);
   // Bytes fetched.
   std::uint64_t share_records(Slot& slot, std::span<const std::uint32_t> records, binner::RecordCache& cache);
   // What the front end read since the last call, `bytes` in all.
@@ -133,7 +144,7 @@ class WorkRecorder {
   memory::Traffic front_end_traffic_, binner_traffic_;  // seen so far
   std::uint64_t front_end_tables_ = 0;
   memory::Traffic coarse_depth_;      // of the front end, seen so far
-  memory::Ledger stored_;             // of tiles, by the recorder
+  memory::Ledger arrays_;             // of tiles: what they moved of a TileArray
   memory::Traffic rounds_;            // of all that went to a round
   std::uint64_t geometry_bytes_ = 0;  // of the front end, for the round to come
   std::uint64_t layer_bytes_ = 0;     // of the tile with most blended layers
@@ -178,10 +189,9 @@ class WorkRecorder::Round {
     return recorder_.share(tile, use, caches);
   }
 
-  // The farthest depths of a tile's blocks, which lie behind those of the tile before: a burst leaves when a tile begins
-  // it.
-  void store_depth(binner::TileIndex tile, std::uint64_t offset, std::uint64_t bytes) {
-    recorder_.store_depth(tile, offset, bytes);
+  // A tile's piece of an array, in emulated order. Bytes on the bus.
+  std::uint64_t move(binner::TileIndex tile, TileArray& array, std::uint64_t offset, std::uint64_t bytes) {
+    return recorder_.move(tile, array, offset, bytes);
   }
 
  private:

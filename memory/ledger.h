@@ -19,11 +19,12 @@ enum class Purpose : std::uint8_t {
   kNeighbours,
   kSamplingMaps,
   kAttributes,
-  kCoarseDepth
+  kCoarseDepth,
+  kSignatures
 };
 
 inline constexpr std::size_t kUnitCount = 5;
-inline constexpr std::size_t kPurposeCount = 10;
+inline constexpr std::size_t kPurposeCount = 11;
 
 std::string_view name(Unit unit);
 std::string_view name(Purpose purpose);

@@ -149,7 +149,7 @@ class ReplayCommand final : public Command {
     const scene::Capture capture = scene::read_capture(capture_, limits);
     step.reset();
     const auto [first, last] = frame_range(capture);
-    const gpu::RenderRequest request = render_request(capture, settings, limits.max_bytes, last - first > 1);
+    const gpu::RenderRequest request = render_request(capture, settings, gpu, limits.max_bytes, last - first > 1);
     repeat_failures_with(fmt::format("tessera replay {}", capture_));
     check_output_folder(out_, {"frame_*.exr", "frame_*.png", "tiles_*.json", "stats.json", "stats.csv", "baselines.csv",
                                "report.html"});
@@ -284,7 +284,8 @@ class ReplayCommand final : public Command {
   };
 
   gpu::RenderRequest render_request(const scene::Capture& capture, const gpu::RunSettings& settings,
-                                    std::uint64_t max_bytes, bool several_frames) const {
+                                    const gpu::GpuConfiguration& gpu, std::uint64_t max_bytes,
+                                    bool several_frames) const {
     gpu::RenderRequest request;
     request.width = capture.settings.width;
     request.height = capture.settings.height;
@@ -320,7 +321,7 @@ class ReplayCommand final : public Command {
     if (!history_.empty() && settings.stereo.eye_separation > 0)
       throw UsageError("--history is of one eye; stereo.eye_separation asks for two");
     // A frame's images are written while the next frame is rendered.
-    const std::uint64_t bytes = gpu::image_bytes(request, settings) * (several_frames ? 2 : 1);
+    const std::uint64_t bytes = gpu::image_bytes(request, settings, gpu) * (several_frames ? 2 : 1);
     if (bytes > max_bytes)
       throw LimitError(fmt::format("{}: images of {}x{} need {} bytes, --max-memory allows {}",
                                    escape_control(capture_), request.region.width(), request.region.height(), bytes,
@@ -334,7 +335,8 @@ class ReplayCommand final : public Command {
   bool renders_two_at_once(const gpu::GpuConfiguration& gpu, const gpu::RunSettings& settings,
                            const gpu::RenderRequest& request, int frames, std::uint64_t max_bytes) const {
     return frames > 1 && thread_count() >= kThreadsForTwoFrames && !baselines_ &&
-           gpu::frames_are_independent(gpu, settings, request) && gpu::image_bytes(request, settings) <= max_bytes / 3;
+           gpu::frames_are_independent(gpu, settings, request) &&
+           gpu::image_bytes(request, settings, gpu) <= max_bytes / 3;
   }
 
   FrameRange frame_range(const scene::Capture& capture) const {

@@ -60,9 +60,25 @@ Keys<TessellatorSettings> tessellator_keys() {
 
 Keys<FrameBufferSettings> frame_buffer_keys() {
   return {
+      {"frame_buffer.format", &FrameBufferSettings::format,
+       "How finished pixels lie in memory: half floats (8 bytes a pixel), or sRGB codes of light times exposure in 8 "
+       "or "
+       "10 bits (4 bytes), in which light above 1 is clipped; images show it.",
+       "[spec] render targets of every API; [assumed] half floats, as the tone map comes after"},
       {"frame_buffer.compression", &FrameBufferSettings::compression,
-       "Whether finished pixels are compressed on their way to memory, in blocks of 8x4; saves traffic, not room.",
-       "[assumed]"},
+       "Whether tile cores compress finished pixels on their way to memory, in blocks of 256 bytes; saves traffic, not "
+       "room.",
+       "[assumed] as Arm's AFBC and Qualcomm's UBWC"},
+      {"frame_buffer.transaction_elimination", &FrameBufferSettings::transaction_elimination,
+       "Whether tile cores leave a tile's pixels unwritten when their signature is that of the frame before, which "
+       "they "
+       "read and write in memory. The first of several frames is written whole.",
+       "[spec] Arm's transaction elimination"},
+      {"frame_buffer.signature_bits", &FrameBufferSettings::signature_bits, "bits", 4, 64,
+       "Width of a tile's signature, the lowest bits of a CRC-64, in whole bytes of memory. Narrow ones match where "
+       "tiles "
+       "differ, and images show it.",
+       "[assumed] a wrong match in 2^64"},
   };
 }
 

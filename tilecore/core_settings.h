@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "base/key_table.h"
+#include "tilecore/resolve/frame_format.h"
 #include "tilecore/tessellation/tessellation_cache.h"
 #include "tilecore/tile_order.h"
 #include "tilecore/visibility/visibility_settings.h"
@@ -41,7 +42,10 @@ enum class FrameBufferCompression : std::uint8_t { kNone, kLossless };
 
 // Keys frame_buffer.*.
 struct FrameBufferSettings {
+  FrameFormat format = FrameFormat::kRgba16f;
   FrameBufferCompression compression = FrameBufferCompression::kNone;
+  bool transaction_elimination = false;
+  int signature_bits = 64;  // of tiles
 };
 Keys<FrameBufferSettings> frame_buffer_keys();
 

@@ -146,7 +146,8 @@ CoreCounters TileCore::take_counters() {
   return {std::exchange(counters_, {}),    visibility_.take_stencil_counters(),
           visibility_.take_ray_counters(), sampler_.take_counters(),
           shader_.take_counters(),         shader_.textures().take_counters(),
-          resolve_.take_counters(),        std::exchange(resolve_counters_, {})};
+          resolve_.take_counters(),        std::exchange(resolve_counters_, {}),
+          store_.take_compression(),       store_.take_counters()};
 }
 memory::Ledger TileCore::take_ledger() {
   ledger_ += resolve_.take_ledger();
@@ -382,7 +383,7 @@ void TileCore::load_state(const TileJob& job, const TileState& state) {
 
 // ---- Shading ----------------------------------------------------------------------------------------------------
 
-void TileCore::finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group) {
+bool TileCore::finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group) {
   const double start = thread_seconds();
   resolve_.plan(*job.resolve, *job.frame, samples_, state);
   const double planned = thread_seconds();
@@ -390,14 +391,15 @@ void TileCore::finish_desampled(const TileJob& job, TileState& state, FrameTarge
   const double shaded = thread_seconds();
   const DeferredShader::Skipped skipped = shader_.take_skipped();
   resolve_.count_skipped(skipped.samples, skipped.invocations);
-  resolve_.complete(*job.resolve, shader_.color(), shader_.coverage(), {job.burst_bytes, job.charge_frame_buffer},
-                    targets);
+  const bool open =
+      resolve_.complete(*job.resolve, shader_.color(), shader_.coverage(), {job.burst_bytes, job.store.coder}, targets);
   resolve_seconds_ += (planned - start) + (thread_seconds() - shaded);
+  return open;
 }
 
 void TileCore::finish_deferred(const TileJob& job, binner::TileIndex tile, FrameTargets& targets) {
   const double start = thread_seconds();
-  resolve_.finish_deferred(*job.resolve, job.grid->pixels(tile), {job.burst_bytes, job.charge_frame_buffer}, targets);
+  resolve_.finish_deferred(*job.resolve, job.grid->pixels(tile), {job.burst_bytes, job.store.coder}, targets);
   resolve_seconds_ += thread_seconds() - start;
 }
 
@@ -414,21 +416,26 @@ void TileCore::store_coarse_depth(TileState& state, frontend::CoarseDepth& depth
   counters_.depth_blocks_updated += state.take_depth_updates();
 }
 
-void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets,
+bool TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets,
                       bool first_of_group) {
   const IntRect pixels = job.grid->pixels(tile);
   TESSERA_CHECK(state.started && samples_.pixels == pixels, "a tile is finished right after its last entries");
   shader_.count_drawables(drawables_);
+  bool open = false;
   if (job.resolve != nullptr) {
-    finish_desampled(job, state, targets, first_of_group);
+    open = finish_desampled(job, state, targets, first_of_group);
   } else {
     shader_.shade(job, samples_, state, first_of_group);
-    resolve_multisample({shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes,
-                         job.charge_frame_buffer},
-                        targets.color, resolve_counters_, ledger_);
+    resolve_multisample(
+        {shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes, false},
+        targets.color, resolve_counters_, ledger_);
   }
+  const TileStore::Outcome stored =
+      store_.store(job.store, {tile, pixels, targets.region, job.burst_bytes, open}, targets.color, ledger_);
+  if (stored.changed && job.resolve != nullptr) resolve_.keep_stored(*job.resolve, targets);
   if (targets.auxiliary) shader_.write_auxiliary(samples_, state, targets);
   if (!targets.coarse_depth.farthest.empty()) store_coarse_depth(state, targets.coarse_depth);
+  return stored.written;
 }
 
 }  // namespace tessera::tilecore

@@ -15,6 +15,7 @@
 #include "tilecore/procedural/sampling_controller.h"
 #include "tilecore/resolve/multisample_resolve.h"
 #include "tilecore/resolve/resolve_unit.h"
+#include "tilecore/resolve/tile_store.h"
 #include "tilecore/shading/deferred_shader.h"
 #include "tilecore/tessellation/mesh_store.h"
 #include "tilecore/tessellation/tessellation_cache.h"
@@ -52,6 +53,8 @@ struct CoreCounters {
   TextureCounters texture;
   DesamplingCounters desampling;
   ResolveCounters resolve;
+  CompressionCounters compression;
+  StoreCounters store;
 };
 
 // Calls visit(a's, b's) for each of its counter structs.
@@ -65,6 +68,8 @@ void for_each_unit(A& a, B& b, const Visit& visit) {
   visit(a.texture, b.texture);
   visit(a.desampling, b.desampling);
   visit(a.resolve, b.resolve);
+  visit(a.compression, b.compression);
+  visit(a.store, b.store);
 }
 inline void merge(CoreCounters& into, const CoreCounters& from) {
   for_each_unit(into, from, [](auto& to, const auto& of) { tessera::merge(to, of); });
@@ -84,8 +89,8 @@ class TileCore {
 
   // Shades, blends, resolves and writes the pixels of the tile that render_entries was last called for.
   // `first_of_group` false: this core finished another tile of the same group and frame right before; its shading cache
-  // is not emptied.
-  void finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets,
+  // is not emptied. False: transaction elimination, its pixels were not written.
+  bool finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets,
               bool first_of_group = true);
 
   // With job.resolve and stencils that reach into neighbouring tiles: fills what was left open. When all tiles are
@@ -147,7 +152,8 @@ class TileCore {
   }
   // Writes the farthest depths of the tile's blocks.
   void store_coarse_depth(TileState& state, frontend::CoarseDepth& depth);
-  void finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group);
+  // True: its second pass has pixels left to fill.
+  bool finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group);
   // What is counted of items, so far.
   timing::SubPatchItem counted() const;
   // Keeps what was counted since `before` as an item. `drawable`: SubPatchItem::drawable.
@@ -177,6 +183,7 @@ class TileCore {
   TileSamples samples_;
   DeferredShader shader_;
   ResolveUnit resolve_;
+  TileStore store_;
   double resolve_seconds_ = 0;
   std::uint64_t layer_bytes_ = 0;
   SamplingController sampler_;

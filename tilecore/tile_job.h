@@ -6,6 +6,7 @@
 #include "base/vec.h"
 #include "binner/tile_grid.h"
 #include "scene/frame_geometry.h"
+#include "tilecore/resolve/tile_store.h"
 #include "tilecore/shading/pixel_shader.h"
 #include "tilecore/shading/shading_settings.h"
 #include "tilecore/shading/texture_unit.h"
@@ -43,8 +44,8 @@ struct TileJob {
       nullptr;  // see VisibilitySettings; for a benchmark whose patches all have one set of effects
   const ParameterMaps* procedures = nullptr;  // what the sampling controller draws, if anything
   int box_bits = 32;                          // precision of the boxes of cells
-  bool charge_frame_buffer = true;  // finished pixels count as written; false: what they are compressed to does, later
-  ResolveFrame* resolve = nullptr;  // desampling; null: every pixel is shaded
+  FrameStore store;                           // of finished pixels
+  ResolveFrame* resolve = nullptr;            // desampling; null: every pixel is shaded
 };
 
 // Whether anything may be seen elsewhere than where it rests: state then says where that is.

@@ -16,7 +16,7 @@ namespace {
 constexpr int kMaxSide = 16384;
 
 gpu::RenderRequest render_request(const scene::Capture& capture, const gpu::RunSettings& settings,
-                                  const RenderOptions& options) {
+                                  const gpu::GpuConfiguration& gpu, const RenderOptions& options) {
   gpu::RenderRequest request;
   request.width = options.width == 0 ? capture.settings.width : options.width;
   request.height = options.height == 0 ? capture.settings.height : options.height;
@@ -35,7 +35,7 @@ gpu::RenderRequest render_request(const scene::Capture& capture, const gpu::RunS
   request.resolve_auxiliary = request.error = options.resolve_auxiliary;
   if (options.resolve_auxiliary && settings.resolve.desampling == tilecore::Desampling::kOff)
     throw UsageError("resolve_auxiliary needs resolve.desampling to be another than off");
-  const std::uint64_t bytes = gpu::image_bytes(request, settings);
+  const std::uint64_t bytes = gpu::image_bytes(request, settings, gpu);
   if (bytes > options.max_image_bytes)
     throw LimitError(fmt::format("images of {}x{} need {} bytes, max_image_bytes allows {}", request.region.width(),
                                  request.region.height(), bytes, options.max_image_bytes));
@@ -49,7 +49,7 @@ struct TESSERA_LOCAL Device::Content {
           const RenderOptions& options)
       : scene(drawn),
         device(scene.content_->prepared(), configuration, settings,
-               render_request(scene.content_->capture, settings, options)),
+               render_request(scene.content_->capture, settings, configuration, options)),
         exposure(static_cast<float>(settings.output.exposure)) {
     if (!(exposure > 0)) exposure = scene.content_->capture.settings.exposure;
   }

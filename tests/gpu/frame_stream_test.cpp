@@ -123,6 +123,11 @@ TEST(FrameStream, FramesThatDependOnEachOtherAreTold) {
   EXPECT_FALSE(frames_are_independent(gpu, adaptive, {}));
   EXPECT_FALSE(frames_are_independent(guessing, plain, {}));
   EXPECT_FALSE(frames_are_independent(gpu, plain, logged));
+  GpuConfiguration unwritten, unrendered;
+  unwritten.frame_buffer.transaction_elimination = true;
+  unrendered.tile.rendering_elimination = true;
+  EXPECT_FALSE(frames_are_independent(unwritten, plain, {}));
+  EXPECT_FALSE(frames_are_independent(unrendered, plain, {}));
 }
 
 }  // namespace

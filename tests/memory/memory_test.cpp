@@ -54,7 +54,7 @@ TEST(LineCache, KeepsTheLinesOfASetThatWereUsedLast) {  // LC2
 
 // Invariant AM1.
 TEST(AddressMap, BuffersDoNotOverlap) {
-  const AddressMap::Sizes sizes{100000, 300000, 5000000, 1920 * 1080 * 8, 510, 81920};
+  const AddressMap::Sizes sizes{100000, 300000, 5000000, 1920 * 1080 * 8, 510, 81920, 3 * 4096};
   const AddressMap map(sizes);
   struct Range {
     std::uint64_t begin, end;
@@ -64,6 +64,7 @@ TEST(AddressMap, BuffersDoNotOverlap) {
       {map.base(Purpose::kAttributes), map.base(Purpose::kAttributes) + sizes.attributes},
       {map.base(Purpose::kTexture), map.base(Purpose::kTexture) + sizes.textures},
       {map.base(Purpose::kFrameBuffer), map.base(Purpose::kFrameBuffer) + sizes.frame_buffer},
+      {map.base(Purpose::kSignatures), map.base(Purpose::kSignatures) + sizes.signatures},
       {map.base(Purpose::kTileQueue), map.base(Purpose::kTileQueue) + (std::uint64_t{1} << 40)}};
   for (std::uint64_t t = 0; t < sizes.tiles; ++t) {
     const std::uint64_t begin = map.address({0, 64, Unit::kTilecore, Purpose::kTileState, true}, t);

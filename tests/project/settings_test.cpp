@@ -102,7 +102,7 @@ static_assert(
                   tilecore::Reconstruction, tilecore::StencilWeights, tilecore::StencilReach>());
 static_assert(all_words_fit<frontend::BoundMethod, frontend::SplitCriterion, binner::CoverageMethod, binner::FullPolicy,
                             tilecore::VisibilityMethod, tilecore::Traversal, tilecore::BranchNode,
-                            tilecore::FrameBufferCompression>());
+                            tilecore::FrameBufferCompression, tilecore::FrameFormat>());
 
 // The twins: a word too few, and one too many.
 enum class Few { kOne, kTwo };

@@ -500,12 +500,20 @@ TEST(DescribeCommand, NamesExactlyTheCountersThatStatisticsHold) {
             0);
   // The front end looks at the depths of the frame before.
   ASSERT_EQ(run_tessera({"replay", capture("city"), "--size", "64x36", "--frames", "0:2", "--quiet", "--no-report",
-                         "--set", "frontend.previous_depth_culling=true", "--out", (out / "depths").string()})
+                         "--set", "frontend.previous_depth_culling=true", "--set", "tile.rendering_elimination=true",
+                         "--out", (out / "depths").string()})
+                .status,
+            0);
+  // Nothing changes from frame to frame.
+  ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "16x16", "--frames", "0:2", "--quiet", "--no-report",
+                         "--set", "frame_buffer.transaction_elimination=true", "--out", (out / "still").string()})
                 .status,
             0);
   std::set<std::string> described, counted;
   const json depths = stats_of(out / "depths")["frames"][1];
   for (const auto& [name, value] : depths["counters"].items()) counted.insert(name);
+  const json still = stats_of(out / "still")["frames"][1];
+  for (const auto& [name, value] : still["counters"].items()) counted.insert(name);
   const json instances = stats_of(out / "instances")["frames"][0];
   for (const auto& [name, value] : instances["counters"].items()) counted.insert(name);
   const json rows = json::parse(run_tessera({"describe", "counters", "--json"}).output),
@@ -518,6 +526,16 @@ TEST(DescribeCommand, NamesExactlyTheCountersThatStatisticsHold) {
     EXPECT_TRUE(counted.contains(name)) << name << " is described and not counted";
   for (const std::string& name : counted)
     EXPECT_TRUE(described.contains(name)) << name << " is counted and not described";
+}
+
+TEST(Program, BaselinesAreNotComparedWithAMachineThatEliminatesTiles) {
+  const test::TemporaryFolder out;
+  for (const char* key : {"tile.rendering_elimination=true", "frame_buffer.transaction_elimination=true"}) {
+    const auto run = run_tessera({"replay", capture("vases"), "--size", "16x16", "--baselines", "--quiet", "--set", key,
+                                  "--out", (out / "x").string()});
+    EXPECT_EQ(run.status, 2);
+    EXPECT_THAT(run.errors, HasSubstr("the machine needs tile.rendering_elimination=false"));
+  }
 }
 
 TEST(Program, HistoriesWarmUpsAndImagesOfTheResolveUnitNeedDesampling) {

@@ -9,9 +9,8 @@
 namespace tessera::tilecore {
 namespace {
 
-constexpr int kBlockRows = 4;
-constexpr std::size_t kPredictorBits = 2, kValueBits = 16, kWidthBits = 5;
-constexpr std::size_t kChannelHeaderBits = kPredictorBits + kValueBits;
+constexpr std::size_t kPredictorBits = 2, kWidthBits = 5;
+constexpr unsigned kHalfBits = 16;
 
 using Channel = std::array<std::uint16_t, kLargestBlockPixels>;  // one channel of a block, row by row
 
@@ -23,8 +22,12 @@ std::uint16_t half_of_code(std::uint16_t code) {
   return static_cast<std::uint16_t>(code & 0x8000 ? code & 0x7fff : ~code);
 }
 
-std::uint16_t zigzag(std::uint16_t residual) {
-  return static_cast<std::uint16_t>((residual << 1) ^ (residual & 0x8000 ? 0xffff : 0));
+constexpr std::uint32_t mask_of(unsigned bits) { return (1u << bits) - 1; }
+
+// Of a residual modulo 2^bits, in as many bits.
+std::uint16_t zigzag(std::uint32_t residual, unsigned bits) {
+  const std::uint32_t mask = mask_of(bits), r = residual & mask;
+  return static_cast<std::uint16_t>(((r << 1) ^ (r >> (bits - 1) != 0 ? mask : 0)) & mask);
 }
 std::uint16_t unzigzag(std::uint16_t code) { return static_cast<std::uint16_t>((code >> 1) ^ (code & 1 ? 0xffff : 0)); }
 
@@ -57,31 +60,38 @@ struct CodedChannel {
 };
 
 std::size_t pixels_coded(std::size_t group) { return group == 0 ? 15 : 16; }
+std::size_t group_count(const BlockShape& shape) { return shape.pixels() / 16; }
+std::size_t group_of(const BlockShape& shape, int x, int y) {
+  return static_cast<std::size_t>(y / 4 * (shape.width / 4) + x / 4);
+}
 
-CodedChannel code_channel(const Channel& codes, int width, Predictor predictor) {
+CodedChannel code_channel(const Channel& codes, const BlockShape& shape, unsigned bits, Predictor predictor) {
   CodedChannel out;
   out.predictor = predictor;
   std::array<std::uint16_t, 4> all{};  // the residuals of a group, or'ed
-  for (int y = 0; y < kBlockRows; ++y)
-    for (int x = 0; x < width; ++x) {
-      const auto i = static_cast<std::size_t>(y * width + x);
-      out.residual[i] = zigzag(static_cast<std::uint16_t>(codes[i] - prediction(codes, width, x, y, predictor)));
-      if (i != 0) all[static_cast<std::size_t>(x / 4)] |= out.residual[i];
+  for (int y = 0; y < shape.height; ++y)
+    for (int x = 0; x < shape.width; ++x) {
+      const auto i = static_cast<std::size_t>(y * shape.width + x);
+      const int difference = codes[i] - prediction(codes, shape.width, x, y, predictor);
+      out.residual[i] = zigzag(static_cast<std::uint32_t>(difference), bits);
+      if (i != 0) all[group_of(shape, x, y)] |= out.residual[i];
     }
-  out.bits = kChannelHeaderBits;
-  for (std::size_t g = 0; g < static_cast<std::size_t>(width / 4); ++g) {
+  out.bits = kPredictorBits + bits;
+  for (std::size_t g = 0; g < group_count(shape); ++g) {
     out.width[g] = static_cast<std::size_t>(std::bit_width(all[g]));
     out.bits += kWidthBits + pixels_coded(g) * out.width[g];
   }
   return out;
 }
 
-CodedChannel shortest_code(std::span<const std::uint16_t> halves, int width, std::size_t channel, Channel& codes) {
-  const auto pixels = static_cast<std::size_t>(width * kBlockRows);
-  for (std::size_t i = 0; i < pixels; ++i) codes[i] = ordered_code(halves[4 * i + channel]);
-  CodedChannel best = code_channel(codes, width, Predictor{0});
+CodedChannel shortest_code(std::span<const std::uint16_t> pixels, const BlockShape& shape, std::size_t channel,
+                           Channel& codes) {
+  const unsigned bits = shape.bits[channel];
+  for (std::size_t i = 0; i < shape.pixels(); ++i)
+    codes[i] = bits == kHalfBits ? ordered_code(pixels[4 * i + channel]) : pixels[4 * i + channel];
+  CodedChannel best = code_channel(codes, shape, bits, Predictor{0});
   for (std::uint8_t p = 1; p < kPredictorCount; ++p) {
-    const CodedChannel other = code_channel(codes, width, Predictor{p});
+    const CodedChannel other = code_channel(codes, shape, bits, Predictor{p});
     if (other.bits < best.bits) best = other;
   }
   return best;
@@ -115,44 +125,53 @@ class BitReader {
   std::size_t at_ = 0;
 };
 
-void write_channel(const CodedChannel& coded, std::uint16_t first, int width, BitWriter& out) {
+// Calls visit(pixel) for the pixels of a 4x4 group, row by row, but for the block's first.
+template <class Visit>
+void for_each_coded(const BlockShape& shape, std::size_t group, const Visit& visit) {
+  const int columns = shape.width / 4, x0 = 4 * (static_cast<int>(group) % columns),
+            y0 = 4 * (static_cast<int>(group) / columns);
+  for (int y = y0; y < y0 + 4; ++y)
+    for (int x = x0; x < x0 + 4; ++x)
+      if (x + y != 0) visit(static_cast<std::size_t>(y * shape.width + x));
+}
+
+void write_channel(const CodedChannel& coded, std::uint16_t first, const BlockShape& shape, unsigned bits,
+                   BitWriter& out) {
   out.write(static_cast<std::uint32_t>(coded.predictor), kPredictorBits);
-  out.write(first, kValueBits);
-  for (int g = 0; g < width / 4; ++g) {
-    const std::size_t bits = coded.width[static_cast<std::size_t>(g)];
-    out.write(static_cast<std::uint32_t>(bits), kWidthBits);
-    for (int y = 0; y < kBlockRows; ++y)
-      for (int x = 4 * g; x < 4 * g + 4; ++x)
-        if (x + y != 0) out.write(coded.residual[static_cast<std::size_t>(y * width + x)], bits);
+  out.write(first, bits);
+  for (std::size_t g = 0; g < group_count(shape); ++g) {
+    out.write(static_cast<std::uint32_t>(coded.width[g]), kWidthBits);
+    for_each_coded(shape, g, [&](std::size_t i) { out.write(coded.residual[i], coded.width[g]); });
   }
 }
 
-void read_channel(BitReader& in, int width, Channel& codes) {
+void read_channel(BitReader& in, const BlockShape& shape, unsigned bits, Channel& codes) {
   const auto predictor = static_cast<Predictor>(in.read(kPredictorBits));
-  const auto first = static_cast<std::uint16_t>(in.read(kValueBits));
+  const auto first = static_cast<std::uint16_t>(in.read(bits));
   Channel residual{};
-  for (int g = 0; g < width / 4; ++g) {
-    const std::size_t bits = in.read(kWidthBits);
-    for (int y = 0; y < kBlockRows; ++y)
-      for (int x = 4 * g; x < 4 * g + 4; ++x)
-        if (x + y != 0) residual[static_cast<std::size_t>(y * width + x)] = static_cast<std::uint16_t>(in.read(bits));
+  for (std::size_t g = 0; g < group_count(shape); ++g) {
+    const std::size_t width = in.read(kWidthBits);
+    for_each_coded(shape, g, [&](std::size_t i) { residual[i] = static_cast<std::uint16_t>(in.read(width)); });
   }
   codes[0] = first;
-  for (int y = 0; y < kBlockRows; ++y)
-    for (int x = 0; x < width; ++x) {
-      const auto i = static_cast<std::size_t>(y * width + x);
-      if (i != 0)
-        codes[i] = static_cast<std::uint16_t>(prediction(codes, width, x, y, predictor) + unzigzag(residual[i]));
+  for (int y = 0; y < shape.height; ++y)
+    for (int x = 0; x < shape.width; ++x) {
+      const auto i = static_cast<std::size_t>(y * shape.width + x);
+      if (i == 0) continue;
+      const auto value =
+          static_cast<std::uint32_t>(prediction(codes, shape.width, x, y, predictor)) + unzigzag(residual[i]);
+      codes[i] = static_cast<std::uint16_t>(value & mask_of(bits));
     }
 }
 
 // Bytes of pixels, after checking the shape.
-std::size_t raw_bytes(std::size_t halves, int width, int height, std::size_t burst_bytes) {
-  TESSERA_CHECK((width == 4 || width == 8 || width == 16) && height == kBlockRows,
-                "a block is 4, 8 or 16 pixels wide and 4 high");
-  TESSERA_CHECK(halves == static_cast<std::size_t>(4 * width * height), "a block has four halves per pixel");
-  TESSERA_CHECK(burst_bytes >= 8 && 2 * halves % burst_bytes == 0, "a raw block is whole bursts");
-  return 2 * halves;
+std::size_t raw_bytes(std::size_t codes, const BlockShape& shape, std::size_t burst_bytes) {
+  TESSERA_CHECK((shape.width == 4 || shape.width == 8 || shape.width == 16) &&
+                    (shape.height == 4 || (shape.height == 8 && shape.width <= 8)),
+                "a block is 4, 8 or 16 pixels wide, and 4 or 8 high");
+  TESSERA_CHECK(codes == 4 * shape.pixels(), "a block has four halves per pixel, or four codes");
+  TESSERA_CHECK(burst_bytes >= 8 && shape.raw_bytes() % burst_bytes == 0, "a raw block is whole bursts");
+  return shape.raw_bytes();
 }
 
 bool is_cleared(std::span<const std::uint16_t> halves) {
@@ -165,57 +184,54 @@ std::size_t in_bursts(std::size_t bits, std::size_t burst_bytes) {
 
 }  // namespace
 
-CompressedBlock compress_block(std::span<const std::uint16_t> halves, int width, int height, std::size_t burst_bytes) {
-  const std::size_t raw = raw_bytes(halves.size(), width, height, burst_bytes);
+CompressedBlock compress_block(std::span<const std::uint16_t> codes, const BlockShape& shape, std::size_t burst_bytes) {
+  const std::size_t raw = raw_bytes(codes.size(), shape, burst_bytes);
   CompressedBlock block;
-  if (is_cleared(halves)) return block;
+  if (is_cleared(codes)) return block;
   std::array<CodedChannel, 4> coded;
   std::array<std::uint16_t, 4> first;
   for (std::size_t c = 0; c < 4; ++c) {
-    Channel codes;
-    coded[c] = shortest_code(halves, width, c, codes);
-    first[c] = codes[0];
+    Channel channel;
+    coded[c] = shortest_code(codes, shape, c, channel);
+    first[c] = channel[0];
     block.stream_bits += coded[c].bits;
   }
   block.payload_bytes = in_bursts(block.stream_bits, burst_bytes);
+  BitWriter out(block.payload);
   if (block.payload_bytes >= raw) {
     block.raw = true;
     block.payload_bytes = raw;
     block.stream_bits = 8 * raw;
-    for (std::size_t i = 0; i < halves.size(); ++i) {
-      block.payload[2 * i] = static_cast<std::uint8_t>(halves[i] & 0xff);
-      block.payload[2 * i + 1] = static_cast<std::uint8_t>(halves[i] >> 8);
-    }
+    for (std::size_t i = 0; i < codes.size(); ++i) out.write(codes[i], shape.bits[i % 4]);
     return block;
   }
-  BitWriter out(std::span(block.payload).first(block.payload_bytes));
-  for (std::size_t c = 0; c < 4; ++c) write_channel(coded[c], first[c], width, out);
+  for (std::size_t c = 0; c < 4; ++c) write_channel(coded[c], first[c], shape, shape.bits[c], out);
   return block;
 }
 
-void decompress_block(const CompressedBlock& block, int width, int height, std::span<std::uint16_t> halves) {
-  raw_bytes(halves.size(), width, height, 8);
-  if (block.payload_bytes == 0) return std::fill(halves.begin(), halves.end(), std::uint16_t{0});
+void decompress_block(const CompressedBlock& block, const BlockShape& shape, std::span<std::uint16_t> codes) {
+  raw_bytes(codes.size(), shape, 8);
+  if (block.payload_bytes == 0) return std::fill(codes.begin(), codes.end(), std::uint16_t{0});
+  BitReader in(std::span(block.payload).first(block.payload_bytes));
   if (block.raw) {
-    for (std::size_t i = 0; i < halves.size(); ++i)
-      halves[i] = static_cast<std::uint16_t>(block.payload[2 * i] | block.payload[2 * i + 1] << 8);
+    for (std::size_t i = 0; i < codes.size(); ++i) codes[i] = static_cast<std::uint16_t>(in.read(shape.bits[i % 4]));
     return;
   }
-  BitReader in(std::span(block.payload).first(block.payload_bytes));
   for (std::size_t c = 0; c < 4; ++c) {
-    Channel codes;
-    read_channel(in, width, codes);
-    for (std::size_t i = 0; i < halves.size() / 4; ++i) halves[4 * i + c] = half_of_code(codes[i]);
+    Channel channel;
+    read_channel(in, shape, shape.bits[c], channel);
+    for (std::size_t i = 0; i < shape.pixels(); ++i)
+      codes[4 * i + c] = shape.bits[c] == kHalfBits ? half_of_code(channel[i]) : channel[i];
   }
 }
 
-std::size_t compressed_block_bytes(std::span<const std::uint16_t> halves, int width, int height,
+std::size_t compressed_block_bytes(std::span<const std::uint16_t> codes, const BlockShape& shape,
                                    std::size_t burst_bytes) {
-  const std::size_t raw = raw_bytes(halves.size(), width, height, burst_bytes);
-  if (is_cleared(halves)) return 0;
+  const std::size_t raw = raw_bytes(codes.size(), shape, burst_bytes);
+  if (is_cleared(codes)) return 0;
   std::size_t bits = 0;
-  Channel codes;
-  for (std::size_t c = 0; c < 4; ++c) bits += shortest_code(halves, width, c, codes).bits;
+  Channel channel;
+  for (std::size_t c = 0; c < 4; ++c) bits += shortest_code(codes, shape, c, channel).bits;
   return std::min(raw, in_bursts(bits, burst_bytes));
 }
 

@@ -7,6 +7,7 @@
 
 #include "base/round_up.h"
 #include "base/vec.h"
+#include "tilecore/resolve/frame_format.h"
 
 namespace tessera::tilecore {
 
@@ -16,12 +17,12 @@ namespace tessera::tilecore {
 // within a block, code the residuals at the least width that holds them, keep the block's place in memory so that it
 // stays randomly accessible, and save bandwidth, not room. All sizes are [assumed].
 //
-// A block is 16x4, 8x4 or 4x4 pixels of four half floats (RGBA16F), row by row, given as bits. Each channel on its own:
-//   1. bits -> an unsigned integer in the order of the halves' values (negative ones below), 16 bits, one to one;
-//   2. residual = value - prediction modulo 2^16, zigzag (0, -1, 1, -2 ...). Prediction by one of four, that which
+// A block is 16x4, 8x8, 8x4 or 4x4 pixels (frame_format.h), row by row. Each channel of N bits on its own:
+//   1. half floats -> an unsigned integer in the order of their values (negative ones below), 16 bits, one to one;
+//   2. residual = value - prediction modulo 2^N, zigzag (0, -1, 1, -2 ...). Prediction by one of four, that which
 //      makes the channel shortest; the first pixel is predicted as 0;
-//   3. stream: 2 bits of predictor; 16 bits, the first pixel's value; then for each 4x4 pixels 5 bits, the width W of
-//      its widest residual, 0 to 16, and its residuals at W bits each, the first pixel's left out.
+//   3. stream: 2 bits of predictor; N bits, the first pixel's value; then for each 4x4 pixels 5 bits, the width W of
+//      its widest residual, 0 to N, and its residuals at W bits each, the first pixel's left out.
 // The streams of the channels follow each other, lowest bit first, rounded up to bursts. A stream that takes as many
 // bursts as the pixels do is not used: the block is raw. Every block has a header in an array of its own (AFBC and UBWC
 // do the same), which says how many bursts it takes; 0 bursts: all bits are 0, as after a clear.
@@ -46,19 +47,44 @@ struct CompressedBlock {
 
 // A block that reaches beyond the frame is filled up by the caller; copies of the nearest pixels cost least.
 //
-// `halves` are 4 * width * height; width is 4, 8 or 16, height 4; burst_bytes divides width * height * 8 and is
-// at least 8 (all checked).
+// Blocks that a format is stored in: 256 bytes of pixels.
+struct BlockShape {
+  int width = 8, height = 4;
+  ChannelBits bits{16, 16, 16, 16};
+
+  std::size_t pixels() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
+  std::size_t pixel_bytes() const { return (std::size_t{bits[0]} + bits[1] + bits[2] + bits[3]) / 8; }
+  std::size_t raw_bytes() const { return pixels() * pixel_bytes(); }
+};
+constexpr BlockShape stored_block(FrameFormat format) {
+  return {8, frame_pixel_bytes(format) == 8 ? 4 : 8, channel_bits(format)};
+}
+
+// `codes` are 4 * width * height, channel by channel of each pixel; width is 4, 8 or 16, height 4, or 8 of what is no
+// wider; burst_bytes divides the raw bytes and is at least 8 (all checked).
 //
 // Invariants (cited by the tests):
 //   FC1  decompress(compress(x)) == x for any bits: NaNs with their payload, infinities, -0, denormals.
 //   FC2  payload_bytes is a multiple of the burst and never above the raw size.
 //   FC3  A block of zero bits takes no payload; a block of one colour takes one burst of at least 16 bytes when 4x4.
-CompressedBlock compress_block(std::span<const std::uint16_t> halves, int width, int height, std::size_t burst_bytes);
-void decompress_block(const CompressedBlock& block, int width, int height, std::span<std::uint16_t> halves);
+CompressedBlock compress_block(std::span<const std::uint16_t> codes, const BlockShape& shape, std::size_t burst_bytes);
+void decompress_block(const CompressedBlock& block, const BlockShape& shape, std::span<std::uint16_t> codes);
 
 // Bytes of payload that compress_block() would give, without writing them: for the ledger.
-std::size_t compressed_block_bytes(std::span<const std::uint16_t> halves, int width, int height,
+std::size_t compressed_block_bytes(std::span<const std::uint16_t> codes, const BlockShape& shape,
                                    std::size_t burst_bytes);
+// Of blocks of half floats, four rows high.
+inline CompressedBlock compress_block(std::span<const std::uint16_t> halves, int width, int height,
+                                      std::size_t burst_bytes) {
+  return compress_block(halves, BlockShape{width, height}, burst_bytes);
+}
+inline void decompress_block(const CompressedBlock& block, int width, int height, std::span<std::uint16_t> halves) {
+  decompress_block(block, BlockShape{width, height}, halves);
+}
+inline std::size_t compressed_block_bytes(std::span<const std::uint16_t> halves, int width, int height,
+                                          std::size_t burst_bytes) {
+  return compressed_block_bytes(halves, BlockShape{width, height}, burst_bytes);
+}
 
 // Bytes of headers of `blocks` blocks, rounded up to bursts.
 constexpr std::size_t block_header_bytes(std::size_t blocks, std::size_t burst_bytes) {

@@ -9,6 +9,7 @@
 #include "base/rect.h"
 #include "base/vec.h"
 #include "memory/ledger.h"
+#include "tilecore/resolve/frame_format.h"
 
 namespace tessera::tilecore {
 
@@ -17,7 +18,7 @@ struct ResolveCounters {
 };
 
 // Multisample resolve: the colour of a pixel is the mean of its samples in linear light, its coverage the share of them
-// that see something. Writes the tile's pixels and charges the frame buffer for them.
+// that see something. Writes the tile's pixels and, unless a TileStore does, charges the default frame buffer for them.
 //
 // `color` and `coverage` hold spp values per pixel, row by row; `pixels` is the tile, `target` the image of `region`.
 struct ResolveInput {
@@ -52,9 +53,6 @@ void means_of_row(const Vec3* color, const float* coverage, std::size_t pixels, 
 void means_of_block(const Vec3* color, const float* coverage, std::ptrdiff_t stride, std::uint16_t pixels, Vec4* out);
 
 void resolve_multisample(const ResolveInput& input, Image& target, ResolveCounters& counters, memory::Ledger& ledger);
-
-// Bytes per pixel of the finished frame in memory: RGBA, half float.
-inline constexpr std::uint64_t kFramePixelBytes = 8;
 
 }  // namespace tessera::tilecore
 

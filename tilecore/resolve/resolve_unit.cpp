@@ -52,7 +52,7 @@ void ResolveUnit::count_skipped(std::uint64_t samples, std::uint64_t invocations
 
 // ---- Colours ----------------------------------------------------------------------------------------------------
 
-void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage,
+bool ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage,
                            Memory memory, FrameTargets& targets) {
   History& next = *resolve.next;
   const IntRect& tile = surfaces_.pixels;
@@ -73,6 +73,7 @@ void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
     if (block.advected != 0 && !block.still && !block.from_other_eye) check_discrepancy(resolve, block);
   }
   // Stencils, when every rendered pixel of the tile is there.
+  bool open = false;
   const int margin = stencil_reach(resolve.settings);
   for (const Block& block : blocks_) {
     const std::size_t b = next.block(block.pixels.x0, block.pixels.y0);
@@ -83,6 +84,7 @@ void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
     if (resolve.settings.reach == StencilReach::kNeighbours && wanted.intersect(tile) != wanted) {
       resolve.deferred[b] = block.edge ? 2 : 1;
       ++counters_.blocks_deferred;
+      open = true;
     } else {
       reconstruct(resolve, block, {colors_.data(), surfaces_.depth.data(), surfaces_.surface.data(), tile});
     }
@@ -95,6 +97,15 @@ void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
   }
   if (targets.resolve_auxiliary) write_auxiliary(resolve, targets);
   charge(resolve, memory);
+  return open;
+}
+
+void ResolveUnit::keep_stored(ResolveFrame& resolve, const FrameTargets& targets) const {
+  const IntRect& tile = surfaces_.pixels;
+  for (int y = tile.y0; y < tile.y1; ++y)
+    std::memcpy(&resolve.next->color[resolve.next->pixel(tile.x0, y)].x,
+                targets.color.at(tile.x0 - targets.region.x0, y - targets.region.y0).data(),
+                static_cast<std::size_t>(tile.width()) * sizeof(Vec4));
 }
 
 void ResolveUnit::resolve_pixels(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage,
@@ -268,19 +279,19 @@ void ResolveUnit::finish_deferred(ResolveFrame& resolve, IntRect tile, Memory me
       });
       reconstruct(resolve, block, {next.color.data(), next.depth.data(), next.surface.data(), next.region});
       for_each_pixel(block.pixels, [&](int x, int y) {
-        std::memcpy(targets.color.at(x - targets.region.x0, y - targets.region.y0).data(),
-                    &next.color[next.pixel(x, y)], sizeof(Vec4));
+        Vec4& color = next.color[next.pixel(x, y)];
+        color = memory.coder.stored(color);
+        std::memcpy(targets.color.at(x - targets.region.x0, y - targets.region.y0).data(), &color, sizeof(Vec4));
       });
       // Colours and records of the window are read again, the block is written again.
       const int margin = stencil_reach(resolve.settings);
       const IntRect window = next.region.intersect({bx - margin, by - margin, bx + 4 + margin, by + 4 + margin});
-      RectTransfer{window, next.region, kFramePixelBytes, memory.burst_bytes}.read(ledger_,
-                                                                                   memory::Purpose::kNeighbours);
+      const std::uint64_t pixel_bytes = memory.coder.pixel_bytes();
+      RectTransfer{window, next.region, pixel_bytes, memory.burst_bytes}.read(ledger_, memory::Purpose::kNeighbours);
       RectTransfer{window, next.region, History::kSurfaceBytes, memory.burst_bytes}.read(ledger_,
                                                                                          memory::Purpose::kNeighbours);
-      if (memory.charge_frame_buffer)
-        RectTransfer{block.pixels, next.region, kFramePixelBytes, memory.burst_bytes}.write(
-            ledger_, memory::Purpose::kFrameBuffer);
+      RectTransfer{block.pixels, next.region, pixel_bytes, memory.burst_bytes}.write(ledger_,
+                                                                                     memory::Purpose::kFrameBuffer);
     }
 }
 
@@ -308,11 +319,9 @@ void ResolveUnit::charge(const ResolveFrame& resolve, Memory memory) {
   const IntRect &tile = surfaces_.pixels, &region = resolve.next->region;
   using memory::Purpose;
   using memory::Unit;
-  if (memory.charge_frame_buffer)
-    RectTransfer{tile, region, kFramePixelBytes, burst_bytes}.write(ledger_, Purpose::kFrameBuffer);
   // The rectangle of the history that the tile's pixels point at is loaded once, colours and records.
   for (const IntRect& fetched : {fetched_, eye_fetched_}) {
-    RectTransfer{fetched, region, kFramePixelBytes, burst_bytes}.read(ledger_, Purpose::kHistory);
+    RectTransfer{fetched, region, memory.coder.pixel_bytes(), burst_bytes}.read(ledger_, Purpose::kHistory);
     RectTransfer{fetched, region, History::kSurfaceBytes, burst_bytes}.read(ledger_, Purpose::kHistory);
   }
   const RectTransfer records{tile, region, History::kSurfaceBytes, burst_bytes};

@@ -10,6 +10,7 @@
 #include "base/rect.h"
 #include "memory/ledger.h"
 #include "tilecore/frame_targets.h"
+#include "tilecore/resolve/frame_format.h"
 #include "tilecore/resolve/history.h"
 #include "tilecore/resolve/motion_field.h"
 #include "tilecore/resolve/pixel_surfaces.h"
@@ -72,10 +73,10 @@ enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed };
 //   RU6  What the history keeps of a pixel is what the image shows. Nothing is kept, or charged, that nobody reads.
 class ResolveUnit {
  public:
-  // How traffic is charged: TileJob's members of these names.
+  // How traffic is charged, and pixels lie in memory.
   struct Memory {
     std::uint64_t burst_bytes;
-    bool charge_frame_buffer;
+    PixelCoder coder;
   };
 
   void plan(const ResolveFrame& resolve, const scene::FrameGeometry& frame, const TileSamples& samples,
@@ -85,9 +86,13 @@ class ResolveUnit {
   // skipped.
   std::span<const std::uint8_t> runs() const { return runs_; }
 
-  // `color` and `coverage`: spp values per pixel; those of pixels with runs() == 0 are not read.
-  void complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage, Memory memory,
+  // `color` and `coverage`: spp values per pixel; those of pixels with runs() == 0 are not read. The image of `targets`
+  // is then ready for the TileStore. True: finish_deferred() has pixels left to fill.
+  bool complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage, Memory memory,
                 FrameTargets& targets);
+
+  // The TileStore changed the image of the tile completed last: so does the history.
+  void keep_stored(ResolveFrame& resolve, const FrameTargets& targets) const;
 
   // Second pass over a tile; no other tile may still be incomplete.
   void finish_deferred(ResolveFrame& resolve, IntRect tile, Memory memory, FrameTargets& targets);

@@ -18,7 +18,7 @@ using scene::FrameGeometry;
 using scene::Material;
 using scene::TextureSlot;
 
-Vec3 glm_vector(const Vector3<float>& a) { return {a.x, a.y, a.z}; }
+Vec3 shown_vector(const Vector3<float>& a) { return {a.x, a.y, a.z}; }
 
 // Filtered colour of a texture; `textures`, unless null, fetches what that takes.
 Vec4 look_up(const shaders::Texture& texture, const shaders::Sampler& sampler, Vec2 uv, float lod,
@@ -33,7 +33,7 @@ Vec4 look_up(const shaders::Texture& texture, const shaders::Sampler& sampler, V
 Vec3 towards_viewer(const FrameGeometry& frame, const Surface& surface, float t) {
   one_lane::LaneInputs<float> in{};
   in.t = t;
-  return glm_vector(
+  return shown_vector(
       one_lane::towards_viewer<float>(draw_constants(frame, *surface.drawable), in, one_lane_surface(surface)));
 }
 
@@ -90,7 +90,7 @@ ShadedPoint shade_point(const FrameGeometry& shutter, const Lighting& lighting, 
   in.light_t = light_time(shutter, lights_in, invocation.light_time);
   in.step_x = static_cast<float>(invocation.partner_x), in.step_y = static_cast<float>(invocation.partner_y);
   const one_lane::LaneShaded<float> out = one_lane::shade_lanes<float>(draw, in, LookupArrays(), 0);
-  return {glm_vector(out.color), out.alpha, glm_vector(out.normal)};
+  return {shown_vector(out.color), out.alpha, shown_vector(out.normal)};
 }
 
 void PixelShader::shade(const FrameGeometry& shutter, const Lighting& lighting, std::span<const Invocation> invocations,

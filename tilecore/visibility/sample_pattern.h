@@ -66,6 +66,7 @@ class SamplePattern {
 
   int samples_per_pixel() const { return settings_.samples_per_pixel; }
   int side() const { return settings_.pattern_side; }
+  std::uint32_t frame() const { return settings_.frame; }
 
   struct Offset {
     float x, y;

@@ -74,6 +74,37 @@ RC_GTEST_PROP(FrameCompression, DecodesToTheSameBitsAndIsNeverLargerThanThePixel
   }
 }
 
+// Blocks of fixed-point formats: any codes, slopes, few values.
+RC_GTEST_PROP(FrameCompression, FixedPointPixelsDecodeToTheSameBits, (std::uint32_t seed)) {  // FC1, FC2
+  std::mt19937 random(seed);
+  for (const FrameFormat format : {FrameFormat::kRgba8, FrameFormat::kRgb10a2})
+    for (const std::size_t burst : {16u, 32u, 64u, 128u, 256u}) {
+      const BlockShape shape = stored_block(format);
+      EXPECT_EQ(shape.raw_bytes(), 256u);
+      const unsigned kind = random() % 4, step = random() % 7;
+      std::vector<std::uint16_t> codes;
+      for (std::size_t i = 0; i < 4 * shape.pixels(); ++i) {
+        const std::uint32_t mask = (1u << shape.bits[i % 4]) - 1;
+        const std::uint32_t value = kind == 0   ? random()
+                                    : kind == 1 ? static_cast<std::uint32_t>(i / 4 % 8 * step + i / 32)
+                                    : kind == 2 ? random() % 3
+                                                : mask;
+        codes.push_back(static_cast<std::uint16_t>(value & mask));
+      }
+      const CompressedBlock block = compress_block(codes, shape, burst);
+      std::vector<std::uint16_t> back(codes.size(), 0xdead);
+      decompress_block(block, shape, back);
+      EXPECT_EQ(back, codes);
+      EXPECT_EQ(block.payload_bytes % burst, 0u);
+      EXPECT_LE(block.payload_bytes, shape.raw_bytes());
+      EXPECT_EQ(compressed_block_bytes(codes, shape, burst), block.payload_bytes);
+      EXPECT_EQ(block.raw, block.payload_bytes == shape.raw_bytes());
+      if (kind == 3) {
+        EXPECT_LE(block.payload_bytes, std::max<std::size_t>(burst, 16 + burst));
+      }
+    }
+}
+
 TEST(FrameCompression, NoiseIsKeptRawAndSpecialValuesSurvive) {
   std::mt19937 random(1);
   for (const Shape& shape : kShapes) {

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "base/counter.h"
+#include "binner/binner.h"
+#include "gpu/configuration.h"
+#include "tilecore/frame_targets.h"
+#include "tilecore/tile_job.h"
+
+namespace tessera::gpu {
+
+struct EliminationCounters {
+  std::uint64_t tiles_eliminated = 0;
+  std::uint64_t signature_bytes = 0;
+  std::uint64_t wrong_eliminations = 0;
+};
+
+// Whether frames leave signatures of tiles to each other.
+inline bool eliminates(const GpuConfiguration& gpu) {
+  return gpu.tile.rendering_elimination || gpu.frame_buffer.transaction_elimination;
+}
+
+// Where signatures of tiles lie in their memory: of colours, of the inputs of even frames, and of those of odd ones.
+struct SignatureMemory {
+  std::uint64_t array_bytes;  // whole bursts
+
+  SignatureMemory(std::uint64_t tiles, std::uint64_t signature_bytes, std::uint64_t burst_bytes)
+      : array_bytes((tiles * signature_bytes + burst_bytes - 1) / burst_bytes * burst_bytes) {}
+  std::uint64_t of_colors() const { return 0; }
+  std::uint64_t of_inputs(int frame) const { return array_bytes * (1 + static_cast<std::uint64_t>(frame & 1)); }
+  std::uint64_t bytes() const { return 3 * array_bytes; }
+};
+
+// Rendering elimination (Anglada et al. 2019): signatures of what each tile of a view is rendered from, from frame to
+// frame. The binner makes them as it appends entries: a base patch's record is hashed once, where the front end reads it,
+// a sub-patch's with it, and a tile's list takes eight bytes of that for each entry. The paper's hashes all attributes
+// of all triangles.
+//
+// A tile's inputs are its entries in their order; of each its record but for its number, and the pose, vertices, grids and
+// material of its drawable; camera and lights; where something moves in the tile, or light, or a lens is open, also the
+// frame's number, by which times and lens points of samples change. So they are of all tiles with what goes on from frame
+// to frame or from tile to tile: desampling, the previous frame's depths, procedures that are sampled, and a shading
+// cache that tiles share. Vertices are those of a whole drawable, not of the patch: fewer tiles match than could.
+//
+// Invariants (cited by the tests):
+//   IS1  Images are those of a machine that renders all tiles, as long as signatures are wide enough.
+//   IS2  A tile that is not rendered reaches no core: it does no work, and of it nothing moves but its signatures, which
+//        the tile scheduler compares when the lists are done.
+//   IS3  A signature that matches though inputs differ is counted, and the image shows the frame before.
+class InputSignatures {
+ public:
+  // Before a frame. `follows`: the frame rendered last was the one before.
+  void begin(bool follows);
+  // Lists of which this is a part will not be whole: the frame has no signatures.
+  void forget() { known_ = whole_ = false; }
+  // When all lists are: which tiles are not rendered.
+  std::vector<bool> unchanged(const GpuConfiguration& gpu, const tilecore::TileJob& job, const binner::Binner& binner,
+                              EliminationCounters& counters);
+  // Of the frame before.
+  bool known() const { return known_; }
+  // A tile that is not rendered keeps its images.
+  void keep_images(IntRect tile, tilecore::FrameTargets& targets) const;
+  // The frame is done.
+  void finish(const tilecore::FrameTargets& targets);
+
+ private:
+  bool known_ = false, whole_ = false;  // of the frame before, of this one
+  std::vector<std::uint64_t> shown_;    // by tile: CRC-64 of the inputs of what its pixels show
+  tilecore::FrameTargets images_{{}, false};
+};
+
+}  // namespace tessera::gpu
+
+namespace tessera {
+
+template <>
+inline constexpr bool kAbsentWhenIdle<gpu::EliminationCounters> = true;
+
+template <>
+inline constexpr auto kCounterFields<gpu::EliminationCounters> = std::to_array<CounterField<gpu::EliminationCounters>>({
+    {"tilecore.tiles_eliminated", &gpu::EliminationCounters::tiles_eliminated, Combine::kSum, "tiles",
+     "Tiles whose inputs have the signature of the frame before and that were not rendered, with "
+     "tile.rendering_elimination.",
+     ""},
+    {"binner.signature_bytes", &gpu::EliminationCounters::signature_bytes, Combine::kSum, "bytes",
+     "Bytes hashed for signatures of tiles' inputs: records of base patches, instances and sub-patches once, ten "
+     "bytes an entry, eight a tile.",
+     ""},
+    {"tilecore.wrong_eliminations", &gpu::EliminationCounters::wrong_eliminations, Combine::kSum, "tiles",
+     "Of tilecore.tiles_eliminated, those whose inputs differ nevertheless: the image is wrong there.", ""},
+});
+TESSERA_COUNTERS_COVER(gpu::EliminationCounters);
+
+}  // namespace tessera

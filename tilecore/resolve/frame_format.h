@@ -1,0 +1,73 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "base/enum_words.h"
+#include "base/vec.h"
+
+namespace tessera::tilecore {
+
+// How finished pixels lie in memory.
+//   rgba8    sRGB codes of light times exposure in 8 bits, light above 1 clipped; coverage in 8 bits
+//   rgb10a2  the same in 10 bits; coverage in 2
+//   rgba16f  linear light and coverage as half floats
+// The emulator's image holds what the codes of rgba8 and rgb10a2 stand for. Of rgba16f it keeps single precision: EXR
+// files, reprojection and comparisons see colours as they were shaded, memory and compression the half floats.
+enum class FrameFormat : std::uint8_t { kRgba8, kRgb10a2, kRgba16f };
+
+// Bytes per pixel of the finished frame in memory.
+constexpr std::uint64_t frame_pixel_bytes(FrameFormat format) { return format == FrameFormat::kRgba16f ? 8 : 4; }
+// Of the default format.
+inline constexpr std::uint64_t kFramePixelBytes = frame_pixel_bytes(FrameFormat::kRgba16f);
+
+// A pixel in memory: red, green, blue, coverage, each in its channel's lowest bits.
+using PixelCode = std::array<std::uint16_t, 4>;
+using ChannelBits = std::array<std::uint8_t, 4>;
+constexpr ChannelBits channel_bits(FrameFormat format) {
+  switch (format) {
+    case FrameFormat::kRgba8:
+      return {8, 8, 8, 8};
+    case FrameFormat::kRgb10a2:
+      return {10, 10, 10, 2};
+    case FrameFormat::kRgba16f:
+      break;
+  }
+  return {16, 16, 16, 16};
+}
+
+// Between colours, linear RGB and coverage, and pixels in memory.
+//
+// Invariants (cited by the tests):
+//   FF1  code(stored(c)) == code(c), and stored(stored(c)) == stored(c) where the format is not rgba16f.
+//   FF2  A code is the nearest to its channel's value; NaN and what is negative become 0, what is too bright the largest.
+class PixelCoder {
+ public:
+  explicit PixelCoder(FrameFormat format = FrameFormat::kRgba16f, float exposure = 1.0f)
+      : format_(format), exposure_(exposure > 0.0f ? exposure : 1.0f) {}
+
+  FrameFormat format() const { return format_; }
+  std::uint64_t pixel_bytes() const { return frame_pixel_bytes(format_); }
+  // Whether images change when they are stored.
+  bool quantises() const { return format_ != FrameFormat::kRgba16f; }
+
+  PixelCode code(const Vec4& color) const;
+  // What an image holds of a pixel that was stored.
+  Vec4 stored(const Vec4& color) const { return quantises() ? color_of(code(color)) : color; }
+
+ private:
+  Vec4 color_of(const PixelCode& code) const;
+
+  FrameFormat format_;
+  float exposure_;
+};
+
+}  // namespace tessera::tilecore
+
+namespace tessera {
+
+template <>
+inline constexpr auto kEnumWords<tilecore::FrameFormat> = std::to_array<std::string_view>({"rgba8", "rgb10a2",
+                                                                                           "rgba16f"});
+
+}  // namespace tessera

@@ -1,0 +1,179 @@
+#include "tilecore/resolve/tile_store.h"
+
+#include <algorithm>
+#include <span>
+
+#include "base/crc64.h"
+#include "base/vec.h"
+#include "tilecore/resolve/frame_compression.h"
+
+namespace tessera::tilecore {
+namespace {
+
+Vec4 stored_pixel(const Image& image, IntRect region, int x, int y) {
+  const auto p = image.at(x - region.x0, y - region.y0);
+  return {p[0], p[1], p[2], p[3]};
+}
+
+void put_pixel(Image& image, IntRect region, int x, int y, const Vec4& color) {
+  const auto p = image.at(x - region.x0, y - region.y0);
+  for (std::size_t c = 0; c < 4; ++c) p[c] = color[static_cast<int>(c)];
+}
+
+// Blocks that a rectangle touches: columns and rows of blocks.
+IntRect touched_blocks(const BlockShape& shape, IntRect pixels) {
+  return {pixels.x0 / shape.width, pixels.y0 / shape.height, (pixels.x1 + shape.width - 1) / shape.width,
+          (pixels.y1 + shape.height - 1) / shape.height};
+}
+
+std::uint64_t pixels_in(IntRect rect) {
+  return static_cast<std::uint64_t>(rect.width()) * static_cast<std::uint64_t>(rect.height());
+}
+
+}  // namespace
+
+void StoredFrame::forget(std::size_t tiles, IntRect region) {
+  known = false;
+  signatures.assign(tiles, std::nullopt);
+  color = Image(region.width(), region.height(), 4);
+}
+
+std::uint64_t TileStore::header_offset(const FrameStore& how, IntRect region) {
+  const BlockShape shape = stored_block(how.coder.format());
+  if (how.compressed) return pixels_in(touched_blocks(shape, region)) * shape.raw_bytes();
+  return pixels_in(region) * how.coder.pixel_bytes();
+}
+
+std::uint64_t TileStore::header_bytes(const FrameStore& how, IntRect tile) {
+  return how.compressed ? pixels_in(touched_blocks(stored_block(how.coder.format()), tile)) * kBlockHeaderBytes : 0;
+}
+
+std::uint64_t TileStore::frame_bytes(const FrameStore& how, IntRect region) {
+  return header_offset(how, region) + header_bytes(how, region);
+}
+
+bool TileStore::find_codes(const FrameStore& how, const Tile& tile, Image& color) {
+  codes_.clear();
+  bool changed = false;
+  for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y)
+    for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x) {
+      const Vec4 shaded = stored_pixel(color, tile.region, x, y);
+      codes_.push_back(how.coder.code(shaded));
+      if (!how.coder.quantises()) continue;
+      put_pixel(color, tile.region, x, y, how.coder.stored(shaded));
+      changed = true;
+    }
+  return changed;
+}
+
+bool TileStore::matches(const FrameStore& how, const Tile& tile) {
+  std::optional<std::uint64_t>& there = how.before->signatures[tile.number];
+  if (tile.open) {
+    there.reset();
+    return false;
+  }
+  Crc64 crc;
+  crc.add(std::as_bytes(std::span<const PixelCode>(codes_)));
+  const std::uint64_t signature = kept_bits(crc.value(), how.signature_bits);
+  if (how.before->known && there == signature) return true;
+  there = signature;
+  return false;
+}
+
+bool TileStore::keep_what_is_there(const FrameStore& how, const Tile& tile, Image& color) {
+  const Image& before = how.before->color;
+  bool same = true;
+  std::size_t i = 0;
+  for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y)
+    for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x)
+      same = same && how.coder.code(stored_pixel(before, tile.region, x, y)) == codes_[i++];
+  if (same) return false;
+  ++counters_.wrong_matches;
+  for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y)
+    for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x)
+      put_pixel(color, tile.region, x, y, stored_pixel(before, tile.region, x, y));
+  return true;
+}
+
+std::uint64_t TileStore::compressed_bytes(const FrameStore& how, const Tile& tile, IntRect block) {
+  const BlockShape shape = stored_block(how.coder.format());
+  const IntRect inside = block.intersect(tile.pixels);
+  const std::uint64_t row_bytes = static_cast<std::uint64_t>(shape.width) * how.coder.pixel_bytes();
+  const std::uint64_t raw =
+      memory::burst_bytes(static_cast<std::uint64_t>(inside.y0 - block.y0) * row_bytes,
+                          static_cast<std::uint64_t>(inside.height()) * row_bytes, tile.burst_bytes);
+  if (tile.open) return raw;
+  std::array<std::uint16_t, 4 * kLargestBlockPixels> codes;
+  auto out = codes.begin();
+  for (int y = block.y0; y < block.y1; ++y)
+    for (int x = block.x0; x < block.x1; ++x) {
+      const int near_x = std::clamp(x, inside.x0, inside.x1 - 1), near_y = std::clamp(y, inside.y0, inside.y1 - 1);
+      const PixelCode& code = codes_[tile.pixels.index(near_x, near_y)];
+      out = std::copy(code.begin(), code.end(), out);
+    }
+  return std::min<std::uint64_t>(
+      raw, compressed_block_bytes(std::span(codes).first(4 * shape.pixels()), shape, tile.burst_bytes));
+}
+
+TileStore::Plan TileStore::plan_compressed(const FrameStore& how, const Tile& tile) {
+  const BlockShape shape = stored_block(how.coder.format());
+  const IntRect all = touched_blocks(shape, tile.region), blocks = touched_blocks(shape, tile.pixels);
+  Plan plan;
+  transfers_.clear();
+  for (int row = blocks.y0; row < blocks.y1; ++row)
+    for (int column = blocks.x0; column < blocks.x1; ++column) {
+      const IntRect block{column * shape.width, row * shape.height, (column + 1) * shape.width,
+                          (row + 1) * shape.height};
+      const std::uint64_t bytes = compressed_bytes(how, tile, block);
+      transfers_.push_back({all.index(column, row) * shape.raw_bytes(), bytes});
+      plan.bytes += bytes;
+      plan.raw_blocks += bytes >= shape.raw_bytes() || tile.open;
+    }
+  return plan;
+}
+
+std::uint64_t TileStore::plan_rows(const FrameStore& how, const Tile& tile) {
+  const std::uint64_t pixel_bytes = how.coder.pixel_bytes(),
+                      row_bytes = static_cast<std::uint64_t>(tile.pixels.width()) * pixel_bytes;
+  std::uint64_t bytes = 0;
+  transfers_.clear();
+  for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y) {
+    // A tile's row of pixels is contiguous in memory.
+    transfers_.push_back({tile.region.index(tile.pixels.x0, y) * pixel_bytes, row_bytes});
+    bytes += memory::burst_bytes(transfers_.back().offset, row_bytes, tile.burst_bytes);
+  }
+  return bytes;
+}
+
+TileStore::Outcome TileStore::store(const FrameStore& how, const Tile& tile, Image& color, memory::Ledger& ledger) {
+  bool changed = false;
+  if (how.coder.quantises() || how.compressed || how.before != nullptr) changed = find_codes(how, tile, color);
+  std::uint64_t bytes = plan_rows(how, tile);
+  const bool eliminated = how.before != nullptr && matches(how, tile);
+  if (how.compressed) {
+    const std::uint64_t raw = bytes;
+    const Plan plan = plan_compressed(how, tile);
+    bytes = plan.bytes;
+    if (!eliminated) {
+      compression_.frame_blocks += transfers_.size();
+      compression_.frame_blocks_raw += plan.raw_blocks;
+      compression_.frame_bytes_raw += raw;
+      compression_.frame_bytes_compressed += bytes;
+    }
+  }
+  if (eliminated) {
+    ++counters_.tiles_not_written;
+    counters_.bytes_not_written += bytes;
+    return {false, keep_what_is_there(how, tile, color) || changed};
+  }
+  for (const Transfer& transfer : transfers_)
+    ledger.write_at(memory::Unit::kResolve, memory::Purpose::kFrameBuffer, transfer.offset, transfer.bytes,
+                    tile.burst_bytes);
+  if (how.before != nullptr)
+    for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y)
+      for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x)
+        put_pixel(how.before->color, tile.region, x, y, stored_pixel(color, tile.region, x, y));
+  return {true, changed};
+}
+
+}  // namespace tessera::tilecore
