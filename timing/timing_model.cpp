@@ -160,7 +160,7 @@ class FrameSimulation {
     PhaseCycles stages{{}, work.patches};
     for (const Stage stage : kGeometryStages)
       stages.cycles.push_back(fast(stage) ? 0 : cycles[static_cast<std::size_t>(stage)]);
-    return {gpu_.memory.latency_clk, length_of(stages), bytes};
+    return {gpu_.latency_clk(), length_of(stages), bytes};
   }
 
   Job tile_job(const TileWork& work, Phase phase) const {
@@ -168,9 +168,8 @@ class FrameSimulation {
     const std::uint64_t bytes = work.dram_bytes[static_cast<std::size_t>(phase)];
     // The list, then the sub-patches' records, then their patches'; texels that were asked for first. Stores are not
     // waited for.
-    if (phase == Phase::kVisibility)
-      job.latency = gpu_.memory.latency_clk * (work.sub_patches > 0 ? 3 : bytes > 0 ? 1 : 0);
-    if (phase == Phase::kShading && bytes > 0) job.latency = gpu_.memory.latency_clk;
+    if (phase == Phase::kVisibility) job.latency = gpu_.latency_clk() * (work.sub_patches > 0 ? 3 : bytes > 0 ? 1 : 0);
+    if (phase == Phase::kShading && bytes > 0) job.latency = gpu_.latency_clk();
     job.natural = length_of(phase_cycles(gpu_, work, phase, fast_));
     job.bytes = fast(Stage::kDram) ? 0 : static_cast<double>(bytes);
     return job;

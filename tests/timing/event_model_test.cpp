@@ -27,9 +27,9 @@ Machine endless() {
         &rates.resolved_pixels_per_clk, &rates.resolve_operations_per_clk})
     *rate = 1e30;
   gpu.shader.operations = gpu.shader.surface_operations = 0;
-  gpu.memory.bytes_per_clk = 1e30;
+  gpu.set_bytes_per_clk(1e30);
   gpu.memory.gpu_share = 1;
-  gpu.memory.latency_clk = 0;
+  gpu.set_latency_clk(0);
   gpu.queues.texture_latency_clk = gpu.queues.l2_latency_clk = 0;
   gpu.queues.l2_lines_per_clk = 1e30;
   return gpu;
@@ -94,7 +94,7 @@ TEST(EventModel, ASlowUnitHoldsUpThoseBeforeIt) {
 TEST(EventModel, OneRequestOfTheL2AtATime) {
   OneTile one = sub_patches({{.lines = 5}});
   Machine gpu = endless();
-  gpu.memory.latency_clk = 100;
+  gpu.set_latency_clk(100);
   gpu.queues.l2_latency_clk = 10;
   EXPECT_DOUBLE_EQ(one.cycles(gpu), 110.0);  // side by side
   gpu.queues.l2_requests = 1;
@@ -120,8 +120,8 @@ TEST(EventModel, TheMemoryMovesOneByteAfterTheOther) {
   one.items().record_bytes = 64;
   one.items().written_bytes = 640;
   Machine gpu = endless();
-  gpu.memory.bytes_per_clk = 2;
-  gpu.memory.latency_clk = 50;
+  gpu.set_bytes_per_clk(2);
+  gpu.set_latency_clk(50);
   // The list, then its records, then four lines of 64 bytes, then what is written.
   EXPECT_DOUBLE_EQ(one.cycles(gpu), (64 + 50) + (32 + 50) + (4 * 32 + 50) + 320.0);
 }
@@ -164,13 +164,26 @@ TEST(EventModel, BanksAreThoseOfTheMemory) {
   EXPECT_GT(out.counts.memory.row_hits, 3000u);
 }
 
+// Half the channels, half the rate.
+TEST(EventModel, BanksHaveTheChannelsOfTheMachine) {
+  Machine gpu = endless();
+  gpu.memory.model = hardware::MemoryModel::kBanks;
+  gpu.queues.fetched_lines = gpu.queues.l2_requests = 4096;
+  OneTile many = sub_patches({{.lines = 4000}});
+  const double four = simulate_events(gpu, many.work).schedule.cycles;
+  gpu.memory.channels = 2;
+  const double two = simulate_events(gpu, many.work).schedule.cycles;
+  EXPECT_GT(two, 1.8 * four);
+  EXPECT_LT(two, 2.2 * four);
+}
+
 TEST(EventModel, OneWarpWaitsForItsTexels) {
   Machine gpu = endless();
   gpu.shader.operations = 100;
   gpu.shader.lanes = 32;
   gpu.queues.max_warps = 1;
   gpu.queues.texture_latency_clk = 20;
-  gpu.memory.latency_clk = 300;
+  gpu.set_latency_clk(300);
   // The first warp misses, the others hit; a line takes the texture unit a clock.
   EXPECT_DOUBLE_EQ(warps(5, 1, true).cycles(gpu), 5 * 100 + 300 + 4 * (20 + 1.0));
   // Every warp misses.
@@ -189,7 +202,7 @@ TEST(EventModel, RegistersLimitTheWarpsInFlight) {
   Machine gpu = endless();
   gpu.shader.operations = 100;
   gpu.shader.lanes = 32;
-  gpu.memory.latency_clk = 300;
+  gpu.set_latency_clk(300);
   const auto cycles = [&](std::int64_t registers) {
     gpu.queues.registers = registers;
     return warps(20, 1, false).cycles(gpu);
@@ -260,7 +273,7 @@ TEST(EventModel, StoresWaitWhereTooManyBytesDo) {
   Machine gpu = endless();
   gpu.rates.resolved_pixels_per_clk = 1;
   EXPECT_DOUBLE_EQ(one.cycles(gpu), 1024.0);
-  gpu.memory.bytes_per_clk = 4;  // 128 clocks for what is resolved in 64
+  gpu.set_bytes_per_clk(4);      // 128 clocks for what is resolved in 64
   gpu.queues.store_bytes = 512;  // a block waits while the next is resolved
   EXPECT_DOUBLE_EQ(one.cycles(gpu), 64 + 16 * 128.0);
   gpu.queues.store_bytes = 64;  // none does
@@ -328,7 +341,7 @@ Machine random_machine(test::Random& random) {
   gpu.queues.max_warps = pick({1, 2, 16});
   gpu.caches.texture_bytes = pick({256, 4096});
   gpu.caches.l2_bytes = pick({0, 4096, 262144});
-  gpu.memory.bytes_per_clk = static_cast<double>(pick({2, 40}));
+  gpu.set_bytes_per_clk(static_cast<double>(pick({2, 40})));
   gpu.memory.model = static_cast<hardware::MemoryModel>(pick({0, 1}));
   gpu.memory.type = static_cast<hardware::MemoryType>(pick({0, 1, 2}));
   gpu.shader.costs = static_cast<hardware::ShaderCosts>(pick({0, 1}));
