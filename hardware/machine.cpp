@@ -129,7 +129,8 @@ Keys<Machine> memory_keys() {
           {"tilecore.memory_bytes", &TileCores::memory_bytes, "bytes", 1024, 1073741824.0,
            "On-chip tile memory of a core: as many tiles as fit with what their samples see are in work at once (the "
            "samples "
-           "of one tested while another is shaded), at least one.",
+           "of one tested while another is shaded). A preset's grows to what one tile needs; less of one's own is "
+           "refused.",
            "[assumed] two tiles with 4 samples a pixel; [spec] 132 KB to 21 MB of GMEM on Adreno"},
       });
   keys.add(

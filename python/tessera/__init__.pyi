@@ -91,7 +91,7 @@ class GpuKeys(TypedDict, total=False):
     tilecore__blends_per_clk: float  # 0.000976562 to 65536 layers/clk. Blended layers of samples that a core composes.
     resolve__pixels_per_clk: float  # 0.000976562 to 65536 pixels/clk. Pixels that a core's resolve unit finishes.
     resolve__operations_per_clk: float  # 0.000976562 to 65536 operations/clk. Operations of desampling: velocities, advected pixels, taps of stencils with 8-bit weights; a tap with float weights is four.
-    tilecore__memory_bytes: int  # 1024 to 1.07374e+09 bytes. On-chip tile memory of a core: as many tiles as fit with what their samples see are in work at once (the samples of one tested while another is shaded), at least one.
+    tilecore__memory_bytes: int  # 1024 to 1.07374e+09 bytes. On-chip tile memory of a core: as many tiles as fit with what their samples see are in work at once (the samples of one tested while another is shaded). A preset's grows to what one tile needs; less of one's own is refused.
     cache__line_bytes: int  # 16 to 256 bytes. Line of the texture caches and the L2: a block of 4x4 texels.
     texture__cache_bytes: int  # 256 to 1.67772e+07 bytes. Texture cache (L1) of a core.
     texture__cache_ways: int  # 1 to 64 ways. Associativity of the texture cache.
