@@ -1,5 +1,6 @@
 #include "base/key_table.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -101,6 +102,13 @@ json key_value_json(const KeyValue& value) {
   return std::visit([](const auto& v) { return json(v); }, value);
 }
 
+KeyEnds key_ends(const KeyInfo& key, double value, double default_value) {
+  KeyEnds ends = {value / 2, value * 2};
+  if (key.ends && default_value != 0)
+    ends = {value * (key.ends->low / default_value), value * (key.ends->high / default_value)};
+  return {std::clamp(ends.low, key.min, key.max), std::clamp(ends.high, key.min, key.max)};
+}
+
 json describe_key(const KeyInfo& key, const KeyValue& default_value) {
   static constexpr const char* kTypes[] = {"integer", "number", "boolean", "choice"};
   json row = {{"key", key.name},
@@ -111,6 +119,14 @@ json describe_key(const KeyInfo& key, const KeyValue& default_value) {
   if (default_value.index() < 2) {
     row["min"] = key.min;
     row["max"] = key.max;
+    if (key.assumed() || key.ends) {
+      const bool whole = default_value.index() == 0;
+      const double value =
+          whole ? static_cast<double>(std::get<std::int64_t>(default_value)) : std::get<double>(default_value);
+      const KeyEnds ends = key_ends(key, value, value);
+      row["low"] = whole ? std::floor(ends.low) : ends.low;
+      row["high"] = whole ? std::floor(ends.high) : ends.high;
+    }
   }
   if (!key.choices.empty()) row["choices"] = key.choices;
   if (!key.source.empty()) row["source"] = key.source;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -25,6 +26,11 @@ concept KeyNumber = std::floating_point<T> ||(std::integral<T> && !std::same_as<
 // A value on its way between a text and a member; the text is that of an enum.
 using KeyValue = std::variant<std::int64_t, double, bool, std::string>;
 
+// Where a number may lie that nobody publishes: the ends for the default; those of another value lie in the same ratio.
+struct KeyEnds {
+  double low = 0, high = 0;
+};
+
 // What a user may set by name: one row per key, declared once beside the struct it fills. Parsing, validation,
 // printing and the generated documentation all walk the same rows.
 struct KeyInfo {
@@ -36,7 +42,12 @@ struct KeyInfo {
   double max = 0;
   std::vector<std::string_view> choices;  // texts: the allowed words
   bool timing = false;  // read only by what times a record of the machine's work: the record does not hang on it
+  std::optional<KeyEnds> ends;  // numbers: none means half and twice
+
+  bool assumed() const { return source.find("[assumed]") != std::string_view::npos; }
 };
+// Of `value`, within the range: where a study of what hangs on it may put it.
+KeyEnds key_ends(const KeyInfo& key, double value, double default_value);
 
 // The decimal number of the fewest digits that means this float: 0.02 for 0.02f.
 double shortest_decimal(float value);
@@ -74,14 +85,15 @@ struct Key : KeyInfo {
   std::function<void(S&, const KeyValue&)> set;  // takes what parse_key_value gave for this row
 
   template <KeyNumber T, class Owner>
-  requires std::derived_from<S, Owner> Key(std::string_view key, T Owner::*where, std::string_view unit_in, double low,
-                                           double high, std::string_view means, std::string_view from = "")
-      : Key(KeyInfo{key, unit_in, means, from, low, high, {}}, where) {}
+  requires std::derived_from<S, Owner> Key(std::string_view key, T Owner::*where, std::string_view unit_in,
+                                           double least, double most, std::string_view means,
+                                           std::string_view from = "", std::optional<KeyEnds> between = std::nullopt)
+      : Key(KeyInfo{key, unit_in, means, from, least, most, {}, false, between}, where) {}
   Key(std::string_view key, bool S::*where, std::string_view means, std::string_view from = "")
-      : Key(KeyInfo{key, "", means, from, 0, 1, {}}, where) {}
+      : Key(KeyInfo{key, "", means, from, 0, 1, {}, false, {}}, where) {}
   template <WordEnum E>
   Key(std::string_view key, E S::*where, std::string_view means, std::string_view from = "")
-      : Key(KeyInfo{key, "", means, from, 0, 0, {kEnumWords<E>.begin(), kEnumWords<E>.end()}}, where) {}
+      : Key(KeyInfo{key, "", means, from, 0, 0, {kEnumWords<E>.begin(), kEnumWords<E>.end()}, false, {}}, where) {}
 
   // The row of a struct that S is derived from.
   template <class Base>
@@ -144,7 +156,8 @@ class Keys {
 // type of `like`. Throws UsageError saying what was found and what is allowed.
 KeyValue parse_key_value(const KeyInfo& key, const KeyValue& like, const nlohmann::json& value);
 
-// A row for people and programs: {"key", "type", "unit", "default", "min", "max", "choices", "meaning", "source"}.
+// A row for people and programs: {"key", "type", "unit", "default", "min", "max", "choices", "meaning", "source"}; of numbers that
+// are assumed also "low" and "high".
 nlohmann::json describe_key(const KeyInfo& key, const KeyValue& default_value);
 nlohmann::json key_value_json(const KeyValue& value);
 

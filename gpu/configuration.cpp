@@ -1,5 +1,6 @@
 #include "gpu/configuration.h"
 
+#include <cmath>
 #include <filesystem>
 #include <functional>
 
@@ -12,6 +13,7 @@
 #include "base/whole_file.h"
 #include "binner/queue_entry.h"
 #include "gpu/presets.h"
+#include "hardware/voltage.h"
 #include "tilecore/tessellation/micro_mesh.h"
 
 namespace tessera::gpu {
@@ -44,7 +46,20 @@ std::vector<std::string> key_names() {
   return names;
 }
 
-// Sets what `root` names, nested by the dots of the keys.
+// Other units of a key of the memory.
+struct ClockedKey {
+  KeyInfo info;
+  void (hardware::Machine::*set)(double);
+};
+const std::vector<ClockedKey>& clocked_keys() {
+  static const std::vector<ClockedKey> kKeys = {
+      {{"memory.bytes_per_clk", "bytes/clk", "", "", 0.125, 65536, {}, true, {}},
+       &hardware::Machine::set_bytes_per_clk},
+      {{"memory.latency_clk", "clk", "", "", 0, 10000, {}, true, {}}, &hardware::Machine::set_latency_clk}};
+  return kKeys;
+}
+
+// Sets what `root` names, nested by the dots of the keys; clock.mhz comes before memory.*, as JSON objects are sorted.
 void set_values(const std::string& file, const json& root, Gpu& gpu) {
   const std::vector<std::string> names = key_names();
   std::function<void(const json&, const std::string&, const std::string&)> visit =
@@ -56,9 +71,7 @@ void set_values(const std::string& file, const json& root, Gpu& gpu) {
             continue;
           }
           try {
-            const auto* row = gpu_keys().find(key);
-            if (row == nullptr) throw UsageError(unknown_key_message(key, names));
-            gpu_keys().set(gpu, *row, value);
+            if (!set_gpu_key(key, value, gpu)) throw UsageError(unknown_key_message(key, names));
           } catch (const UsageError& error) {
             throw InputError(file, place, error.what());
           }
@@ -125,7 +138,7 @@ frontend::SplitPrices GpuConfiguration::split_prices() const {
   // The front end and the binner exist once, and the cores wait for them; the cores share what follows.
   const double core = frontend.split_core_share / static_cast<double>(cores.count);
   prices.bound = 1 / rates.bounds_per_clk;
-  prices.byte = 1 / (memory.bytes_per_clk * memory.gpu_share);
+  prices.byte = 1 / (bytes_per_clk() * memory.gpu_share);
   prices.entry = 1 / rates.binned_entries_per_clk + core / rates.fetched_entries_per_clk;
   prices.entry_bytes = 1;
   prices.entry_time_bytes = 2;
@@ -133,6 +146,30 @@ frontend::SplitPrices GpuConfiguration::split_prices() const {
   prices.box = core / rates.boxes_per_clk;
   prices.boxes_per_cell = 1 + 1.0 / static_cast<double>(tilecore::kLeafCells);
   return prices;
+}
+
+hardware::Area GpuConfiguration::area() const {
+  // A point of the shading cache: four colours of 16 bits and where it is from.
+  constexpr std::int64_t kShadedBytes = 16;
+  return hardware::machine_area(
+      *this, {tessellator.cache_bytes + binner.record_cache_bytes + binner.combining_bursts * memory.burst_bytes,
+              shading_cache.entries * kShadedBytes});
+}
+
+bool set_gpu_key(const std::string& name, const json& value, GpuConfiguration& gpu) {
+  if (const auto* key = gpu_keys().find(name)) {
+    gpu_keys().set(gpu, *key, value);
+    return true;
+  }
+  for (const ClockedKey& key : clocked_keys())
+    if (key.info.name == name) {
+      (gpu.*key.set)(std::get<double>(parse_key_value(key.info, 0.0, value)));
+      return true;
+    }
+  if (name == "energy.leakage_mw")
+    throw UsageError(
+        "energy.leakage_mw: leakage follows the area (area.*) now: set energy.leakage_mw_per_mm2, at 0.8 V");
+  return false;
 }
 
 const KeyTable<GpuConfiguration>& gpu_keys() {
@@ -173,6 +210,11 @@ GpuConfiguration parse_gpu(std::string_view text, const std::string& name) {
 }
 
 void check_gpu(const GpuConfiguration& gpu) {
+  if (const double most = hardware::max_clock_mhz(gpu.nominal_mhz); gpu.clock_mhz > most)
+    throw UsageError(fmt::format(
+        "clock.mhz: {} MHz need {:.2f} V, more than {} V; a machine of voltage.nominal_mhz={} reaches {:.0f} MHz",
+        gpu.clock_mhz, hardware::supply_volts(gpu.clock_mhz, gpu.nominal_mhz), hardware::kMaxVolts, gpu.nominal_mhz,
+        std::floor(most)));
   if (gpu.tile.width % 8 != 0 || gpu.tile.height % 8 != 0)
     throw UsageError("tile.width and tile.height must be multiples of 8 pixels");
   if ((gpu.frontend.depth_block_pixels & (gpu.frontend.depth_block_pixels - 1)) != 0)
@@ -181,6 +223,8 @@ void check_gpu(const GpuConfiguration& gpu) {
     throw UsageError("tilecore.box_bits must be 8, 16 or 32");
   if ((gpu.memory.burst_bytes & (gpu.memory.burst_bytes - 1)) != 0)
     throw UsageError("memory.burst_bytes must be a power of two");
+  for (const std::int64_t count : {gpu.memory.channels, gpu.memory.ranks})
+    if ((count & (count - 1)) != 0) throw UsageError("memory.channels and memory.ranks must be powers of two");
   for (const std::int64_t chunk : {gpu.parameter_buffer.first_chunk_bytes, gpu.parameter_buffer.chunk_bytes})
     if (chunk % gpu.memory.burst_bytes != 0 && gpu.memory.burst_bytes % chunk != 0)
       throw UsageError(
@@ -188,6 +232,12 @@ void check_gpu(const GpuConfiguration& gpu) {
           "memory.burst_bytes");
   if ((gpu.caches.line_bytes & (gpu.caches.line_bytes - 1)) != 0)
     throw UsageError("cache.line_bytes must be a power of two");
+  if (const std::int64_t warp = gpu.queues.registers * 4 * gpu.shader.warp_lanes; warp > gpu.queues.register_bytes)
+    throw UsageError(
+        fmt::format("shader.register_bytes: {} bytes hold no warp of {} invocations with {} registers, which takes {}: "
+                    "set more, or "
+                    "less of shader.registers or shader.warp_lanes",
+                    gpu.queues.register_bytes, gpu.shader.warp_lanes, gpu.queues.registers, warp));
   check_cache("texture.cache", gpu.caches.texture_bytes, gpu.caches.texture_ways, gpu.line_bytes());
   if (gpu.caches.l2_bytes > 0) check_cache("l2", gpu.caches.l2_bytes, gpu.caches.l2_ways, gpu.line_bytes());
 }

@@ -11,6 +11,7 @@
 #include "base/key_table.h"
 #include "binner/settings.h"
 #include "frontend/settings.h"
+#include "hardware/area.h"
 #include "hardware/machine.h"
 #include "tilecore/core_settings.h"
 
@@ -50,10 +51,17 @@ struct GpuConfiguration : hardware::Machine {
             caches.l2_bytes,
             caches.l2_ways};
   }
+  // Silicon of all that draws, without what the baselines have instead.
+  hardware::Area area() const;
   binner::BinnerSpec binner_spec() const { return {binner, parameter_buffer, memory.burst_bytes}; }
 };
 
 const KeyTable<GpuConfiguration>& gpu_keys();
+
+// Sets a key of gpu_keys(), or memory.bytes_per_clk or memory.latency_clk: the memory's rate and latency in clocks of the
+// GPU, as its clock.mhz is at this moment (in a file: the file's). Another clock.mhz later leaves the memory as it is.
+// False: no such key. Throws UsageError for a value out of range and for keys that others have replaced, naming those.
+bool set_gpu_key(const std::string& name, const nlohmann::json& value, GpuConfiguration& gpu);
 
 // Names of the built-in presets.
 std::vector<std::string> preset_names();
@@ -67,7 +75,8 @@ GpuConfiguration load_gpu(const std::string& preset_or_file);
 // The same from the text of such a file; `name` stands for it in messages. Throws InputError.
 GpuConfiguration parse_gpu(std::string_view text, const std::string& name);
 
-// Checks that the keys fit each other (tile sides multiples of 8, chunk a multiple of the burst, ...).
+// Checks that the keys fit each other (tile sides multiples of 8, chunk a multiple of the burst, a clock that the process
+// bears, registers for a warp, ...).
 // Throws UsageError naming the keys.
 void check_gpu(const GpuConfiguration& gpu);
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "gpu/tile_memory.h"
 #include "gpu/view_inputs.h"
 #include "tilecore/procedural/sampling_controller.h"
 
@@ -24,13 +25,18 @@ tilecore::ResolveSettings resolve_settings(const RunSettings& settings) {
   return resolve;
 }
 
+GpuConfiguration with_tile_memory(GpuConfiguration gpu, const RunSettings& settings) {
+  grow_tile_memory(gpu, settings);
+  return gpu;
+}
+
 }  // namespace
 
 Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfiguration& gpu,
                const RunSettings& settings, const RenderRequest& request)
     : prepared_(std::move(prepared)),
       scene_(prepared_->scene(settings.textures.basis_target)),
-      gpu_(gpu),
+      gpu_(with_tile_memory(gpu, settings)),
       settings_(settings),
       request_(request),
       texture_memory_(scene_.assembly.materials, gpu.line_bytes()),

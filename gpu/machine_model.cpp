@@ -1,14 +1,18 @@
 #include "gpu/machine_model.h"
 
+#include <algorithm>
 #include <utility>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
 
 namespace tessera::gpu {
 
 namespace {
 
 // `bound`: with what bounds it.
-ViewCost time_work(const hardware::Machine& gpu, const timing::FrameWork& work, timing::WarmCaches* caches,
-                   bool bound) {
+ViewCost time_work(const GpuConfiguration& gpu, const timing::FrameWork& work, timing::WarmCaches* caches, bool bound) {
   ViewCost timed;
   hardware::EnergyEvents energy = timing::energy_events(work);
   if (gpu.queues.model == hardware::TimingModel::kEvents) {
@@ -31,24 +35,41 @@ ViewCost time_work(const hardware::Machine& gpu, const timing::FrameWork& work, 
     timed.timing.latency = timing::latency(gpu, timed.schedule);
     if (bound) timed.timing = timing::time_frame(gpu, work, timed.schedule);
   }
-  timed.energy = hardware::frame_energy(gpu, energy, timed.timing.cycles);
+  timed.events = energy;
+  timed.energy = hardware::frame_energy(gpu, energy, timed.timing.cycles, gpu.area().total_mm2());
   return timed;
+}
+
+void check_registers(const GpuConfiguration& gpu, const timing::FrameWork& work) {
+  if (gpu.queues.model != hardware::TimingModel::kEvents || gpu.shader.costs != hardware::ShaderCosts::kCompiled)
+    return;
+  std::int64_t registers = 0;
+  for (const timing::WorkRound& round : work.rounds)
+    for (const timing::TileItems& tile : round.items)
+      for (const timing::WarpItem& warp : tile.warps) registers = std::max<std::int64_t>(registers, warp.registers);
+  if (const std::int64_t bytes = registers * 4 * gpu.shader.warp_lanes; bytes > gpu.queues.register_bytes)
+    throw UsageError(fmt::format(
+        "shader.register_bytes: a shader of the frame takes {} registers, a warp of {} invocations {} bytes; "
+        "a core has {}: set more, or less of shader.warp_lanes",
+        registers, gpu.shader.warp_lanes, bytes, gpu.queues.register_bytes));
 }
 
 }  // namespace
 
-MachineModel model_machine(const hardware::Machine& gpu, FrameRecord record, timing::WarmCaches* caches) {
-  ViewCost timed = time_work(gpu, record.work, caches, true);
-  return {std::move(record), std::move(timed.schedule), timed.timing, std::move(timed.energy)};
+MachineModel model_machine(const GpuConfiguration& gpu, FrameRecord record, timing::WarmCaches* caches) {
+  ViewCost timed = view_cost(gpu, record.work, caches);
+  return {std::move(record), std::move(timed.schedule), timed.timing, std::move(timed.energy), gpu.area()};
 }
 
-ViewCost view_cost(const hardware::Machine& gpu, const timing::FrameWork& view, timing::WarmCaches* caches) {
+ViewCost view_cost(const GpuConfiguration& gpu, const timing::FrameWork& view, timing::WarmCaches* caches) {
+  check_registers(gpu, view);
   return time_work(gpu, view, caches, true);
 }
 
-FrameCost frame_cost(const hardware::Machine& gpu, const std::vector<timing::FrameWork>& views,
+FrameCost frame_cost(const GpuConfiguration& gpu, const std::vector<timing::FrameWork>& views,
                      timing::WarmCaches* caches) {
   FrameCost cost;
+  cost.area = gpu.area();
   for (std::size_t view = 0; view < views.size(); ++view) {
     const ViewCost timed = view_cost(gpu, views[view], caches);
     if (view == 0)
@@ -60,14 +81,22 @@ FrameCost frame_cost(const hardware::Machine& gpu, const std::vector<timing::Fra
   return cost;
 }
 
-CycleCost cycle_cost(const hardware::Machine& gpu, const std::vector<timing::FrameWork>& views) {
+CycleCost cycle_cost(const GpuConfiguration& gpu, const std::vector<timing::FrameWork>& views) {
   CycleCost cost;
   for (const timing::FrameWork& view : views) {
     const ViewCost timed = time_work(gpu, view, nullptr, false);
     cost.cycles += timed.timing.cycles;
     cost.energy_nj += timed.energy.total_nj();
+    cost.views.emplace_back(timed.events, timed.timing.cycles);
   }
   return cost;
+}
+
+double energy_nj(const GpuConfiguration& gpu, const CycleCost& cost) {
+  const double mm2 = gpu.area().total_mm2();
+  double nj = 0;
+  for (const auto& [events, cycles] : cost.views) nj += hardware::frame_energy(gpu, events, cycles, mm2).total_nj();
+  return nj;
 }
 
 }  // namespace tessera::gpu

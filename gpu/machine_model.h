@@ -1,7 +1,9 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
+#include "gpu/configuration.h"
 #include "gpu/work_recorder.h"
 #include "hardware/energy.h"
 #include "hardware/machine.h"
@@ -16,32 +18,40 @@ struct MachineModel {
   timing::Schedule schedule;
   timing::FrameTiming timing;
   hardware::FrameEnergy energy;
+  hardware::Area area;
 };
 
+// Both throw UsageError where shaders are compiled and a warp of one takes more registers than a core has.
+//
 // What the machine needs for what was recorded of a frame. `caches`, unless null: of events, as the view before left
 // them.
-MachineModel model_machine(const hardware::Machine& gpu, FrameRecord record, timing::WarmCaches* caches = nullptr);
+MachineModel model_machine(const GpuConfiguration& gpu, FrameRecord record, timing::WarmCaches* caches = nullptr);
 
 // The same of a frame's eyes, one after the other, without the schedule.
 struct FrameCost {
   timing::FrameTiming timing;
   hardware::FrameEnergy energy;
+  hardware::Area area;
 };
 // Of one eye, with the schedule.
 struct ViewCost {
   timing::Schedule schedule;
   timing::FrameTiming timing;
+  hardware::EnergyEvents events;
   hardware::FrameEnergy energy;
 };
-ViewCost view_cost(const hardware::Machine& gpu, const timing::FrameWork& view, timing::WarmCaches* caches = nullptr);
-FrameCost frame_cost(const hardware::Machine& gpu, const std::vector<timing::FrameWork>& views,
+ViewCost view_cost(const GpuConfiguration& gpu, const timing::FrameWork& view, timing::WarmCaches* caches = nullptr);
+FrameCost frame_cost(const GpuConfiguration& gpu, const std::vector<timing::FrameWork>& views,
                      timing::WarmCaches* caches = nullptr);
 
 // Cycles and energy alone, without what bounds them: many times as fast with machine.timing=events.
 struct CycleCost {
   double cycles = 0, energy_nj = 0;
+  std::vector<std::pair<hardware::EnergyEvents, double>> views;  // events and cycles of each
 };
-CycleCost cycle_cost(const hardware::Machine& gpu, const std::vector<timing::FrameWork>& views);
+CycleCost cycle_cost(const GpuConfiguration& gpu, const std::vector<timing::FrameWork>& views);
+// The energy of the same work in the same cycles on a machine of other energies, areas or voltages.
+double energy_nj(const GpuConfiguration& gpu, const CycleCost& cost);
 
 // Caches from frame to frame, as gpu.queues.caches says: frames that do not follow each other find them empty.
 class CachesOfFrames {

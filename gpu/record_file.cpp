@@ -24,9 +24,9 @@ constexpr std::uint64_t kExpansion = 16;
 
 // Keys of SplitPrices.
 bool prices_splits(std::string_view key) {
-  constexpr std::array<std::string_view, 7> kKeys = {
+  constexpr std::array<std::string_view, 8> kKeys = {
       "frontend.bounds_per_clk", "binner.entries_per_clk", "tilecore.entries_per_clk", "tilecore.boxes_per_clk",
-      "tilecore.count",          "memory.bytes_per_clk",   "memory.gpu_share"};
+      "tilecore.count",          "memory.gb_per_s",        "memory.gpu_share",         "clock.mhz"};
   return std::find(kKeys.begin(), kKeys.end(), key) != kKeys.end();
 }
 

@@ -89,9 +89,7 @@ const std::vector<std::string>& known_keys() {
 void set_key(const std::string& name, const nlohmann::json& value, RunSettings& settings, GpuConfiguration& gpu) {
   if (const auto* key = settings_keys().find(name))
     settings_keys().set(settings, *key, value);
-  else if (const auto* gpu_key = gpu_keys().find(name))
-    gpu_keys().set(gpu, *gpu_key, value);
-  else
+  else if (!set_gpu_key(name, value, gpu))
     throw UsageError(unknown_key_message(name, known_keys()));
 }
 

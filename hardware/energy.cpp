@@ -1,6 +1,9 @@
 #include "hardware/energy.h"
 
+#include <cmath>
+
 #include "hardware/stage.h"
+#include "hardware/voltage.h"
 
 namespace tessera::hardware {
 
@@ -14,10 +17,23 @@ void FrameEnergy::accumulate(const FrameEnergy& frame) {
   for (const auto& [unit, nj] : frame.by_unit_nj) by_unit_nj[unit] += nj;
 }
 
-FrameEnergy frame_energy(const Machine& gpu, const EnergyEvents& events, double cycles) {
+namespace {
+
+// Of an access to a memory on chip against one to the default's.
+double access_ratio(std::int64_t bytes, std::int64_t default_bytes) {
+  return std::sqrt(static_cast<double>(bytes) / static_cast<double>(default_bytes));
+}
+
+}  // namespace
+
+FrameEnergy frame_energy(const Machine& gpu, const EnergyEvents& events, double cycles, double mm2) {
   FrameEnergy energy;
+  const double voltage = supply_volts(gpu.clock_mhz, gpu.nominal_mhz) / kNominalVolts, square = voltage * voltage;
+  const double tile_memory = access_ratio(gpu.cores.memory_bytes, TileCores().memory_bytes),
+               texture_cache = access_ratio(gpu.caches.texture_bytes, Caches().texture_bytes),
+               l2 = access_ratio(gpu.caches.l2_bytes, Caches().l2_bytes);
   const auto add = [&](std::string_view unit, double count, double pj) {
-    energy.by_unit_nj[std::string(unit)] += count * pj * 1e-3;
+    energy.by_unit_nj[std::string(unit)] += count * pj * square * 1e-3;
   };
   const auto count = [&](Stage stage, std::uint64_t number, double pj) {
     add(name(stage), static_cast<double>(number), pj);
@@ -35,21 +51,22 @@ FrameEnergy frame_energy(const Machine& gpu, const EnergyEvents& events, double 
   count(Stage::kStencil, events.stencil_tests, gpu.geometry_energy.stencil_test_pj);
   count(Stage::kSampling, events.sampling_operations, gpu.geometry_energy.sampling_operation_pj);
   count(Stage::kTriangleTests, events.triangle_tests, gpu.geometry_energy.triangle_test_pj);
-  count(Stage::kTriangleTests, events.hits, gpu.geometry_energy.hit_pj);
+  count(Stage::kTriangleTests, events.hits, gpu.geometry_energy.hit_pj * tile_memory);
   count(Stage::kAlphaTests, events.alpha_tests, gpu.geometry_energy.alpha_test_pj);
-  count(Stage::kCoarseDepth, events.depth_blocks, gpu.geometry_energy.depth_block_pj);
+  count(Stage::kCoarseDepth, events.depth_blocks, gpu.geometry_energy.depth_block_pj * tile_memory);
   count(Stage::kCompaction, events.compacted_samples, gpu.energy.compacted_sample_pj);
   count(Stage::kShader, events.surface_evaluations, gpu.energy.shader_operation_pj * gpu.shader.surface_operations);
   count(Stage::kShader, events.shader_clocks, gpu.energy.shader_operation_pj);
   count(Stage::kShader, events.shader_invocations, gpu.energy.shader_operation_pj * gpu.shader.operations);
-  count(Stage::kTexture, events.texels, gpu.energy.texel_pj);
-  add("l2", static_cast<double>(events.l2_lines), gpu.energy.l2_line_pj);
+  count(Stage::kTexture, events.texels, gpu.energy.texel_pj * (2 + texture_cache) / 3);
+  add("l2", static_cast<double>(events.l2_lines), gpu.energy.l2_line_pj * l2);
   count(Stage::kBlend, events.blended_layers, gpu.energy.blend_pj);
   count(Stage::kResolve, events.pixels, gpu.energy.resolved_pixel_pj);
   count(Stage::kResolve, events.resolve_operations, gpu.energy.resolve_operation_pj);
-  count(Stage::kDram, events.dram_bytes * 8, gpu.memory.pj_per_bit);
+  energy.by_unit_nj[std::string(name(Stage::kDram))] =
+      static_cast<double>(events.dram_bytes * 8) * gpu.memory.pj_per_bit * 1e-3;
   // 1 mW for 1 us is 1 nJ.
-  energy.by_unit_nj["leakage"] = gpu.energy.leakage_mw * cycles / gpu.clock_mhz;
+  energy.by_unit_nj["leakage"] = gpu.energy.leakage_mw_per_mm2 * mm2 * voltage * cycles / gpu.clock_mhz;
   return energy;
 }
 

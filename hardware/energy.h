@@ -23,9 +23,12 @@ struct EnergyEvents {
 
 // Energy of a frame in nanojoules, by unit: names of stages, "l2" and "leakage" beside them.
 //
-//   unit     = its events x the energy of one (energy.*)
-//   dram     = bits over the external interface x memory.pj_per_bit
-//   leakage  = energy.leakage_mw x cycles / clock
+//   unit     = its events x the energy of one (energy.*) x (V / nominal V)^2, V by clock.mhz (hardware/voltage.h)
+//   dram     = bits over the external interface x memory.pj_per_bit, at the memory's own voltage
+//   leakage  = energy.leakage_mw_per_mm2 x mm2 x V / nominal V x cycles / clock
+//
+// An access to a memory on chip goes with the square root of its capacity: l2 lines, hits and depth blocks of the tile
+// memory, a third of a lookup (16 of its bytes at 2.5 pJ for 8, of 15 pJ).
 //
 // A model of where energy goes, not of a part: see docs/timing_model.md for what its numbers rest on.
 struct FrameEnergy {
@@ -35,6 +38,7 @@ struct FrameEnergy {
   double total_nj() const;
   void accumulate(const FrameEnergy& frame);
 };
-FrameEnergy frame_energy(const Machine& gpu, const EnergyEvents& events, double cycles);
+// `mm2`: all of the machine (hardware/area.h).
+FrameEnergy frame_energy(const Machine& gpu, const EnergyEvents& events, double cycles, double mm2);
 
 }  // namespace tessera::hardware

@@ -11,7 +11,14 @@ Keys<Machine> speed_keys() {
   Keys<Machine> keys = {
       {"clock.mhz", &Machine::clock_mhz, "MHz", 1, 10000,
        "Clock of the whole GPU; cycles everywhere are cycles of this clock.",
-       "[spec] 650 on Mali-G31, 653 and 900 on Adreno 530 and 730; [assumed] 850 between them"},
+       "[spec] 650 on Mali-G31, 653 and 900 on Adreno 530 and 730; [assumed] 850 between them", KeyEnds{650, 1000}},
+      {"voltage.nominal_mhz", &Machine::nominal_mhz, "MHz", 1, 10000,
+       "Clock that the GPU reaches at 0.8 V, for which energies and leakage are given. Other clocks have other "
+       "voltages "
+       "(hardware/voltage.h); energy of an event goes with their square, the memory's stays.",
+       "[spec] curve: Mali-G57 in MT8192, 7 nm, 358 MHz at 0.606 V to 866 at 0.8, Linux's operating points; [assumed] "
+       "each preset runs at its own",
+       KeyEnds{700, 1000}},
   };
   keys.add(&Machine::cores,
            Keys<TileCores>{
@@ -122,7 +129,8 @@ Keys<Machine> memory_keys() {
           {"tilecore.memory_bytes", &TileCores::memory_bytes, "bytes", 1024, 1073741824.0,
            "On-chip tile memory of a core: as many tiles as fit with what their samples see are in work at once (the "
            "samples "
-           "of one tested while another is shaded), at least one.",
+           "of one tested while another is shaded). A preset's grows to what one tile needs; less of one's own is "
+           "refused.",
            "[assumed] two tiles with 4 samples a pixel; [spec] 132 KB to 21 MB of GMEM on Adreno"},
       });
   keys.add(
@@ -146,25 +154,33 @@ Keys<Machine> memory_keys() {
       &Machine::memory,
       Keys<MemoryInterface>{
           {"memory.model", &MemoryInterface::model,
-           "With machine.timing=events: the external memory as bytes at memory.bytes_per_clk (fluid), or as channels, "
+           "With machine.timing=events: the external memory as bytes at memory.gb_per_s (fluid), or as channels, "
            "banks and rows of memory.type with a controller that sorts requests (banks).",
            "[assumed] fluid"},
           {"memory.type", &MemoryInterface::type,
-           "With memory.model=banks: four channels of 16 bits of this kind, with its own clock; memory.gpu_share is "
-           "then "
-           "of no account.",
+           "With memory.model=banks: channels of 16 bits of this kind, with its own clock; memory.gb_per_s, "
+           "memory.latency_ns and memory.gpu_share are then of no account.",
            "[spec] JEDEC JESD209-4 and -5, as in memory/dram_spec.cpp"},
-          {"memory.bytes_per_clk", &MemoryInterface::bytes_per_clk, "bytes/clk", 0.125, 65536,
-           "Peak rate of the external memory.",
-           "[spec] per GPU clock: LPDDR4-3200 x32 (12.8 GB/s), LPDDR4X-4266 x64 (34.1), LPDDR5X-8533 x64 (68.3)"},
+          {"memory.channels", &MemoryInterface::channels, "channels", 1, 16,
+           "With memory.model=banks: channels of 16 bits, a power of two.", "[spec] x32 has two, x64 four"},
+          {"memory.ranks", &MemoryInterface::ranks, "ranks", 1, 4,
+           "With memory.model=banks: ranks of a channel, a power of two.", "[spec] one or two in phones"},
+          {"memory.gb_per_s", &MemoryInterface::gb_per_s, "GB/s", 0.001, 100000,
+           "Peak rate of the external memory. memory.bytes_per_clk sets it too, by the clock.mhz of that moment.",
+           "[spec] LPDDR4-3200 x32 (12.8 GB/s), LPDDR4X-4266 x64 (34.1), LPDDR5X-8533 x64 (68.3)"},
           {"memory.gpu_share", &MemoryInterface::gpu_share, "", 0.01, 1,
-           "Part of the peak rate that the GPU gets: refresh, turn-around, other users.", "[assumed]"},
-          {"memory.latency_clk", &MemoryInterface::latency_clk, "clk", 0, 10000,
-           "Time from a read to its data on an idle memory.",
-           "[spec] Arm counts latencies from 128 to 384 cycles, above 256 as trouble; [assumed] the middle"},
+           "Part of the peak rate that the GPU gets: refresh, turn-around, other users.", "[assumed]",
+           KeyEnds{0.5, 0.9}},
+          {"memory.latency_ns", &MemoryInterface::latency_ns, "ns", 0, 100000,
+           "Time from a read to its data on an idle memory. memory.latency_clk sets it too, by the clock.mhz of that "
+           "moment.",
+           "[spec] Arm counts latencies from 128 to 384 cycles, above 256 as trouble; [assumed] the middle, 192 of 850 "
+           "MHz",
+           KeyEnds{150, 450}},
           {"memory.pj_per_bit", &MemoryInterface::pj_per_bit, "pJ/bit", 0, 1000,
            "Energy of a bit over the external interface, memory, interface and controller together.",
-           "[spec] Arm: 100 mW per GB/s is 12.5; [assumed] 8 for LPDDR5X by its makers' claims of better efficiency"},
+           "[spec] Arm: 100 mW per GB/s is 12.5; [assumed] 8 for LPDDR5X by its makers' claims of better efficiency",
+           KeyEnds{8, 16}},
       });
   return keys;
 }
@@ -243,9 +259,12 @@ Keys<GeometryPrices> geometry_energy_keys() {
       {"energy.alpha_test_pj", &GeometryPrices::alpha_test_pj, "pJ", 0, 1e9, "Alpha test.",
        "[assumed] a bilinear lookup and what it compares"},
       {"energy.depth_block_pj", &GeometryPrices::depth_block_pj, "pJ", 0, 1e9,
-       "Block of 8x8 pixels whose farthest depth is found again.",
+       "Block of 8x8 pixels whose farthest depth is found again, in a tile memory of 192 KiB; goes with the square "
+       "root "
+       "of tilecore.memory_bytes.",
        "[assumed] 4 samples a pixel: 256 depths, 2.5 pJ for 8 bytes"},
-      {"energy.hit_pj", &GeometryPrices::hit_pj, "pJ", 0, 1e9, "Hit taken to the tile memory.",
+      {"energy.hit_pj", &GeometryPrices::hit_pj, "pJ", 0, 1e9,
+       "Hit taken to a tile memory of 192 KiB; goes with the square root of tilecore.memory_bytes.",
        "[assumed] depth read, what a sample sees written"},
   };
 }
@@ -256,9 +275,11 @@ Keys<EnergyPrices> energy_keys() {
        "Visible sample or blended layer packed into a warp.", "[assumed] a few bytes moved on chip"},
       {"energy.shader_operation_pj", &EnergyPrices::shader_operation_pj, "pJ", 0, 1e9,
        "Operation of the pixel shader with its registers.", "[assumed] 1.15 pJ and a third more"},
-      {"energy.texel_pj", &EnergyPrices::texel_pj, "pJ", 0, 1e9, "Bilinear lookup with the texture cache.",
+      {"energy.texel_pj", &EnergyPrices::texel_pj, "pJ", 0, 1e9,
+       "Bilinear lookup with a texture cache of 16 KiB; a third of it goes with the square root of the capacity.",
        "[assumed] 16 bytes on chip, 8 operations"},
-      {"energy.l2_line_pj", &EnergyPrices::l2_line_pj, "pJ", 0, 1e9, "Line read from or filled into the L2.",
+      {"energy.l2_line_pj", &EnergyPrices::l2_line_pj, "pJ", 0, 1e9,
+       "Line read from or filled into an L2 of 256 KiB; goes with the square root of l2.bytes.",
        "[assumed] ten times the small cache, 64 bytes"},
       {"energy.blend_pj", &EnergyPrices::blend_pj, "pJ", 0, 1e9, "Blended layer of a sample composed.",
        "[assumed] 4 operations of 1.15 pJ"},
@@ -266,8 +287,43 @@ Keys<EnergyPrices> energy_keys() {
        "Pixel resolved, memory traffic apart.", "[assumed] 4 samples of 4 operations"},
       {"energy.resolve_operation_pj", &EnergyPrices::resolve_operation_pj, "pJ", 0, 1e9, "Operation of desampling.",
        "[assumed] a multiplication by 8 bits and an addition for four channels"},
-      {"energy.leakage_mw", &EnergyPrices::leakage_mw, "mW", 0, 1e6, "Power of the GPU that does nothing.",
-       "[assumed]"},
+      {"energy.leakage_mw_per_mm2", &EnergyPrices::leakage_mw_per_mm2, "mW/mm2", 0, 1e6,
+       "Power of a mm2 that does nothing, at 0.8 V; goes with the voltage.",
+       "[assumed] 60 mW for four cores in a warm phone", KeyEnds{3, 30}},
+  };
+}
+
+// 45 nm: 0.012 mm2 for a fused operation of 32 bits (Horowitz); a 25th of that at 7 nm is assumed: 0.0005. Navi 10 and 14
+// (7 nm, 249 mm2 with 2560 lanes, 157 with 1536) bound a lane with its share of all else: 0.09 mm2 at 1.8 GHz.
+Keys<AreaPrices> area_keys() {
+  constexpr double kMaxArea = 1e6;
+  return {
+      {"area.frontend_mm2", &AreaPrices::bound_mm2, "mm2", 0, kMaxArea, "Front end for each bound in a clock, at 7 nm.",
+       "[assumed] 900 operations of 0.0005 mm2, twice with what stores them"},
+      {"area.binner_mm2", &AreaPrices::binned_entry_mm2, "mm2", 0, kMaxArea,
+       "Binner for each entry in a clock, or for four tested tiles if that is more.", "[assumed]"},
+      {"area.core_mm2", &AreaPrices::core_mm2, "mm2", 0, kMaxArea,
+       "What a core has whatever its rates: list fetch, sorter, warp scheduler, compaction, interfaces.", "[assumed]"},
+      {"area.tessellator_mm2", &AreaPrices::vertex_mm2, "mm2", 0, kMaxArea,
+       "Tessellator and box builder of a core for each vertex in a clock.",
+       "[assumed] 130 operations of 0.0005 mm2, nearly twice with what stores them"},
+      {"area.test_mm2", &AreaPrices::test_mm2, "mm2", 0, kMaxArea,
+       "Lane of box or triangle tests; of stencil and alpha tests an eighth.",
+       "[assumed] 7 operations of less than 32 bits"},
+      {"area.lane_mm2", &AreaPrices::lane_mm2, "mm2", 0, kMaxArea,
+       "Lane of the pixel shader or of the sampling array, without registers.",
+       "[assumed] a fused operation of 0.0005 mm2, conversions, transcendentals, operands, issue"},
+      {"area.texel_mm2", &AreaPrices::texel_mm2, "mm2", 0, kMaxArea,
+       "Texture unit for each bilinear lookup in a clock, without its cache.", "[assumed] ten lanes"},
+      {"area.pixel_mm2", &AreaPrices::pixel_mm2, "mm2", 0, kMaxArea,
+       "Resolve and blending for each pixel, layer or 16 operations in a clock.", "[assumed] a lane"},
+      {"area.sram_mm2_per_kib", &AreaPrices::sram_mm2_per_kib, "mm2/KiB", 0, kMaxArea, "Caches and tile memory.",
+       "[spec] TSMC, 7 nm: cells of 0.027 um2, 0.00022 a KiB; a test chip of 256 Mbit takes 42.64 mm2, 0.0013; "
+       "[assumed] "
+       "between",
+       KeyEnds{0.00022, 0.0013}},
+      {"area.register_mm2_per_kib", &AreaPrices::register_mm2_per_kib, "mm2/KiB", 0, kMaxArea, "Registers of a core.",
+       "[assumed] twice area.sram_mm2_per_kib: more ports"},
   };
 }
 
@@ -287,6 +343,7 @@ Keys<Machine> machine_keys() {
       .add(&Machine::queues, queue_keys())
       .add(&Machine::geometry_energy, geometry_energy_keys())
       .add(&Machine::energy, energy_keys())
+      .add(&Machine::area, area_keys())
       .add(&Machine::reprojection, reprojection_keys())
       // What units do hangs on these: how warps are packed, and what the caches of the emulated order hold.
       .mark_timing_but({"shader.warp_lanes", "cache.line_bytes", "texture.cache_bytes", "texture.cache_ways",

@@ -79,10 +79,12 @@ enum class MemoryType : std::uint8_t { kLpddr4x4266, kLpddr5_6400, kLpddr5x8533 
 struct MemoryInterface {
   MemoryModel model = MemoryModel::kFluid;
   MemoryType type = MemoryType::kLpddr4x4266;
+  std::int64_t channels = 4;  // of 16 bits
+  std::int64_t ranks = 1;
   std::int64_t burst_bytes = 64;
-  double bytes_per_clk = 40.1;
+  double gb_per_s = 34.085;
   double gpu_share = 0.7;
-  double latency_clk = 192;
+  double latency_ns = 192 / 0.85;
   double pj_per_bit = 12.5;
 };
 
@@ -132,7 +134,7 @@ struct GeometryPrices {
   double hit_pj = 12;
 };
 
-// What one event of each unit costs from there on, and leakage.
+// What one event of each unit costs from there on, and what a mm2 leaks.
 struct EnergyPrices {
   double compacted_sample_pj = 1;
   double shader_operation_pj = 1.5;
@@ -141,11 +143,27 @@ struct EnergyPrices {
   double blend_pj = 5;
   double resolved_pixel_pj = 20;
   double resolve_operation_pj = 1;
-  double leakage_mw = 60;
+  double leakage_mw_per_mm2 = 10;
 };
 
+// Silicon of a unit that does one thing in a clock, of a lane, of a KiB (hardware/area.h).
+struct AreaPrices {
+  double bound_mm2 = 1;
+  double binned_entry_mm2 = 0.1;
+  double core_mm2 = 0.15;
+  double vertex_mm2 = 0.12;
+  double test_mm2 = 0.003;
+  double lane_mm2 = 0.008;
+  double texel_mm2 = 0.08;
+  double pixel_mm2 = 0.01;
+  double sram_mm2_per_kib = 0.0005;
+  double register_mm2_per_kib = 0.001;
+};
+
+// The memory has its own clock and its own supply: another clock of the GPU leaves both alone.
 struct Machine {
   double clock_mhz = 850;
+  double nominal_mhz = 850;  // at which the energies hold (hardware/voltage.h)
   TileCores cores;
   Throughputs rates;
   ReprojectionUnit reprojection;
@@ -155,6 +173,13 @@ struct Machine {
   QueueSizes queues;
   GeometryPrices geometry_energy;
   EnergyPrices energy;
+  AreaPrices area;
+
+  // The memory's rate and latency in clocks of the GPU.
+  double bytes_per_clk() const { return memory.gb_per_s * 1e3 / clock_mhz; }
+  double latency_clk() const { return memory.latency_ns * clock_mhz * 1e-3; }
+  void set_bytes_per_clk(double bytes) { memory.gb_per_s = bytes * clock_mhz * 1e-3; }
+  void set_latency_clk(double clk) { memory.latency_ns = clk * 1e3 / clock_mhz; }
 
   // A line of the texture caches and the L2: at least a burst.
   std::int64_t line_bytes() const { return std::max(caches.line_bytes, memory.burst_bytes); }

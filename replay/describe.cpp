@@ -69,7 +69,8 @@ const std::vector<Topic>& topics() {
        "[measured] our own\n"
        "measurements, [assumed] our own choice; the source of a number is that of its values in all presets. Presets: "
        "`hardware/presets/`, with the source of each of their numbers. Keys of pass "
-       "`timing` time a record (`tessera time`), those of `function` make another. What "
+       "`timing` time a record (`tessera time`), those of `function` make another. Low and high are where an assumed "
+       "number may lie (`--sensitivity`), in the same ratio to a preset's. What "
        "cycles and energies follow\n"
        "from these numbers, and how, is in [timing_model.md](timing_model.md).",
        {{"key", "key"},
@@ -78,6 +79,7 @@ const std::vector<Topic>& topics() {
         {"default", "default"},
         {"other_presets", "other presets"},
         {"range", "range"},
+        {"ends", "low to high"},
         {"pass", "pass"},
         {"meaning", "meaning"},
         {"source", "source"}}},
@@ -265,6 +267,9 @@ std::string range_of(const json& row) {
 
 std::string cell_text(const json& row, const std::string& key) {
   if (key == "range") return range_of(row);
+  if (key == "ends")
+    return row.contains("low") ? fmt::format("{:.6g} to {:.6g}", row["low"].get<double>(), row["high"].get<double>())
+                               : "";
   if (key == "member_names") {
     std::string text;
     for (const json& member : row["members"]) text += (text.empty() ? "" : ", ") + member["name"].get<std::string>();

@@ -27,7 +27,7 @@ std::vector<std::string> unit_names() {
 
 std::vector<std::string> energy_names() {
   std::vector<std::string> names;
-  for (const auto& [unit, nj] : hardware::frame_energy({}, {}, 0).by_unit_nj) names.push_back(unit);
+  for (const auto& [unit, nj] : hardware::frame_energy({}, {}, 0, 0).by_unit_nj) names.push_back(unit);
   return names;
 }
 
@@ -67,13 +67,15 @@ json energy_json(const hardware::FrameEnergy& energy) {
   return {{"total_nj", energy.total_nj()}, {"by_unit", energy.by_unit_nj}};
 }
 
+json area_json(const hardware::Area& area) { return {{"total_mm2", area.total_mm2()}, {"by_unit", area.by_unit_mm2}}; }
+
 std::string model_csv_header() {
   std::string text = ",timing.cycles,timing.latency_cycles,timing.bound_by,timing.bound_by_cycles";
   for (const std::string& unit : unit_names())
     text += fmt::format(",timing.{0}.busy_cycles,timing.{0}.utilisation", unit);
   text += ",energy.total_nj";
   for (const std::string& unit : energy_names()) text += fmt::format(",energy.{}_nj", unit);
-  return text;
+  return text + ",area.total_mm2";
 }
 
 std::string model_csv(const json& frame) {
@@ -86,7 +88,7 @@ std::string model_csv(const json& frame) {
                         timing["units"][unit]["utilisation"].get<double>());
   text += fmt::format(",{:.3f}", energy["total_nj"].get<double>());
   for (const std::string& unit : energy_names()) text += fmt::format(",{:.3f}", energy["by_unit"][unit].get<double>());
-  return text;
+  return text + fmt::format(",{:.6f}", frame["area"]["total_mm2"].get<double>());
 }
 
 }  // namespace tessera::replay

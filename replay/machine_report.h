@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "hardware/area.h"
 #include "hardware/energy.h"
 #include "timing/timing_model.h"
 
@@ -23,7 +24,10 @@ nlohmann::json timing_json(const timing::FrameTiming& timing);
 // their names.
 nlohmann::json energy_json(const hardware::FrameEnergy& energy);
 
-// Columns of stats.csv for both, each with a comma in front; the row from a frame of stats.json.
+// The member "area": {"total_mm2", "by_unit": {unit: mm2}} of the machine that the frame was timed on.
+nlohmann::json area_json(const hardware::Area& area);
+
+// Columns of stats.csv for the first two and the whole area, each with a comma in front; the row from a frame of stats.json.
 std::string model_csv_header();
 std::string model_csv(const nlohmann::json& frame);
 

@@ -1,5 +1,6 @@
 #include "replay/option_numbers.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <sstream>
@@ -67,6 +68,10 @@ NumberPair parse_pair(const std::string& option, const std::string& text, const 
 double check_number(const std::string& option, double value, double low, double high, bool open) {
   if (value >= low && value <= high && !(open && value == low)) return value;
   throw UsageError(fmt::format("{} {}: expected a number in {}{}, {}]", option, value, open ? "(" : "[", low, high));
+}
+
+bool sets_key(const std::vector<std::string>& sets, const std::string& key) {
+  return std::any_of(sets.begin(), sets.end(), [&](const std::string& set) { return set.starts_with(key + "="); });
 }
 
 }  // namespace tessera::replay

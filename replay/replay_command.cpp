@@ -22,6 +22,7 @@
 #include "gpu/frame_stream.h"
 #include "gpu/image_bytes.h"
 #include "gpu/record_file.h"
+#include "gpu/tile_memory.h"
 #include "gpu/timeline.h"
 #include "replay/commands.h"
 #include "replay/frame_files.h"
@@ -29,6 +30,7 @@
 #include "replay/progress.h"
 #include "replay/report/report.h"
 #include "replay/reproduction.h"
+#include "replay/sensitivity.h"
 #include "replay/statistics.h"
 #include "replay/tile_map_files.h"
 #include "scene/capture_reader.h"
@@ -112,6 +114,10 @@ class ReplayCommand final : public Command {
     app.add_flag("--baselines", baselines_,
                  "Run other ways to bin the same frames as well, and print all side by side: patches whole, triangles "
                  "with vertices, positions or references, no bins at all");
+    app.add_flag(
+        "--sensitivity", sensitivity_,
+        "Time the first frame again with each number that timing reads at both ends of what it may be, and say "
+        "what hangs on it; in stats.json as well");
     app.add_flag("--no-report", no_report_, "Do not write report.html");
     app.add_flag("--quiet", quiet_, "No progress, no summary");
     app.footer(
@@ -136,6 +142,8 @@ class ReplayCommand final : public Command {
     if (spp_) gpu::settings_keys().set(settings, *gpu::settings_keys().find("sampling.samples_per_pixel"), *spp_);
     if (seed_) gpu::settings_keys().set(settings, *gpu::settings_keys().find("sampling.seed"), *seed_);
     gpu::check_gpu(gpu);
+    const std::string notice = gpu::fit_tile_memory(gpu, settings, sets_key(sets_, "tilecore.memory_bytes"));
+    if (!quiet_ && !notice.empty()) std::fprintf(stderr, "note: %s\n", notice.c_str());
     for (const std::string& layer : aux_)
       if (std::find(auxiliary_layers().begin(), auxiliary_layers().end(), layer) == auxiliary_layers().end())
         throw UsageError(fmt::format("--aux {}: layers are {}", layer, fmt::join(auxiliary_layers(), ", ")));
@@ -167,10 +175,12 @@ class ReplayCommand final : public Command {
     if (!history_.empty())
       renderer.set_history(tilecore::History::restore(history_, limits.max_bytes / kHistoryBytesPerPixel));
     Statistics statistics(capture, gpu, settings, request);
+    statistics.add_gpu_notice(notice);
     statistics.set_host(capture.load_seconds, capture.decode_seconds, assemble_seconds);
     const float exposure =
         settings.output.exposure > 0 ? static_cast<float>(settings.output.exposure) : capture.settings.exposure;
     NamedFiles files(*this, gpu, settings, request, renderer);
+    std::vector<timing::FrameWork> first_views;
     install_stop_handler();
     const int begin = std::max(0, first - warmup_);
     warm_up(renderer, begin, first);
@@ -185,6 +195,7 @@ class ReplayCommand final : public Command {
       for (int frame = first; frame < last && !stop_requested(); ++frame) {
         gpu::FrameResult result = frames.next();
         files.add(result);
+        if (sensitivity_ && first_views.empty()) first_views = views_of(result);
         statistics.add(result, baselines_ ? &schemes.last() : nullptr);
         images.add(frame, std::move(result.targets));
         if (result.right) images.add(frame, std::move(result.right->targets), "right");
@@ -195,6 +206,7 @@ class ReplayCommand final : public Command {
       const LongStep writing("writing images", quiet_);
       images.finish();
     }
+    if (!first_views.empty()) add_sensitivity(gpu, first_views, statistics);
     statistics.write(out_);
     files.commit(renderer);
     if (stop_requested())
@@ -219,6 +231,20 @@ class ReplayCommand final : public Command {
     }
   }
 
+  static std::vector<timing::FrameWork> views_of(const gpu::FrameResult& result) {
+    std::vector<timing::FrameWork> views = {result.model->record.work};
+    if (result.right) views.push_back(*result.right->work);
+    return views;
+  }
+
+  void add_sensitivity(const gpu::GpuConfiguration& gpu, const std::vector<timing::FrameWork>& views,
+                       Statistics& statistics) const {
+    const LongStep step("timing it again", quiet_);
+    const Sensitivity sensitivity = measure_sensitivity(gpu, views);
+    statistics.set_sensitivity(sensitivity_json(sensitivity));
+    if (!quiet_) print_sensitivity(beside_outputs({trace_, dram_trace_, record_, save_history_}), sensitivity);
+  }
+
   memory::DramTraceUnits dram_units(std::uint64_t burst_bytes) const {
     const auto bytes = dram_transaction_.value_or(static_cast<std::uint32_t>(burst_bytes));
     if (dram_transaction_ && (!std::has_single_bit(bytes) || bytes < 16 || bytes > 1024))
@@ -231,8 +257,9 @@ class ReplayCommand final : public Command {
    public:
     NamedFiles(const ReplayCommand& command, const gpu::GpuConfiguration& gpu, const gpu::RunSettings& settings,
                const gpu::RenderRequest& request, const gpu::Device& renderer) {
-      if (!settings.output.machine_model && !(command.trace_ + command.dram_trace_ + command.record_).empty())
-        throw UsageError("--trace, --dram-trace and --record need output.machine_model=true");
+      if (!settings.output.machine_model &&
+          (command.sensitivity_ || !(command.trace_ + command.dram_trace_ + command.record_).empty()))
+        throw UsageError("--trace, --dram-trace, --record and --sensitivity need output.machine_model=true");
       if (!command.trace_frames_.empty()) frames_ = parse_frames("--trace-frames", command.trace_frames_);
       gpu::Timeline::Limits tiles;
       if (!command.trace_tiles_.empty()) {
@@ -375,7 +402,7 @@ class ReplayCommand final : public Command {
   int warmup_ = 0;
   unsigned threads_ = 0;
   double max_memory_gib_ = 4;
-  bool quiet_ = false, baselines_ = false, no_report_ = false, strict_ = false;
+  bool quiet_ = false, baselines_ = false, no_report_ = false, strict_ = false, sensitivity_ = false;
 };
 
 }  // namespace

@@ -137,7 +137,7 @@ void check_record_ratios(std::vector<SelfCheck>& checks) {
 void check_memory_figures(std::vector<SelfCheck>& checks) {
   const auto rate = [](const char* preset) {
     const gpu::GpuConfiguration gpu = gpu::load_gpu(preset);
-    return gpu.memory.bytes_per_clk * gpu.clock_mhz * 1e-3;
+    return gpu.memory.gb_per_s;
   };
   checks.push_back(
       near("peak memory rate of preset entry-mobile", 12.8, rate("entry-mobile"), 0.05, "GB/s", "LPDDR4-3200 x32"));
@@ -149,7 +149,7 @@ void check_memory_figures(std::vector<SelfCheck>& checks) {
   timing::FrameWork work;
   work.other_bytes = 1000000000;
   const double nj =
-      hardware::frame_energy(gpu::load_gpu("mid-mobile"), timing::energy_events(work), 0).by_unit_nj.at("dram");
+      hardware::frame_energy(gpu::load_gpu("mid-mobile"), timing::energy_events(work), 0, 0).by_unit_nj.at("dram");
   checks.push_back(
       near("power of 1 GB/s of traffic, preset mid-mobile", 100, nj * 1e-6, 1e-9, "mW", "Arm's rule of thumb"));
 }

@@ -37,6 +37,7 @@ Statistics::Statistics(const scene::Capture& capture, const gpu::GpuConfiguratio
   head_["capture"] = {
       {"file", capture.file.filename().string()}, {"bytes", capture.file_bytes}, {"notices", capture.notices}};
   head_["gpu"] = gpu::gpu_json(gpu);
+  head_["gpu_notices"] = nlohmann::json::array();
   head_["settings"] = settings_json(settings);
   head_["settings"]["width"] = request.width;
   head_["settings"]["height"] = request.height;
@@ -60,6 +61,7 @@ json frame_json(const gpu::FrameResult& frame, const baselines::BaselineSet* sch
   if (frame.model) {
     out["timing"] = timing_json(frame.model->timing);
     out["energy"] = energy_json(frame.model->energy);
+    out["area"] = area_json(frame.model->area);
   }
   if (frame.right) out["right_eye"] = {{"counters", counters_json(frame.right->counters)}};
   if (schemes != nullptr) out["baselines"] = baselines_json(*schemes);
@@ -68,6 +70,10 @@ json frame_json(const gpu::FrameResult& frame, const baselines::BaselineSet* sch
 
 void Statistics::set_host(double load, double decode, double assemble) {
   head_["host"]["stages"] = {{"load", load}, {"decode", decode}, {"assemble", assemble}};
+}
+
+void Statistics::add_gpu_notice(const std::string& notice) {
+  if (!notice.empty()) head_["gpu_notices"].push_back(notice);
 }
 
 void Statistics::add(const gpu::FrameResult& frame, const baselines::BaselineSet* schemes) {
@@ -79,6 +85,7 @@ void Statistics::add(const gpu::FrameResult& frame, const baselines::BaselineSet
     if (!timing_) timing_.emplace();
     timing_->accumulate(frame.model->timing);
     energy_.accumulate(frame.model->energy);
+    area_ = frames_.back()["area"];
   }
   if (schemes != nullptr) {
     baselines_.add(frame.frame, *schemes);
@@ -98,6 +105,7 @@ json Statistics::json() const {
   if (timing_) {
     out["total"]["timing"] = timing_json(*timing_);
     out["total"]["energy"] = energy_json(energy_);
+    out["total"]["area"] = area_;
   }
   if (has_baselines_) out["total"]["baselines"] = baselines_json(baselines_.total());
   return out;

@@ -24,6 +24,12 @@ class Statistics {
   // assembling base patches. They are the member "host" of stats.json.
   void set_host(double load, double decode, double assemble);
 
+  // What is other about the machine than asked for; "" is nothing. They are the member "gpu_notices".
+  void add_gpu_notice(const std::string& notice);
+
+  // Of its first frame (sensitivity_json()): the member "sensitivity".
+  void set_sensitivity(nlohmann::json sensitivity) { head_["sensitivity"] = std::move(sensitivity); }
+
   // `schemes`: the baselines of the same frame, or null.
   void add(const gpu::FrameResult& frame, const baselines::BaselineSet* schemes = nullptr);
   std::size_t frame_count() const { return frames_.size(); }
@@ -43,6 +49,7 @@ class Statistics {
   gpu::FrameCounters total_;
   std::optional<timing::FrameTiming> timing_;
   hardware::FrameEnergy energy_;
+  nlohmann::json area_;
   double total_seconds_ = 0;
   BaselineReport baselines_;
   bool has_baselines_ = false;

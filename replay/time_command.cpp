@@ -1,5 +1,3 @@
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <string>
@@ -15,9 +13,11 @@
 #include "base/parallel.h"
 #include "gpu/machine_model.h"
 #include "gpu/record_file.h"
+#include "gpu/tile_memory.h"
 #include "replay/commands.h"
 #include "replay/machine_report.h"
 #include "replay/option_numbers.h"
+#include "replay/sensitivity.h"
 #include "replay/time_split.h"
 
 namespace tessera::replay {
@@ -38,8 +38,8 @@ class TimeCommand final : public Command {
         ->allow_extra_args(false);
     app.add_flag(
         "--sensitivity", sensitivity_,
-        "Time the first frame again with each number that timing reads at half and at twice its value, and say "
-        "what hangs on it");
+        "Time the first frame again with each number that timing reads at both ends of what it may be, and say what "
+        "hangs on it");
     app.add_option(
            "--split", split_,
            "Split the first frame's cycles, events and energy by drawables, materials or tiles: a table of those "
@@ -72,6 +72,9 @@ class TimeCommand final : public Command {
     if (!gpu_.empty()) machine.gpu = gpu::load_gpu(gpu_);
     for (const std::string& text : sets_) gpu::apply_setting(text, machine.settings, machine.gpu);
     gpu::check_gpu(machine.gpu);
+    const std::string notice =
+        gpu::fit_tile_memory(machine.gpu, machine.settings, sets_key(sets_, "tilecore.memory_bytes"));
+    if (!notice.empty()) std::fprintf(stderr, "note: %s\n", notice.c_str());
     gpu::check_same_function(record.head(), machine.gpu, machine.settings);
     const ThreadLimit threads(static_cast<std::size_t>(threads_));
 
@@ -86,15 +89,21 @@ class TimeCommand final : public Command {
       if ((sensitivity_ || split) && !first) first = *frame;
       const gpu::FrameCost cost =
           gpu::frame_cost(machine.gpu, frame->views, caches.of_frame(machine.gpu, frame->frame));
-      frames.push_back(
-          {{"frame", frame->frame}, {"timing", timing_json(cost.timing)}, {"energy", energy_json(cost.energy)}});
+      frames.push_back({{"frame", frame->frame},
+                        {"timing", timing_json(cost.timing)},
+                        {"energy", energy_json(cost.energy)},
+                        {"area", area_json(cost.area)}});
       total.timing.accumulate(cost.timing);
       total.energy.accumulate(cost.energy);
       print_row(words, std::to_string(frame->frame), cost, machine.gpu);
     }
     if (frames.size() != 1) print_row(words, "all", total, machine.gpu);
-    json sensitivity = json::array();
-    if (sensitivity_ && first) sensitivity = measure_sensitivity(words, machine.gpu, first->views);
+    json sensitivity;
+    if (sensitivity_ && first) {
+      const Sensitivity measured = measure_sensitivity(machine.gpu, first->views);
+      print_sensitivity(words, measured);
+      sensitivity = sensitivity_json(measured);
+    }
     json rows = json::array();
     if (split && first) rows = split_frame(words, *split, record.head(), machine.gpu, *first);
     if (json_.empty()) return;
@@ -105,7 +114,10 @@ class TimeCommand final : public Command {
                           {"frames", frames},
                           {"sensitivity", sensitivity},
                           {"split", {{"by", split_}, {"views", rows}}},
-                          {"total", {{"timing", timing_json(total.timing)}, {"energy", energy_json(total.energy)}}}},
+                          {"total",
+                           {{"timing", timing_json(total.timing)},
+                            {"energy", energy_json(total.energy)},
+                            {"area", area_json(machine.gpu.area())}}}},
                          1) +
                "\n");
     file.commit();
@@ -126,59 +138,6 @@ class TimeCommand final : public Command {
     }
     return views;
   }
-  // Cycles and energies of a frame over those with one number of the machine changed.
-  struct Influence {
-    std::string key;
-    double value = 0;
-    std::array<double, 2> cycles{}, energy{};  // at half the value, at twice; 1: as before
-    double most() const {
-      double most = 0;
-      for (const double ratio : {cycles[0], cycles[1], energy[0], energy[1]})
-        most = std::max(most, std::abs(ratio - 1));
-      return most;
-    }
-  };
-
-  static json measure_sensitivity(std::FILE* words, const gpu::GpuConfiguration& machine,
-                                  const std::vector<timing::FrameWork>& views) {
-    std::vector<Influence> all;
-    for (const auto& key : gpu::gpu_keys().keys()) {
-      const KeyValue value = key.get(machine);
-      if (!key.timing || std::holds_alternative<std::string>(value)) continue;
-      const double number = std::holds_alternative<double>(value) ? std::get<double>(value)
-                                                                  : static_cast<double>(std::get<std::int64_t>(value));
-      all.push_back({std::string(key.name), number, {1, 1}, {1, 1}});
-    }
-    const gpu::CycleCost plain = gpu::cycle_cost(machine, views);
-    parallel_for(2 * all.size(), [&](std::size_t k) {
-      Influence& of = all[k / 2];
-      const auto& key = *gpu::gpu_keys().find(of.key);
-      gpu::GpuConfiguration changed = machine;
-      const double number = std::clamp(of.value * (k % 2 == 0 ? 0.5 : 2.0), key.min, key.max);
-      if (std::holds_alternative<std::int64_t>(key.get(machine)))
-        key.set(changed, static_cast<std::int64_t>(number));
-      else
-        key.set(changed, number);
-      const gpu::CycleCost cost = gpu::cycle_cost(changed, views);
-      of.cycles[k % 2] = plain.cycles > 0 ? cost.cycles / plain.cycles : 1;
-      of.energy[k % 2] = plain.energy_nj > 0 ? cost.energy_nj / plain.energy_nj : 1;
-    });
-    std::stable_sort(all.begin(), all.end(),
-                     [](const Influence& a, const Influence& b) { return a.most() > b.most(); });
-    fmt::print(words, "\n{:<32} {:>12} {:>16} {:>16} {:>16} {:>16}\n", "number", "value", "cycles at half", "at twice",
-               "energy at half", "at twice");
-    json rows = json::array();
-    for (const Influence& of : all) {
-      rows.push_back({{"key", of.key}, {"value", of.value}, {"cycles", of.cycles}, {"energy", of.energy}});
-      if (of.most() >= kWorthSaying)
-        fmt::print(words, "{:<32} {:>12} {:>+15.1f}% {:>+15.1f}% {:>+15.1f}% {:>+15.1f}%\n", of.key, of.value,
-                   100 * (of.cycles[0] - 1), 100 * (of.cycles[1] - 1), 100 * (of.energy[0] - 1),
-                   100 * (of.energy[1] - 1));
-    }
-    return rows;
-  }
-  static constexpr double kWorthSaying = 0.005;
-
   static void print_row(std::FILE* words, const std::string& frame, const gpu::FrameCost& cost,
                         const gpu::GpuConfiguration& gpu) {
     fmt::print(words, "{:>6} {:>14.0f} {:>10.3f}  {:<14} {:<20} {:>12.3f}\n", frame, std::ceil(cost.timing.cycles),

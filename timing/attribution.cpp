@@ -117,7 +117,7 @@ std::map<std::uint32_t, DrawableShare> attribute(const hardware::Machine& gpu, c
       for (const auto& [drawable, part] : parts)
         for (std::size_t p = 0; p < kParts; ++p) sums[p] += part.weights[p];
       const StageCycles cycles = tile_cycles(gpu, round.tiles[t], &round.items[t]);
-      const auto nj = hardware::frame_energy(gpu, tile_events(gpu, round.tiles[t], &round.items[t]), 0).by_unit_nj;
+      const auto nj = hardware::frame_energy(gpu, tile_events(gpu, round.tiles[t], &round.items[t]), 0, 0).by_unit_nj;
       for (std::size_t p = 0; p < kParts; ++p) {
         const bool unit = p < kStageCount && of_core(static_cast<Stage>(p));
         const double clk = unit ? cycles[p] : p == kLines ? sums[p] : 0;
@@ -159,7 +159,7 @@ std::vector<TileShare> attribute_tiles(const hardware::Machine& gpu, const Frame
     share.cycles += scheduled.phases.back().end - scheduled.phases.front().begin;
     for (const std::uint64_t bytes : tile.dram_bytes) share.dram_bytes += bytes;
     const TileItems* items = round.items.empty() ? nullptr : &round.items[scheduled.index];
-    share.energy_nj += hardware::frame_energy(gpu, tile_events(gpu, tile, items), 0).total_nj();
+    share.energy_nj += hardware::frame_energy(gpu, tile_events(gpu, tile, items), 0, 0).total_nj();
     const StageCycles cycles = tile_cycles(gpu, tile, items);
     StageCycles& sum = busy[tile.tile];
     for (std::size_t s = 0; s < kStageCount; ++s) sum[s] += cycles[s];

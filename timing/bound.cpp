@@ -64,7 +64,7 @@ void double_stage(Machine& gpu, Stage stage) {
       rates.resolved_pixels_per_clk *= 2, rates.resolve_operations_per_clk *= 2;
       break;
     case Stage::kDram:
-      gpu.memory.bytes_per_clk *= 2;
+      gpu.memory.gb_per_s *= 2, gpu.memory.channels *= 2;
       break;
   }
 }
@@ -79,7 +79,7 @@ Machine doubled(const Machine& gpu, Bound bound) {
   }
   switch (bound) {
     case Bound::kLatency:
-      more.memory.latency_clk /= 2, more.queues.texture_latency_clk /= 2, more.queues.l2_latency_clk /= 2;
+      more.memory.latency_ns /= 2, more.queues.texture_latency_clk /= 2, more.queues.l2_latency_clk /= 2;
       more.queues.items *= 2, more.queues.fetched_lines *= 2, more.queues.store_bytes *= 2;
       more.queues.texture_requests *= 2, more.queues.l2_requests *= 2;
       more.queues.max_warps *= 2, more.queues.register_bytes *= 2;

@@ -157,7 +157,7 @@ class FrameSimulation {
     const StageCycles cycles = stage_cycles(gpu_, work);
     PhaseCycles stages{{}, work.patches};
     for (const Stage stage : kGeometryStages) stages.cycles.push_back(cycles[static_cast<std::size_t>(stage)]);
-    return {gpu_.memory.latency_clk, length_of(stages), bytes};
+    return {gpu_.latency_clk(), length_of(stages), bytes};
   }
 
   Job tile_job(const TileWork& work, Phase phase) const {
@@ -166,8 +166,8 @@ class FrameSimulation {
     // The list, then the sub-patches' records, then their patches'; texels that were asked for first. Stores are not
     // waited for.
     if (phase == Phase::kVisibility)
-      job.latency = gpu_.memory.latency_clk * (work.sub_patches > 0 ? 3 : bytes > 0 ? 1 : 0);
-    if (phase == Phase::kShading && bytes > 0) job.latency = gpu_.memory.latency_clk;
+      job.latency = gpu_.latency_clk() * (work.sub_patches > 0 ? 3 : bytes > 0 ? 1 : 0);
+    if (phase == Phase::kShading && bytes > 0) job.latency = gpu_.latency_clk();
     job.natural = length_of(phase_cycles(gpu_, work, phase));
     job.bytes = static_cast<double>(bytes);
     return job;

@@ -96,6 +96,6 @@ StageCycles stage_cycles(const hardware::Machine& gpu, const GeometryWork& work)
 StageCycles stage_cycles(const hardware::Machine& gpu, const TileWork& work);
 
 // Bytes per clock that the GPU gets of the external memory.
-inline double memory_rate(const hardware::Machine& gpu) { return gpu.memory.bytes_per_clk * gpu.memory.gpu_share; }
+inline double memory_rate(const hardware::Machine& gpu) { return gpu.bytes_per_clk() * gpu.memory.gpu_share; }
 
 }  // namespace tessera::timing

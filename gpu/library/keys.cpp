@@ -77,8 +77,8 @@ Gpu& Gpu::operator=(Gpu&& other) noexcept = default;
 Gpu::~Gpu() = default;
 
 Gpu& Gpu::set(std::string_view key, const Value& value) {
-  const auto& table = gpu::gpu_keys();
-  table.set(content_->configuration, row_of(table, key), json_of(value));
+  // A key that there is not is refused by row_of().
+  if (!gpu::set_gpu_key(std::string(key), json_of(value), content_->configuration)) row_of(gpu::gpu_keys(), key);
   return *this;
 }
 Value Gpu::get(std::string_view key) const { return get_value(gpu::gpu_keys(), content_->configuration, key); }

@@ -65,6 +65,7 @@ class GpuKeys(TypedDict, total=False):
     memory__burst_bytes: int  # 16 to 256 bytes. Smallest amount the external memory interface moves.
     frame_buffer__compression: Literal["none", "lossless"]  # Whether finished pixels are compressed on their way to memory, in blocks of 8x4; saves traffic, not room.
     clock__mhz: float  # 1 to 10000 MHz. Clock of the whole GPU; cycles everywhere are cycles of this clock.
+    voltage__nominal_mhz: float  # 1 to 10000 MHz. Clock that the GPU reaches at 0.8 V, for which energies and leakage are given. Other clocks have other voltages (hardware/voltage.h); energy of an event goes with their square, the memory's stays.
     tilecore__count: int  # 1 to 64 cores. Tile cores, fed by one tile scheduler.
     frontend__bounds_per_clk: float  # 0.000976562 to 65536 bounds/clk. Bounding volumes that the front end computes.
     binner__entries_per_clk: float  # 0.000976562 to 65536 entries/clk. Entries of lists that the binner appends.
@@ -90,17 +91,19 @@ class GpuKeys(TypedDict, total=False):
     tilecore__blends_per_clk: float  # 0.000976562 to 65536 layers/clk. Blended layers of samples that a core composes.
     resolve__pixels_per_clk: float  # 0.000976562 to 65536 pixels/clk. Pixels that a core's resolve unit finishes.
     resolve__operations_per_clk: float  # 0.000976562 to 65536 operations/clk. Operations of desampling: velocities, advected pixels, taps of stencils with 8-bit weights; a tap with float weights is four.
-    tilecore__memory_bytes: int  # 1024 to 1.07374e+09 bytes. On-chip tile memory of a core: as many tiles as fit with what their samples see are in work at once (the samples of one tested while another is shaded), at least one.
+    tilecore__memory_bytes: int  # 1024 to 1.07374e+09 bytes. On-chip tile memory of a core: as many tiles as fit with what their samples see are in work at once (the samples of one tested while another is shaded). A preset's grows to what one tile needs; less of one's own is refused.
     cache__line_bytes: int  # 16 to 256 bytes. Line of the texture caches and the L2: a block of 4x4 texels.
     texture__cache_bytes: int  # 256 to 1.67772e+07 bytes. Texture cache (L1) of a core.
     texture__cache_ways: int  # 1 to 64 ways. Associativity of the texture cache.
     l2__bytes: int  # 0 to 1.07374e+09 bytes. L2 that all cores share, for textures, displacement maps and records of base patches; 0: none. What is written once passes by.
     l2__ways: int  # 1 to 64 ways. Associativity of the L2.
-    memory__model: Literal["fluid", "banks"]  # With machine.timing=events: the external memory as bytes at memory.bytes_per_clk (fluid), or as channels, banks and rows of memory.type with a controller that sorts requests (banks).
-    memory__type: Literal["lpddr4x-4266", "lpddr5-6400", "lpddr5x-8533"]  # With memory.model=banks: four channels of 16 bits of this kind, with its own clock; memory.gpu_share is then of no account.
-    memory__bytes_per_clk: float  # 0.125 to 65536 bytes/clk. Peak rate of the external memory.
+    memory__model: Literal["fluid", "banks"]  # With machine.timing=events: the external memory as bytes at memory.gb_per_s (fluid), or as channels, banks and rows of memory.type with a controller that sorts requests (banks).
+    memory__type: Literal["lpddr4x-4266", "lpddr5-6400", "lpddr5x-8533"]  # With memory.model=banks: channels of 16 bits of this kind, with its own clock; memory.gb_per_s, memory.latency_ns and memory.gpu_share are then of no account.
+    memory__channels: int  # 1 to 16 channels. With memory.model=banks: channels of 16 bits, a power of two.
+    memory__ranks: int  # 1 to 4 ranks. With memory.model=banks: ranks of a channel, a power of two.
+    memory__gb_per_s: float  # 0.001 to 100000 GB/s. Peak rate of the external memory. memory.bytes_per_clk sets it too, by the clock.mhz of that moment.
     memory__gpu_share: float  # 0.01 to 1. Part of the peak rate that the GPU gets: refresh, turn-around, other users.
-    memory__latency_clk: float  # 0 to 10000 clk. Time from a read to its data on an idle memory.
+    memory__latency_ns: float  # 0 to 100000 ns. Time from a read to its data on an idle memory. memory.latency_clk sets it too, by the clock.mhz of that moment.
     memory__pj_per_bit: float  # 0 to 1000 pJ/bit. Energy of a bit over the external interface, memory, interface and controller together.
     machine__timing: Literal["phases", "events"]  # How a frame's work is timed: phases, each of a tile as one pipeline; or events, every sub-patch, warp and cache line by itself through queues of these sizes.
     machine__caches: Literal["empty", "warm"]  # With machine.timing=events: what L2 and texture caches hold when a frame begins, nothing or what the frame before left.
@@ -128,16 +131,26 @@ class GpuKeys(TypedDict, total=False):
     energy__sampling_operation_pj: float  # 0 to 1e+09 pJ. Operation of the SIMD array that evaluates procedures.
     energy__triangle_test_pj: float  # 0 to 1e+09 pJ. Sample tested against a triangle.
     energy__alpha_test_pj: float  # 0 to 1e+09 pJ. Alpha test.
-    energy__depth_block_pj: float  # 0 to 1e+09 pJ. Block of 8x8 pixels whose farthest depth is found again.
-    energy__hit_pj: float  # 0 to 1e+09 pJ. Hit taken to the tile memory.
+    energy__depth_block_pj: float  # 0 to 1e+09 pJ. Block of 8x8 pixels whose farthest depth is found again, in a tile memory of 192 KiB; goes with the square root of tilecore.memory_bytes.
+    energy__hit_pj: float  # 0 to 1e+09 pJ. Hit taken to a tile memory of 192 KiB; goes with the square root of tilecore.memory_bytes.
     energy__compacted_sample_pj: float  # 0 to 1e+09 pJ. Visible sample or blended layer packed into a warp.
     energy__shader_operation_pj: float  # 0 to 1e+09 pJ. Operation of the pixel shader with its registers.
-    energy__texel_pj: float  # 0 to 1e+09 pJ. Bilinear lookup with the texture cache.
-    energy__l2_line_pj: float  # 0 to 1e+09 pJ. Line read from or filled into the L2.
+    energy__texel_pj: float  # 0 to 1e+09 pJ. Bilinear lookup with a texture cache of 16 KiB; a third of it goes with the square root of the capacity.
+    energy__l2_line_pj: float  # 0 to 1e+09 pJ. Line read from or filled into an L2 of 256 KiB; goes with the square root of l2.bytes.
     energy__blend_pj: float  # 0 to 1e+09 pJ. Blended layer of a sample composed.
     energy__resolved_pixel_pj: float  # 0 to 1e+09 pJ. Pixel resolved, memory traffic apart.
     energy__resolve_operation_pj: float  # 0 to 1e+09 pJ. Operation of desampling.
-    energy__leakage_mw: float  # 0 to 1e+06 mW. Power of the GPU that does nothing.
+    energy__leakage_mw_per_mm2: float  # 0 to 1e+06 mW/mm2. Power of a mm2 that does nothing, at 0.8 V; goes with the voltage.
+    area__frontend_mm2: float  # 0 to 1e+06 mm2. Front end for each bound in a clock, at 7 nm.
+    area__binner_mm2: float  # 0 to 1e+06 mm2. Binner for each entry in a clock, or for four tested tiles if that is more.
+    area__core_mm2: float  # 0 to 1e+06 mm2. What a core has whatever its rates: list fetch, sorter, warp scheduler, compaction, interfaces.
+    area__tessellator_mm2: float  # 0 to 1e+06 mm2. Tessellator and box builder of a core for each vertex in a clock.
+    area__test_mm2: float  # 0 to 1e+06 mm2. Lane of box or triangle tests; of stencil and alpha tests an eighth.
+    area__lane_mm2: float  # 0 to 1e+06 mm2. Lane of the pixel shader or of the sampling array, without registers.
+    area__texel_mm2: float  # 0 to 1e+06 mm2. Texture unit for each bilinear lookup in a clock, without its cache.
+    area__pixel_mm2: float  # 0 to 1e+06 mm2. Resolve and blending for each pixel, layer or 16 operations in a clock.
+    area__sram_mm2_per_kib: float  # 0 to 1e+06 mm2/KiB. Caches and tile memory.
+    area__register_mm2_per_kib: float  # 0 to 1e+06 mm2/KiB. Registers of a core.
     frontend__reprojected_blocks_per_clk: float  # 0.000976562 to 65536 blocks/clk. Blocks of the previous frame's depths that the front end puts where the view at hand has them.
     frontend__depth_tests_per_clk: float  # 0.000976562 to 65536 blocks/clk. Blocks whose farthest depth the front end compares with the nearest one of a bound.
     energy__reprojected_block_pj: float  # 0 to 1e+09 pJ. Block of the previous frame's depths put where the view at hand has it.

@@ -48,7 +48,7 @@ const std::vector<std::string>& known_columns() {
         for (const char* way : {"read_bytes", "written_bytes"})
           names.push_back(ledger_column(std::string(name(static_cast<memory::Unit>(u))),
                                         std::string(name(static_cast<memory::Purpose>(p))), way));
-    names.insert(names.end(), {"timing.cycles", "energy.total_nj"});
+    names.insert(names.end(), {"timing.cycles", "energy.total_nj", "area.total_mm2"});
     for (const std::string_view scheme : baselines::kSchemeNames)
       for (const auto& field : kCounterFields<baselines::BaselineCounters>)
         names.push_back(std::string(kBaseline) + std::string(scheme) + "." +
@@ -98,7 +98,7 @@ std::map<std::string, json> frame_values(const json& frame) {
     for (const auto& [scheme, counters] : frame["baselines"].items())
       for (const auto& [name, value] : counters.items())
         values[std::string(kBaseline) + scheme + "." + name.substr(kBaseline.size())] = value;
-  for (const char* member : {"timing", "energy"})
+  for (const char* member : {"timing", "energy", "area"})
     if (frame.contains(member)) add_numbers(frame[member], member, values);
   return values;
 }

@@ -13,7 +13,7 @@ namespace tessera::replay {
 // What a row of a sweep may show of a frame, by name:
 //   UNIT.EVENT                                    a counter
 //   dram.UNIT.PURPOSE.read_bytes, written_bytes   the ledger; 0 where nothing moved
-//   timing.cycles, energy.total_nj                where the machine's model ran
+//   timing.cycles, energy.total_nj, area.total_mm2  where the machine's model ran
 //   baseline.SCHEME.EVENT                         another scheme's counter; SCHEME as in baselines.csv
 const std::vector<std::string>& known_columns();
 

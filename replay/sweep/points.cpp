@@ -6,6 +6,7 @@
 #include "base/json_text.h"
 #include "base/sha256.h"
 #include "base/whole_file.h"
+#include "gpu/tile_memory.h"
 #include "replay/sweep/capture_library.h"
 
 namespace tessera::replay {
@@ -47,6 +48,7 @@ std::vector<SweepPoint> expand_points(const Study& study, const std::string& pro
       const PointConfiguration configuration = configure_point(study, steps);
       try {
         gpu::check_gpu(configuration.gpu);
+        if (configuration.chosen_tile_memory) gpu::check_tile_memory(configuration.gpu, configuration.settings);
       } catch (const UsageError& error) {
         point.fault = error.what();
       }

@@ -9,6 +9,7 @@
 #include "base/text.h"
 #include "base/whole_file.h"
 #include "gpu/presets.h"
+#include "gpu/tile_memory.h"
 #include "replay/sweep/axis_values.h"
 #include "replay/sweep/columns.h"
 #include "scene/gltf/json_reader.h"
@@ -187,7 +188,12 @@ PointConfiguration configure_point(const Study& study, const std::vector<std::ui
         values.emplace_back(&key, &value);
     }
   point.gpu = gpu::load_gpu(gpu);
-  for (const auto& [key, value] : values) gpu::set_key(*key, *value, point.settings, point.gpu);
+  for (const auto& [key, value] : values) {
+    gpu::set_key(*key, *value, point.settings, point.gpu);
+    if (*key == "tilecore.memory_bytes") point.chosen_tile_memory = true;
+  }
+  // A point that has chosen too little is not measured (expand_points).
+  if (!point.chosen_tile_memory) gpu::grow_tile_memory(point.gpu, point.settings);
   return point;
 }
 

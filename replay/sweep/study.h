@@ -54,6 +54,7 @@ struct PointConfiguration {
   gpu::GpuConfiguration gpu;
   gpu::RunSettings settings;
   std::optional<ImageSize> size;
+  bool chosen_tile_memory = false;  // the study sets tilecore.memory_bytes
 };
 // `steps`: one per axis. Throws UsageError where the values do not fit each other.
 PointConfiguration configure_point(const Study& study, const std::vector<std::uint32_t>& steps);

@@ -202,6 +202,7 @@ class Run {
                                                     caches.of_frame(configuration.gpu, frame["frame"].get<int>()));
         frame["timing"] = timing_json(cost.timing);
         frame["energy"] = energy_json(cost.energy);
+        frame["area"] = area_json(cost.area);
       }
       if (!study_.images) continue;
       const int number = frame["frame"].get<int>();

@@ -129,5 +129,20 @@ TEST(KeyTable, DescriptionsCarryDefaultAndRange) {
   EXPECT_EQ(choice["choices"], nlohmann::json({"one", "two"}));
 }
 
+// Ends lie in the same ratio to any value, within the range; without, half and twice.
+TEST(KeyTable, NumbersHaveEndsInTheRatioOfTheDefaultsAndWithinTheRange) {
+  KeyInfo key{"a.real", "", "", "[assumed]", 0, 100, {}, false, {}};
+  EXPECT_EQ(key_ends(key, 8, 4).low, 4);
+  EXPECT_EQ(key_ends(key, 8, 4).high, 16);
+  EXPECT_EQ(key_ends(key, 80, 4).high, 100);
+  key.ends = KeyEnds{3, 5};
+  EXPECT_DOUBLE_EQ(key_ends(key, 4, 4).low, 3);
+  EXPECT_DOUBLE_EQ(key_ends(key, 8, 4).high, 10);
+  EXPECT_EQ(describe_key(key, 4.0)["low"], 3);
+  EXPECT_EQ(describe_key(key, 4.0)["high"], 5);
+  key.ends = {}, key.source = "[spec]";
+  EXPECT_FALSE(describe_key(key, 4.0).contains("low"));
+}
+
 }  // namespace
 }  // namespace tessera

@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "gpu/configuration.h"
 #include "gpu/presets.h"
+#include "gpu/tile_memory.h"
 #include "tests/support/captures.h"
 #include "tests/support/temporary_folder.h"
 
@@ -120,6 +121,86 @@ TEST(Configuration, NumbersThatDoNotFitEachOtherAreRefused) {
   gpu = {};
   gpu.parameter_buffer.chunk_bytes = 96;
   EXPECT_THROW(check_gpu(gpu), UsageError);
+  gpu = {};
+  gpu.memory.channels = 3;
+  EXPECT_THROW(check_gpu(gpu), UsageError);
+}
+
+// The memory in clocks of the GPU: of the clock at that moment, in a file of the file's, wherever it stands.
+TEST(Configuration, TheMemoryMayBeGivenInClocksOfTheGpu) {
+  GpuConfiguration gpu;
+  EXPECT_TRUE(set_gpu_key("memory.bytes_per_clk", "20", gpu));
+  EXPECT_DOUBLE_EQ(gpu.memory.gb_per_s, 17);
+  EXPECT_TRUE(set_gpu_key("clock.mhz", "425", gpu));
+  EXPECT_DOUBLE_EQ(gpu.memory.gb_per_s, 17) << "another clock leaves it";
+  EXPECT_TRUE(set_gpu_key("memory.bytes_per_clk", 20, gpu));
+  EXPECT_DOUBLE_EQ(gpu.memory.gb_per_s, 8.5);
+  EXPECT_TRUE(set_gpu_key("memory.latency_clk", 85, gpu));
+  EXPECT_DOUBLE_EQ(gpu.memory.latency_ns, 200);
+  EXPECT_THROW(set_gpu_key("memory.bytes_per_clk", 0, gpu), UsageError);
+  EXPECT_FALSE(set_gpu_key("memory.bytes", 1, gpu));
+  const GpuConfiguration file = parse_gpu(R"({"memory": {"bytes_per_clk": 20}, "clock": {"mhz": 425}})", "x");
+  EXPECT_DOUBLE_EQ(file.memory.gb_per_s, 8.5);
+}
+
+TEST(Configuration, WhatReplacedAKeyIsNamed) {
+  try {
+    parse_gpu(R"({"energy": {"leakage_mw": 60}})", "x");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(error.fault().find("energy.leakage_mw_per_mm2"), std::string::npos);
+    EXPECT_EQ(error.place(), "/energy/leakage_mw");
+  }
+}
+
+TEST(Configuration, AClockBeyondTheProcessIsRefused) {
+  GpuConfiguration gpu;
+  gpu.clock_mhz = 1200;
+  EXPECT_NO_THROW(check_gpu(gpu));
+  gpu.clock_mhz = 1300;
+  EXPECT_THROW(check_gpu(gpu), UsageError);
+  gpu.nominal_mhz = 1300;
+  EXPECT_NO_THROW(check_gpu(gpu));
+}
+
+TEST(Configuration, RegistersForLessThanAWarpAreRefused) {
+  GpuConfiguration gpu;
+  gpu.queues.registers = 1024;
+  EXPECT_NO_THROW(check_gpu(gpu)) << "one warp of 32 fills the 128 KiB";
+  gpu.shader.warp_lanes = 64;
+  EXPECT_THROW(check_gpu(gpu), UsageError);
+  gpu.queues.register_bytes *= 2;
+  EXPECT_NO_THROW(check_gpu(gpu));
+}
+
+// A preset runs with any number of samples, on the memory that it then needs; a size of one's own is held to.
+TEST(Configuration, TileMemoryHoldsTheSamplesOfATile) {
+  for (const std::string& name : preset_names()) {
+    GpuConfiguration gpu = load_gpu(name);
+    RunSettings settings;
+    EXPECT_EQ(fit_tile_memory(gpu, settings, false), "") << name;
+    EXPECT_EQ(fit_tile_memory(gpu, settings, true), "") << name;
+    EXPECT_EQ(gpu.cores.memory_bytes, load_gpu(name).cores.memory_bytes);
+    const double before = gpu.area().total_mm2();
+    settings.sampling.samples_per_pixel = 16;
+    EXPECT_EQ(tile_sample_bytes(gpu, settings), static_cast<std::uint64_t>(gpu.tile.width * gpu.tile.height * 16 * 20));
+    EXPECT_THROW(check_tile_memory(gpu, settings), UsageError) << name;
+    EXPECT_NE(fit_tile_memory(gpu, settings, false), "") << name;
+    EXPECT_NO_THROW(check_tile_memory(gpu, settings)) << name;
+    EXPECT_GT(gpu.area().total_mm2(), before) << name;
+  }
+}
+
+TEST(Configuration, AreaGrowsFromPresetToPreset) {
+  const double entry = load_gpu("entry-mobile").area().total_mm2(), mid = load_gpu("mid-mobile").area().total_mm2(),
+               high = load_gpu("high-mobile").area().total_mm2();
+  EXPECT_GT(entry, 0.5);
+  EXPECT_GT(mid, 3 * entry);
+  EXPECT_GT(high, 4 * mid);
+  EXPECT_LT(high, 60);
+  GpuConfiguration more;
+  more.tessellator.cache_bytes *= 2;
+  EXPECT_GT(more.area().total_mm2(), mid);
 }
 
 TEST(Configuration, EveryKeySaysWhereItsNumberComesFrom) {

@@ -104,7 +104,7 @@ TEST(Record, KnowsEveryKeyThatPricesSplits) {
     found += priced ? 1 : 0;
     EXPECT_EQ(functional_json(gpu, {}) != functional_json(plain, {}), priced) << key.name;
   }
-  EXPECT_EQ(found, 7);
+  EXPECT_EQ(found, 8);
 }
 
 class RecordFile : public testing::Test {

@@ -211,9 +211,9 @@ TEST_P(MachineOf, TwiceTheCoresAreNotSlowerAndHalfTheBandwidthIsNotFaster) {
       EXPECT_LT(cycles(other), 0.9 * cycles(run.gpu)) << preset;
     }
     other = run.gpu;
-    other.memory.bytes_per_clk /= 2;
+    other.memory.gb_per_s /= 2;
     EXPECT_GE(cycles(other), cycles(run.gpu));
-    other.memory.bytes_per_clk /= 4096;  // procedures hardly need any
+    other.memory.gb_per_s /= 4096;  // procedures hardly need any
     EXPECT_GT(cycles(other), 2 * cycles(run.gpu)) << preset;
     EXPECT_EQ(timing::time_frame(other, record.work, timing::schedule_frame(other, record.work)).bound_by,
               timing::bound_of(Stage::kDram))

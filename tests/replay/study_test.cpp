@@ -114,6 +114,21 @@ TEST(Study, PointsAreThereOnceEachAndTheLastAxisIsTheFastest) {
   EXPECT_EQ(points[6].capture, 1u);
 }
 
+// A size of one's own is held to; that of a preset grows with the tile.
+TEST(Study, TileMemoryThatHoldsNoTileIsAFaultOnlyWhereItIsChosen) {
+  const test::TemporaryFolder folder;
+  const auto points = [&](const json& axis) {
+    return expand_points(read(folder, study_with({{"axes", {axis}}})), "program");
+  };
+  const auto chosen = points({{"key", "tilecore.memory_bytes"}, {"values", {1024, 196608}}});
+  EXPECT_THAT(chosen.at(0).fault, HasSubstr("1024 bytes hold no tile"));
+  EXPECT_EQ(chosen.at(1).fault, "");
+  const json large = {{"keys", {"tile.width", "tile.height"}}, {"values", {64}}};
+  EXPECT_EQ(points(large).at(0).fault, "");
+  const Study study = read(folder, study_with({{"axes", {large}}}));
+  EXPECT_EQ(configure_point(study, {0}).gpu.cores.memory_bytes, 64 * 64 * 4 * 20);
+}
+
 // ---- What a hash covers -----------------------------------------------------------------------------------------
 
 std::string first_hash(const json& members, const std::string& program = "program") {

@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include <nlohmann/json.hpp>
 
 #include "tests/support/captures.h"
@@ -63,7 +66,7 @@ TEST_F(Time, IsThatOfTheReplayItself) {
 TEST_F(Time, IsThatOfAReplayOnTheOtherMachine) {
   const std::vector<std::string> machine = {"shader.lanes=64",    "clock.mhz=400",
                                             "tilecore.count=2",   "memory.bytes_per_clk=8",
-                                            "energy.texel_pj=40", "tilecore.memory_bytes=40960"};
+                                            "energy.texel_pj=40", "tilecore.memory_bytes=262144"};
   replay("stroll", {}, "plain");
   const json stats = replay("stroll", machine, "other");
   EXPECT_EQ(time("plain", machine).status, 0);
@@ -93,7 +96,7 @@ TEST_F(Time, SensitivityIsWhatAReplayOnTheOtherMachineSays) {
       run_tessera({"time", record("plain"), "--sensitivity", "--json", (folder_ / "time.json").string()});
   EXPECT_EQ(done.status, 0) << done.errors;
   EXPECT_THAT(done.output, HasSubstr("shader.lanes"));
-  const json rows = times()["sensitivity"];
+  const json rows = times()["sensitivity"]["numbers"];
   EXPECT_GE(rows.size(), 50u);
   const auto cycles = [](const json& of) { return of["frames"][0]["timing"]["cycles"].get<double>(); };
   bool found = false;
@@ -135,6 +138,84 @@ TEST_F(Time, SplitsAFrame) {
   EXPECT_EQ(tiles.size(), 3u * 2u);  // of 32x32 in 96x64
   for (const json& tile : tiles) EXPECT_LE(tile["cycles"], frame);
   EXPECT_EQ(run_tessera({"time", record("plain"), "--split", "pixels"}).status, 2);
+}
+
+// Each assumed number at both of its ends; the verdict hangs on those with which something else bounds the frame.
+TEST_F(Time, SensitivitySaysWhatTheVerdictHangsOn) {
+  replay("eggs", {}, "plain");
+  const ProcessResult done =
+      run_tessera({"time", record("plain"), "--sensitivity", "--json", (folder_ / "time.json").string()});
+  EXPECT_EQ(done.status, 0) << done.errors;
+  EXPECT_THAT(done.output, HasSubstr("all assumed numbers, independent of each other: cycles -"));
+  const json all = times()["sensitivity"];
+  EXPECT_EQ(all["bound_by"], times()["frames"][0]["timing"]["bound_by"]);
+  std::vector<std::string> others;
+  double less = 0;
+  for (const json& row : all["numbers"]) {
+    for (int end = 0; end < 2; ++end)
+      if (row["assumed"] == true && row["bound_by"][end] != all["bound_by"] &&
+          (others.empty() || others.back() != row["key"]))
+        others.push_back(row["key"]);
+    if (row["assumed"] == true)
+      less += std::pow(std::min({row["energy"][0].get<double>() - 1, row["energy"][1].get<double>() - 1, 0.0}), 2);
+    if (row["key"] == "memory.gpu_share") {
+      EXPECT_EQ(row["ends"], json({0.5, 0.9}));
+    }
+    if (row["key"] == "energy.leakage_mw_per_mm2") {
+      EXPECT_EQ(row["cycles"], json({1, 1}));
+      EXPECT_GT(row["energy"][1].get<double>(), 1);
+    }
+  }
+  EXPECT_EQ(all["verdict_hangs_on"], json(others));
+  EXPECT_NEAR(all["energy"][0].get<double>(), std::sqrt(less), 1e-12);
+  // The same, right after a replay.
+  const ProcessResult replayed =
+      run_tessera({"replay", test::shipped_capture("eggs").string(), "--size", "96x64", "--frames", "3:5", "--quiet",
+                   "--no-report", "--sensitivity", "--out", (folder_ / "again").string()});
+  EXPECT_EQ(replayed.status, 0) << replayed.errors;
+  EXPECT_EQ(json::parse(test::read_text(folder_ / "again" / "stats.json"))["sensitivity"], all);
+}
+
+// A verdict does not hang on anything where one unit is far slower than all others.
+TEST_F(Time, AVerdictThatIsClearHangsOnNothing) {
+  replay("eggs", {}, "plain");
+  const ProcessResult done = run_tessera({"time", record("plain"), "--sensitivity", "--set", "memory.gb_per_s=0.01"});
+  EXPECT_EQ(done.status, 0) << done.errors;
+  EXPECT_THAT(done.output, HasSubstr("bound by dram, which hangs on none of them alone"));
+}
+
+TEST_F(Time, AMachineThatCannotBeBuiltIsRefused) {
+  replay("eggs", {}, "plain");
+  const ProcessResult small = time("plain", {"tilecore.memory_bytes=40960"});
+  EXPECT_EQ(small.status, 2);
+  EXPECT_THAT(small.errors,
+              HasSubstr("40960 bytes hold no tile of 32x32 pixels with 4 samples of 20 bytes: set 81920"));
+  const ProcessResult registers = time("plain", {"shader.register_bytes=4096"});
+  EXPECT_EQ(registers.status, 2);
+  EXPECT_THAT(registers.errors, HasSubstr("shader.register_bytes: 4096 bytes hold no warp"));
+  const ProcessResult clock = time("plain", {"clock.mhz=1500"});
+  EXPECT_EQ(clock.status, 2);
+  EXPECT_THAT(clock.errors, HasSubstr("voltage.nominal_mhz"));
+  const ProcessResult compiled = time(
+      "plain", {"machine.timing=events", "shader.costs=compiled", "shader.registers=8", "shader.register_bytes=1024"});
+  EXPECT_EQ(compiled.status, 2);
+  EXPECT_THAT(compiled.errors, HasSubstr("a shader of the frame takes"));
+  EXPECT_EQ(time("plain", {"energy.leakage_mw=3"}).status, 2);
+}
+
+// More samples than a preset's tile memory holds: the machine has what it needs, and says so.
+TEST_F(Time, AReplayOfMoreSamplesHasTheTileMemoryThatItNeeds) {
+  const ProcessResult done =
+      run_tessera({"replay", test::shipped_capture("eggs").string(), "--size", "96x64", "--spp", "16", "--frames",
+                   "3:4", "--no-report", "--gpu", "entry-mobile", "--out", (folder_ / "many").string()});
+  EXPECT_EQ(done.status, 0) << done.errors;
+  EXPECT_THAT(done.errors, HasSubstr("note: tilecore.memory_bytes: 40960 bytes hold no tile of 16x16"));
+  const json stats = json::parse(test::read_text(folder_ / "many" / "stats.json"));
+  EXPECT_EQ(stats["gpu"]["tilecore"]["memory_bytes"], 16 * 16 * 16 * 20);
+  EXPECT_EQ(stats["gpu_notices"].size(), 1u);
+  double mm2 = 0;
+  for (const auto& [unit, area] : stats["total"]["area"]["by_unit"].items()) mm2 += area.get<double>();
+  EXPECT_EQ(stats["total"]["area"]["total_mm2"], mm2);
 }
 
 TEST_F(Time, RefusesWhatIsNoRecord) {

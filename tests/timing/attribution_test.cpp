@@ -25,7 +25,7 @@ FrameTiming timing_of(const Machine& gpu, const FrameWork& work) {
 
 double core_energy(const Machine& gpu, const FrameWork& work) {
   double sum = 0;
-  for (const auto& [unit, nj] : hardware::frame_energy(gpu, energy_events(work), 0).by_unit_nj)
+  for (const auto& [unit, nj] : hardware::frame_energy(gpu, energy_events(work), 0, 0).by_unit_nj)
     if (unit != "frontend" && unit != "binner" && unit != "dram" && unit != "l2" && unit != "leakage") sum += nj;
   return sum;
 }

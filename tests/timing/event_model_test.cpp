@@ -29,9 +29,9 @@ Machine endless() {
         &rates.resolved_pixels_per_clk, &rates.resolve_operations_per_clk})
     *rate = 1e30;
   gpu.shader.operations = gpu.shader.surface_operations = 0;
-  gpu.memory.bytes_per_clk = 1e30;
+  gpu.set_bytes_per_clk(1e30);
   gpu.memory.gpu_share = 1;
-  gpu.memory.latency_clk = 0;
+  gpu.set_latency_clk(0);
   gpu.queues.texture_latency_clk = gpu.queues.l2_latency_clk = 0;
   gpu.queues.l2_lines_per_clk = 1e30;
   return gpu;
@@ -96,7 +96,7 @@ TEST(EventModel, ASlowUnitHoldsUpThoseBeforeIt) {
 TEST(EventModel, OneRequestOfTheL2AtATime) {
   OneTile one = sub_patches({{.lines = 5}});
   Machine gpu = endless();
-  gpu.memory.latency_clk = 100;
+  gpu.set_latency_clk(100);
   gpu.queues.l2_latency_clk = 10;
   EXPECT_DOUBLE_EQ(one.cycles(gpu), 110.0);  // side by side
   gpu.queues.l2_requests = 1;
@@ -122,8 +122,8 @@ TEST(EventModel, TheMemoryMovesOneByteAfterTheOther) {
   one.items().record_bytes = 64;
   one.items().written_bytes = 640;
   Machine gpu = endless();
-  gpu.memory.bytes_per_clk = 2;
-  gpu.memory.latency_clk = 50;
+  gpu.set_bytes_per_clk(2);
+  gpu.set_latency_clk(50);
   // The list, then its records, then four lines of 64 bytes, then what is written.
   EXPECT_DOUBLE_EQ(one.cycles(gpu), (64 + 50) + (32 + 50) + (4 * 32 + 50) + 320.0);
 }
@@ -166,13 +166,26 @@ TEST(EventModel, BanksAreThoseOfTheMemory) {
   EXPECT_GT(out.counts.memory.row_hits, 3000u);
 }
 
+// Half the channels, half the rate.
+TEST(EventModel, BanksHaveTheChannelsOfTheMachine) {
+  Machine gpu = endless();
+  gpu.memory.model = hardware::MemoryModel::kBanks;
+  gpu.queues.fetched_lines = gpu.queues.l2_requests = 4096;
+  OneTile many = sub_patches({{.lines = 4000}});
+  const double four = simulate_events(gpu, many.work).schedule.cycles;
+  gpu.memory.channels = 2;
+  const double two = simulate_events(gpu, many.work).schedule.cycles;
+  EXPECT_GT(two, 1.8 * four);
+  EXPECT_LT(two, 2.2 * four);
+}
+
 TEST(EventModel, OneWarpWaitsForItsTexels) {
   Machine gpu = endless();
   gpu.shader.operations = 100;
   gpu.shader.lanes = 32;
   gpu.queues.max_warps = 1;
   gpu.queues.texture_latency_clk = 20;
-  gpu.memory.latency_clk = 300;
+  gpu.set_latency_clk(300);
   // The first warp misses, the others hit; a line takes the texture unit a clock.
   EXPECT_DOUBLE_EQ(warps(5, 1, true).cycles(gpu), 5 * 100 + 300 + 4 * (20 + 1.0));
   // Every warp misses.
@@ -191,7 +204,7 @@ TEST(EventModel, RegistersLimitTheWarpsInFlight) {
   Machine gpu = endless();
   gpu.shader.operations = 100;
   gpu.shader.lanes = 32;
-  gpu.memory.latency_clk = 300;
+  gpu.set_latency_clk(300);
   const auto cycles = [&](std::int64_t registers) {
     gpu.queues.registers = registers;
     return warps(20, 1, false).cycles(gpu);
@@ -262,7 +275,7 @@ TEST(EventModel, StoresWaitWhereTooManyBytesDo) {
   Machine gpu = endless();
   gpu.rates.resolved_pixels_per_clk = 1;
   EXPECT_DOUBLE_EQ(one.cycles(gpu), 1024.0);
-  gpu.memory.bytes_per_clk = 4;  // 128 clocks for what is resolved in 64
+  gpu.set_bytes_per_clk(4);      // 128 clocks for what is resolved in 64
   gpu.queues.store_bytes = 512;  // a block waits while the next is resolved
   EXPECT_DOUBLE_EQ(one.cycles(gpu), 64 + 16 * 128.0);
   gpu.queues.store_bytes = 64;  // none does
@@ -288,7 +301,7 @@ PathTime path_of(const OneTile& one, const Machine& gpu) {
 
 TEST(EventModel, ThePathSaysWhereTheTimeWent) {  // EM4
   Machine gpu = endless();
-  gpu.memory.latency_clk = 100;
+  gpu.set_latency_clk(100);
   gpu.queues.l2_latency_clk = 10;
   gpu.queues.l2_requests = 1;
   OneTile one = sub_patches({{.lines = 5}});
@@ -299,8 +312,8 @@ TEST(EventModel, ThePathSaysWhereTheTimeWent) {  // EM4
   one.items().record_bytes = 64;
   one.items().written_bytes = 640;
   gpu = endless();
-  gpu.memory.bytes_per_clk = 2;
-  gpu.memory.latency_clk = 50;
+  gpu.set_bytes_per_clk(2);
+  gpu.set_latency_clk(50);
   PathTime path = path_of(one, gpu);
   EXPECT_DOUBLE_EQ(path[bound_of(Stage::kDram)], 64 + 32 + 4 * 32 + 320.0);
   EXPECT_DOUBLE_EQ(path[Bound::kLatency], 3 * 50.0);
@@ -319,7 +332,7 @@ TEST(EventModel, ThePathSaysWhereTheTimeWent) {  // EM4
   // Enough warps leave the lanes the path; one waits for each line.
   gpu = endless();
   gpu.shader.operations = 100;
-  gpu.memory.latency_clk = 300;
+  gpu.set_latency_clk(300);
   EXPECT_GE(path_of(warps(50, 1, false), gpu)[bound_of(Stage::kShader)], 50 * 100.0 - 300);
   gpu.queues.max_warps = 1;
   EXPECT_NEAR(path_of(warps(5, 1, false), gpu)[Bound::kLatency], 5 * 300.0, 5);
@@ -328,7 +341,7 @@ TEST(EventModel, ThePathSaysWhereTheTimeWent) {  // EM4
 // The twin: a part that is counted twice does not go unseen.
 TEST(EventModel, APathWithAPartTooManyDoesNotAddUp) {  // EM4
   Machine gpu = endless();
-  gpu.memory.latency_clk = 100;
+  gpu.set_latency_clk(100);
   const EventSchedule out = simulate_events(gpu, sub_patches({{.lines = 5}}).work, nullptr, true);
   PathTime twice = out.counts.path;
   twice[Bound::kLatency] += 0.01;
@@ -342,16 +355,16 @@ TEST(EventModel, NamesWhatBounds) {
   };
   Machine gpu = endless();
   gpu.shader.operations = 100;
-  gpu.memory.latency_clk = 300;
-  gpu.memory.bytes_per_clk = 64;
+  gpu.set_latency_clk(300);
+  gpu.set_bytes_per_clk(64);
   EXPECT_EQ(bound(gpu, warps(200, 1, false)), bound_of(Stage::kShader));
   gpu.queues.max_warps = 1;
   EXPECT_EQ(bound(gpu, warps(200, 1, false)), Bound::kLatency);
   gpu.queues.max_warps = 16;
-  gpu.memory.bytes_per_clk = 0.2;
+  gpu.set_bytes_per_clk(0.2);
   EXPECT_EQ(bound(gpu, warps(200, 1, false)), bound_of(Stage::kDram));
   // Sixteen lines again and again, of which the cache holds eight.
-  gpu.memory.bytes_per_clk = 1;
+  gpu.set_bytes_per_clk(1);
   gpu.caches.texture_bytes = 512;
   gpu.caches.l2_bytes = 0;
   EXPECT_EQ(bound(gpu, warps(200, 16, true)), Bound::kCaches);
@@ -436,7 +449,7 @@ Machine random_machine(test::Random& random) {
   gpu.queues.max_warps = pick({1, 2, 16});
   gpu.caches.texture_bytes = pick({256, 4096});
   gpu.caches.l2_bytes = pick({0, 4096, 262144});
-  gpu.memory.bytes_per_clk = static_cast<double>(pick({2, 40}));
+  gpu.set_bytes_per_clk(static_cast<double>(pick({2, 40})));
   gpu.memory.model = static_cast<hardware::MemoryModel>(pick({0, 1}));
   gpu.memory.type = static_cast<hardware::MemoryType>(pick({0, 1, 2}));
   gpu.shader.costs = static_cast<hardware::ShaderCosts>(pick({0, 1}));

@@ -24,11 +24,11 @@ hardware::Machine instant_machine(std::int64_t cores = 1) {
         &Rates::box_tests_per_clk, &Rates::triangle_tests_per_clk, &Rates::alpha_tests_per_clk, &Rates::texels_per_clk,
         &Rates::blends_per_clk, &Rates::resolved_pixels_per_clk})
     gpu.rates.*rate = 1e30;
-  gpu.memory.bytes_per_clk = 1e30;
+  gpu.set_bytes_per_clk(1e30);
   gpu.shader.lanes = 1;
   gpu.shader.operations = 0;
   gpu.memory.gpu_share = 1;
-  gpu.memory.latency_clk = 0;
+  gpu.set_latency_clk(0);
   return gpu;
 }
 
@@ -104,7 +104,7 @@ TEST(Timing, EqualTilesOnEqualCoresTakeAnEqualShare) {
 
 TEST(Timing, AFrameThatMovesMoreThanTheMemoryCanTakesItsBytesOverTheRate) {
   hardware::Machine gpu = instant_machine(4);
-  gpu.memory.bytes_per_clk = 16;
+  gpu.set_bytes_per_clk(16);
   gpu.memory.gpu_share = 0.5;
   const FrameWork work = tiles(12, 0, 0, 4096);
   EXPECT_NEAR(cycles(gpu, work), 12 * 4096 / 8.0, 1e-6);
@@ -117,7 +117,7 @@ TEST(Timing, AFrameThatMovesMoreThanTheMemoryCanTakesItsBytesOverTheRate) {
 // Two cores: one tile can use 1 byte per clock, the other all it gets. Of 4 bytes per clock it gets 3.
 TEST(Timing, WhoNeedsLittleOfTheMemoryIsNotSlowedByWhoNeedsMuch) {
   hardware::Machine gpu = instant_machine(2);
-  gpu.memory.bytes_per_clk = 4;
+  gpu.set_bytes_per_clk(4);
   gpu.rates.triangle_tests_per_clk = 1;
   FrameWork work = tiles(2, 0, 0, 0);
   work.rounds[0].tiles[0].triangle_lanes = 1000;
@@ -133,7 +133,7 @@ TEST(Timing, WhoNeedsLittleOfTheMemoryIsNotSlowedByWhoNeedsMuch) {
 
 TEST(Timing, LatencyShowsOnceWhereTilesOverlapAndEveryTimeWhereTheyDoNot) {
   hardware::Machine gpu = instant_machine();
-  gpu.memory.latency_clk = 100;
+  gpu.set_latency_clk(100);
   gpu.shader.operations = 1;
   FrameWork work = tiles(5, 0, 1000, 0);
   for (TileWork& tile : work.rounds[0].tiles) tile.sub_patches = 1;
@@ -153,7 +153,7 @@ TEST(Timing, SortingATilesListComesOnTopOfReadingIt) {
   tile.sub_patches = 1;
   EXPECT_DOUBLE_EQ(cycles(gpu, work), 200 + 175);
   EXPECT_EQ(energy_events(work).sort_steps, 700u);
-  const hardware::FrameEnergy energy = hardware::frame_energy(gpu, energy_events(work), 0);
+  const hardware::FrameEnergy energy = hardware::frame_energy(gpu, energy_events(work), 0, 0);
   EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("entry_fetch"),
                    (100 * gpu.geometry_energy.fetched_entry_pj + 700 * gpu.geometry_energy.sort_step_pj) * 1e-3);
 }
@@ -247,10 +247,10 @@ TEST(Timing, AMachineWithMoreIsNotSlower) {
     more.cores.count *= 2;
     EXPECT_LE(cycles(more, work), before);
     more = gpu;
-    more.memory.bytes_per_clk /= 2;
+    more.memory.gb_per_s /= 2;
     EXPECT_GE(cycles(more, work), before);
     more = gpu;
-    more.memory.latency_clk *= 4;
+    more.memory.latency_ns *= 4;
     EXPECT_GE(cycles(more, work), before);
     more = gpu;
     more.shader.lanes *= 2;
@@ -276,7 +276,7 @@ TEST(Timing, NamesWhatIsNoSingleUnits) {
   EXPECT_EQ(uneven.bound_by, Bound::kImbalance);
   EXPECT_NEAR(uneven.bound_cycles, uneven.cycles - (39 * 10 + 4000) / 4.0, 10);
   // Every tile waits for its bytes, which are few.
-  gpu.memory.latency_clk = 1000;
+  gpu.set_latency_clk(1000);
   work = tiles(40, 10, 0, 0);
   for (TileWork& tile : work.rounds[0].tiles) tile.dram_bytes[0] = 1;
   EXPECT_EQ(timing_of(gpu, work).bound_by, Bound::kLatency);
@@ -343,11 +343,12 @@ TEST(Energy, IsEventsTimesTheirEnergyAndBitsAndLeakage) {
   work.rounds[0].tiles[0].shader_invocations = 3;
   work.rounds[0].tiles[1].shader_invocations = 4;
   work.rounds[0].tiles[1].dram_bytes[1] = 1000;
-  const hardware::FrameEnergy energy = frame_energy(gpu, energy_events(work), 8500);
+  const hardware::FrameEnergy energy = frame_energy(gpu, energy_events(work), 8500, 6);
   EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("frontend"), 7 * gpu.geometry_energy.bound_pj / 1000);
   EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("shader"), 7 * gpu.shader.operations * gpu.energy.shader_operation_pj / 1000);
   EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("dram"), 8000 * 12.5 / 1000);
-  EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("leakage"), 60e-3 * 10e-6 * 1e9);  // 60 mW for 8500 cycles of 850 MHz
+  EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("leakage"),
+                   60e-3 * 10e-6 * 1e9);  // 6 mm2 of 10 mW each, for 8500 cycles of 850 MHz
   EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("resolve"), 0);
 }
 
@@ -356,7 +357,7 @@ TEST(Energy, UnitsAddUpToTheTotalAndNoEventIsChargedTwice) {
   std::mt19937 random(5);
   const hardware::Machine gpu = gpu::load_gpu("large");
   const FrameWork work = random_frame(random, 10);
-  const hardware::FrameEnergy before = frame_energy(gpu, energy_events(work), 1e6);
+  const hardware::FrameEnergy before = frame_energy(gpu, energy_events(work), 1e6, 6);
   double sum = 0;
   for (const auto& [unit, nj] : before.by_unit_nj) sum += nj;
   EXPECT_EQ(sum, before.total_nj());
@@ -367,7 +368,7 @@ TEST(Energy, UnitsAddUpToTheTotalAndNoEventIsChargedTwice) {
     FrameWork more = work;
     more.rounds[0].tiles[0].*member += 1000;
     int changed = 0;
-    for (const auto& [unit, nj] : frame_energy(gpu, energy_events(more), 1e6).by_unit_nj)
+    for (const auto& [unit, nj] : frame_energy(gpu, energy_events(more), 1e6, 6).by_unit_nj)
       changed += nj != before.by_unit_nj.at(unit) ? 1 : 0;
     EXPECT_EQ(changed, 1);
   }

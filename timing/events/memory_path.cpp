@@ -10,7 +10,7 @@ namespace tessera::timing {
 MemoryPath::MemoryPath(const hardware::Machine& gpu, EventQueue& events)
     : events_(events),
       bytes_per_clk_(memory_rate(gpu)),
-      latency_(gpu.memory.latency_clk),
+      latency_(gpu.latency_clk()),
       bank_clk_(1 / gpu.queues.l2_lines_per_clk),
       l2_latency_(gpu.queues.l2_latency_clk),
       line_bytes_(static_cast<std::uint32_t>(gpu.line_bytes())),
@@ -22,6 +22,8 @@ MemoryPath::MemoryPath(const hardware::Machine& gpu, EventQueue& events)
   std::iota(free_requests_.rbegin(), free_requests_.rend(), 0u);
   if (gpu.memory.model != hardware::MemoryModel::kBanks) return;
   memory::DramSpec spec = memory::dram_spec(word(gpu.memory.type));
+  spec.channels = static_cast<std::uint32_t>(gpu.memory.channels);
+  spec.ranks = static_cast<std::uint32_t>(gpu.memory.ranks);
   spec.transaction_bytes = spec.interleave_bytes = line_bytes_;
   banks_ = std::make_unique<memory::DramBanks>(spec);
   waiting_.resize(spec.channels);

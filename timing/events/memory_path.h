@@ -19,7 +19,7 @@ namespace tessera::timing {
 //   line ---> bank (l2.banks, a line per 1 / l2.lines_per_clk) ---> hit: after l2.latency_clk
 //                |                                             \--> miss: one of l2.requests, or waits for one
 //   what bypasses the L2 -----------------------------------------> memory, fluid: bytes one after the other at the
-//                                                                   GPU's rate, reads after memory.latency_clk
+//                                                                   GPU's rate, reads after memory.latency_ns
 //                                                                   banks: transactions as memory::DramBanks moves them
 //
 // Who reads opens a group, asks for lines on its behalf, and closes it; the group's event comes when all of them are

@@ -1,0 +1,44 @@
+#include "gpu/tile_memory.h"
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "tilecore/tile_state.h"
+
+namespace tessera::gpu {
+namespace {
+
+std::string does_not_fit(const GpuConfiguration& gpu, const RunSettings& settings) {
+  return fmt::format("tilecore.memory_bytes: {} bytes hold no tile of {}x{} pixels with {} samples of {} bytes",
+                     gpu.cores.memory_bytes, gpu.tile.width, gpu.tile.height, settings.sampling.samples_per_pixel,
+                     tilecore::TileState::bytes_per_sample(false));
+}
+
+}  // namespace
+
+std::uint64_t tile_sample_bytes(const GpuConfiguration& gpu, const RunSettings& settings) {
+  return static_cast<std::uint64_t>(gpu.tile.width) * static_cast<std::uint64_t>(gpu.tile.height) *
+         static_cast<std::uint64_t>(settings.sampling.samples_per_pixel) * tilecore::TileState::bytes_per_sample(false);
+}
+
+std::string grow_tile_memory(GpuConfiguration& gpu, const RunSettings& settings) {
+  const std::uint64_t needed = tile_sample_bytes(gpu, settings);
+  if (static_cast<std::uint64_t>(gpu.cores.memory_bytes) >= needed) return "";
+  const std::string what = does_not_fit(gpu, settings);
+  gpu.cores.memory_bytes = static_cast<std::int64_t>(needed);
+  return fmt::format("{}; the machine has {}, or set tile.width and tile.height", what, needed);
+}
+
+void check_tile_memory(const GpuConfiguration& gpu, const RunSettings& settings) {
+  const std::uint64_t needed = tile_sample_bytes(gpu, settings);
+  if (static_cast<std::uint64_t>(gpu.cores.memory_bytes) < needed)
+    throw UsageError(fmt::format("{}: set {} at least, smaller tiles (tile.width, tile.height) or fewer samples",
+                                 does_not_fit(gpu, settings), needed));
+}
+
+std::string fit_tile_memory(GpuConfiguration& gpu, const RunSettings& settings, bool chosen) {
+  if (chosen) check_tile_memory(gpu, settings);
+  return grow_tile_memory(gpu, settings);
+}
+
+}  // namespace tessera::gpu

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "hardware/machine.h"
+
+namespace tessera::hardware {
+
+// On-chip memories beside those that a Machine has: once in the machine, and once in each core.
+struct OtherMemories {
+  std::int64_t shared_bytes = 0, core_bytes = 0;
+};
+
+// Silicon of the machine by unit, in mm2 of a 7-nm process:
+//
+//   frontend, binner     their rates x area.*
+//   fixed_units          of all cores: area.core_mm2 each, tessellator, lanes of tests, blending, resolve by their rates
+//   lanes                of the pixel shader and of the sampling array
+//   texture              lookups per clock x area.texel_mm2
+//   registers, tile_memory, texture_cache, l2, other_memories    KiB x their density
+//
+// Proportional to what a machine can do, so that no rate and no memory is free. A model, not a floor plan: wires between
+// units, the memory's PHY and what a phone has beside the GPU are not in it.
+//
+// Invariants (cited by the tests):
+//   AREA1  The units add up to the total; all is proportional to the cores but front end, binner, l2 and shared memories.
+//   AREA2  More of any rate or memory is never smaller.
+struct Area {
+  std::map<std::string, double> by_unit_mm2;
+
+  double total_mm2() const;  // in the order of their names
+};
+Area machine_area(const Machine& gpu, const OtherMemories& others);
+
+}  // namespace tessera::hardware

@@ -1,0 +1,85 @@
+// Silicon of a machine.
+#include "hardware/area.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+namespace tessera::hardware {
+namespace {
+
+const OtherMemories kOthers = {256 << 10, 16 << 10};
+
+TEST(Area, UnitsAddUpAndThoseOfCoresAreProportionalToThem) {  // AREA1
+  Machine gpu;
+  const Area one = machine_area(gpu, kOthers);
+  double sum = 0;
+  for (const auto& [unit, mm2] : one.by_unit_mm2) sum += mm2;
+  EXPECT_EQ(sum, one.total_mm2());
+  gpu.cores.count *= 3;
+  const Area three = machine_area(gpu, kOthers);
+  for (const auto& [unit, mm2] : one.by_unit_mm2) {
+    const bool shared = unit == "frontend" || unit == "binner" || unit == "l2";
+    if (unit != "other_memories") {
+      EXPECT_DOUBLE_EQ(three.by_unit_mm2.at(unit), shared ? mm2 : 3 * mm2) << unit;
+    }
+  }
+  EXPECT_DOUBLE_EQ(three.by_unit_mm2.at("other_memories"), gpu.area.sram_mm2_per_kib * (256 + 12 * 16));
+}
+
+TEST(Area, IsThatOfItsPartsByHand) {  // AREA1
+  Machine gpu;
+  gpu.cores.count = 1;
+  const Area area = machine_area(gpu, {});
+  EXPECT_DOUBLE_EQ(area.by_unit_mm2.at("frontend"), 0.25);
+  EXPECT_DOUBLE_EQ(area.by_unit_mm2.at("binner"), 0.1);
+  EXPECT_DOUBLE_EQ(area.by_unit_mm2.at("lanes"), 64 * 0.008);
+  EXPECT_DOUBLE_EQ(area.by_unit_mm2.at("registers"), 128 * 0.001);
+  EXPECT_DOUBLE_EQ(area.by_unit_mm2.at("tile_memory"), 192 * 0.0005);
+  EXPECT_DOUBLE_EQ(area.by_unit_mm2.at("l2"), 256 * 0.0005);
+  EXPECT_DOUBLE_EQ(area.by_unit_mm2.at("other_memories"), 0);
+}
+
+// Nothing that makes a machine faster is free; what is no silicon of the GPU is.
+TEST(Area, MoreOfAnyRateOrMemoryIsNeverSmaller) {  // AREA2
+  const std::vector<std::string> larger = {"tilecore.count",
+                                           "tilecore.memory_bytes",
+                                           "frontend.bounds_per_clk",
+                                           "shader.lanes",
+                                           "texture.texels_per_clk",
+                                           "texture.cache_bytes",
+                                           "l2.bytes",
+                                           "resolve.pixels_per_clk",
+                                           "shader.register_bytes",
+                                           "tilecore.blends_per_clk",
+                                           "tilecore.box_tests_per_clk",
+                                           "tilecore.triangle_tests_per_clk",
+                                           "sampling.operations_per_clk"};
+  std::size_t grown = 0;
+  const Machine plain;
+  const double before = machine_area(plain, kOthers).total_mm2();
+  for (const auto& key : machine_keys()) {
+    const std::string name(key.name);
+    const KeyValue value = key.get(plain);
+    if (std::holds_alternative<std::string>(value) || name.starts_with("area.")) continue;
+    Machine gpu;
+    if (const auto* whole = std::get_if<std::int64_t>(&value))
+      key.set(gpu, *whole * 4);
+    else
+      key.set(gpu, std::get<double>(value) * 4);
+    const double after = machine_area(gpu, kOthers).total_mm2();
+    EXPECT_GE(after, before) << name;
+    if (name.starts_with("energy.") || name.starts_with("memory.") || name == "clock.mhz") {
+      EXPECT_EQ(after, before) << name << " is no silicon of the GPU";
+    }
+    if (std::find(larger.begin(), larger.end(), name) == larger.end()) continue;
+    ++grown;
+    EXPECT_GT(after, before) << name;
+  }
+  EXPECT_EQ(grown, larger.size());
+}
+
+}  // namespace
+}  // namespace tessera::hardware

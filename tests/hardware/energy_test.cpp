@@ -1,0 +1,68 @@
+// Energy by voltage, capacity and area.
+#include "hardware/energy.h"
+
+#include <gtest/gtest.h>
+
+#include "hardware/voltage.h"
+
+namespace tessera::hardware {
+namespace {
+
+EnergyEvents some_of_each() {
+  EnergyEvents events;
+  events.bounds = 100, events.vertices = 1000, events.hits = 5000, events.depth_blocks = 30;
+  events.shader_invocations = 2000, events.texels = 8000, events.l2_lines = 600, events.pixels = 1024;
+  events.dram_bytes = 100000;
+  return events;
+}
+
+TEST(EnergyByVoltage, GoesWithItsSquareLeakageWithItAndTheMemoryNot) {
+  Machine gpu;
+  const FrameEnergy nominal = frame_energy(gpu, some_of_each(), 1e5, 6);
+  for (const double clock : {200.0, 500.0, 700.0, 1200.0}) {
+    gpu.clock_mhz = clock;
+    const double ratio = supply_volts(clock, gpu.nominal_mhz) / kNominalVolts;
+    const FrameEnergy energy = frame_energy(gpu, some_of_each(), 1e5, 6);
+    for (const auto& [unit, nj] : nominal.by_unit_nj) {
+      const double expected = unit == "dram" ? nj : unit == "leakage" ? nj * ratio * 850 / clock : nj * ratio * ratio;
+      EXPECT_DOUBLE_EQ(energy.by_unit_nj.at(unit), expected) << unit << " at " << clock;
+    }
+  }
+}
+
+TEST(EnergyByCapacity, AccessesToALargerMemoryCostMore) {
+  const Machine plain;
+  Machine large;
+  large.caches.texture_bytes *= 4, large.caches.l2_bytes *= 4, large.cores.memory_bytes *= 4;
+  const FrameEnergy before = frame_energy(plain, some_of_each(), 0, 0),
+                    after = frame_energy(large, some_of_each(), 0, 0);
+  EXPECT_DOUBLE_EQ(after.by_unit_nj.at("l2"), 2 * before.by_unit_nj.at("l2"));
+  EXPECT_DOUBLE_EQ(after.by_unit_nj.at("coarse_depth"), 2 * before.by_unit_nj.at("coarse_depth"));
+  EXPECT_DOUBLE_EQ(after.by_unit_nj.at("triangle_tests"), 2 * before.by_unit_nj.at("triangle_tests"));  // hits alone
+  EXPECT_DOUBLE_EQ(after.by_unit_nj.at("texture"), before.by_unit_nj.at("texture") * 4 / 3);
+  EXPECT_EQ(after.by_unit_nj.at("shader"), before.by_unit_nj.at("shader"));
+}
+
+TEST(Leakage, IsPowerOfTheAreaForTheTimeThatTheFrameTakes) {
+  const Machine gpu;
+  // 10 mW of each of 4 mm2 for 1 ms.
+  EXPECT_DOUBLE_EQ(frame_energy(gpu, {}, 850e3, 4).by_unit_nj.at("leakage"), 40e-3 * 1e-3 * 1e9);
+  EXPECT_EQ(frame_energy(gpu, {}, 850e3, 0).total_nj(), 0);
+}
+
+// The memory has its own clock.
+TEST(Memory, KeepsItsRateAndLatencyWhenTheClockOfTheGpuChanges) {
+  Machine gpu;
+  EXPECT_EQ(gpu.bytes_per_clk(), 40.1);
+  EXPECT_EQ(gpu.latency_clk(), 192);
+  gpu.clock_mhz /= 2;
+  EXPECT_DOUBLE_EQ(gpu.bytes_per_clk(), 80.2);
+  EXPECT_DOUBLE_EQ(gpu.latency_clk(), 96);
+  gpu.set_bytes_per_clk(40.1);
+  gpu.set_latency_clk(192);
+  EXPECT_DOUBLE_EQ(gpu.memory.gb_per_s, 34.085 / 2);
+  EXPECT_DOUBLE_EQ(gpu.memory.latency_ns, 2 * 192 / 0.85);
+}
+
+}  // namespace
+}  // namespace tessera::hardware
