@@ -140,6 +140,12 @@ struct EnergyPrices {
   double leakage_mw = 60;
 };
 
+// What stands before the binner of machines that bin or draw triangles (baselines/).
+struct TriangleUnit {
+  double triangles_per_clk = 1;
+  double triangle_pj = 25;
+};
+
 struct Machine {
   double clock_mhz = 850;
   TileCores cores;
@@ -151,6 +157,7 @@ struct Machine {
   QueueSizes queues;
   GeometryPrices geometry_energy;
   EnergyPrices energy;
+  TriangleUnit triangles;
 
   // A line of the texture caches and the L2: at least a burst.
   std::int64_t line_bytes() const { return std::max(caches.line_bytes, memory.burst_bytes); }

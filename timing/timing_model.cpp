@@ -136,7 +136,7 @@ class FrameSimulation {
 
   Schedule run() {
     for (std::uint32_t r = 0; r < work_.rounds.size(); ++r) {
-      schedule_.geometry.push_back(run_alone(geometry_job(work_.rounds[r].geometry)));
+      schedule_.geometry.push_back(run_alone(geometry_job(work_.rounds[r])));
       run_tiles(r);
     }
     schedule_.other = run_alone({0, 0, fast(Stage::kDram) ? 0 : static_cast<double>(work_.other_bytes)});
@@ -153,10 +153,11 @@ class FrameSimulation {
   };
 
   bool fast(Stage stage) const { return fast_ == stage; }
-  Job geometry_job(const GeometryWork& work) const {
+  Job geometry_job(const WorkRound& round) const {
+    const GeometryWork& work = round.geometry;
     if (work.patches == 0) return {};
     const double bytes = fast(Stage::kDram) ? 0 : static_cast<double>(work.dram_bytes);
-    const StageCycles cycles = stage_cycles(gpu_, work);
+    const StageCycles cycles = geometry_cycles(gpu_, round);
     PhaseCycles stages{{}, work.patches};
     for (const Stage stage : kGeometryStages)
       stages.cycles.push_back(fast(stage) ? 0 : cycles[static_cast<std::size_t>(stage)]);
@@ -343,7 +344,7 @@ FrameTiming time_frame(const hardware::Machine& gpu, const FrameWork& work, cons
   FrameTiming timing;
   timing.cycles = schedule.cycles;
   for (const WorkRound& round : work.rounds) {
-    const StageCycles geometry = stage_cycles(gpu, round.geometry);
+    const StageCycles geometry = geometry_cycles(gpu, round);
     for (const Stage stage : kGeometryStages)
       timing.busy[static_cast<std::size_t>(stage)] += geometry[static_cast<std::size_t>(stage)];
     for (const TileWork& tile : round.tiles) {
