@@ -10,6 +10,7 @@
 #include "baselines/post_tessellation.h"
 #include "baselines/visibility_stream.h"
 #include "gpu/pipeline.h"
+#include "tilecore/procedural/sampling_controller.h"
 
 namespace tessera::baselines {
 namespace {
@@ -248,6 +249,8 @@ void BaselineObserver::view_rendered(const gpu::RenderedView& view) {
   gpu::WorkRecorder whole_work(whole_gpu, view.records, view.heights, false);
   gpu::MachineRecord whole_record;
   gpu::Pipeline(whole_gpu, view.pyramids).render({whole_gpu, job, whole_work, whole, &whole_record}, {});
+  // The maps of procedures are made before the pipeline.
+  if (job.procedures != nullptr) whole.counters.ledger += job.procedures->ledger();
   last_[Scheme::kPatchWhole] = measure_patch_machine(job, whole_gpu, view.records, whole.counters, whole_record);
   std::optional<MachineWork> machine;
   if (view.result.model) {

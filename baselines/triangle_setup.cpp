@@ -185,17 +185,25 @@ TriangleList TriangleSetup::run(const TessellatedPatch& patch, BaselineCounters&
 
 std::uint32_t TriangleSetup::stamps_of(const Corners& c, const IntRect& pixels) {
   const auto last = static_cast<std::ptrdiff_t>(c.count);
-  const double top = std::max(*std::min_element(c.y.begin(), c.y.begin() + last) - c.grow, 0.0 + pixels.y0),
-               bottom = std::min(*std::max_element(c.y.begin(), c.y.begin() + last) + c.grow, pixels.y1 - 0.5);
-  const auto stamp = [](double at) { return static_cast<int>(std::floor(at / kStampSide)); };
+  const auto [top, bottom] = std::minmax_element(c.y.begin(), c.y.begin() + last);
+  // The stamp of a place, cut to those from the tile's first pixel to one behind its last.
+  const auto stamp = [](double at, int first, int end) {
+    const double cut = std::clamp(std::floor(at / kStampSide), std::floor(1.0 * first / kStampSide),
+                                  std::floor((end - 1.0) / kStampSide) + 1);
+    return static_cast<int>(cut);
+  };
+  const auto up_to = [&](double at, int first, int end) {
+    return std::min(stamp(at, first, end), (end - 1) / kStampSide);
+  };
   std::uint32_t stamps = 0;
-  for (int row = stamp(top); row <= stamp(bottom); ++row) {
+  for (int row = stamp(*top - c.grow, pixels.y0, pixels.y1); row <= up_to(*bottom + c.grow, pixels.y0, pixels.y1);
+       ++row) {
     double low = 0, high = 0;
-    if (!span_between(c.x, c.y, c.count, row * kStampSide - c.grow, (row + 1) * kStampSide + c.grow, low, high))
+    if (!span_between(c.x, c.y, c.count, row * kStampSide - c.grow, (row + 1) * kStampSide + c.grow, low, high) ||
+        high + c.grow < pixels.x0)
       continue;
-    low = std::max(low - c.grow, 0.0 + pixels.x0);
-    high = std::min(high + c.grow, pixels.x1 - 0.5);
-    if (low <= high) stamps += static_cast<std::uint32_t>(stamp(high) - stamp(low) + 1);
+    const int first = stamp(low - c.grow, pixels.x0, pixels.x1), end = up_to(high + c.grow, pixels.x0, pixels.x1) + 1;
+    stamps += static_cast<std::uint32_t>(std::max(end - first, 0));
   }
   return stamps;
 }

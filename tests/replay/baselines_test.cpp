@@ -373,6 +373,16 @@ TEST_P(Baselines, BW1WorkMovesTheBytesThatWereCounted) {
     }
 }
 
+// Also where procedures are sampled, whose maps are made before the pipeline.
+TEST(SchemeCycles, BW1HoldsWithProcedures) {
+  const scene::Capture capture = scene::read_capture(test::shipped_capture("workshop"));
+  baselines::BaselineObserver schemes;
+  gpu::Device device(capture, {}, {}, {64, 36, {0, 0, 64, 36}});
+  device.set_observer(&schemes);
+  device.render(capture.settings.first_frame);
+  EXPECT_EQ(schemes_out_of_balance(schemes.last(), schemes.works()), 0);
+}
+
 TEST_P(Baselines, PreTessellationTakesTheCyclesAndEnergyOfTheMachine) {
   const Worked w = work_of(capture);
   const BaselineCounters& pre = w.set[Scheme::kPreTessellation];
