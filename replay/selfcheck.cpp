@@ -103,9 +103,12 @@ void check_tiling(const std::vector<Loaded>& captures, std::vector<SelfCheck>& c
   }
   const double mean = ratios.mean();
   const bool holds = mean >= 1.96 / 1.3 && mean <= 1.96 * 1.3;
+  std::string reason;
+  if (!holds && mean >= 1.96 && cached.mean() <= 1.96)
+    reason = "1.96 lies between no cache of samples and one of 8 KiB, and what is published does not say which it was";
   checks.push_back(
       {"immediate traffic over tiled", "640x480, 1 sample, 32-bit colour and depth, 32x32 tiles, textures included",
-       "1.96 within 30 %, mean", fmt::format("{:.2f} ({})", mean, ratios.text), holds, "",
+       "1.96 within 30 %, mean", fmt::format("{:.2f} ({})", mean, ratios.text), holds, reason,
        fmt::format("Antochi et al. 2004, of OpenGL scenes of that time. [assumed] samples are not cached, as nothing "
                    "published says of a cache; behind one as large as the tile memory, 8 KiB, it is {:.2f} ({})",
                    cached.mean(), cached.text)});
@@ -117,6 +120,7 @@ void check_tiling(const std::vector<Loaded>& captures, std::vector<SelfCheck>& c
 
 struct ModernFrame {
   double saved = 0;  // of traffic, textures with it, by deferred-vertex
+  double lists = 0;  // part of the traffic that is lists and vertices of post-position
   bool textured = false;
   SharedLines by_tile, in_turn;
 };
@@ -132,6 +136,8 @@ ModernFrame modern_frame(const scene::Capture& capture) {
   };
   ModernFrame out;
   out.saved = 1 - bytes(Scheme::kDeferredVertex) / bytes(Scheme::kPostPosition);
+  const BaselineCounters& kept = schemes.last()[Scheme::kPostPosition];
+  out.lists = static_cast<double>(kept.queue_bytes_written + kept.queue_bytes_read) / bytes(Scheme::kPostPosition);
   const timing::FrameWork& work = frame.model->record.work;
   out.by_tile = shared_lines(gpu, work, WarpOwner::kCoreOfTile);
   out.in_turn = shared_lines(gpu, work, WarpOwner::kCoresInTurn);
@@ -141,7 +147,8 @@ ModernFrame modern_frame(const scene::Capture& capture) {
 
 void check_modern(const std::vector<Loaded>& captures, std::vector<SelfCheck>& checks) {
   Figures saved;
-  std::string sharing, untextured;
+  std::string sharing, untextured, reason;
+  bool holds = true, known = true;
   SharedLines in_turn, by_tile;
   for (const Loaded& loaded : captures) {
     const ModernFrame frame = modern_frame(loaded.capture);
@@ -150,6 +157,12 @@ void check_modern(const std::vector<Loaded>& captures, std::vector<SelfCheck>& c
       continue;
     }
     saved.add(loaded.name, 100 * frame.saved);
+    if (frame.saved < 0.13 || frame.saved > 0.82) {
+      holds = false;
+      known = known && frame.lists < 0.26;
+      reason += fmt::format("{}lists and vertices of {} are {:.0f} % of its traffic, so that no more can be saved",
+                            reason.empty() ? "" : "; ", loaded.name, 100 * frame.lists);
+    }
     sharing += fmt::format("{}{} {:.1f}", sharing.empty() ? "" : ", ", loaded.name, 100 * frame.in_turn.share());
     in_turn.lines += frame.in_turn.lines, in_turn.shared += frame.in_turn.shared;
     by_tile.lines += frame.by_tile.lines, by_tile.shared += frame.by_tile.shared;
@@ -158,8 +171,7 @@ void check_modern(const std::vector<Loaded>& captures, std::vector<SelfCheck>& c
   checks.push_back(
       {"traffic that deferred-vertex saves over post-position",
        "captures with textures, 640x360, 4 samples, textures included", "26 to 41 %, each within a factor of 2",
-       fmt::format("{:.0f} to {:.0f} % ({})", saved.low, saved.high, saved.text), saved.low >= 13 && saved.high <= 82,
-       "",
+       fmt::format("{:.0f} to {:.0f} % ({})", saved.low, saved.high, saved.text), holds, known ? reason : "",
        fmt::format("Arm, of its fifth generation against the one before, in games and a CAD model; theirs is "
                    "the whole generation's.{}",
                    untextured.empty() ? "" : " Without textures, not judged: " + untextured)});
