@@ -157,9 +157,7 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
     {"baseline.dram_bytes_uncached", &baselines::BaselineCounters::dram_bytes_uncached, Combine::kSum, "bytes",
      "The same without those caches.", "MaliExtBusRdBy + MaliExtBusWrBy"},
     {"baseline.texture_bytes", &baselines::BaselineCounters::texture_bytes, Combine::kSum, "bytes",
-     "Textures and heights that baseline.cycles and baseline.energy_nj move besides baseline.dram_bytes: tile by tile "
-     "the machine's own; with immediate, per invocation.",
-     "MaliExtBusRdBy"},
+     "Textures and heights moved besides: the machine's own; with immediate, per invocation.", "MaliExtBusRdBy"},
     {"baseline.cycles", &baselines::BaselineCounters::cycles, Combine::kSum, "cycles",
      "Cycles of the frame, of one eye, by machine.timing=phases for all schemes (docs/timing_model.md).",
      "MaliGPUActiveCy"},

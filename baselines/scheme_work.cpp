@@ -273,7 +273,7 @@ timing::FrameWork SchemeWork::immediate(const BaselineCounters& scheme) const {
 
 void set_cost(const gpu::GpuConfiguration& gpu, const timing::FrameWork& work, BaselineCounters& out) {
   const double cycles = timing::schedule_frame(gpu, work).cycles;
-  out.cycles = static_cast<std::uint64_t>(std::llround(cycles));
+  out.cycles = static_cast<std::uint64_t>(std::ceil(cycles));  // as in stats.json
   out.energy_nj = static_cast<std::uint64_t>(
       std::llround(hardware::frame_energy(gpu, timing::energy_events(work), cycles).total_nj()));
 }

