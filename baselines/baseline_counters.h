@@ -54,6 +54,9 @@ struct BaselineCounters {
   std::uint64_t frame_bytes_written = 0;
   std::uint64_t dram_bytes = 0;
   std::uint64_t dram_bytes_uncached = 0;
+  std::uint64_t texture_bytes = 0;
+  std::uint64_t cycles = 0;
+  std::uint64_t energy_nj = 0;
 };
 
 }  // namespace tessera::baselines
@@ -153,6 +156,13 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
      "MaliExtBusRdBy + MaliExtBusWrBy"},
     {"baseline.dram_bytes_uncached", &baselines::BaselineCounters::dram_bytes_uncached, Combine::kSum, "bytes",
      "The same without those caches.", "MaliExtBusRdBy + MaliExtBusWrBy"},
+    {"baseline.texture_bytes", &baselines::BaselineCounters::texture_bytes, Combine::kSum, "bytes",
+     "Textures and heights moved besides: the machine's own; with immediate, per invocation.", "MaliExtBusRdBy"},
+    {"baseline.cycles", &baselines::BaselineCounters::cycles, Combine::kSum, "cycles",
+     "Cycles of the frame, of one eye, by machine.timing=phases for all schemes (docs/timing_model.md).",
+     "MaliGPUActiveCy"},
+    {"baseline.energy_nj", &baselines::BaselineCounters::energy_nj, Combine::kSum, "nJ",
+     "Its energy at the machine's prices.", ""},
 });
 TESSERA_COUNTERS_COVER(baselines::BaselineCounters);
 

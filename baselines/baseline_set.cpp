@@ -1,5 +1,8 @@
 #include "baselines/baseline_set.h"
 
+#include <optional>
+#include <utility>
+
 #include "base/parallel.h"
 #include "baselines/control_list.h"
 #include "baselines/deferred_vertex.h"
@@ -7,6 +10,7 @@
 #include "baselines/post_tessellation.h"
 #include "baselines/visibility_stream.h"
 #include "gpu/pipeline.h"
+#include "tilecore/procedural/sampling_controller.h"
 
 namespace tessera::baselines {
 namespace {
@@ -88,6 +92,43 @@ BaselineCounters list_machine(const Machine& machine, const BaselineCounters& ge
   return out;
 }
 
+// Work, cycles and energies of the machines that tessellate first.
+void add_works(const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu, const MachineWork& machine,
+               const GeometryCounts& geometry, const ImmediateFrame& drawn, const Binners& binners, BaselineSet& out,
+               SchemeWorks& works) {
+  const SchemeWork work(gpu, job, machine, geometry, drawn);
+  const std::uint64_t textures = texture_bytes(machine.textures);
+  const auto finish = [&](Scheme scheme, timing::FrameWork of_scheme, std::uint64_t of_textures) {
+    out[scheme].texture_bytes = of_textures;
+    timing::FrameWork& kept = works[static_cast<std::size_t>(scheme)] = std::move(of_scheme);
+    set_cost(gpu, kept, out[scheme]);
+  };
+  // What a scheme reads and writes before its tiles: records, attributes, lists.
+  const auto front = [&](Scheme scheme, const TriangleBuffer& buffer, std::uint64_t records, std::uint64_t attributes) {
+    const memory::Traffic lists = buffer.ledger().total();
+    FrontWork of_scheme{0, records + attributes + lists.read_bytes, lists.written_bytes, true};
+    of_scheme.vertices = out[scheme].position_evaluations;
+    return of_scheme;
+  };
+  const auto add_stored = [&](Scheme scheme, const PostTessellationBinner& binner, std::uint64_t attributes) {
+    FrontWork before = front(scheme, binner.buffer(), geometry.tiles.patch_bytes_cached, attributes);
+    before.vertices += out[scheme].domain_evaluations;
+    finish(scheme, work.tiled(out[scheme], before, binner.tiles(), *job.grid), textures);
+  };
+  const auto add_shaded_again = [&](Scheme scheme, const ReferenceLists& lists, const BaselineCounters& hull,
+                                    const binner::TileGrid& bins, bool fetches_entries) {
+    FrontWork before = front(scheme, lists.buffer(), hull.patch_bytes_cached, 0);
+    before.fetches_entries = fetches_entries;
+    finish(scheme, work.tiled(out[scheme], before, lists.tiles(), bins), textures);
+  };
+  add_stored(Scheme::kPostTessellation, binners.post, geometry.attribute_bytes);
+  add_stored(Scheme::kPostPosition, binners.position, geometry.kept_attribute_bytes);
+  add_shaded_again(Scheme::kDeferredVertex, binners.deferred.lists(), geometry.tiles, *job.grid, true);
+  add_shaded_again(Scheme::kVisibilityStream, binners.stream.lists(), geometry.bins, binners.bins, false);
+  add_shaded_again(Scheme::kControlList, binners.control.lists(), geometry.tiles, *job.grid, false);
+  finish(Scheme::kImmediate, work.immediate(out[Scheme::kImmediate]), work.immediate_texture_bytes());
+}
+
 }  // namespace
 
 void BaselineSet::accumulate(const BaselineSet& frame) {
@@ -151,7 +192,8 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
 
 void measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineRecord& record,
                                const frontend::PyramidLibrary& pyramids, const gpu::FrameCounters& replay,
-                               const gpu::GpuConfiguration& gpu, BaselineSet& out) {
+                               const gpu::GpuConfiguration& gpu, BaselineSet& out, const MachineWork* machine,
+                               SchemeWorks* works) {
   const std::uint64_t frame_bytes = replay.ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer).written_bytes,
                       invocations = replay.shading.pixel_shader_invocations;
   const int samples = job.pattern->samples_per_pixel();
@@ -192,23 +234,41 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineR
   immediate.frame_bytes_written = drawn.traffic.bytes_written + finished;
   immediate.dram_bytes = drawn.traffic.bytes_read + immediate.frame_bytes_written + immediate.patch_bytes_cached;
   immediate.dram_bytes_uncached = drawn.traffic.bytes_uncached + finished + immediate.patch_bytes;
+  if (machine != nullptr) add_works(job, gpu, *machine, geometry, drawn, binners, out, *works);
 }
 
 void BaselineObserver::view_rendered(const gpu::RenderedView& view) {
   tilecore::TileJob job = view.job;
   job.resolve = nullptr;  // every scheme shades all pixels
   last_ = {};
+  works_ = {};
   last_[Scheme::kPreTessellation] =
       measure_patch_machine(job, view.gpu, view.records, view.result.counters, view.record);
   const gpu::GpuConfiguration whole_gpu = patch_whole_machine(view.gpu);
   gpu::FrameResult whole(view.result.frame, tilecore::FrameTargets(view.result.targets.region, false));
-  gpu::WorkRecorder whole_work(whole_gpu, view.records, nullptr, false);
+  gpu::WorkRecorder whole_work(whole_gpu, view.records, view.heights, false);
   gpu::MachineRecord whole_record;
   gpu::Pipeline(whole_gpu, view.pyramids).render({whole_gpu, job, whole_work, whole, &whole_record}, {});
+  // The maps of procedures are made before the pipeline.
+  if (job.procedures != nullptr) whole.counters.ledger += job.procedures->ledger();
   last_[Scheme::kPatchWhole] = measure_patch_machine(job, whole_gpu, view.records, whole.counters, whole_record);
+  std::optional<MachineWork> machine;
+  if (view.result.model) {
+    machine.emplace(MachineWork{view.result.model->record.work, view.record.textures});
+    add_patch_machine(view.gpu, machine->work, view.result.counters, Scheme::kPreTessellation);
+    add_patch_machine(whole_gpu, whole_work.finish(job, whole.counters.ledger).work, whole.counters,
+                      Scheme::kPatchWhole);
+  }
   // What the previous frame's depth hid is in no list of this one, but an immediate machine draws it.
   measure_triangle_machines(job, view.gpu.frontend.previous_depth_culling ? whole_record : view.record, view.pyramids,
-                            view.result.counters, view.gpu, last_);
+                            view.result.counters, view.gpu, last_, machine ? &*machine : nullptr, &works_);
+}
+
+void BaselineObserver::add_patch_machine(const gpu::GpuConfiguration& gpu, const timing::FrameWork& work,
+                                         const gpu::FrameCounters& counters, Scheme scheme) {
+  last_[scheme].texture_bytes = counters.ledger.traffic(Unit::kTilecore, Purpose::kTexture).read_bytes;
+  works_[static_cast<std::size_t>(scheme)] = work;
+  set_cost(gpu, work, last_[scheme]);
 }
 
 }  // namespace tessera::baselines

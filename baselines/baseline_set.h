@@ -4,6 +4,7 @@
 
 #include "baselines/baseline_counters.h"
 #include "baselines/geometry_pass.h"
+#include "baselines/scheme_work.h"
 #include "binner/tile_grid.h"
 #include "gpu/configuration.h"
 #include "gpu/machine_record.h"
@@ -27,12 +28,14 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
                                        const gpu::RecordMemory& records, const gpu::FrameCounters& counters,
                                        const gpu::MachineRecord& record);
 
-// Fills in the machines that tessellate first. `replay`: counters of the run of `job`, for what the finished frame and
+// Fills in the machines that tessellate first. `machine`: of the same run, for their work, cycles and energies; null:
+// none. `replay`: counters of the run of `job`, for what the finished frame and
 // its shading take. `record`: its entries, which lead to the samples that triangles touch. Counters do not depend on the
 // number of threads.
 void measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineRecord& record,
                                const frontend::PyramidLibrary& pyramids, const gpu::FrameCounters& replay,
-                               const gpu::GpuConfiguration& gpu, BaselineSet& out);
+                               const gpu::GpuConfiguration& gpu, BaselineSet& out, const MachineWork* machine = nullptr,
+                               SchemeWorks* works = nullptr);
 
 // Runs every scheme on the frames of the device that it observes.
 class BaselineObserver final : public gpu::ViewObserver {
@@ -41,9 +44,15 @@ class BaselineObserver final : public gpu::ViewObserver {
 
   // Of the frame that was rendered last.
   const BaselineSet& last() const { return last_; }
+  // What its cycles and energies follow from; nothing without output.machine_model.
+  const SchemeWorks& works() const { return works_; }
 
  private:
+  void add_patch_machine(const gpu::GpuConfiguration& gpu, const timing::FrameWork& work,
+                         const gpu::FrameCounters& counters, Scheme scheme);
+
   BaselineSet last_;
+  SchemeWorks works_;
 };
 
 }  // namespace tessera::baselines

@@ -36,6 +36,7 @@ void DeferredVertexBinner::add(const TessellatedPatch& patch, const TriangleList
       for (; k < touched.size() && touched[k].tile == of; ++k) triangles.set(touched[k].triangle);
       encode_triangles(triangles, patch.group_ends[group] - begins, bytes);
       lists_.append(of, bytes);
+      lists_.count_entry(of);
       ++lists_.counters().entries;
     }
   }

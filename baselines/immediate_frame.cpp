@@ -5,6 +5,7 @@
 #include <functional>
 #include <span>
 #include <tuple>
+#include <utility>
 
 #include "base/parallel.h"
 #include "baselines/compressed_color.h"
@@ -28,44 +29,55 @@ std::vector<DrawnInTile> submission_order(const std::vector<TileDrawing>& tiles)
   return order;
 }
 
-template <class Draw>
-void draw_all(const std::vector<TileDrawing>& tiles, const std::vector<DrawnInTile>& order, const Draw& draw) {
-  for (const DrawnInTile& drawn : order)
-    for (std::size_t k = drawn.begin; k < drawn.end; ++k) draw(tiles[drawn.tile], tiles[drawn.tile].touches[k]);
-}
-
-void draw_plain(const std::vector<TileDrawing>& tiles, const std::vector<DrawnInTile>& order, bool resolve,
-                ImmediateMemory& memory) {
-  draw_all(tiles, order,
-           [&](const TileDrawing&, const LineTouch& touch) { memory.draw(touch.line, touch.passes, touch.blends); });
+// Draws all into a memory and notes what it had moved behind each patch in each tile.
+template <class Memory, class Draw>
+std::vector<ImmediateTraffic> draw_all(const std::vector<TileDrawing>& tiles, const std::vector<DrawnInTile>& order,
+                                       bool resolve, Memory& memory, const Draw& draw) {
+  std::vector<ImmediateTraffic> moved;
+  moved.reserve(order.size());
+  for (const DrawnInTile& drawn : order) {
+    const TileDrawing& tile = tiles[drawn.tile];
+    for (std::size_t k = drawn.begin; k < drawn.end; ++k) draw(tile, tile.touches[k]);
+    moved.push_back({memory.bytes_read(), memory.bytes_written(), 0});
+  }
   memory.finish(resolve);
+  return moved;
 }
 
-ImmediateTraffic traffic_of(const std::vector<TileDrawing>& tiles, const tilecore::TileJob& job,
-                            const gpu::GpuConfiguration& gpu, const SampleLayout& layout) {
+std::vector<ImmediateTraffic> draw_plain(const std::vector<TileDrawing>& tiles, const std::vector<DrawnInTile>& order,
+                                         bool resolve, ImmediateMemory& memory) {
+  return draw_all(tiles, order, resolve, memory, [&](const TileDrawing&, const LineTouch& touch) {
+    memory.draw(touch.line, touch.passes, touch.blends);
+  });
+}
+
+void move_lines(const std::vector<TileDrawing>& tiles, const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu,
+                const SampleLayout& layout, ImmediateFrame& out) {
   const auto cache_bytes = static_cast<std::uint64_t>(gpu.baselines.immediate_cache_bytes);
-  const std::vector<DrawnInTile> order = submission_order(tiles);
   const bool resolve = job.pattern->samples_per_pixel() > 1;
   ImmediateMemory cached(cache_bytes, job.burst_bytes, layout.line_count());
   ImmediateMemory uncached(0, job.burst_bytes, layout.line_count());
   CompressedColorMemory compressed(cache_bytes, job.burst_bytes, layout);
   const bool compresses = gpu.baselines.immediate_color_compression;
+  std::vector<ImmediateTraffic> of_compressed;
   const std::array<std::function<void()>, 3> machines = {
-      [&] { draw_plain(tiles, order, resolve, cached); }, [&] { draw_plain(tiles, order, resolve, uncached); },
+      [&] { out.moved = draw_plain(tiles, out.order, resolve, cached); },
+      [&] { draw_plain(tiles, out.order, resolve, uncached); },
       [&] {
         if (!compresses) return;
-        draw_all(tiles, order, [&](const TileDrawing& tile, const LineTouch& touch) {
-          compressed.draw(touch, std::span(tile.writes).subspan(touch.first_write, touch.write_count), tile.colors);
-        });
-        compressed.finish(resolve);
+        of_compressed =
+            draw_all(tiles, out.order, resolve, compressed, [&](const TileDrawing& tile, const LineTouch& touch) {
+              compressed.draw(touch, std::span(tile.writes).subspan(touch.first_write, touch.write_count), tile.colors);
+            });
       }};
   parallel_for(machines.size(), [&](std::size_t machine) { machines[machine](); });
-  ImmediateTraffic out{cached.bytes_read(), cached.bytes_written(), uncached.bytes_read() + uncached.bytes_written()};
-  if (compresses && compressed.bytes_read() + compressed.bytes_written() < out.bytes_read + out.bytes_written) {
-    out.bytes_read = compressed.bytes_read();
-    out.bytes_written = compressed.bytes_written();
+  out.traffic = {cached.bytes_read(), cached.bytes_written(), uncached.bytes_read() + uncached.bytes_written()};
+  if (compresses &&
+      compressed.bytes_read() + compressed.bytes_written() < out.traffic.bytes_read + out.traffic.bytes_written) {
+    out.traffic.bytes_read = compressed.bytes_read();
+    out.traffic.bytes_written = compressed.bytes_written();
+    out.moved = std::move(of_compressed);
   }
-  return out;
 }
 
 }  // namespace
@@ -86,7 +98,8 @@ ImmediateFrame draw_immediately(const tilecore::TileJob& job, const gpu::Machine
     out.blocks_culled += tile.blocks_culled;
     out.visible.tiles.push_back(std::move(tile.visible));
   }
-  out.traffic = traffic_of(tiles, job, gpu, layout);
+  out.order = submission_order(tiles);
+  move_lines(tiles, job, gpu, layout, out);
   return out;
 }
 

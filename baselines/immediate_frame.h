@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
+#include "baselines/tile_drawing.h"
 #include "baselines/visible_triangles.h"
 #include "gpu/configuration.h"
 #include "gpu/machine_record.h"
@@ -16,6 +18,8 @@ struct ImmediateTraffic {
 
 struct ImmediateFrame {
   ImmediateTraffic traffic;
+  std::vector<DrawnInTile> order;              // as it was drawn
+  std::vector<ImmediateTraffic> moved;         // with the cache, up to the end of each of them
   std::uint64_t blocks_culled = 0;             // pairs of a triangle and a block that hierarchical depth dropped
   std::uint64_t pixel_shader_invocations = 0;  // one per pixel and triangle that passes its depth test
   VisibleTriangles visible;                    // in the end, for machines that defer

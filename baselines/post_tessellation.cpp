@@ -209,7 +209,8 @@ struct PostTessellationBinner::Reading {
   BurstBytes reads;
   const VisibleTriangles* visible;
   memory::Ledger ledger, uncached_ledger;
-  std::uint64_t uncached = 0;
+  std::uint64_t uncached = 0;  // of blocks, asked of the cache
+  std::uint64_t filled = 0;    // into it
 };
 
 void PostTessellationBinner::read_block(const TileReference& reference, binner::TileIndex tile, Reading& reading) {
@@ -235,6 +236,7 @@ void PostTessellationBinner::read_block(const TileReference& reference, binner::
       reading.uncached += burst_bytes_;
       if (reading.cache.use(static_cast<std::uint32_t>(line), burst_bytes_)) continue;
       reading.ledger.read(memory::Unit::kTilecore, memory::Purpose::kTileQueue, burst_bytes_);
+      reading.filled += burst_bytes_;
       reading.reads.add(line * burst_bytes_, burst_bytes_);
       counters_.queue_bytes_read += burst_bytes_;
     }
@@ -252,20 +254,31 @@ void PostTessellationBinner::read_block(const TileReference& reference, binner::
 }
 
 void PostTessellationBinner::read_tile(binner::TileIndex tile, Reading& reading) {
+  const struct {
+    std::uint64_t ledger, asked, filled;
+  } before = {reading.ledger.total().read_bytes, reading.uncached, reading.filled};
   const std::vector<std::uint8_t> list =
       buffer_.read_list(tile, reading.ledger, counters_.queue_bytes_read, &reading.reads);
   std::uint64_t ignored = 0;
   buffer_.read_list(tile, reading.uncached_ledger, ignored);
   const std::span<const std::uint8_t> memory = buffer_.memory();
+  ListWork& work = tiles_[tile];
   for (const TileReference& reference :
-       decode_references(list, [&](std::uint64_t address) { return head_at(memory, address).triangles; }))
+       decode_references(list, [&](std::uint64_t address) { return head_at(memory, address).triangles; })) {
+    ++work.entries;
+    work.triangles += reference.triangles.count();
     read_block(reference, tile, reading);
+  }
+  work.bytes = reading.ledger.total().read_bytes - before.ledger;
+  // Each burst of a block is asked of the cache, and filled into it where that lacks it.
+  work.cache_bytes = reading.uncached - before.asked + reading.filled - before.filled;
 }
 
 void PostTessellationBinner::finish(const VisibleTriangles* visible, std::span<const std::uint64_t> state_bytes) {
   close_block();
   buffer_.finish();
-  Reading reading{memory::LruCache(cache_bytes_), BurstBytes(burst_bytes_), visible, {}, {}, 0};
+  Reading reading{memory::LruCache(cache_bytes_), BurstBytes(burst_bytes_), visible, {}, {}, 0, 0};
+  tiles_.assign(grid_.tile_count(), {});
   for (const binner::TileIndex tile : order_.tiles()) read_tile(tile, reading);
   const memory::Traffic written = buffer_.ledger().total();
   dram_bytes_ = written.read_bytes + written.written_bytes + reading.ledger.total().read_bytes;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "baselines/grid_code.h"
+#include "baselines/list_work.h"
 #include "baselines/position_code.h"
 #include "baselines/strip_code.h"
 #include "baselines/tile_reference.h"
@@ -63,6 +64,8 @@ class PostTessellationBinner {
 
   const BaselineCounters& counters() const { return counters_; }
   const TriangleBuffer& buffer() const { return buffer_; }
+  // By tile, what its core does with its list; after finish().
+  const std::vector<ListWork>& tiles() const { return tiles_; }
   // Traffic of parameter-buffer writes and reads, with the cache and without any.
   std::uint64_t dram_bytes() const { return dram_bytes_; }
   std::uint64_t dram_bytes_uncached() const { return dram_bytes_uncached_; }
@@ -101,6 +104,7 @@ class PostTessellationBinner {
   std::uint64_t burst_bytes_, cache_bytes_;
   BaselineCounters counters_;
   std::uint64_t dram_bytes_ = 0, dram_bytes_uncached_ = 0;
+  std::vector<ListWork> tiles_;
   std::vector<Written> blocks_;
   std::vector<std::uint64_t> names_;
 

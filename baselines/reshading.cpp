@@ -15,7 +15,8 @@ std::uint32_t Reshading::add(const TessellatedPatch& patch, const TriangleList& 
   vertices_ += static_cast<std::uint32_t>(patch.x0.size());
   patches_.push_back(
       {static_cast<std::uint32_t>(triangles_.size()), first, patch.patch_bytes + patch.stored_attribute_bytes,
-       static_cast<std::uint32_t>(tilecore::TessellationCache::kPositionBytes * (patch.deforming ? 2 : 1))});
+       static_cast<std::uint32_t>(tilecore::TessellationCache::kPositionBytes * (patch.deforming ? 2 : 1)),
+       patch.moving && !patch.deforming});
   std::uint32_t tile = 0;
   for (const TriangleList::Triangle& t : list.triangles) {
     const auto number = static_cast<std::uint32_t>(triangles_.size());
@@ -25,12 +26,14 @@ std::uint32_t Reshading::add(const TessellatedPatch& patch, const TriangleList& 
   return first;
 }
 
-Reshading::Counts Reshading::run() const {
+Reshading::Counts Reshading::run(std::vector<ListWork>* work) const {
   Counts counts;
   memory::LruCache cache(cache_bytes_), records(record_bytes_);
   std::vector<std::uint32_t> seen_in(vertices_, 0);  // the tile, plus one
   for (const binner::TileIndex tile : order_) {
     auto patch = patches_.begin();
+    ListWork done;
+    done.triangles = tiles_[tile].size();
     for (std::size_t k = 0; k < tiles_[tile].size();) {
       patch = std::prev(std::upper_bound(patch, patches_.end(), tiles_[tile][k],
                                          [](std::uint32_t t, const Patch& p) { return t < p.first_triangle; }));
@@ -43,14 +46,29 @@ Reshading::Counts Reshading::run() const {
           if (seen_in[vertex] == 0) ++counts.distinct;
           seen_in[vertex] = tile + 1;
           ++counts.evaluations;
-          if (cache.use(vertex, patch->vertex_bytes)) continue;
-          ++counts.evaluations_cached;
+          if (cache.use(vertex, patch->vertex_bytes)) {
+            if (patch->transforms) ++done.transforms;
+            continue;
+          }
+          ++done.vertices;
           missing = true;
         }
       counts.patch_bytes += patch->bytes;
-      if (missing && !records.use(static_cast<std::uint32_t>(patch - patches_.begin()), patch->bytes))
-        counts.patch_bytes_cached += patch->bytes;
+      if (!missing) continue;
+      done.cache_bytes += patch->bytes;
+      if (records.use(static_cast<std::uint32_t>(patch - patches_.begin()), patch->bytes)) continue;
+      done.cache_bytes += patch->bytes;
+      done.bytes += patch->bytes;
     }
+    counts.evaluations_cached += done.vertices;
+    counts.patch_bytes_cached += done.bytes;
+    if (work == nullptr) continue;
+    ListWork& of_tile = (*work)[tile];
+    of_tile.triangles += done.triangles;
+    of_tile.vertices += done.vertices;
+    of_tile.transforms += done.transforms;
+    of_tile.bytes += done.bytes;
+    of_tile.cache_bytes += done.cache_bytes;
   }
   return counts;
 }
@@ -61,15 +79,18 @@ ReferenceLists::ReferenceLists(const gpu::GpuConfiguration& gpu, const binner::T
                  static_cast<std::uint64_t>(gpu.tessellator.cache_bytes),
                  static_cast<std::uint64_t>(gpu.caches.l2_bytes)),
       burst_bytes_(static_cast<std::uint64_t>(gpu.memory.burst_bytes)),
-      tile_count_(grid.tile_count()) {}
+      tiles_(grid.tile_count()) {}
 
 void ReferenceLists::finish(std::span<const std::uint64_t> state_bytes) {
   buffer_.finish();
   BurstBytes reads(burst_bytes_);
   memory::Ledger ledger = buffer_.ledger();
-  for (binner::TileIndex tile = 0; tile < tile_count_; ++tile)
+  for (binner::TileIndex tile = 0; tile < tiles_.size(); ++tile) {
+    const std::uint64_t before = ledger.total().read_bytes;
     buffer_.read_list(tile, ledger, counters_.queue_bytes_read, &reads);
-  const Reshading::Counts shaded = reshading_.run();
+    tiles_[tile].bytes = ledger.total().read_bytes - before;
+  }
+  const Reshading::Counts shaded = reshading_.run(&tiles_);
   counters_.queue_bytes_written = buffer_.bytes_written();
   counters_.queue_bytes_peak = buffer_.bytes_in_use();
   counters_.buffer_overflows = buffer_.overflows();

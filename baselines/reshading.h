@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "baselines/baseline_counters.h"
+#include "baselines/list_work.h"
 #include "baselines/triangle_buffer.h"
 #include "baselines/triangle_setup.h"
 #include "tilecore/tile_order.h"
@@ -30,13 +31,15 @@ class Reshading {
     std::uint64_t evaluations_cached = 0, patch_bytes_cached = 0;  // with it
     std::uint64_t distinct = 0;                                    // with one that loses nothing
   };
-  Counts run() const;
+  // `work`: null, or by tile.
+  Counts run(std::vector<ListWork>* work = nullptr) const;
 
  private:
   struct Patch {
     std::uint32_t first_triangle, first_vertex;
     std::uint64_t bytes;
     std::uint32_t vertex_bytes;
+    bool transforms;  // it moves by what its cached vertices do not hold
   };
   std::vector<Patch> patches_;
   std::vector<std::array<std::uint32_t, 3>> triangles_;
@@ -53,11 +56,15 @@ class ReferenceLists {
 
   Reshading& reshading() { return reshading_; }
   void append(binner::TileIndex tile, std::span<const std::uint8_t> bytes) { buffer_.append(tile, bytes); }
+  // A reference that a tile core looks up, as it does an entry of ours.
+  void count_entry(binner::TileIndex tile) { ++tiles_[tile].entries; }
 
   // Reads all lists and shades. `state_bytes` as for PostTessellationBinner.
   void finish(std::span<const std::uint64_t> state_bytes);
 
   const TriangleBuffer& buffer() const { return buffer_; }
+  // By tile; after finish().
+  const std::vector<ListWork>& tiles() const { return tiles_; }
   BaselineCounters& counters() { return counters_; }
   const BaselineCounters& counters() const { return counters_; }
   // Of lists and of patches fetched again, with the cache and without.
@@ -68,7 +75,7 @@ class ReferenceLists {
   TriangleBuffer buffer_;
   Reshading reshading_;
   std::uint64_t burst_bytes_;
-  binner::TileIndex tile_count_;
+  std::vector<ListWork> tiles_;
   BaselineCounters counters_;
   std::uint64_t list_dram_bytes_ = 0;
 };

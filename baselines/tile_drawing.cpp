@@ -54,12 +54,14 @@ class DepthBlocks {
   float farthest(std::size_t block) {
     if (changed_[block]) {
       changed_[block] = false;
+      ++scanned;
       farthest_[block] = scan(static_cast<int>(block));
     }
     return farthest_[block];
   }
 
   std::vector<float> depth;
+  std::uint64_t scanned = 0;
 
  private:
   float scan(int block) const {
@@ -90,7 +92,21 @@ class Drawing {
         seen_(blocks_.depth.size(), kNoTriangle) {}
 
   // Depth test of one base patch's hits, triangle by triangle.
-  void draw(std::uint32_t patch, std::span<Hit> hits) {
+  void draw(std::uint32_t patch, std::uint32_t tile, std::span<Hit> hits) {
+    if (hits.empty()) return;
+    DrawnInTile drawn{patch, tile, out.touches.size(), 0, hits.size()};
+    const std::size_t invoked = invocations.size(), layers = layers_.size();
+    const std::uint64_t scanned = blocks_.scanned, tested = tested_;
+    draw_triangles(patch, hits);
+    drawn.end = out.touches.size();
+    drawn.depth_tests = tested_ - tested;
+    drawn.invocations = invocations.size() - invoked;
+    drawn.blended = layers_.size() - layers;
+    drawn.blocks_scanned = blocks_.scanned - scanned;
+    out.drawn.push_back(drawn);
+  }
+
+  void draw_triangles(std::uint32_t patch, std::span<Hit> hits) {
     std::sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) {
       return std::tie(a.triangle, a.sample) < std::tie(b.triangle, b.sample);
     });
@@ -164,6 +180,7 @@ class Drawing {
       const int sample = static_cast<int>(hit.sample), pixel = sample / spp_;
       const int x = pixels_.x0 + pixel % pixels_.width(), y = pixels_.y0 + pixel / pixels_.width();
       const float t = job_.pattern->t(x, y, sample % spp_);
+      ++tested_;
       const bool in_front = passes(patch, material, hit, t);
       if (in_front) {
         const std::uint64_t name = triangle_name(patch, hit.triangle);
@@ -209,6 +226,7 @@ class Drawing {
   int spp_;
   const SampleLayout& layout_;
   DepthBlocks blocks_;
+  std::uint64_t tested_ = 0;
   std::vector<std::uint64_t> seen_;
   std::vector<Layer> layers_;
   std::vector<std::pair<std::size_t, float>> nearest_;
@@ -228,10 +246,7 @@ TileDrawing draw_tile(const tilecore::TileJob& job, std::uint32_t tile, std::vec
     const std::uint32_t patch = entries[e].base_patch;
     sink.all.clear();
     for (; e < entries.size() && entries[e].base_patch == patch; ++e) drawer.core.find_hits(job, entries[e], sink);
-    const std::size_t begin = drawing.out.touches.size();
-    drawing.draw(patch, sink.all);
-    if (drawing.out.touches.size() > begin)
-      drawing.out.drawn.push_back({patch, tile, begin, drawing.out.touches.size()});
+    drawing.draw(patch, tile, sink.all);
   }
   drawing.find_visible();
   invocations += drawing.invocations.size();

@@ -27,7 +27,11 @@ struct LineTouch {
 // The touches of one base patch in one tile.
 struct DrawnInTile {
   std::uint32_t patch, tile;
-  std::size_t begin, end;  // in the tile's touches
+  std::size_t begin, end;         // in the tile's touches
+  std::uint64_t hits = 0;         // samples in its triangles
+  std::uint64_t depth_tests = 0;  // of them, those that hierarchical depth left
+  std::uint64_t invocations = 0, blended = 0;
+  std::uint64_t blocks_scanned = 0;  // whose farthest depth was found again
 };
 
 // What drawing in submission order does to the samples of one tile, and what they see in the end.

@@ -200,13 +200,14 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& 
     guess = frontend::reproject(*last_depth_, geometry->projection, geometry->views[0]);
   MachineRecord record;
   const bool observed = observer_ != nullptr && left == nullptr;
-  WorkRecorder recorder(gpu_, record_memory_, settings_.output.machine_model ? &displacement_memory_ : nullptr,
-                        request_.record_accesses,
+  const DisplacementMemory* const heights = settings_.output.machine_model ? &displacement_memory_ : nullptr;
+  WorkRecorder recorder(gpu_, record_memory_, heights, request_.record_accesses,
                         request_.record_items || gpu_.queues.model == hardware::TimingModel::kEvents);
   if (eliminates(gpu_)) begin_elimination(frame, eye, job);
   pipeline_.render({gpu_, job, recorder, result, observed ? &record : nullptr, &progress_,
                     gpu_.tile.rendering_elimination ? &eye.inputs : nullptr},
                    {guesses, guess ? &*guess : nullptr});
+  record.textures = recorder.take_textures();
   if (settings_.output.machine_model) {
     const StageTimer timer(result, "model");
     result.model = model_machine(gpu_, recorder.finish(job, result.counters.ledger), caches_.of_frame(gpu_, frame));
@@ -219,7 +220,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& 
   if (request_.error && job.resolve != nullptr) measure_error(job, result);
   if (observed) {
     const StageTimer timer(result, "observe");
-    observer_->view_rendered({gpu_, scene_.pyramids, record_memory_, job, record, result});
+    observer_->view_rendered({gpu_, scene_.pyramids, record_memory_, heights, job, record, result});
   }
   return geometry;
 }

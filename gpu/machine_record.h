@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "binner/queue_entry.h"
@@ -7,10 +8,17 @@
 
 namespace tessera::gpu {
 
+// What the texture units and the heights of a tile moved, displacement maps included.
+struct TextureUse {
+  std::uint64_t visibility_bytes = 0, shading_bytes = 0;  // over the external memory interface
+  std::uint64_t l2_lines = 0;                             // asked of the L2, and filled into it
+};
+
 // What a run of the machine asked of its tile cores, kept to be looked at by the baselines.
 struct MachineRecord {
   std::vector<std::vector<binner::QueueEntry>> entries;      // per tile; records numbered on where lists were emptied
   std::vector<tilecore::TessellationRequest> tessellations;  // tile by tile, in emulated order
+  std::vector<TextureUse> textures;                          // per tile, with output.machine_model
 };
 
 }  // namespace tessera::gpu

@@ -2,6 +2,7 @@
 
 #include "frontend/bounds/sub_patch_bounder.h"
 #include "gpu/configuration.h"
+#include "gpu/displacement_memory.h"
 #include "gpu/frame_result.h"
 #include "gpu/machine_record.h"
 #include "gpu/record_memory.h"
@@ -14,6 +15,7 @@ struct RenderedView {
   const GpuConfiguration& gpu;
   const frontend::PyramidLibrary& pyramids;
   const RecordMemory& records;
+  const DisplacementMemory* heights;  // null where textures are not modelled
   const tilecore::TileJob& job;
   const MachineRecord& record;
   const FrameResult& result;

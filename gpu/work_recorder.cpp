@@ -135,6 +135,7 @@ WorkRecorder::Round WorkRecorder::begin_round(const binner::Binner& binner, cons
   geometry_.queue_bytes = binner.buffer().bytes_in_use();
   binner_ = now;
   slots_.resize(binner.grid().tile_count());
+  textures_.resize(binner.grid().tile_count());
   order_ = &order;
   return Round(*this);
 }
@@ -313,9 +314,15 @@ void WorkRecorder::share_shading(Slot& slot) {
 
 void WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phase, Purpose purpose) {
   ++slot.work.l2_lines;
+  TextureUse* const texture = purpose == Purpose::kTexture ? &textures_[slot.work.tile] : nullptr;
+  if (texture != nullptr) ++texture->l2_lines;
   if (l2_.read(line, purpose)) return;
   const std::uint64_t bytes = l2_.line_bytes();
   ++slot.work.l2_lines;
+  if (texture != nullptr) {
+    ++texture->l2_lines;
+    (phase == Phase::kVisibility ? texture->visibility_bytes : texture->shading_bytes) += bytes;
+  }
   slot.work.dram_bytes[static_cast<std::size_t>(phase)] += bytes;
   const std::uint64_t first = purpose == Purpose::kTexture ? 0 : records_.first_line();
   if (record_accesses_) slot.log.add(Unit::kTilecore, purpose, false, (line - first) * bytes, bytes);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/parallel.h"
@@ -10,6 +11,7 @@
 #include "frontend/front_end.h"
 #include "gpu/configuration.h"
 #include "gpu/displacement_memory.h"
+#include "gpu/machine_record.h"
 #include "gpu/record_memory.h"
 #include "memory/l2.h"
 #include "memory/ledger.h"
@@ -86,6 +88,9 @@ class WorkRecorder {
   };
   Sums take_sums();
 
+  // By tile, of the whole frame.
+  std::vector<TextureUse> take_textures() { return std::exchange(textures_, {}); }
+
   // `ledger`: of the whole frame; what no round holds of it becomes other_bytes. Ends the recording.
   FrameRecord finish(const tilecore::TileJob& job, const memory::Ledger& ledger);
 
@@ -131,6 +136,7 @@ class WorkRecorder {
   memory::L2 l2_;
   PerThread<Sums> sums_;
   std::vector<Slot> slots_;  // by tile
+  std::vector<TextureUse> textures_;
   const tilecore::TileOrder* order_ = nullptr;
   memory::AccessLog geometry_log_;
   // Of base patches' records in their memory, by number, and their end, when transfers are recorded. Records of

@@ -41,6 +41,7 @@ FrameEnergy frame_energy(const Machine& gpu, const EnergyEvents& events, double 
   count(Stage::kFrontend, events.bounds, gpu.geometry_energy.bound_pj);
   count(Stage::kFrontend, events.reprojected_blocks, gpu.reprojection.reprojected_block_pj);
   count(Stage::kFrontend, events.depth_tests, gpu.reprojection.depth_test_pj);
+  count(Stage::kFrontend, events.triangles, gpu.triangles.triangle_pj);
   count(Stage::kBinner, events.binned_entries, gpu.geometry_energy.binned_entry_pj);
   count(Stage::kFetch, events.fetched_entries, gpu.geometry_energy.fetched_entry_pj);
   count(Stage::kFetch, events.sort_steps, gpu.geometry_energy.sort_step_pj);

@@ -18,6 +18,7 @@ struct EnergyEvents {
   std::uint64_t shader_clocks = 0;  // of lanes, for compiled shaders; then there are no invocations beside them
   std::uint64_t shader_invocations = 0, texels = 0, l2_lines = 0, blended_layers = 0;
   std::uint64_t pixels = 0, resolve_operations = 0;
+  std::uint64_t triangles = 0;  // set up before they are binned
   std::uint64_t dram_bytes = 0;
 };
 

@@ -327,6 +327,17 @@ Keys<AreaPrices> area_keys() {
   };
 }
 
+Keys<TriangleUnit> triangle_keys() {
+  return {
+      {"triangle_setup.triangles_per_clk", &TriangleUnit::triangles_per_clk, "triangles/clk", kLeast, kMax,
+       "With --baselines: triangles that a machine which bins or draws them culls and sets up behind its vertex "
+       "shader.",
+       "[spec] 1 primitive per clock on Adreno"},
+      {"energy.triangle_setup_pj", &TriangleUnit::triangle_pj, "pJ", 0, 1e9, "The same for one triangle.",
+       "[assumed] 20 operations of 1.15 pJ, 8 bytes on chip"},
+  };
+}
+
 }  // namespace
 
 Keys<Machine> burst_keys() {
@@ -345,6 +356,7 @@ Keys<Machine> machine_keys() {
       .add(&Machine::energy, energy_keys())
       .add(&Machine::area, area_keys())
       .add(&Machine::reprojection, reprojection_keys())
+      .add(&Machine::triangles, triangle_keys())
       // What units do hangs on these: how warps are packed, and what the caches of the emulated order hold.
       .mark_timing_but({"shader.warp_lanes", "cache.line_bytes", "texture.cache_bytes", "texture.cache_ways",
                         "l2.bytes", "l2.ways"});

@@ -160,6 +160,12 @@ struct AreaPrices {
   double register_mm2_per_kib = 0.001;
 };
 
+// What stands before the binner of machines that bin or draw triangles (baselines/).
+struct TriangleUnit {
+  double triangles_per_clk = 1;
+  double triangle_pj = 25;
+};
+
 // The memory has its own clock and its own supply: another clock of the GPU leaves both alone.
 struct Machine {
   double clock_mhz = 850;
@@ -174,6 +180,7 @@ struct Machine {
   GeometryPrices geometry_energy;
   EnergyPrices energy;
   AreaPrices area;
+  TriangleUnit triangles;
 
   // The memory's rate and latency in clocks of the GPU.
   double bytes_per_clk() const { return memory.gb_per_s * 1e3 / clock_mhz; }

@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
       {"report", "One page about a replay, a sweep or a tradeoff", make_report_command},
       {"dram", "Play a memory trace to a model of external memory", make_dram_command},
       {"describe", "Every counter, setting, machine number, extension and effect", make_describe_command},
-      {"selfcheck", "Known identities and published figures, computed again", make_selfcheck_command},
+      {"selfcheck", "Published figures, measured again at their condition", make_selfcheck_command},
   };
   return run_command_line(argc, argv, kCommands);
 }

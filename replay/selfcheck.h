@@ -6,21 +6,25 @@
 
 namespace tessera::replay {
 
-// One published figure or identity, computed again by the units of the machine.
+// A published figure, measured again at the condition that it was published for, as far as that is known.
 struct SelfCheck {
-  std::string name;      // what is looked at
-  std::string expected;  // with its unit
+  std::string name;       // what is looked at
+  std::string condition;  // at which
+  std::string expected;   // with its unit, its source and the tolerance
   std::string got;
   bool passed = false;
-  std::string note;  // where the figure is from, or why ours may differ
+  std::string reason;  // of one that does not hold, where that is known and docs/validation.md says so
+  std::string note;    // where the figure is from, what of its condition is ours
 };
 
-// Figures that need no capture: sizes of frame buffers and queues, tiles per frame, record ratios, memory rates, and on
-// a small scene that is made here what must add up (ledger, work, cycles, energy, DRAM trace).
-std::vector<SelfCheck> check_identities();
+// Of checks that do not hold, those whose reason nobody knows: the others are shown, but are no failures.
+std::size_t failures(const std::vector<SelfCheck>& checks);
 
-// Traffic of tiling against immediate mode on one capture (published: 1.96 times less, tiles of 32x32 best).
-// `strict`: scene::CaptureLimits::strict.
-SelfCheck check_tiling(const std::filesystem::path& capture, bool strict = false);
+// Streams of reads through memory.model=banks against the data rates of the JEDEC standards.
+std::vector<SelfCheck> check_memory_rates();
+
+// On captures: tiling against drawing immediately, vertices shaded again in each tile against positions that are kept,
+// texture blocks that several cores ask for. Nothing for no captures. `strict`: scene::CaptureLimits::strict.
+std::vector<SelfCheck> check_captures(const std::vector<std::filesystem::path>& captures, bool strict = false);
 
 }  // namespace tessera::replay

@@ -133,7 +133,7 @@ class FrameSimulation {
   Schedule run() {
     for (std::uint32_t r = 0; r < work_.rounds.size(); ++r) {
       if (r > 0 || !overlaps(gpu_))
-        schedule_.geometry.push_back(run_alone(geometry_job(work_.rounds[r].geometry)));
+        schedule_.geometry.push_back(run_alone(geometry_job(work_.rounds[r])));
       else
         schedule_.geometry.push_back({time_.now(), time_.now()});
       run_tiles(r, overlaps(gpu_) && r + 1 == work_.rounds.size());
@@ -151,10 +151,11 @@ class FrameSimulation {
     std::array<std::optional<std::size_t>, kPhaseCount> busy;
   };
 
-  Job geometry_job(const GeometryWork& work) const {
+  Job geometry_job(const WorkRound& round) const {
+    const GeometryWork& work = round.geometry;
     if (work.patches == 0) return {};
     const auto bytes = static_cast<double>(work.dram_bytes);
-    const StageCycles cycles = stage_cycles(gpu_, work);
+    const StageCycles cycles = geometry_cycles(gpu_, round);
     PhaseCycles stages{{}, work.patches};
     for (const Stage stage : kGeometryStages) stages.cycles.push_back(cycles[static_cast<std::size_t>(stage)]);
     return {gpu_.latency_clk(), length_of(stages), bytes};
@@ -165,8 +166,7 @@ class FrameSimulation {
     const std::uint64_t bytes = work.dram_bytes[static_cast<std::size_t>(phase)];
     // The list, then the sub-patches' records, then their patches'; texels that were asked for first. Stores are not
     // waited for.
-    if (phase == Phase::kVisibility)
-      job.latency = gpu_.latency_clk() * (work.sub_patches > 0 ? 3 : bytes > 0 ? 1 : 0);
+    if (phase == Phase::kVisibility) job.latency = gpu_.latency_clk() * (work.sub_patches > 0 ? 3 : bytes > 0 ? 1 : 0);
     if (phase == Phase::kShading && bytes > 0) job.latency = gpu_.latency_clk();
     job.natural = length_of(phase_cycles(gpu_, work, phase));
     job.bytes = static_cast<double>(bytes);
@@ -194,7 +194,7 @@ class FrameSimulation {
     const auto geometry_slot = static_cast<std::uint32_t>(cores_.size() * kPhaseCount);
     const double begin = time_.now();
     if (bin_next) {
-      const Job job = geometry_job(work_.rounds.front().geometry);
+      const Job job = geometry_job(work_.rounds.front());
       if (job.latency + job.natural + job.bytes > 0) time_.start(geometry_slot, job);
     }
     while (true) {
@@ -420,7 +420,7 @@ FrameTiming time_frame(const hardware::Machine& gpu, const FrameWork& work, cons
   timing.cycles = schedule.cycles;
   timing.latency = latency(gpu, schedule);
   for (const WorkRound& round : work.rounds) {
-    const StageCycles geometry = stage_cycles(gpu, round.geometry);
+    const StageCycles geometry = geometry_cycles(gpu, round);
     for (const Stage stage : kGeometryStages)
       timing.busy[static_cast<std::size_t>(stage)] += geometry[static_cast<std::size_t>(stage)];
     for (const TileWork& tile : round.tiles) {

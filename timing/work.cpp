@@ -27,6 +27,8 @@ hardware::EnergyEvents energy_events(const FrameWork& work) {
     events.depth_tests += round.geometry.depth_tests;
     events.sampling_operations += round.geometry.sampling_operations;
     events.binned_entries += round.geometry.entries;
+    events.vertices += round.triangles.vertices;
+    events.triangles += round.triangles.triangles;
     for (const TileWork& tile : round.tiles) {
       events.fetched_entries += tile.entries;
       events.sort_steps += tile.sort_steps;
@@ -85,6 +87,15 @@ StageCycles stage_cycles(const hardware::Machine& gpu, const GeometryWork& work)
   at(Stage::kBinner) = std::max(share(work.entries, gpu.rates.binned_entries_per_clk),
                                 share(work.tiles_tested, gpu.rates.binned_tiles_per_clk));
   at(Stage::kDram) = share(work.dram_bytes, memory_rate(gpu));
+  return cycles;
+}
+
+StageCycles geometry_cycles(const hardware::Machine& gpu, const WorkRound& round) {
+  StageCycles cycles = stage_cycles(gpu, round.geometry);
+  double& frontend = cycles[static_cast<std::size_t>(Stage::kFrontend)];
+  frontend = std::max(
+      {frontend, share(round.triangles.vertices, gpu.rates.vertices_per_clk) / static_cast<double>(gpu.cores.count),
+       share(round.triangles.triangles, gpu.triangles.triangles_per_clk)});
   return cycles;
 }
 

@@ -43,7 +43,7 @@ struct TileWork {
   std::uint64_t sub_patches = 0;  // tested, tessellated for it or found in the cache
   std::uint64_t vertices = 0;     // evaluated for it
   std::uint64_t transforms = 0;   // of vertices that were there, to both motion keys
-  std::uint64_t boxes = 0;        // of cells and leaves
+  std::uint64_t boxes = 0;        // of cells and leaves; in lists of triangles, set up to be tested
   std::uint64_t box_tests = 0;
   std::uint64_t box_lanes = 0;  // of them, idle ones included
   std::uint64_t stencil_tests = 0;
@@ -66,11 +66,19 @@ struct TileWork {
   std::array<std::uint64_t, kPhaseCount> dram_bytes{};
 };
 
+// What machines that bin triangles do between the front end and the binner; ours does nothing there, and no record holds
+// it.
+struct TriangleWork {
+  std::uint64_t vertices = 0;   // shaded by the tessellators of all cores
+  std::uint64_t triangles = 0;  // culled and set up
+};
+
 // A binner's run and the tiles that it led to; one a frame but for partial renders and second passes.
 struct WorkRound {
   GeometryWork geometry;
   std::vector<TileWork> tiles;   // in the order of the tile scheduler
   std::vector<TileItems> items;  // of each, or none at all
+  TriangleWork triangles{};
 };
 
 struct FrameWork {
@@ -94,6 +102,8 @@ Phase phase_of(memory::Unit unit, memory::Purpose purpose, bool write);
 using StageCycles = std::array<double, kStageCount>;
 StageCycles stage_cycles(const hardware::Machine& gpu, const GeometryWork& work);
 StageCycles stage_cycles(const hardware::Machine& gpu, const TileWork& work);
+// Of a round's geometry. Vertices are shaded and triangles set up while the front end goes on.
+StageCycles geometry_cycles(const hardware::Machine& gpu, const WorkRound& round);
 
 // Bytes per clock that the GPU gets of the external memory.
 inline double memory_rate(const hardware::Machine& gpu) { return gpu.bytes_per_clk() * gpu.memory.gpu_share; }

@@ -27,6 +27,18 @@ auto image_and_work(const Measurement& m) {
   return std::tie(m.image_sha256, m.cycles, m.dram_bytes, m.energy_nj, m.watched);
 }
 
+// Of settings that time the same frame, by the finest.
+void compare_times(KnobResult& knob, const Measurement& finest) {
+  for (SettingResult& setting : knob.settings) {
+    const Measurement& m = setting.measured;
+    setting.front = {};
+    if (m.cycles && finest.cycles && *finest.cycles > 0)
+      setting.cycles_error = static_cast<double>(*m.cycles) / static_cast<double>(*finest.cycles) - 1;
+    if (m.energy_nj && finest.energy_nj && *finest.energy_nj > 0)
+      setting.energy_error = *m.energy_nj / *finest.energy_nj - 1;
+  }
+}
+
 }  // namespace
 
 Measurement measurement_of(const TrialResult& trial, const std::string& watched) {
@@ -84,6 +96,7 @@ void judge(KnobResult& knob) {
   knob.idle = std::all_of(knob.settings.begin(), knob.settings.end(), [&](const SettingResult& setting) {
     return image_and_work(setting.measured) == image_and_work(against.measured);
   });
+  if (knob.timed) return compare_times(knob, against.measured);
   for (const Cost cost : kCosts) {
     std::vector<ErrorAndCost> points;
     std::vector<SettingResult*> of;
@@ -102,7 +115,8 @@ void judge(KnobResult& knob) {
 std::optional<CheapestSetting> cheapest(const std::vector<KnobResult>& knobs, const CheapestWanted& wanted) {
   std::optional<CheapestSetting> best;
   double least = std::numeric_limits<double>::infinity(), error = least;
-  for (const KnobResult& knob : knobs)
+  for (const KnobResult& knob : knobs) {
+    if (knob.timed) continue;  // one machine, whoever times it
     for (const SettingResult& setting : knob.settings) {
       const auto cost = cost_of(setting.measured, wanted.cost);
       if (!cost || setting.in_double) continue;
@@ -114,6 +128,7 @@ std::optional<CheapestSetting> cheapest(const std::vector<KnobResult>& knobs, co
       least = *cost;
       error = of.flip;
     }
+  }
   return best;
 }
 

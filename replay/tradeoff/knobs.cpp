@@ -208,6 +208,42 @@ std::vector<Knob> resolve_knobs() {
   };
 }
 
+// Models of the same machine, the finest first: they differ in what of a record they look at. All else is the finest.
+Knob timing_knob(const char* name, const char* title, std::vector<KnobSetting> settings) {
+  Knob out = knob(name, title, std::move(settings), "");
+  out.against = 0;
+  out.visual = false;
+  out.timed = true;
+  out.context = {{"machine.timing", "events"}, {"memory.model", "banks"}, {"shader.costs", "compiled"}};
+  return out;
+}
+
+std::vector<Knob> timing_knobs() {
+  return {
+      timing_knob("timing", "timing of a frame",
+                  {{"every item an event", {{"machine.timing", "events"}}},
+                   {"fluid memory", {{"memory.model", "fluid"}}},
+                   {"fluid memory, constant shaders", {{"memory.model", "fluid"}, {"shader.costs", "constant"}}},
+                   {"phases of tiles", {{"machine.timing", "phases"}}}}),
+      timing_knob("memory_model", "model of the memory", values_of("memory.model", {"banks", "fluid"})),
+      timing_knob("shader_costs", "costs of shaders", values_of("shader.costs", {"compiled", "constant"})),
+      timing_knob("warps", "warps in flight",
+                  {{"as registers and slots allow", {}},
+                   {"as slots allow", {{"shader.register_bytes", 67108864}}},
+                   {"any number", {{"shader.register_bytes", 67108864}, {"shader.max_warps", 4096}}}}),
+      timing_knob(
+          "requests", "requests under way",
+          {{"bounded", {}},
+           {"any number", {{"texture.requests", 4096}, {"l2.requests", 65536}, {"tilecore.fetched_lines", 65536}}},
+           {"any number, caches without latency",
+            {{"texture.requests", 4096},
+             {"l2.requests", 65536},
+             {"tilecore.fetched_lines", 65536},
+             {"texture.latency_clk", 0},
+             {"l2.latency_clk", 0}}}}),
+  };
+}
+
 bool any_drawable(const scene::FrameGeometry& frame, bool (*has)(const scene::PosedDrawable&)) {
   return std::any_of(frame.drawables.begin(), frame.drawables.end(), has);
 }
@@ -227,8 +263,8 @@ bool has_basis_texture(const scene::Material& m) {
 const std::vector<Knob>& knobs() {
   static const std::vector<Knob> kKnobs = [] {
     std::vector<Knob> all;
-    for (auto make :
-         {sampling_knobs, geometry_knobs, packing_knobs, procedure_knobs, shading_knobs, texture_knobs, resolve_knobs})
+    for (auto make : {sampling_knobs, geometry_knobs, packing_knobs, procedure_knobs, shading_knobs, texture_knobs,
+                      resolve_knobs, timing_knobs})
       for (Knob& k : make()) all.push_back(std::move(k));
     return all;
   }();

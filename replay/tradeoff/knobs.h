@@ -40,6 +40,7 @@ struct Knob {
   std::string watched;       // a column whose change is told as well: the cost that the knob is about; "" for none
   std::string watched_as;    // its name in words
   bool consecutive = false;  // is about what one frame leaves to the next
+  bool timed = false;  // how accurately a frame is timed: all settings time one record of it, the first most finely
 };
 
 const std::vector<Knob>& knobs();

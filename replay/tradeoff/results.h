@@ -68,6 +68,7 @@ struct SettingResult {
   Measurement measured;
   // Filled by judge():
   bool same_image = false;                               // as the one that its knob compares with
+  std::optional<double> cycles_error, energy_error;      // of timed knobs: over those of the finest, less 1
   std::array<std::optional<bool>, kCosts.size()> front;  // by cost; nothing where it has no such cost
   std::string says;
 
@@ -81,6 +82,7 @@ struct KnobResult {
   bool visual = true;
   std::string watched, watched_as;
   std::string skipped;  // why it was not turned; "" when it was
+  bool timed = false;   // Knob::timed; no fronts: what is cheap is the host's work
   bool idle = false;    // all settings gave the same image at the same cost
   std::vector<SettingResult> settings;
 };

@@ -74,7 +74,7 @@ class Tradeoff {
                        .reference = reference.info,
                        .knobs = {},
                        .stopped = false};
-    Trial base{options_.settings, options_.gpu, false, {}, ""};
+    Trial base{options_.settings, options_.gpu, false, {}, false, ""};
     name_trial(base, place_);
     for (const Block& block : blocks) {
       if (stop_requested() || !measure(captures, block, reference.color)) break;
@@ -96,7 +96,9 @@ class Tradeoff {
     if (!options_.settings.output.machine_model)
       throw UsageError("a tradeoff needs cycles and energy: output.machine_model must stay true");
     for (const std::string& name : options_.knobs) knob_named(name);
-    for (const std::string& name : options_.joint) knob_named(name);
+    for (const std::string& name : options_.joint)
+      if (knob_named(name).timed)
+        throw UsageError(fmt::format("--joint: {} is about how a frame is timed, not about the machine", name));
     // Scene, two images, histories: what reading the capture takes is checked there.
     const std::uint64_t bytes =
         static_cast<std::uint64_t>(options_.width) * static_cast<std::uint64_t>(options_.height) * 512;
@@ -116,8 +118,9 @@ class Tradeoff {
     place_.inputs = capture_fingerprint(options_.capture) + program_fingerprint();
   }
 
-  Row make_row(const std::string& label, const KeyValues& values, bool in_double, const Packing& packing) const {
-    Row row{label, values, {options_.settings, options_.gpu, in_double, packing, ""}};
+  Row make_row(const std::string& label, const KeyValues& values, bool in_double, const Packing& packing,
+               bool timed) const {
+    Row row{label, values, {options_.settings, options_.gpu, in_double, packing, timed, ""}};
     apply(values, row.trial.settings, row.trial.gpu);
     name_trial(row.trial, place_);
     return row;
@@ -141,7 +144,7 @@ class Tradeoff {
         if (!block.skipped.empty()) break;
         KeyValues values = knob.context;
         values.insert(values.end(), setting.values.begin(), setting.values.end());
-        block.rows.push_back(make_row(setting.label, values, setting.in_double, setting.packing));
+        block.rows.push_back(make_row(setting.label, values, setting.in_double, setting.packing, knob.timed));
       }
       blocks.push_back(std::move(block));
     }
@@ -163,7 +166,7 @@ class Tradeoff {
     for (auto first = missing.begin(); first != missing.end();) {
       const auto last = first + std::min<std::ptrdiff_t>(kTakingTurns, missing.end() - first);
       const std::vector<Trial> part(first, last);
-      const std::vector<TrialResult> results = run_trials(captures, part, place_, reference);
+      const std::vector<TrialResult> results = run_trials(captures, part, place_, reference, records_);
       if (results.empty()) return false;
       for (std::size_t t = 0; t < part.size(); ++t) {
         write_trial(points_.file(part[t].hash), results[t]);
@@ -183,6 +186,7 @@ class Tradeoff {
                    .watched = block.knob.watched,
                    .watched_as = block.knob.watched_as,
                    .skipped = block.skipped,
+                   .timed = block.knob.timed,
                    .idle = false,
                    .settings = {}};
     for (const Row& row : block.rows) {
@@ -259,7 +263,7 @@ class Tradeoff {
         values.insert(values.end(), setting.values.begin(), setting.values.end());
         if (setting.packing.bits > 0) packing = setting.packing;
       }
-      block.rows.push_back(make_row(label, values, false, packing));
+      block.rows.push_back(make_row(label, values, false, packing, false));
       if (block.rows.back().trial.hash == base) block.knob.against = k;
     }
     if (!measure(captures, block, reference)) return;
@@ -269,6 +273,7 @@ class Tradeoff {
   const TradeoffOptions& options_;
   PointFiles points_;
   TrialPlace place_;
+  FrameRecords records_;
   std::map<std::string, TrialResult> results_;  // by hash
 };
 

@@ -38,24 +38,27 @@ json setting_json(const SettingResult& setting) {
     const std::string name(kCostNames[c]);
     if (setting.front[c]) (is_host_cost(kCosts[c]) ? host["front_" + name] : front[name]) = *setting.front[c];
   }
-  return {{"label", setting.label},
-          {"arguments", setting.arguments},
-          {"base", setting.is_base},
-          {"in_double", setting.in_double},
-          {"error",
-           {{"psnr_db", or_null(m.error.psnr_db)},
-            {"ssim", m.error.ssim},
-            {"flip", m.error.flip},
-            {"max_error", m.error.max_error}}},
-          {"picture", m.image_sha256},
-          {"cycles", or_null(m.cycles)},
-          {"dram_bytes", or_null(m.dram_bytes)},
-          {"energy_nj", or_null(m.energy_nj)},
-          {"watched", figure_or_null(m.watched)},
-          {"same_picture", setting.same_image},
-          {"front", front},
-          {"says", setting.says},
-          {"host", host}};
+  json out = {{"label", setting.label},
+              {"arguments", setting.arguments},
+              {"base", setting.is_base},
+              {"in_double", setting.in_double},
+              {"error",
+               {{"psnr_db", or_null(m.error.psnr_db)},
+                {"ssim", m.error.ssim},
+                {"flip", m.error.flip},
+                {"max_error", m.error.max_error}}},
+              {"picture", m.image_sha256},
+              {"cycles", or_null(m.cycles)},
+              {"dram_bytes", or_null(m.dram_bytes)},
+              {"energy_nj", or_null(m.energy_nj)},
+              {"watched", figure_or_null(m.watched)},
+              {"same_picture", setting.same_image},
+              {"front", front},
+              {"says", setting.says},
+              {"host", host}};
+  if (setting.cycles_error) out["cycles_error"] = *setting.cycles_error;
+  if (setting.energy_error) out["energy_error"] = *setting.energy_error;
+  return out;
 }
 
 json knob_json(const KnobResult& knob) {
@@ -64,7 +67,7 @@ json knob_json(const KnobResult& knob) {
   return {
       {"name", knob.name},     {"title", knob.title},     {"context", knob.context},       {"against", knob.against},
       {"visual", knob.visual}, {"watched", knob.watched}, {"watched_as", knob.watched_as}, {"skipped", knob.skipped},
-      {"idle", knob.idle},     {"settings", settings}};
+      {"timed", knob.timed},   {"idle", knob.idle},       {"settings", settings}};
 }
 
 json cheapest_json(const CheapestAnswer& answer) {
@@ -99,6 +102,8 @@ std::string csv_row(const KnobResult& knob, const SettingResult& setting) {
   cells.emplace_back(setting.says);
   for (const Spread& times : {m.wall_seconds, m.processor_seconds})
     for (const double seconds : {times.median, times.low, times.high}) cells.emplace_back(seconds);
+  cells.push_back(or_null(setting.cycles_error));
+  cells.push_back(or_null(setting.energy_error));
   std::vector<std::string> texts;
   for (const json& cell : cells) texts.push_back(csv_cell(cell));
   return fmt::format("{}\n", fmt::join(texts, ","));
@@ -130,7 +135,7 @@ std::string tradeoff_csv(const TradeoffResult& tradeoff) {
   std::string text =
       "knob,setting,arguments,base,psnr_db,ssim,flip,max_error,cycles,dram_bytes,energy_nj,watched,watched_value,front_"
       "cycles,front_dram_bytes,front_energy_nj,says,seconds_median,seconds_low,seconds_high,processor_seconds_median,"
-      "processor_seconds_low,processor_seconds_high\n";
+      "processor_seconds_low,processor_seconds_high,cycles_error,energy_error\n";
   for (const KnobResult& knob : tradeoff.knobs)
     for (const SettingResult& setting : knob.settings) text += csv_row(knob, setting);
   return text;

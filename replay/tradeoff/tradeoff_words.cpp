@@ -53,6 +53,27 @@ std::string table_row(const SettingResult& setting) {
       m.wall_seconds.low, m.wall_seconds.high);
 }
 
+std::string percent_or_dash(const std::optional<double>& share) {
+  return share ? fmt::format("{:+.1f} %", 100 * *share) : "-";
+}
+
+// A timed knob: how far off each setting is of the finest, and how much sooner the host has it.
+std::string timed_table(const KnobResult& knob) {
+  std::string text = fmt::format("  {:<36} {:>11} {:>9} {:>12} {:>9} {:>9} {:>9} {:>15}\n", "setting", "cycles",
+                                 "error", "energy uJ", "error", "CPU s", "as fast", "wall s (spread)");
+  const double finest = knob.settings[knob.against].measured.processor_seconds.median;
+  for (const SettingResult& setting : knob.settings) {
+    const Measurement& m = setting.measured;
+    text += fmt::format(
+        "{} {:<36} {:>11} {:>9} {:>12} {:>9} {:>9.3f} {:>8.1f}x {:>7.3f} ({:.2f}-{:.2f})\n",
+        setting.is_base ? '>' : ' ', setting.label, whole_or_dash(m.cycles), percent_or_dash(setting.cycles_error),
+        m.energy_nj ? fmt::format("{:.1f}", *m.energy_nj * 1e-3) : "-", percent_or_dash(setting.energy_error),
+        m.processor_seconds.median, m.processor_seconds.median > 0 ? finest / m.processor_seconds.median : 0,
+        m.wall_seconds.median, m.wall_seconds.low, m.wall_seconds.high);
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string setting_in_words(const SettingResult& setting, const SettingResult& against,
@@ -82,6 +103,10 @@ std::string tradeoff_table(const TradeoffResult& tradeoff) {
     }
     if (knob.idle) {
       text += "  without effect here: all of its settings give the same image at the same cost\n";
+      continue;
+    }
+    if (knob.timed) {
+      text += timed_table(knob);
       continue;
     }
     text += fmt::format("  {:<36} {:>8} {:>8} {:>8} {:>7} {:>11} {:>12} {:>12} {:>9} {:>15}\n", "setting", "PSNR dB",

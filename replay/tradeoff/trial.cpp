@@ -10,6 +10,8 @@
 #include "base/json_text.h"
 #include "base/sha256.h"
 #include "base/thread_clock.h"
+#include "gpu/machine_model.h"
+#include "gpu/record_file.h"
 #include "gpu/view_inputs.h"
 #include "reference/reference_renderer.h"
 #include "reference/reference_store.h"
@@ -56,8 +58,10 @@ std::map<std::string, Figure> figures_of(const gpu::FrameResult& frame, const sc
 
 class Runner {
  public:
-  Runner(PackedCaptures& captures, const TrialPlace& place, const Image& reference, const gpu::RunSettings& settings)
+  Runner(PackedCaptures& captures, const TrialPlace& place, const Image& reference, const gpu::RunSettings& settings,
+         FrameRecords& records)
       : captures_(captures),
+        records_(records),
         place_(place),
         exposure_(settings.output.exposure > 0 ? static_cast<float>(settings.output.exposure)
                                                : captures.original()->capture.settings.exposure),
@@ -74,7 +78,14 @@ class Runner {
   }
 
   void run(const Trial& trial, const std::optional<tilecore::History>& history, TrialResult& result) {
-    const Image image = trial.in_double ? render_in_double(trial, result.host) : render(trial, history, result);
+    if (trial.timed)
+      take(time(trial, history, result), result);
+    else
+      take(trial.in_double ? render_in_double(trial, result.host) : render(trial, history, result), result);
+  }
+
+ private:
+  void take(const Image& image, TrialResult& result) {
     Sha256 hash;
     hash.add({reinterpret_cast<const std::uint8_t*>(image.values.data()), image.values.size() * sizeof(float)});
     const std::string name = hash.finish();
@@ -84,7 +95,6 @@ class Runner {
     result.error = errors_[name];
   }
 
- private:
   gpu::RenderRequest request() const {
     gpu::RenderRequest out;
     out.width = place_.width;
@@ -104,6 +114,41 @@ class Runner {
     }
     if (result.figures.empty()) result.figures = figures_of(*frame, prepared->capture);
     return std::move(frame->targets.color);
+  }
+
+  // Cycles and energy alone: what bounds them takes as long again for each unit.
+  const Image& time(const Trial& trial, const std::optional<tilecore::History>& history, TrialResult& result) {
+    const FrameRecords::Record& record = record_of(trial, history);
+    gpu::CycleCost cost;
+    {
+      const RoundTimer timer(result.host);
+      cost = gpu::cycle_cost(trial.gpu, record.views);
+    }
+    result.figures = record.figures;
+    result.figures["timing.cycles"] = static_cast<std::uint64_t>(std::ceil(cost.cycles));
+    result.figures["energy.total_nj"] = cost.energy_nj;
+    return record.color;
+  }
+
+  const FrameRecords::Record& record_of(const Trial& trial, const std::optional<tilecore::History>& history) {
+    const std::string name = json_text(gpu::functional_json(trial.gpu, trial.settings)) + trial.packing.arguments();
+    if (const auto known = records_.known.find(name); known != records_.known.end()) return known->second;
+    const std::shared_ptr<const gpu::PreparedCapture>& prepared = captures_.of(trial.packing);
+    gpu::RenderRequest wanted = request();
+    wanted.record_items = true;
+    gpu::GpuConfiguration gpu = trial.gpu;
+    gpu.queues.model = hardware::TimingModel::kPhases;  // here, its own timing is of no account
+    gpu::Device renderer(prepared, gpu, trial.settings, wanted);
+    if (history) renderer.set_history(*history);
+    gpu::FrameResult frame = renderer.render(place_.frame);
+    FrameRecords::Record& record = records_.known[name];
+    record.figures = figures_of(frame, prepared->capture);
+    std::erase_if(record.figures, [](const auto& figure) {
+      return figure.first.starts_with("timing.") || figure.first.starts_with("energy.");
+    });
+    record.views.push_back(std::move(frame.model->record.work));
+    record.color = std::move(frame.targets.color);
+    return record;
   }
 
   Image render_in_double(const Trial& trial, RoundTimes& host) const {
@@ -131,6 +176,7 @@ class Runner {
   }
 
   PackedCaptures& captures_;
+  FrameRecords& records_;
   const TrialPlace& place_;
   float exposure_;
   Image reference_;                           // as shown
@@ -149,16 +195,17 @@ void name_trial(Trial& trial, const TrialPlace& place) {
                  {"gpu", gpu::gpu_json(trial.gpu)},
                  {"settings", gpu::settings_json(trial.settings)}};
   if (trial.settings.resolve.desampling == tilecore::Desampling::kAdaptive) inputs["first_frame"] = place.first_frame;
+  if (trial.timed) inputs["timed"] = true;
   if (trial.packing.bits > 0) inputs["packing"] = trial.packing.arguments();
   trial.hash = sha256_name(json_text(inputs));
 }
 
 std::vector<TrialResult> run_trials(PackedCaptures& captures, const std::vector<Trial>& trials, const TrialPlace& place,
-                                    const Image& reference_linear) {
+                                    const Image& reference_linear, FrameRecords& records) {
   std::vector<TrialResult> results(trials.size());
   if (trials.empty()) return results;
   for (const Trial& trial : trials) gpu::check_gpu(trial.gpu);
-  Runner runner(captures, place, reference_linear, trials.front().settings);
+  Runner runner(captures, place, reference_linear, trials.front().settings, records);
   std::vector<std::optional<tilecore::History>> histories(trials.size());
   for (std::size_t t = 0; t < trials.size(); ++t) runner.prepare(trials[t], histories[t]);
   for (int round = 0; round < place.rounds; ++round)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,8 @@ struct Trial {
   gpu::GpuConfiguration gpu;
   bool in_double = false;
   Packing packing;
-  std::string hash;  // 32 digits: of everything that the result follows from; equal configurations are one trial
+  bool timed = false;  // only times what was recorded of the frame: its host times are those of that
+  std::string hash;    // 32 digits: of everything that the result follows from; equal configurations are one trial
 };
 
 // What trials have in common.
@@ -27,6 +29,16 @@ struct TrialPlace {
   std::string inputs;  // fingerprints of capture and program
 };
 
+// What timed trials time: each frame is rendered once, whatever machines time it.
+struct FrameRecords {
+  struct Record {
+    std::vector<timing::FrameWork> views;
+    Image color;
+    std::map<std::string, Figure> figures;
+  };
+  std::map<std::string, Record> known;  // by all that a record depends on
+};
+
 // Fills `hash`.
 void name_trial(Trial& trial, const TrialPlace& place);
 
@@ -34,6 +46,6 @@ void name_trial(Trial& trial, const TrialPlace& place);
 // The time of a trial is that of its compared frame alone. Throws UsageError for values that do not fit each other.
 // Empty when stop_requested() before the last of them.
 std::vector<TrialResult> run_trials(PackedCaptures& captures, const std::vector<Trial>& trials, const TrialPlace& place,
-                                    const Image& reference_linear);
+                                    const Image& reference_linear, FrameRecords& records);
 
 }  // namespace tessera::replay

@@ -551,6 +551,41 @@ TEST_F(TradeoffCommand, CtrlCStopsAmongTheRoundsOfAKnobAndTheNextRunGoesOn) {
   EXPECT_EQ(result("a").at("knobs").at(0).at("settings").size(), 3u);
 }
 
+// Models of timing look at one record: each gives what a replay with its keys gives, and errors are of the finest.
+TEST_F(TradeoffCommand, ModelsOfTimingTimeOneRecord) {
+  const ProcessResult r = run("a", {"--knobs", "samples,timing,requests", "--reference-samples", "1",
+                                    "--reference-edge", "0", "--max-flip", "1"});
+  ASSERT_EQ(r.status, 0) << r.errors;
+  EXPECT_THAT(r.output, HasSubstr("phases of tiles"));
+  const json all = result("a");
+  for (const json& knob : all["knobs"]) {
+    EXPECT_EQ(knob["timed"].get<bool>(), knob["name"] != "samples");
+    if (!knob["timed"].get<bool>()) continue;
+    const json& finest = knob["settings"][0];
+    EXPECT_EQ(finest["cycles_error"], 0.0);
+    EXPECT_EQ(knob["against"], 0);
+    for (const json& setting : knob["settings"]) {
+      EXPECT_DOUBLE_EQ(setting["cycles_error"].get<double>(),
+                       setting["cycles"].get<double>() / finest["cycles"].get<double>() - 1);
+      EXPECT_TRUE(setting["same_picture"].get<bool>());
+      EXPECT_TRUE(setting["front"].empty());
+      std::vector<std::string> replay = {
+          "replay",   test::shipped_capture("eggs").string(),
+          "--size",   "64x36",
+          "--quiet",  "--no-report",
+          "--out",    (folder_ / "r").string(),
+          "--frames", std::to_string(all["frame"].get<int>()) + ":" + std::to_string(all["frame"].get<int>() + 1)};
+      std::istringstream words(setting["arguments"].get<std::string>());
+      for (std::string word; words >> word;) replay.push_back(word);
+      ASSERT_EQ(run_tessera(replay).status, 0);
+      const json stats = json::parse(test::read_text(folder_ / "r" / "stats.json"));
+      EXPECT_EQ(stats["frames"][0]["timing"]["cycles"], setting["cycles"]) << setting["label"];
+    }
+  }
+  EXPECT_EQ(all["cheapest"]["setting"]["knob"], "samples") << "how a machine is timed makes it no cheaper";
+  EXPECT_EQ(run("a", {"--joint", "timing"}).status, 2);
+}
+
 TEST_F(TradeoffCommand, RefusesWhatItCannotCompare) {
   EXPECT_THAT(run("a", {"--knobs", "smaples"}).errors, HasSubstr("samples"));
   EXPECT_EQ(run("a", {"--knobs", "smaples"}).status, 2);

@@ -97,7 +97,7 @@ function baselineSection(stats) {
   if (!stats.total.baselines) return;
   const part = section('baselines', 'Other ways to bin the same frames'), schemes = Object.keys(stats.total.baselines);
   const names = Object.keys(stats.total.baselines[schemes[0]]);
-  for (const name of ['baseline.queue_bytes_peak', 'baseline.dram_bytes'])
+  for (const name of ['baseline.queue_bytes_peak', 'baseline.dram_bytes', 'baseline.cycles', 'baseline.energy_nj'])
     plot(part, name, () => bars(schemes.map((scheme) => ({ at: scheme, value: stats.total.baselines[scheme][name], says: number(stats.total.baselines[scheme][name]) })), { x: name }));
   part.append(table([{ title: 'counter', of: (row) => row }, ...schemes.map((scheme) => ({ title: scheme, of: (row) => stats.total.baselines[scheme][row] })),
     { title: 'meaning', of: (row) => (data.counters[row] || {}).meaning || '', wide: true }], names));
