@@ -10,7 +10,7 @@ page=$root/docs/when_it_pays.md
 
 awk -v folder="$here" -f "$here/tables.awk" "$out/sweep.csv"
 finished=$(awk -F, 'NR == 2 && $6 == "pre-tessellation" { print $10 }' "$here/parts.csv")
-for cost in traffic evaluations; do
+for cost in traffic evaluations cycles energy; do
   awk -v cost=$cost -v finished="$finished" -f "$here/plot.awk" "$here/points.csv" >"$here/$cost.svg"
 done
 
@@ -26,5 +26,6 @@ table=$(mktemp) new=$(mktemp)
 trap 'rm -f "$table" "$new"' EXIT
 awk -F, -v table=ranges -v finished="$finished" -f "$here/page.awk" "$here/points.csv" >"$table" && replace ranges "$table"
 awk -F, -v table=traffic -f "$here/page.awk" "$here/break_even.csv" >"$table" && replace break-even "$table"
-awk -F, -v table=evaluations -f "$here/page.awk" "$here/break_even.csv" >"$table" && replace evaluations "$table"
-awk -F, -v table=parts -f "$here/page.awk" "$here/parts.csv" >"$table" && replace parts "$table"
+for cost in cycles energy; do
+  awk -F, -v table=$cost -f "$here/page.awk" "$here/break_even.csv" >"$table" && replace $cost "$table"
+done

@@ -1,4 +1,4 @@
-# Cost of the other schemes over ours against triangle size as SVG, a panel for each case: awk -v cost=traffic|evaluations -v finished=BYTES -f plot.awk points.csv
+# Cost of the other schemes over ours against triangle size as SVG, a panel for each case: awk -v cost=traffic|evaluations|cycles|energy -v finished=BYTES -f plot.awk points.csv
 function px(size) { return left + 150 * log(size / 0.5) / log(128) }
 function py(ratio) { return top + 130 * (1 - log(ratio / low) / log(high / low)) }
 function text(x, y, anchor, words) { printf "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"%s\">%s</text>\n", x, y, anchor, words }
@@ -17,7 +17,7 @@ function panel(title, wanted,   s, r, path, v) {
   }
 }
 BEGIN { FS = ","; schemes = split("#000 #e69f00 #004d7a #0072b2 #d55e00 #009e73 #cc79a7 #7a7f87", color, " ") }
-NR == 1 { first = cost == "traffic" ? 7 : 7 + schemes; for (s = 1; s <= schemes; ++s) { scheme[s] = $(first + s - 1); sub(/.* /, "", scheme[s]) } next }
+NR == 1 { split("traffic evaluations cycles energy", costs, " "); for (s = 1; s <= 4; ++s) if (costs[s] == cost) first = 7 + (s - 1) * schemes; for (s = 1; s <= schemes; ++s) { scheme[s] = $(first + s - 1); sub(/.* /, "", scheme[s]) } next }
 {
   place[++rows] = $1 "," $2 "," $3 "," $4; px2[rows] = $5; both = cost == "traffic" ? finished : 0
   for (s = 2; s <= schemes; ++s) { v = ($(first + s - 1) - both) / ($first - both); ratio[rows, s] = v; if (!least || v < least) least = v; if (v > most) most = v }
@@ -25,7 +25,7 @@ NR == 1 { first = cost == "traffic" ? 7 : 7 + schemes; for (s = 1; s <= schemes;
 END {
   low = 10 ^ (below(least) / 2); high = 10 ^ (below(most) / 2 + 0.5)
   print "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 860 480\" font-family=\"sans-serif\" font-size=\"11\"><rect width=\"860\" height=\"480\" fill=\"#fff\"/>"
-  text(20, 20, "start", (cost == "traffic" ? "Traffic without the finished frame" : "Vertices evaluated") ", of other schemes over ours, against px² of a triangle: above 1 ours costs less")
+  text(20, 20, "start", (cost == "traffic" ? "Traffic without the finished frame" : cost == "evaluations" ? "Vertices evaluated" : cost == "cycles" ? "Cycles" : "Energy") ", of other schemes over ours, against px² of a triangle: above 1 ours costs less")
   panel("1 layer", "1,yes,0,32"); panel("4 layers", "4,yes,0,32"); panel("16 layers", "16,yes,0,32"); panel("4 layers, plain", "4,no,0,32")
   panel("4 layers, blur 8", "4,yes,8,32"); panel("4 layers, blur 32", "4,yes,32,32"); panel("4 layers, tiles 16", "4,yes,0,16"); panel("4 layers, tiles 64", "4,yes,0,64")
   for (s = 2; s <= schemes; ++s) { printf "<path d=\"M%d %dh20\" stroke=\"%s\" stroke-width=\"2\"/>\n", 50 + 205 * ((s - 2) % 4), 434 + 22 * int((s - 2) / 4), color[s]; text(76 + 205 * ((s - 2) % 4), 438 + 22 * int((s - 2) / 4), "start", scheme[s]) }

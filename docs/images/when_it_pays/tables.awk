@@ -23,10 +23,10 @@ BEGIN {
   schemes = split("pre-tessellation patch-whole post-tessellation post-position deferred-vertex visibility-stream control-list immediate", scheme_of, " ")
   points = folder "/points.csv"; parts = folder "/parts.csv"; lines = folder "/break_even.csv"; blur_of[0] = 0; blur_of[1] = 8; blur_of[2] = 32
   head = "layers,attributes,blur,tile,px2,triangles"
-  for (s = 1; s <= schemes; ++s) head = head ",traffic " scheme_of[s]
-  for (s = 1; s <= schemes; ++s) head = head ",evaluations " scheme_of[s]
+  costs_count = split("traffic evaluations cycles energy", costs, " ")
+  for (c = 1; c <= costs_count; ++c) for (s = 1; s <= schemes; ++s) head = head "," costs[c] " " scheme_of[s]
   print head > points
-  print "layers,attributes,blur,tile,px2,scheme,lists_written,lists,records,frame,evaluations,bounding_operations,partial_render_at_half,spill_at_half" > parts
+  print "layers,attributes,blur,tile,px2,scheme,lists_written,lists,records,frame,evaluations,bounding_operations,partial_render_at_half,spill_at_half,cycles,energy_nj" > parts
 }
 NR == 1 { for (c = 1; c <= NF; ++c) column[$c] = c; next }
 at("status") != "ok" { print "a point failed: " $0 > "/dev/stderr"; failed = 1; exit }
@@ -37,24 +37,25 @@ at("status") != "ok" { print "a point failed: " $0 > "/dev/stderr"; failed = 1; 
   if (!(place in known)) { known[place] = 1; place_of[++places] = place }
   if (!((place, px2) in seen)) { seen[place, px2] = 1; sizes_of[place] = sizes_of[place] " " px2 }
   finished = of(ours, "frame_bytes_written")
-  row = place "," px2 "," of("post-tessellation", "primitives"); more = ""
+  row = place "," px2 "," of("post-tessellation", "primitives"); more = ""; times = ""; energies = ""
   for (s = 1; s <= schemes; ++s) {
     n = scheme_of[s]; all = of(n, "dram_bytes"); evaluations = of(n, "position_evaluations") + of(n, "domain_evaluations_cached")
     row = row "," sprintf("%.0f", all); more = more "," sprintf("%.0f", evaluations)
     value[place, "traffic", n, px2] = all - finished; value[place, "evaluations", n, px2] = evaluations
+    times = times "," sprintf("%.0f", of(n, "cycles")); value[place, "cycles", n, px2] = of(n, "cycles")
+    energies = energies "," sprintf("%.0f", of(n, "energy_nj")); value[place, "energy", n, px2] = of(n, "energy_nj")
     frame = of(n, "frame_bytes_read") + of(n, "frame_bytes_written"); records = of(n, "patch_bytes_cached")
     if (tile == 32 && blur != 8 && (px2 + 0 == 1 || px2 + 0 == 16))
-      printf "%s,%s,%s,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f\n", place, px2, n, of(n, "queue_bytes_written"), all - frame - records, records, frame, evaluations, of(n, "bounding_operations"), of(n, "partial_render_bytes"), of(n, "spill_bytes") > parts
+      printf "%s,%s,%s,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f\n", place, px2, n, of(n, "queue_bytes_written"), all - frame - records, records, frame, evaluations, of(n, "bounding_operations"), of(n, "partial_render_bytes"), of(n, "spill_bytes"), of(n, "cycles"), of(n, "energy_nj") > parts
   }
-  print row more > points
+  print row more times energies > points
 }
 END {
   if (failed) exit 1
   head = "cost,layers,attributes,blur,tile"
   for (s = 2; s <= schemes; ++s) head = head "," scheme_of[s]
   print head > lines
-  split("traffic evaluations", costs, " ")
-  for (c = 1; c <= 2; ++c)
+  for (c = 1; c <= costs_count; ++c)
     for (p = 1; p <= places; ++p) {
       row = costs[c] "," place_of[p]
       for (s = 2; s <= schemes; ++s) row = row "," cheaper(place_of[p], costs[c], scheme_of[s])
