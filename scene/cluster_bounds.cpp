@@ -109,11 +109,44 @@ double half_surface(const ClusterBound& b) {
   return side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
 }
 
+// Points of a cluster for many boxes of about their size: float, from the first one, whole lanes of them.
+struct PointLanes {
+  static constexpr std::size_t kLanes = 8;
+  std::vector<std::array<float, 3 * kLanes>> blocks;  // x, y, z
+
+  void take(std::span<const DVec3> points) {
+    blocks.resize((points.size() + kLanes - 1) / kLanes);
+    for (std::size_t i = 0; i < blocks.size() * kLanes; ++i) {
+      const Vec3 p(points[std::min(i, points.size() - 1)] - points[0]);
+      for (std::size_t c = 0; c < 3; ++c)
+        blocks[i / kLanes][c * kLanes + i % kLanes] = p[static_cast<Vec3::length_type>(c)];
+    }
+  }
+  float extent(const Vec3& axis) const {
+    std::array<float, kLanes> low, high;
+    low.fill(std::numeric_limits<float>::infinity()), high.fill(-std::numeric_limits<float>::infinity());
+    for (const auto& block : blocks)
+      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const float s = axis.x * block[lane] + axis.y * block[kLanes + lane] + axis.z * block[2 * kLanes + lane];
+        low[lane] = s < low[lane] ? s : low[lane];
+        high[lane] = s > high[lane] ? s : high[lane];
+      }
+    return std::ranges::max(high) - std::ranges::min(low);
+  }
+  float half_surface(const std::array<DVec3, 3>& frame) const {
+    const float a = extent(Vec3(frame[0])), b = extent(Vec3(frame[1])), c = extent(Vec3(frame[2]));
+    return a * b + b * c + c * a;
+  }
+};
+
 // Frames along the longest edges, with a face's normal or the mean one: of what people build one fits, and of what grows
-// none fits much better. The one with the least surface, as that is what screens see of a box.
-void find_box(std::span<const DVec3> points, std::span<const ClusterTriangle> triangles, ClusterBound& out) {
+// none fits much better. The one with the least surface, as that is what screens see of a box. `lanes`: scratch.
+void find_box(std::span<const DVec3> points, std::span<const ClusterTriangle> triangles, PointLanes& lanes,
+              ClusterBound& out) {
   set_box(points, out);
   out.aligned_low = out.low, out.aligned_high = out.high;
+  if (points.empty()) return;
+  lanes.take(points);
   std::vector<const ClusterTriangle*> longest;
   DVec3 mean(0.0);
   for (const ClusterTriangle& t : triangles) longest.push_back(&t), mean += t.normal;
@@ -121,7 +154,7 @@ void find_box(std::span<const DVec3> points, std::span<const ClusterTriangle> tr
   std::ranges::partial_sort(longest, longest.begin() + static_cast<std::ptrdiff_t>(tried), std::greater<>(),
                             &ClusterTriangle::edges);
   ClusterBound best = out;
-  double least = kWorthTurning * half_surface(out);
+  float least = std::numeric_limits<float>::infinity();
   const auto consider = [&](const DVec3& edge, const DVec3& normal) {
     const DVec3 y = glm::cross(normal, edge);
     const double x_length = glm::length(edge), y_length = glm::length(y);
@@ -129,8 +162,7 @@ void find_box(std::span<const DVec3> points, std::span<const ClusterTriangle> tr
     const DVec3 x_unit = edge / x_length, y_unit = y / y_length;
     ClusterBound turned = out;
     turned.rotation = packed(glm::normalize(glm::quat_cast(DMat3(x_unit, y_unit, glm::cross(x_unit, y_unit)))));
-    set_box(points, turned);
-    const double surface = half_surface(turned);
+    const float surface = lanes.half_surface(turned.frame());
     if (surface < least) best = turned, least = surface;
   };
   for (std::size_t k = 0; k < tried; ++k)
@@ -139,7 +171,9 @@ void find_box(std::span<const DVec3> points, std::span<const ClusterTriangle> tr
       consider(longest[k]->b, normal);
       consider(longest[k]->b - longest[k]->a, normal);
     }
-  out = best;
+  if (!best.turned()) return;
+  set_box(points, best);
+  if (half_surface(best) < kWorthTurning * half_surface(out)) out = best;
 }
 
 }  // namespace
@@ -156,6 +190,7 @@ std::vector<ClusterBound> bound_clusters(const Primitive& primitive, const MeshC
   parallel_for((bounds.size() + kBlock - 1) / kBlock, [&](std::size_t block) {
     std::vector<DVec3> points;
     std::vector<ClusterTriangle> triangles;
+    PointLanes lanes;
     for (std::size_t c = block * kBlock; c < std::min(bounds.size(), (block + 1) * kBlock); ++c) {
       const Cluster& cluster = clusters.clusters[c];
       points.clear(), triangles.clear();
@@ -163,7 +198,7 @@ std::vector<ClusterBound> bound_clusters(const Primitive& primitive, const MeshC
         points.emplace_back(primitive.vertices.positions[clusters.vertices[v]]);
       for_each_triangle(primitive, clusters, cluster,
                         [&](const ClusterTriangle& triangle) { triangles.push_back(triangle); });
-      find_box(points, triangles, bounds[c]);
+      find_box(points, triangles, lanes, bounds[c]);
       find_cone(triangles, bounds[c]);
     }
   });
