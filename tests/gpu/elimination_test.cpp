@@ -345,7 +345,7 @@ TEST(TransactionElimination, ImagesStayAndTrafficGoes) {
       EXPECT_LT(written(got[f]), written(plain[f]) / 2) << key;
       // A burst of signatures costs no more than the memory's latency.
       EXPECT_LT(got[f].model->timing.cycles, plain[f].model->timing.cycles + static_cast<double>(2 * kTiles * 8 / 64) *
-                                                                                 GpuConfiguration().memory.latency_clk)
+                                                                                 GpuConfiguration().latency_clk())
           << key;
     }
     // Eight bytes a tile are read and written; nothing is read of a frame before the first.
