@@ -31,6 +31,7 @@ class GpuKeys(TypedDict, total=False):
     frontend__depth_block_pixels: int  # 8 to 256 pixels. Side of the blocks whose farthest depths tile cores store for it, 2 bytes each: a power of two, halved until it divides the tile's sides.
     tile__width: int  # 8 to 256 pixels. Width of the on-chip render area of one tile core.
     tile__height: int  # 8 to 256 pixels. Height of the on-chip render area of one tile core.
+    tile__rendering_elimination: bool  # Whether a tile is not rendered, and its pixels stay as they are, when all that it would be rendered from has the signature (frame_buffer.signature_bits) of the frame before. Signatures are read and written in memory.
     parameter_buffer__bytes: int  # 256 to 4.29497e+09 bytes. Memory that holds the tile lists and the sub-patch table.
     parameter_buffer__first_chunk_bytes: int  # 16 to 4096 bytes. First chunk of each list, which the number of the list addresses.
     parameter_buffer__chunk_bytes: int  # 32 to 2.09715e+06 bytes. Size of the further pieces in which the parameter buffer is handed out to lists.
@@ -63,7 +64,10 @@ class GpuKeys(TypedDict, total=False):
     shading_cache__entries: int  # 1 to 1.04858e+06 cells. With shading.rate=cache: shaded cells that a tile core keeps on chip, 24 bytes each; the least recently used goes first.
     shading_cache__group: int  # 1 to 64 tiles. Side of the square group of tiles that a core renders before it empties its shading cache, with shading.rate=cache.
     memory__burst_bytes: int  # 16 to 256 bytes. Smallest amount the external memory interface moves.
-    frame_buffer__compression: Literal["none", "lossless"]  # Whether finished pixels are compressed on their way to memory, in blocks of 8x4; saves traffic, not room.
+    frame_buffer__format: Literal["rgba8", "rgb10a2", "rgba16f"]  # How finished pixels lie in memory: half floats (8 bytes a pixel), or sRGB codes of light times exposure in 8 or 10 bits (4 bytes), in which light above 1 is clipped; images show it.
+    frame_buffer__compression: Literal["none", "lossless"]  # Whether tile cores compress finished pixels on their way to memory, in blocks of 256 bytes; saves traffic, not room.
+    frame_buffer__transaction_elimination: bool  # Whether tile cores leave a tile's pixels unwritten when their signature is that of the frame before, which they read and write in memory. The first of several frames is written whole.
+    frame_buffer__signature_bits: int  # 4 to 64 bits. Width of a tile's signature, the lowest bits of a CRC-64, in whole bytes of memory. Narrow ones match where tiles differ, and images show it.
     clock__mhz: float  # 1 to 10000 MHz. Clock of the whole GPU; cycles everywhere are cycles of this clock.
     voltage__nominal_mhz: float  # 1 to 10000 MHz. Clock that the GPU reaches at 0.8 V, for which energies and leakage are given. Other clocks have other voltages (hardware/voltage.h); energy of an event goes with their square, the memory's stays.
     tilecore__count: int  # 1 to 64 cores. Tile cores, fed by one tile scheduler.
@@ -106,6 +110,7 @@ class GpuKeys(TypedDict, total=False):
     memory__latency_ns: float  # 0 to 100000 ns. Time from a read to its data on an idle memory. memory.latency_clk sets it too, by the clock.mhz of that moment.
     memory__pj_per_bit: float  # 0 to 1000 pJ/bit. Energy of a bit over the external interface, memory, interface and controller together.
     machine__timing: Literal["phases", "events"]  # How a frame's work is timed: phases, each of a tile as one pipeline; or events, every sub-patch, warp and cache line by itself through queues of these sizes.
+    machine__overlap: Literal["none", "frames"]  # Whether a frame's patches are bounded and binned while the tiles of the frame before are rendered (frames): cycles are then those from one frame to the next, as frames like this one follow each other, and its latency is twice as long. Needs a second parameter buffer.
     machine__caches: Literal["empty", "warm"]  # With machine.timing=events: what L2 and texture caches hold when a frame begins, nothing or what the frame before left.
     tilecore__queue_items: int  # 1 to 1024 sub-patches. Sub-patches that may wait between one unit of a core and the next.
     tilecore__fetched_lines: int  # 1 to 65536 lines. Lines of records and heights that a core has asked for and not yet got.
@@ -155,6 +160,8 @@ class GpuKeys(TypedDict, total=False):
     frontend__depth_tests_per_clk: float  # 0.000976562 to 65536 blocks/clk. Blocks whose farthest depth the front end compares with the nearest one of a bound.
     energy__reprojected_block_pj: float  # 0 to 1e+09 pJ. Block of the previous frame's depths put where the view at hand has it.
     energy__depth_test_pj: float  # 0 to 1e+09 pJ. Block's farthest depth compared with the nearest one of a bound.
+    triangle_setup__triangles_per_clk: float  # 0.000976562 to 65536 triangles/clk. With --baselines: triangles that a machine which bins or draws them culls and sets up behind its vertex shader.
+    energy__triangle_setup_pj: float  # 0 to 1e+09 pJ. The same for one triangle.
 
 class SettingsKeys(TypedDict, total=False):
     sampling__samples_per_pixel: int  # 1 to 64 samples. Visibility samples per pixel; the same as --spp.
