@@ -157,9 +157,9 @@ std::optional<RecordedFrame> RecordReader::next() {
 namespace {
 
 json drawables_json(const scene::Assembly& assembly) {
-  constexpr std::size_t kMostNamed = 65536;
+  constexpr std::size_t kMaxNamed = 65536;
   json rows = json::array();
-  if (assembly.drawn.size() > kMostNamed) return rows;
+  if (assembly.drawn.size() > kMaxNamed) return rows;
   const auto named = [](const auto& things, int number) {
     const auto at = static_cast<std::size_t>(number);
     if (number < 0 || at >= things.size()) return std::string();

@@ -49,7 +49,7 @@ class Names {
     // Primitives of an instanced node take turns: the row is one of the last `stride` that begin before.
     auto row =
         std::upper_bound(rows_.begin(), rows_.end(), number, [](std::uint64_t d, const Row& r) { return d < r.first; });
-    for (std::uint64_t back = 0; row != rows_.begin() && back < kMostTurns; ++back) {
+    for (std::uint64_t back = 0; row != rows_.begin() && back < kMaxTurns; ++back) {
       --row;
       if ((number - row->first) % row->stride == 0 && (number - row->first) / row->stride < row->count)
         return row->name;
@@ -58,7 +58,7 @@ class Names {
   }
 
  private:
-  static constexpr std::uint64_t kMostTurns = 256;
+  static constexpr std::uint64_t kMaxTurns = 256;
   struct Row {
     std::uint64_t first, stride, count;
     Name name;

@@ -338,7 +338,7 @@ TEST(EventModel, ThePathSaysWhereTheTimeWent) {  // EM4
   EXPECT_NEAR(path_of(warps(5, 1, false), gpu)[Bound::kLatency], 5 * 300.0, 5);
 }
 
-// The twin: a part that is counted twice does not go unseen.
+// The twin: a part that is counted twice shows.
 TEST(EventModel, APathWithAPartTooManyDoesNotAddUp) {  // EM4
   Machine gpu = endless();
   gpu.set_latency_clk(100);
