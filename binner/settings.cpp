@@ -37,9 +37,8 @@ Keys<TileSize> tile_keys() {
        "[spec] as tile.width"},
       {"tile.rendering_elimination", &TileSize::rendering_elimination,
        "Whether a tile is not rendered, and its pixels stay as they are, when all that it would be rendered from has "
-       "the "
-       "signature (frame_buffer.signature_bits) of the frame before. Signatures are read and written in memory.",
-       "Anglada et al. 2019, rendering elimination"},
+       "the signature (frame_buffer.signature_bits) of the frame before. Signatures are read and written in memory.",
+       "[spec] Anglada et al. 2019, rendering elimination; [assumed] off"},
   };
 }
 
