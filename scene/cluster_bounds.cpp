@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <functional>
 #include <limits>
 #include <span>
@@ -29,7 +30,7 @@ float rounded_up(double x) { return -rounded_down(-x); }
 // A triangle of a cluster: two edges from its first corner, and the sum of its two longest.
 struct ClusterTriangle {
   DVec3 a, b, normal;  // normal: of a x b, as long
-  double edges;
+  double edges, normal_length;
 };
 
 // Calls use(triangle) for each but those two of whose corners are in one place: nobody sees them, however they move.
@@ -42,8 +43,12 @@ void for_each_triangle(const Primitive& primitive, const MeshClusters& clusters,
   const auto add = [&](const DVec3& p, const DVec3& q, const DVec3& r) {
     if (p == q || q == r || r == p) return;
     const DVec3 a = q - p, b = r - p;
-    const std::array<double, 3> length = {glm::length(a), glm::length(b), glm::length(r - q)};
-    use(ClusterTriangle{a, b, glm::cross(a, b), length[0] + length[1] + length[2] - std::ranges::min(length)});
+    const DVec3 c = r - q;
+    const std::array<double, 3> squares = {glm::dot(a, a), glm::dot(b, b), glm::dot(c, c)};
+    const auto shortest = static_cast<std::size_t>(std::ranges::min_element(squares) - squares.begin());
+    const DVec3 normal = glm::cross(a, b);
+    use(ClusterTriangle{a, b, normal, std::sqrt(squares[(shortest + 1) % 3]) + std::sqrt(squares[(shortest + 2) % 3]),
+                        glm::length(normal)});
   };
   for (std::uint32_t k = cluster.first_cell; k < cluster.first_cell + cluster.cell_count; ++k) {
     const ClusterCell& cell = clusters.cells[k];
@@ -60,7 +65,7 @@ void find_cone(std::span<const ClusterTriangle> triangles, ClusterBound& out) {
   DVec3 sum(0.0);
   double height = std::numeric_limits<double>::infinity(), edges = height;
   for (const ClusterTriangle& t : triangles) {
-    const double length = glm::length(t.normal);
+    const double length = t.normal_length;
     if (!(length > 0 && std::isfinite(length))) return;  // a sliver faces anywhere once its vertices are rounded
     sum += t.normal / length;
     height = std::min(height, length / t.edges);
@@ -71,8 +76,7 @@ void find_cone(std::span<const ClusterTriangle> triangles, ClusterBound& out) {
   const Vec3 axis(sum / length);
   double cosine = 1;
   const DVec3 unit = glm::normalize(DVec3(axis));
-  for (const ClusterTriangle& t : triangles)
-    cosine = std::min(cosine, glm::dot(t.normal, unit) / glm::length(t.normal));
+  for (const ClusterTriangle& t : triangles) cosine = std::min(cosine, glm::dot(t.normal, unit) / t.normal_length);
   cosine -= 0x1p-40;  // cosines in double precision are off by some 2^-50
   if (!(cosine > kLeastCosine)) return;
   out.cone_axis = {axis.x, axis.y, axis.z};
@@ -109,34 +113,40 @@ double half_surface(const ClusterBound& b) {
   return side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
 }
 
-// Points of a cluster for many boxes of about their size: float, from the first one, whole lanes of them.
-struct PointLanes {
-  static constexpr std::size_t kLanes = 8;
-  std::vector<std::array<float, 3 * kLanes>> blocks;  // x, y, z
-
+// Points of a cluster for many boxes of about their size: float, from the first one, whole vectors of them.
+class PointLanes {
+ public:
   void take(std::span<const DVec3> points) {
-    blocks.resize((points.size() + kLanes - 1) / kLanes);
-    for (std::size_t i = 0; i < blocks.size() * kLanes; ++i) {
+    const std::size_t vectors = (points.size() + kLanes - 1) / kLanes;
+    values_.resize(vectors * 3 * kLanes);
+    for (std::size_t i = 0; i < vectors * kLanes; ++i) {
       const Vec3 p(points[std::min(i, points.size() - 1)] - points[0]);
-      for (std::size_t c = 0; c < 3; ++c)
-        blocks[i / kLanes][c * kLanes + i % kLanes] = p[static_cast<Vec3::length_type>(c)];
+      float* const vector = &values_[i / kLanes * 3 * kLanes + i % kLanes];
+      vector[0] = p.x, vector[kLanes] = p.y, vector[2 * kLanes] = p.z;
     }
   }
+  // What the points measure along an axis.
   float extent(const Vec3& axis) const {
-    std::array<float, kLanes> low, high;
-    low.fill(std::numeric_limits<float>::infinity()), high.fill(-std::numeric_limits<float>::infinity());
-    for (const auto& block : blocks)
-      for (std::size_t lane = 0; lane < kLanes; ++lane) {
-        const float s = axis.x * block[lane] + axis.y * block[kLanes + lane] + axis.z * block[2 * kLanes + lane];
-        low[lane] = s < low[lane] ? s : low[lane];
-        high[lane] = s > high[lane] ? s : high[lane];
-      }
-    return std::ranges::max(high) - std::ranges::min(low);
+    Lanes low = load(0) * axis.x + load(kLanes) * axis.y + load(2 * kLanes) * axis.z, high = low;
+    for (std::size_t at = 3 * kLanes; at < values_.size(); at += 3 * kLanes) {
+      const Lanes s = load(at) * axis.x + load(at + kLanes) * axis.y + load(at + 2 * kLanes) * axis.z;
+      low = s < low ? s : low;
+      high = s > high ? s : high;
+    }
+    return std::max({high[0], high[1], high[2], high[3]}) - std::min({low[0], low[1], low[2], low[3]});
   }
-  float half_surface(const std::array<DVec3, 3>& frame) const {
-    const float a = extent(Vec3(frame[0])), b = extent(Vec3(frame[1])), c = extent(Vec3(frame[2]));
-    return a * b + b * c + c * a;
+
+ private:
+  static constexpr std::size_t kLanes = 4;
+  // Four floats of every processor: too little work here for kernels that are chosen at run time.
+  using Lanes = float __attribute__((vector_size(kLanes * sizeof(float))));
+
+  Lanes load(std::size_t at) const {
+    Lanes lanes;
+    std::memcpy(&lanes, &values_[at], sizeof lanes);
+    return lanes;
   }
+  std::vector<float> values_;
 };
 
 // Frames along the longest edges, with a face's normal or the mean one: of what people build one fits, and of what grows
@@ -147,33 +157,48 @@ void find_box(std::span<const DVec3> points, std::span<const ClusterTriangle> tr
   out.aligned_low = out.low, out.aligned_high = out.high;
   if (points.empty()) return;
   lanes.take(points);
-  std::vector<const ClusterTriangle*> longest;
+  std::array<const ClusterTriangle*, kLongEdges> longest{};  // the longest first
   DVec3 mean(0.0);
-  for (const ClusterTriangle& t : triangles) longest.push_back(&t), mean += t.normal;
-  const std::size_t tried = std::min(kLongEdges, longest.size());
-  std::ranges::partial_sort(longest, longest.begin() + static_cast<std::ptrdiff_t>(tried), std::greater<>(),
-                            &ClusterTriangle::edges);
-  ClusterBound best = out;
+  for (const ClusterTriangle& t : triangles) {
+    mean += t.normal;
+    const ClusterTriangle* sinks = &t;
+    for (const ClusterTriangle*& place : longest)
+      if (place == nullptr || sinks->edges > place->edges) {
+        std::swap(place, sinks);
+        if (sinks == nullptr) break;
+      }
+  }
+  const double mean_length = glm::length(mean);
+  DMat3 best(1.0);
   float least = std::numeric_limits<float>::infinity();
-  const auto consider = [&](const DVec3& edge, const DVec3& normal) {
-    const DVec3 y = glm::cross(normal, edge);
-    const double x_length = glm::length(edge), y_length = glm::length(y);
-    if (!(x_length > 0 && y_length > 1e-6 * x_length * glm::length(normal))) return;
-    const DVec3 x_unit = edge / x_length, y_unit = y / y_length;
-    ClusterBound turned = out;
-    turned.rotation = packed(glm::normalize(glm::quat_cast(DMat3(x_unit, y_unit, glm::cross(x_unit, y_unit)))));
-    const float surface = lanes.half_surface(turned.frame());
-    if (surface < least) best = turned, least = surface;
+  // `along_x`: what the box measures along the edge.
+  const auto consider = [&](const DVec3& x_unit, float along_x, const DVec3& normal, double normal_length) {
+    const DVec3 y = glm::cross(normal, x_unit);
+    const double y_length = glm::length(y);
+    if (!(y_length > 1e-6 * normal_length)) return;
+    const DVec3 y_unit = y / y_length, z_unit = glm::cross(x_unit, y_unit);
+    const float along_y = lanes.extent(Vec3(y_unit));
+    if (along_x * along_y >= least) return;
+    const float along_z = lanes.extent(Vec3(z_unit)),
+                surface = along_x * along_y + along_y * along_z + along_z * along_x;
+    if (surface < least) best = DMat3(x_unit, y_unit, z_unit), least = surface;
   };
-  for (std::size_t k = 0; k < tried; ++k)
-    for (const DVec3& normal : {longest[k]->normal, mean}) {
-      consider(longest[k]->a, normal);
-      consider(longest[k]->b, normal);
-      consider(longest[k]->b - longest[k]->a, normal);
+  for (const ClusterTriangle* t : longest) {
+    if (t == nullptr) break;
+    for (const DVec3& edge : {t->a, t->b, t->b - t->a}) {
+      const double length = glm::length(edge);
+      if (!(length > 0)) continue;
+      const DVec3 x_unit = edge / length;
+      const float along_x = lanes.extent(Vec3(x_unit));
+      consider(x_unit, along_x, t->normal, t->normal_length);
+      consider(x_unit, along_x, mean, mean_length);
     }
-  if (!best.turned()) return;
-  set_box(points, best);
-  if (half_surface(best) < kWorthTurning * half_surface(out)) out = best;
+  }
+  ClusterBound turned = out;
+  turned.rotation = packed(glm::normalize(glm::quat_cast(best)));
+  if (!turned.turned()) return;
+  set_box(points, turned);
+  if (half_surface(turned) < kWorthTurning * half_surface(out)) out = turned;
 }
 
 }  // namespace
