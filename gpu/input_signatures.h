@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/counter.h"
+#include "base/round_up.h"
 #include "binner/binner.h"
 #include "gpu/configuration.h"
 #include "tilecore/frame_targets.h"
@@ -28,7 +29,7 @@ struct SignatureMemory {
   std::uint64_t array_bytes;  // whole bursts
 
   SignatureMemory(std::uint64_t tiles, std::uint64_t signature_bytes, std::uint64_t burst_bytes)
-      : array_bytes((tiles * signature_bytes + burst_bytes - 1) / burst_bytes * burst_bytes) {}
+      : array_bytes(round_up(tiles * signature_bytes, burst_bytes)) {}
   std::uint64_t of_colors() const { return 0; }
   std::uint64_t of_inputs(int frame) const { return array_bytes * (1 + static_cast<std::uint64_t>(frame & 1)); }
   std::uint64_t bytes() const { return 3 * array_bytes; }

@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::string_view kMagic = "tessera.record/2\n";
+constexpr std::string_view kMagic = "tessera.record/2\n", kMagicOfAll = "tessera.record/";
 constexpr std::uint64_t kMaxHeadBytes = 16u << 20;
 constexpr std::uint64_t kMaxViews = 2;
 // Decoded work takes no more than so many times its bytes.
@@ -91,7 +91,9 @@ RecordReader::RecordReader(const std::filesystem::path& file, std::uint64_t max_
     : name_(file), file_(file, std::ios::binary), max_bytes_(max_bytes) {
   std::error_code ignored;
   if (!file_ || std::filesystem::is_directory(file, ignored)) throw InputError(name_.string(), "", "cannot be read");
-  if (bytes(kMagic.size()) != kMagic) refuse("is not a record (replay --record)");
+  const std::string magic = bytes(kMagic.size());
+  if (magic != kMagic && magic.starts_with(kMagicOfAll)) refuse("is a record of another version: replay again");
+  if (magic != kMagic) refuse("is not a record (replay --record)");
   const std::uint64_t length = number();
   if (length > kMaxHeadBytes) refuse("has a head of more than 16 MiB");
   head_ = parse_unique_json(bytes(length), name_.string());
