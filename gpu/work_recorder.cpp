@@ -24,7 +24,25 @@ WorkRecorder::WorkRecorder(const GpuConfiguration& gpu, const RecordMemory& reco
       heights_(heights),
       record_accesses_(record_accesses),
       keep_items_(keep_items),
-      l2_({gpu.caches.l2_bytes, gpu.caches.l2_ways, gpu.line_bytes()}) {}
+      l2_({gpu.caches.l2_bytes, gpu.caches.l2_ways, gpu.line_bytes()}) {
+  using Features = hardware::ShaderFeatures;
+  for (std::size_t surface = 0; surface < domain_costs_.size(); ++surface)
+    for (std::size_t motion = 0; motion < domain_costs_[surface].size(); ++motion)
+      domain_costs_[surface][motion] = hardware::shader_cost({.stage = Features::Stage::kDomain,
+                                                              .surface = static_cast<Features::Surface>(surface),
+                                                              .motion = static_cast<Features::Motion>(motion)});
+}
+
+const hardware::ShaderCost& WorkRecorder::domain_cost(const tilecore::TessellationRequest& request) const {
+  using Features = hardware::ShaderFeatures;
+  const auto surface = request.displaced ? Features::Surface::kDisplacedPatch
+                       : scene::has_grid(*frame_->segment(request.segment).drawable_of(request.patch).drawable)
+                           ? Features::Surface::kPatch
+                           : Features::Surface::kTriangles;
+  const auto motion = request.moving ? request.deforming ? Features::Motion::kDeforming : Features::Motion::kMoving
+                                     : Features::Motion::kStill;
+  return domain_costs_[static_cast<std::size_t>(surface)][static_cast<std::size_t>(motion)];
+}
 
 std::uint64_t WorkRecorder::since(const memory::Ledger& ledger, memory::Traffic& seen) {
   const memory::Traffic now = ledger.total(),
@@ -238,14 +256,23 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, 
     const tilecore::TessellationCounters before = cache.counters();
     cache.use(tile, std::span(&r, 1));
     const tilecore::TessellationCounters& now = cache.counters();
-    slot.work.vertices += now.domain_evaluations - before.domain_evaluations;
+    const std::uint64_t vertices = now.domain_evaluations - before.domain_evaluations;
+    const hardware::ShaderCost& cost = domain_cost(r);
+    slot.work.vertices += vertices;
+    slot.work.domain_texels += vertices * static_cast<std::uint64_t>(cost.texture_instructions);
     slot.work.transforms += now.vertex_transforms - before.vertex_transforms;
     slot.work.box_tests += now.group_tests - before.group_tests;
     slot.work.box_lanes += now.group_tests - before.group_tests;
-    if (now.sub_patches != before.sub_patches) share_tessellation(slot, r);
+    const std::uint32_t height_lines = now.sub_patches != before.sub_patches ? share_tessellation(slot, r) : 0;
     if (!keep_items_) continue;
     timing::SubPatchItem& item = slot.items.sub_patches[next++];
-    item.vertices = static_cast<std::uint32_t>(now.domain_evaluations - before.domain_evaluations);
+    item.vertices = static_cast<std::uint32_t>(vertices);
+    if (vertices > 0) {
+      item.domain_clocks = static_cast<std::uint32_t>(hardware::lane_clocks(cost));
+      item.domain_registers = static_cast<std::uint32_t>(cost.registers);
+      item.domain_texels = static_cast<std::uint32_t>(cost.texture_instructions);
+    }
+    item.height_lines = height_lines;
     item.transforms = static_cast<std::uint32_t>(now.vertex_transforms - before.vertex_transforms);
     item.box_lanes += static_cast<std::uint32_t>(now.group_tests - before.group_tests);
     item.lines = static_cast<std::uint32_t>(slot.items.lines.size() - lines);
@@ -275,16 +302,17 @@ std::uint64_t WorkRecorder::move(binner::TileIndex tile, TileArray& array, std::
   return moved;
 }
 
-void WorkRecorder::share_tessellation(Slot& slot, const tilecore::TessellationRequest& request) {
+std::uint32_t WorkRecorder::share_tessellation(Slot& slot, const tilecore::TessellationRequest& request) {
   records_.of_tessellation(frame_->segment(request.segment), request, record_lines_);
   for (const RecordMemory::Lines& lines : record_lines_) {
     share_lines(slot, lines, Phase::kVisibility, Purpose::kPatchData);
     keep_lines(slot, lines);
   }
-  if (heights_ == nullptr || !request.displaced) return;
+  if (heights_ == nullptr || !request.displaced) return 0;
   heights_->lines_of(*frame_, request.patch, request.range, height_lines_);
   for (const std::uint32_t line : height_lines_) share_line(slot, line, Phase::kVisibility);
   if (keep_items_) slot.items.lines.insert(slot.items.lines.end(), height_lines_.begin(), height_lines_.end());
+  return static_cast<std::uint32_t>(height_lines_.size());
 }
 
 void WorkRecorder::keep_lines(Slot& slot, const RecordMemory::Lines& lines) {

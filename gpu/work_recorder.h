@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "gpu/displacement_memory.h"
 #include "gpu/machine_record.h"
 #include "gpu/record_memory.h"
+#include "hardware/shader_costs.h"
 #include "memory/l2.h"
 #include "memory/ledger.h"
 #include "tilecore/tile_core.h"
@@ -113,13 +115,15 @@ class WorkRecorder {
   void log_front_end(const scene::Assembly& assembly, const frontend::FrontEndResult& result, std::uint64_t bytes);
   // And of depths and what they hid.
   void log_coarse_depth(const memory::Traffic& more);
-  // What a tessellation fetches: records, heights.
-  void share_tessellation(Slot& slot, const tilecore::TessellationRequest& request);
+  // What a tessellation fetches: records, then heights; lines of these.
+  std::uint32_t share_tessellation(Slot& slot, const tilecore::TessellationRequest& request);
   void share_lines(Slot& slot, const RecordMemory::Lines& lines, timing::Phase phase, memory::Purpose purpose);
   // Lines that the tile's texture unit missed before and while shading, and records that its pixel shader reads.
   void share_shading(Slot& slot);
   void share_line(Slot& slot, std::uint32_t line, timing::Phase phase,
                   memory::Purpose purpose = memory::Purpose::kTexture);
+  // A vertex's own shader.
+  const hardware::ShaderCost& domain_cost(const tilecore::TessellationRequest& request) const;
   // What an item of a tile that tessellates or reads asks of the L2.
   void keep_lines(Slot& slot, const RecordMemory::Lines& lines);
   void end_round();
@@ -132,6 +136,7 @@ class WorkRecorder {
   const scene::FrameGeometry* frame_ = nullptr;
   std::vector<std::uint32_t> height_lines_;
   std::vector<RecordMemory::Lines> record_lines_;
+  std::array<std::array<hardware::ShaderCost, 3>, 3> domain_costs_;  // by ShaderFeatures::Surface, Motion
   bool record_accesses_, keep_items_;
   memory::L2 l2_;
   PerThread<Sums> sums_;

@@ -24,10 +24,13 @@ Area machine_area(const Machine& gpu, const OtherMemories& others) {
   // Boxes are built from vertices as they come; a stencil's or an alpha test's lane is an eighth of one that has edges.
   const double tests = rates.triangle_tests_per_clk + rates.box_tests_per_clk +
                        (rates.stencil_tests_per_clk + rates.alpha_tests_per_clk) / 8;
+  // Vertices that lanes shade need no unit.
+  const double vertices = gpu.shader.domain == DomainShading::kLanes
+                              ? rates.transforms_per_clk / 3
+                              : std::max(rates.vertices_per_clk, rates.transforms_per_clk / 3);
   const double pixels = rates.resolved_pixels_per_clk + rates.blends_per_clk + rates.resolve_operations_per_clk / 16;
   unit["fixed_units"] =
-      cores * (price.core_mm2 + price.vertex_mm2 * std::max(rates.vertices_per_clk, rates.transforms_per_clk / 3) +
-               price.test_mm2 * tests + price.pixel_mm2 * pixels);
+      cores * (price.core_mm2 + price.vertex_mm2 * vertices + price.test_mm2 * tests + price.pixel_mm2 * pixels);
   unit["lanes"] = cores * price.lane_mm2 * (static_cast<double>(gpu.shader.lanes) + rates.sampling_operations_per_clk);
   unit["texture"] = cores * price.texel_mm2 * rates.texels_per_clk;
   unit["registers"] = cores * price.register_mm2_per_kib * kib(gpu.queues.register_bytes);

@@ -86,6 +86,16 @@ Keys<Machine> speed_keys() {
                {"shader.surface_operations", &PixelShader::surface_operations, "operations", 0, 1e6,
                 "Operations of one pixel-shader invocation that evaluates its patch again, besides.",
                 "[assumed] as a vertex, energy.vertex_pj"},
+               {"tessellator.domain_shading", &PixelShader::domain,
+                "Where vertices are evaluated: in a unit of the tessellator, at tessellator.vertices_per_clk; or on "
+                "the shader's lanes, as warps that go before those of pixels and look heights up in the texture "
+                "unit. Vertices that are on chip go through tessellator.transforms_per_clk either way.",
+                "[spec] domain shaders run on the shader cores of all GPUs with tessellation; [assumed] unit"},
+               {"shader.domain_operations", &PixelShader::domain_operations, "operations", 1, 1e6,
+                "With tessellator.domain_shading=lanes and constant costs: operations of one vertex on one lane.",
+                "[assumed] as in the tessellator, energy.vertex_pj; compiled: 16 of a mesh, 91 to 163 of a patch, 298 "
+                "to 514 of a displaced one",
+                KeyEnds{91, 298}},
            });
   keys.add(&Machine::rates,
            Keys<Throughputs>{

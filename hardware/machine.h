@@ -53,13 +53,18 @@ struct ReprojectionUnit {
 // compiled code (hardware/shader_costs.h).
 enum class ShaderCosts : std::uint8_t { kConstant, kCompiled };
 
-// The pixel shader of a core.
+// Where vertices are shaded: in the tessellator, at a rate of its own, or on the shader's lanes.
+enum class DomainShading : std::uint8_t { kUnit, kLanes };
+
+// The shader lanes of a core.
 struct PixelShader {
   ShaderCosts costs = ShaderCosts::kConstant;
+  DomainShading domain = DomainShading::kUnit;
   std::int64_t lanes = 32;
   std::int64_t warp_lanes = 32;
   double operations = 160;
   double surface_operations = 130;
+  double domain_operations = 130;
 };
 
 // Texture caches of the cores, and the L2 that they share; l2_bytes 0: none.
@@ -201,6 +206,8 @@ namespace tessera {
 
 template <>
 inline constexpr auto kEnumWords<hardware::ShaderCosts> = std::to_array<std::string_view>({"constant", "compiled"});
+template <>
+inline constexpr auto kEnumWords<hardware::DomainShading> = std::to_array<std::string_view>({"unit", "lanes"});
 template <>
 inline constexpr auto kEnumWords<hardware::MemoryModel> = std::to_array<std::string_view>({"fluid", "banks"});
 template <>

@@ -161,13 +161,13 @@ struct Core {
   Core(const hardware::Machine& gpu, const ShaderCore::Rates& rates, std::uint32_t number, EventQueue& events,
        MemoryPath& memory)
       : textures(gpu, number, events, memory),
-        visibility(gpu, number, events, memory, textures),
         shader(number, rates, events, textures),
+        visibility(gpu, number, events, {memory, textures, shader}),
         store(number, gpu, events, memory) {}
 
   TexturePath textures;
-  VisibilityPipe visibility;
   ShaderCore shader;
+  VisibilityPipe visibility;
   StoreUnit store;
   std::uint64_t in_flight = 0;
   std::array<std::deque<std::size_t>, kPhaseCount> waiting;  // tiles, as positions in Schedule::tiles
@@ -183,7 +183,7 @@ class EventSimulation {
         events_(record_path),
         memory_(gpu, events_),
         geometry_(events_, memory_) {
-    const ShaderCore::Rates rates = ShaderCore::rates_of(gpu, static_cast<std::uint64_t>(gpu.shader.warp_lanes));
+    const ShaderCore::Rates rates = ShaderCore::rates_of(gpu);
     for (std::uint32_t c = 0; c < static_cast<std::uint32_t>(gpu.cores.count); ++c)
       cores_.push_back(std::make_unique<Core>(gpu, rates, c, events_, memory_));
     in_flight_ = tiles_in_flight(gpu, work);
@@ -308,6 +308,12 @@ class EventSimulation {
         return cores_[e.who]->visibility.list_read(now);
       case EventKind::kItemRead:
         return cores_[e.who]->visibility.item_read(e.what, now);
+      case EventKind::kDomainStart:
+        return cores_[e.who]->visibility.domain_start(e.what, now);
+      case EventKind::kDomainRead:
+        return cores_[e.who]->shader.heights_read(e.what, now);
+      case EventKind::kDomainShaded:
+        return cores_[e.who]->visibility.domain_shaded(e.what, now);
       case EventKind::kAlphaStart:
         return cores_[e.who]->visibility.alpha_start(e.what, now);
       case EventKind::kAlphaRead:
@@ -428,6 +434,9 @@ class EventSimulation {
       core->shader.end(end_);
       counts.texture_requests += core->textures.requests();
       counts.texture_misses += core->textures.misses();
+      const DomainCounts& domain = core->shader.domain();
+      counts.domain.vertices += domain.vertices, counts.domain.warps += domain.warps;
+      counts.domain.texels += domain.texels, counts.domain.lanes_busy += domain.lanes_busy / cores;
       for (std::size_t s = 0; s < kStallCount; ++s) counts.stalls[s] += core->shader.stalls()[s] / cores;
     }
     const auto busy = [&](Stage stage) -> double& { return out_.busy[static_cast<std::size_t>(stage)]; };
@@ -484,14 +493,6 @@ bool has_items(const FrameWork& work) {
                      [](const WorkRound& round) { return round.items.size() == round.tiles.size(); });
 }
 
-std::uint64_t compiled_clocks(const FrameWork& work) {
-  std::uint64_t clocks = 0;
-  for (const WorkRound& round : work.rounds)
-    for (const TileItems& items : round.items)
-      for (const WarpItem& warp : items.warps) clocks += std::uint64_t{warp.lanes} * warp.clocks;
-  return clocks;
-}
-
 EventSchedule simulate_events(const hardware::Machine& gpu, const FrameWork& work, WarmCaches* caches,
                               bool record_path) {
   TESSERA_CHECK(has_items(work), "events are made of items");
@@ -527,6 +528,10 @@ void EventCounts::accumulate(const EventCounts& frame) {
   memory.row_hits += frame.memory.row_hits;
   texture_requests += frame.texture_requests;
   texture_misses += frame.texture_misses;
+  domain.vertices += frame.domain.vertices;
+  domain.warps += frame.domain.warps;
+  domain.texels += frame.domain.texels;
+  domain.lanes_busy += frame.domain.lanes_busy;
   for (std::size_t s = 0; s < kStallCount; ++s) stalls[s] += frame.stalls[s];
   events += frame.events;
   for (std::size_t p = 0; p < kPathParts; ++p) path.clk[p] += frame.path.clk[p];

@@ -11,9 +11,6 @@
 
 namespace tessera::timing {
 
-// Clocks of lanes that the compiled shaders of all warps take.
-std::uint64_t compiled_clocks(const FrameWork& work);
-
 // What caches hold between frames.
 struct WarmCaches {
   std::optional<RequestCache> l2;

@@ -18,6 +18,9 @@ enum class EventKind : std::uint8_t {
   kFetch,           // the core's fetch unit may go on
   kListRead,        // its tile's list is there, then its records
   kItemRead,        // records and heights of sub-patch `what` are there
+  kDomainStart,     // the tessellator gives vertices of sub-patch `what` to the lanes
+  kDomainRead,      // heights of domain warp `what` are there
+  kDomainShaded,    // the lanes have shaded sub-patch `what`
   kAlphaRead,       // texels of alpha tests of sub-patch `what` are there
   kAlphaStart,      // its alpha tests may begin
   kTested,          // all sub-patches of the core's tile are tested
