@@ -75,6 +75,8 @@ class WorkRecorder {
   void front_end(const scene::FrameGeometry& frame, const frontend::FrontEndResult& result);
   // The sampling controller's sparse pass, likewise.
   void sparse_pass(const tilecore::ParameterMaps& maps);
+  // Bytes that the binner hashed, likewise.
+  void hashed(std::uint64_t bytes) { geometry_.hashed_bytes += bytes; }
   // Where the binner's transfers go; null when they are not recorded.
   memory::AccessLog* binner_log() { return record_accesses_ ? &geometry_log_ : nullptr; }
 

@@ -43,6 +43,7 @@ FrameEnergy frame_energy(const Machine& gpu, const EnergyEvents& events, double 
   count(Stage::kFrontend, events.depth_tests, gpu.reprojection.depth_test_pj);
   count(Stage::kFrontend, events.triangles, gpu.triangles.triangle_pj);
   count(Stage::kBinner, events.binned_entries, gpu.geometry_energy.binned_entry_pj);
+  count(Stage::kBinner, events.hashed_inputs, gpu.signatures.byte_pj);
   count(Stage::kFetch, events.fetched_entries, gpu.geometry_energy.fetched_entry_pj);
   count(Stage::kFetch, events.sort_steps, gpu.geometry_energy.sort_step_pj);
   const bool on_lanes = gpu.shader.domain == DomainShading::kLanes;
@@ -67,6 +68,7 @@ FrameEnergy frame_energy(const Machine& gpu, const EnergyEvents& events, double 
   count(Stage::kBlend, events.blended_layers, gpu.energy.blend_pj);
   count(Stage::kResolve, events.pixels, gpu.energy.resolved_pixel_pj);
   count(Stage::kResolve, events.resolve_operations, gpu.energy.resolve_operation_pj);
+  count(Stage::kResolve, events.hashed_colors, gpu.signatures.byte_pj);
   energy.by_unit_nj[std::string(name(Stage::kDram))] =
       static_cast<double>(events.dram_bytes * 8) * gpu.memory.pj_per_bit * 1e-3;
   // 1 mW for 1 us is 1 nJ.

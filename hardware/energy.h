@@ -20,7 +20,8 @@ struct EnergyEvents {
   std::uint64_t domain_texels = 0;  // lookups of heights where lanes shade vertices
   std::uint64_t shader_invocations = 0, texels = 0, l2_lines = 0, blended_layers = 0;
   std::uint64_t pixels = 0, resolve_operations = 0;
-  std::uint64_t triangles = 0;  // set up before they are binned
+  std::uint64_t hashed_inputs = 0, hashed_colors = 0;  // bytes
+  std::uint64_t triangles = 0;                         // set up before they are binned
   std::uint64_t dram_bytes = 0;
 };
 

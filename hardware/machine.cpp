@@ -337,6 +337,22 @@ Keys<AreaPrices> area_keys() {
   };
 }
 
+Keys<SignatureUnits> signature_keys() {
+  return {
+      {"binner.signature_bytes_per_clk", &SignatureUnits::input_bytes_per_clk, "bytes/clk", kLeast, kMax,
+       "With tile.rendering_elimination: bytes that the binner hashes, beside what it appends and tests.",
+       "[assumed] an entry's ten bytes with every entry of binner.entries_per_clk", KeyEnds{8, 64}},
+      {"resolve.signature_bytes_per_clk", &SignatureUnits::color_bytes_per_clk, "bytes/clk", kLeast, kMax,
+       "With frame_buffer.transaction_elimination: bytes of stored colours that a core hashes, beside resolving them.",
+       "[assumed] the four pixels of resolve.pixels_per_clk", KeyEnds{8, 64}},
+      {"energy.signature_byte_pj", &SignatureUnits::byte_pj, "pJ", 0, 1e9, "Byte hashed for a tile's signature.",
+       "[assumed] 2.5 pJ for 8 bytes on chip; CRC-64 of a byte: 256 exclusive ors, as an addition", KeyEnds{0.1, 1}},
+      {"area.signature_mm2", &SignatureUnits::byte_mm2, "mm2", 0, 1e6,
+       "Hashing units of the eliminations that are on for each byte in a clock.",
+       "[assumed] 256 exclusive ors and their share of a register, a fifth of a fused operation", KeyEnds{3e-5, 5e-4}},
+  };
+}
+
 Keys<TriangleUnit> triangle_keys() {
   return {
       {"triangle_setup.triangles_per_clk", &TriangleUnit::triangles_per_clk, "triangles/clk", kLeast, kMax,
@@ -366,6 +382,7 @@ Keys<Machine> machine_keys() {
       .add(&Machine::energy, energy_keys())
       .add(&Machine::area, area_keys())
       .add(&Machine::reprojection, reprojection_keys())
+      .add(&Machine::signatures, signature_keys())
       .add(&Machine::triangles, triangle_keys())
       // What units do hangs on these: how warps are packed, and what the caches of the emulated order hold.
       .mark_timing_but({"shader.warp_lanes", "cache.line_bytes", "texture.cache_bytes", "texture.cache_ways",

@@ -49,6 +49,15 @@ struct ReprojectionUnit {
   double depth_test_pj = 1;
 };
 
+// Units that hash what tiles are rendered from, beside the binner, and their colours, in each core: of rendering and
+// transaction elimination.
+struct SignatureUnits {
+  double input_bytes_per_clk = 16;
+  double color_bytes_per_clk = 16;
+  double byte_pj = 0.4;
+  double byte_mm2 = 0.0001;  // for each byte in a clock
+};
+
 // Where the operations and registers of a shader come from, for TimingModel::kEvents: the constants below, or the table of
 // compiled code (hardware/shader_costs.h).
 enum class ShaderCosts : std::uint8_t { kConstant, kCompiled };
@@ -178,6 +187,7 @@ struct Machine {
   TileCores cores;
   Throughputs rates;
   ReprojectionUnit reprojection;
+  SignatureUnits signatures;
   PixelShader shader;
   Caches caches;
   MemoryInterface memory;

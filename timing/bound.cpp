@@ -20,6 +20,7 @@ void double_stage(Machine& gpu, Stage stage) {
       break;
     case Stage::kBinner:
       rates.binned_entries_per_clk *= 2, rates.binned_tiles_per_clk *= 2;
+      gpu.signatures.input_bytes_per_clk *= 2;
       break;
     case Stage::kFetch:
       rates.fetched_entries_per_clk *= 2, rates.sort_steps_per_clk *= 2;
@@ -62,6 +63,7 @@ void double_stage(Machine& gpu, Stage stage) {
       break;
     case Stage::kResolve:
       rates.resolved_pixels_per_clk *= 2, rates.resolve_operations_per_clk *= 2;
+      gpu.signatures.color_bytes_per_clk *= 2;
       break;
     case Stage::kDram:
       gpu.memory.gb_per_s *= 2, gpu.memory.channels *= 2;

@@ -35,6 +35,7 @@ hardware::EnergyEvents energy_events(const FrameWork& work) {
     events.depth_tests += round.geometry.depth_tests;
     events.sampling_operations += round.geometry.sampling_operations;
     events.binned_entries += round.geometry.entries;
+    events.hashed_inputs += round.geometry.hashed_bytes;
     events.vertices += round.triangles.vertices;
     events.triangles += round.triangles.triangles;
     for (const TileWork& tile : round.tiles) {
@@ -59,6 +60,7 @@ hardware::EnergyEvents energy_events(const FrameWork& work) {
       events.blended_layers += tile.blended_layers;
       events.pixels += tile.pixels;
       events.resolve_operations += tile.resolve_operations;
+      events.hashed_colors += tile.hashed_bytes;
     }
   }
   events.dram_bytes = work.dram_bytes();
@@ -106,9 +108,10 @@ StageCycles stage_cycles(const hardware::Machine& gpu, const GeometryWork& work)
                          std::max(share(work.bounds, gpu.rates.bounds_per_clk),
                                   share(work.depth_tests, gpu.reprojection.depth_tests_per_clk)) +
                          share(work.sampling_operations, gpu.rates.sampling_operations_per_clk);
-  // Appending and testing are two parts of the binner that work side by side.
-  at(Stage::kBinner) = std::max(share(work.entries, gpu.rates.binned_entries_per_clk),
-                                share(work.tiles_tested, gpu.rates.binned_tiles_per_clk));
+  // Appending, testing and hashing are parts of the binner that work side by side.
+  at(Stage::kBinner) = std::max({share(work.entries, gpu.rates.binned_entries_per_clk),
+                                 share(work.tiles_tested, gpu.rates.binned_tiles_per_clk),
+                                 share(work.hashed_bytes, gpu.signatures.input_bytes_per_clk)});
   at(Stage::kDram) = share(work.dram_bytes, memory_rate(gpu));
   return cycles;
 }
@@ -142,8 +145,10 @@ StageCycles stage_cycles(const hardware::Machine& gpu, const TileWork& work) {
                         static_cast<double>(gpu.shader.lanes);
   at(Stage::kTexture) = share(work.texels + (on_lanes(gpu) ? work.domain_texels : 0), gpu.rates.texels_per_clk);
   at(Stage::kBlend) = share(work.blended_layers, gpu.rates.blends_per_clk);
-  at(Stage::kResolve) = share(work.pixels, gpu.rates.resolved_pixels_per_clk) +
-                        share(work.resolve_operations, gpu.rates.resolve_operations_per_clk);
+  // Colours are hashed as they are resolved.
+  at(Stage::kResolve) = std::max(share(work.pixels, gpu.rates.resolved_pixels_per_clk) +
+                                     share(work.resolve_operations, gpu.rates.resolve_operations_per_clk),
+                                 share(work.hashed_bytes, gpu.signatures.color_bytes_per_clk));
   at(Stage::kDram) = share(work.dram_bytes[0] + work.dram_bytes[1] + work.dram_bytes[2], memory_rate(gpu));
   return cycles;
 }

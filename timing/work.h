@@ -29,6 +29,7 @@ struct GeometryWork {
   std::uint64_t sampling_operations = 0;  // of the sampling controller's sparse pass
   std::uint64_t entries = 0;
   std::uint64_t tiles_tested = 0;  // pairs of a sub-patch and a tile
+  std::uint64_t hashed_bytes = 0;  // of tiles' inputs
   std::uint64_t dram_bytes = 0;
   std::uint64_t written_bytes = 0;  // of these
   std::uint64_t queue_bytes = 0;    // of the parameter buffer in use at the end
@@ -64,6 +65,7 @@ struct TileWork {
   std::uint64_t blended_layers = 0;
   std::uint64_t pixels = 0;              // resolved
   std::uint64_t resolve_operations = 0;  // of desampling: stencil taps, velocities, advected pixels
+  std::uint64_t hashed_bytes = 0;        // of its colours
   std::array<std::uint64_t, kPhaseCount> dram_bytes{};
 };
 

@@ -11,10 +11,10 @@ namespace {
 // Calls visit(member) for every number of a record in order; `Work` may be const.
 template <class Work, class Visit>
 void each_number(Work& work, const Visit& visit) requires std::is_same_v<std::remove_const_t<Work>, GeometryWork> {
-  auto& [patches, bounds, depth_blocks, depth_tests, sampling_operations, entries, tiles_tested, dram_bytes,
-         written_bytes, queue_bytes] = work;
+  auto& [patches, bounds, depth_blocks, depth_tests, sampling_operations, entries, tiles_tested, hashed_bytes,
+         dram_bytes, written_bytes, queue_bytes] = work;
   visit(patches), visit(bounds), visit(depth_blocks), visit(depth_tests), visit(sampling_operations), visit(entries),
-      visit(tiles_tested), visit(dram_bytes), visit(written_bytes), visit(queue_bytes);
+      visit(tiles_tested), visit(hashed_bytes), visit(dram_bytes), visit(written_bytes), visit(queue_bytes);
 }
 
 template <class Work, class Visit>
@@ -22,13 +22,13 @@ void each_number(Work& work, const Visit& visit) requires std::is_same_v<std::re
   auto& [tile, entries, sort_steps, sub_patches, vertices, domain_texels, transforms, boxes, box_tests, box_lanes,
          stencil_tests, sampling_operations, triangle_tests, triangle_lanes, hits, alpha_tests, depth_blocks,
          compacted_samples, shader_invocations, shader_lanes, surface_evaluations, surface_lanes, texels, l2_lines,
-         blended_layers, pixels, resolve_operations, dram_bytes] = work;
+         blended_layers, pixels, resolve_operations, hashed_bytes, dram_bytes] = work;
   visit(tile), visit(entries), visit(sort_steps), visit(sub_patches), visit(vertices), visit(domain_texels);
   visit(transforms), visit(boxes);
   visit(box_tests), visit(box_lanes), visit(stencil_tests), visit(sampling_operations), visit(triangle_tests);
   visit(triangle_lanes), visit(hits), visit(alpha_tests), visit(depth_blocks), visit(compacted_samples);
   visit(shader_invocations), visit(shader_lanes), visit(surface_evaluations), visit(surface_lanes), visit(texels);
-  visit(l2_lines), visit(blended_layers), visit(pixels), visit(resolve_operations);
+  visit(l2_lines), visit(blended_layers), visit(pixels), visit(resolve_operations), visit(hashed_bytes);
   for (auto& bytes : dram_bytes) visit(bytes);
 }
 

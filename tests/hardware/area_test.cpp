@@ -10,7 +10,7 @@
 namespace tessera::hardware {
 namespace {
 
-const OtherMemories kOthers = {256 << 10, 16 << 10};
+const OtherParts kOthers = {256 << 10, 16 << 10, true, true};
 
 TEST(Area, UnitsAddUpAndThoseOfCoresAreProportionalToThem) {  // AREA1
   Machine gpu;

@@ -494,6 +494,33 @@ TEST(EventModel, LanesAreBusyWithVerticesAndPixels) {
   EXPECT_EQ(time_events(gpu, pixels_then_vertices(10, 64).work, out).bound_by, bound_of(Stage::kShader));
 }
 
+// Signatures of inputs are hashed beside what the binner appends, those of colours beside what is resolved.
+TEST(EventModel, HashingTakesItsBytesOverItsRate) {  // EM3
+  OneTile one;
+  one.work.rounds[0].geometry.patches = 320;
+  one.work.rounds[0].geometry.entries = 500;
+  one.work.rounds[0].geometry.hashed_bytes = 24000;
+  one.tile().pixels = 1024;
+  one.tile().hashed_bytes = 4096;
+  Machine gpu = endless();
+  gpu.rates.binned_entries_per_clk = 1;
+  gpu.rates.resolved_pixels_per_clk = 4;
+  gpu.signatures.input_bytes_per_clk = 8;
+  gpu.signatures.color_bytes_per_clk = 2;
+  EXPECT_NEAR(one.cycles(gpu), 24000 / 8.0 + 4096 / 2.0, 1e-9);
+  EXPECT_NEAR(schedule_frame(gpu, one.work).cycles, 24000 / 8.0 + 4096 / 2.0, 1e-9);
+  // Fast enough, they take no time of their own.
+  gpu.signatures.input_bytes_per_clk = 64;
+  gpu.signatures.color_bytes_per_clk = 16;
+  EXPECT_NEAR(one.cycles(gpu), 500 + 256.0, 1e-9);
+  EXPECT_NEAR(schedule_frame(gpu, one.work).cycles, 500 + 256.0, 1e-9);
+  gpu = Machine();
+  const auto nj = hardware::frame_energy(gpu, energy_events(one.work), 0, 0).by_unit_nj;
+  EXPECT_NEAR(nj.at("binner"), (500 * gpu.geometry_energy.binned_entry_pj + 24000 * gpu.signatures.byte_pj) * 1e-3,
+              1e-9);
+  EXPECT_NEAR(nj.at("resolve"), (1024 * gpu.energy.resolved_pixel_pj + 4096 * gpu.signatures.byte_pj) * 1e-3, 1e-9);
+}
+
 // A frame of everything, at random.
 FrameWork random_frame(test::Random& random) {
   FrameWork work;

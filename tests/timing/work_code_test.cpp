@@ -45,7 +45,7 @@ FrameWork random_work(test::Random& random) {
   FrameWork work;
   for (int r = random.integer(0, 3); r > 0; --r) {
     WorkRound& round = work.rounds.emplace_back();
-    round.geometry = {number(), number(), number(), number(), number(),
+    round.geometry = {number(), number(), number(), number(), number(), number(),
                       number(), number(), number(), number(), number()};
     for (int t = random.integer(0, 5); t > 0; --t) {
       TileWork& tile = round.tiles.emplace_back();
@@ -53,6 +53,7 @@ FrameWork random_work(test::Random& random) {
       tile.entries = number(), tile.sort_steps = number(), tile.vertices = number(), tile.domain_texels = number(),
       tile.box_lanes = number();
       tile.texels = number(), tile.pixels = number(), tile.resolve_operations = number();
+      tile.hashed_bytes = number();
       for (std::uint64_t& bytes : tile.dram_bytes) bytes = number();
     }
     if (random.coin())
