@@ -44,7 +44,10 @@ const char* implausible(const timing::FrameWork& work) {
   std::uint64_t bytes = work.other_bytes;
   if (work.other_written_bytes > work.other_bytes) return "more bytes are written than moved";
   for (const timing::WorkRound& round : work.rounds) {
-    if (round.geometry.written_bytes > round.geometry.dram_bytes) return "more bytes are written than moved";
+    const timing::GeometryWork& geometry = round.geometry;
+    if (geometry.written_bytes > geometry.dram_bytes ||
+        geometry.table_bytes > geometry.dram_bytes - geometry.written_bytes)
+      return "more bytes are written or read through the L2 than moved";
     bytes = std::max(bytes, round.geometry.dram_bytes);
     for (const timing::TileWork& tile : round.tiles)
       if (tile.pixels > kMaxTilePixels) return "a tile has more pixels than any machine's";

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/error.h"
 #include "base/round_up.h"
 
 namespace tessera::gpu {
@@ -75,6 +76,7 @@ void WorkRecorder::front_end(const scene::FrameGeometry& frame, const frontend::
   geometry_bytes_ += bytes;
   const std::uint64_t all_tables = result.ledger.traffic(Unit::kFrontend, Purpose::kTexture).read_bytes,
                       tables = all_tables - std::exchange(front_end_tables_, all_tables);
+  keep_table_lines(result, tables);
   const memory::Traffic depth = result.ledger.traffic(Unit::kFrontend, Purpose::kCoarseDepth),
                         more{depth.read_bytes - coarse_depth_.read_bytes,
                              depth.written_bytes - coarse_depth_.written_bytes};
@@ -88,6 +90,20 @@ void WorkRecorder::front_end(const scene::FrameGeometry& frame, const frontend::
   front_end_ = result.counters;
   instances_ = result.instances;
   groups_ = result.groups;
+}
+
+void WorkRecorder::keep_table_lines(const frontend::FrontEndResult& result, std::uint64_t missed) {
+  const auto burst = static_cast<std::uint64_t>(gpu_.memory.burst_bytes), line_bytes = l2_.line_bytes();
+  const std::size_t first = std::exchange(front_end_lines_, result.table_lines.size());
+  geometry_.l2_lines += result.table_lines.size() - first + missed / burst;
+  geometry_.table_bytes += missed;
+  if (!keep_items_) return;
+  // Tables lie behind the records.
+  for (std::size_t k = first; k < result.table_lines.size(); ++k) {
+    const std::uint64_t line = records_.end() + result.table_lines[k] * burst / line_bytes;
+    if (line > 0xFFFFFFFFu) throw LimitError("tables of heights lie behind 2^32 cache lines: cache.line_bytes");
+    geometry_lines_.push_back(static_cast<std::uint32_t>(line));
+  }
 }
 
 void WorkRecorder::log_front_end(const scene::Assembly& assembly, const frontend::FrontEndResult& result,
@@ -358,7 +374,7 @@ void WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phas
 }
 
 void WorkRecorder::end_round() {
-  timing::WorkRound round{std::exchange(geometry_, {}), {}, {}};
+  timing::WorkRound round{std::exchange(geometry_, {}), {}, {}, std::exchange(geometry_lines_, {})};
   FrameRecord::RoundAccesses accesses{std::exchange(geometry_log_, {}).accesses(), {}};
   for (const binner::TileIndex tile : order_->tiles()) {
     Slot& slot = slots_[tile];

@@ -115,6 +115,8 @@ class WorkRecorder {
   std::uint64_t share_records(Slot& slot, std::span<const std::uint32_t> records, binner::RecordCache& cache);
   // What the front end read since the last call, `bytes` in all.
   void log_front_end(const scene::Assembly& assembly, const frontend::FrontEndResult& result, std::uint64_t bytes);
+  // Lines of tables since the last call, of which `missed` bytes were fetched.
+  void keep_table_lines(const frontend::FrontEndResult& result, std::uint64_t missed);
   // And of depths and what they hid.
   void log_coarse_depth(const memory::Traffic& more);
   // What a tessellation fetches: records, then heights; lines of these.
@@ -156,6 +158,8 @@ class WorkRecorder {
   binner::BinnerCounters binner_;
   memory::Traffic front_end_traffic_, binner_traffic_;  // seen so far
   std::uint64_t front_end_tables_ = 0;
+  std::size_t front_end_lines_ = 0;
+  std::vector<std::uint32_t> geometry_lines_;
   memory::Traffic coarse_depth_;      // of the front end, seen so far
   memory::Ledger arrays_;             // of tiles: what they moved of a TileArray
   memory::Traffic rounds_;            // of all that went to a round

@@ -118,6 +118,7 @@ struct QueueSizes {
   FrameCaches caches = FrameCaches::kEmpty;
   std::int64_t items = 4;
   std::int64_t fetched_lines = 32;
+  std::int64_t table_lines = 32;
   std::int64_t store_bytes = 4096;
   std::int64_t texture_requests = 32;
   double texture_latency_clk = 24;

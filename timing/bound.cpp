@@ -82,7 +82,8 @@ Machine doubled(const Machine& gpu, Bound bound) {
   switch (bound) {
     case Bound::kLatency:
       more.memory.latency_ns /= 2, more.queues.texture_latency_clk /= 2, more.queues.l2_latency_clk /= 2;
-      more.queues.items *= 2, more.queues.fetched_lines *= 2, more.queues.store_bytes *= 2;
+      more.queues.items *= 2, more.queues.fetched_lines *= 2, more.queues.table_lines *= 2,
+          more.queues.store_bytes *= 2;
       more.queues.texture_requests *= 2, more.queues.l2_requests *= 2;
       more.queues.max_warps *= 2, more.queues.register_bytes *= 2;
       break;

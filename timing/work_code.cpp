@@ -11,10 +11,11 @@ namespace {
 // Calls visit(member) for every number of a record in order; `Work` may be const.
 template <class Work, class Visit>
 void each_number(Work& work, const Visit& visit) requires std::is_same_v<std::remove_const_t<Work>, GeometryWork> {
-  auto& [patches, bounds, depth_blocks, depth_tests, sampling_operations, entries, tiles_tested, hashed_bytes,
-         dram_bytes, written_bytes, queue_bytes] = work;
+  auto& [patches, bounds, depth_blocks, depth_tests, sampling_operations, entries, tiles_tested, hashed_bytes, l2_lines,
+         dram_bytes, table_bytes, written_bytes, queue_bytes] = work;
   visit(patches), visit(bounds), visit(depth_blocks), visit(depth_tests), visit(sampling_operations), visit(entries),
-      visit(tiles_tested), visit(hashed_bytes), visit(dram_bytes), visit(written_bytes), visit(queue_bytes);
+      visit(tiles_tested), visit(hashed_bytes), visit(l2_lines), visit(dram_bytes), visit(table_bytes),
+      visit(written_bytes), visit(queue_bytes);
 }
 
 template <class Work, class Visit>
@@ -144,6 +145,7 @@ std::string encode(const FrameWork& work) {
     each_number(round.geometry, write);
     out.number(round.tiles.size());
     for (const TileWork& tile : round.tiles) each_number(tile, write);
+    out.lines(round.geometry_lines);
     out.number(round.items.size());
     for (const TileItems& items : round.items) {
       each_number(items, write);
@@ -171,6 +173,7 @@ FrameWork decode(std::string_view bytes) {
     each_number(round.geometry, read);
     const std::size_t tiles = in.length();
     for (std::size_t t = 0; t < tiles; ++t) each_number(round.tiles.emplace_back(), read);
+    in.lines(round.geometry_lines);
     const std::size_t item_lists = in.length();
     if (item_lists != 0 && item_lists != tiles) throw BadWork{"items of some tiles only"};
     for (std::size_t t = 0; t < item_lists; ++t) {

@@ -451,6 +451,7 @@ OneTile pixels_then_vertices(std::uint32_t pixel_warps, std::uint32_t vertices) 
   OneTile two = warps(pixel_warps, 0, true);
   const OneTile behind = sub_patches({{.vertices = vertices, .domain_registers = 64}});
   for (WarpItem& warp : two.items().warps) warp.registers = 16;
+  two.work.tile_state_bytes = 1;
   two.work.rounds[0].tiles.push_back(behind.work.rounds[0].tiles[0]);
   two.work.rounds[0].items.push_back(behind.work.rounds[0].items[0]);
   return two;
@@ -521,6 +522,26 @@ TEST(EventModel, HashingTakesItsBytesOverItsRate) {  // EM3
   EXPECT_NEAR(nj.at("resolve"), (1024 * gpu.energy.resolved_pixel_pj + 4096 * gpu.signatures.byte_pj) * 1e-3, 1e-9);
 }
 
+// Lines of tables, one at a time or side by side, and then from the L2.
+TEST(EventModel, TheFrontEndReadsTablesThroughTheL2) {
+  OneTile one;
+  WorkRound& round = one.work.rounds[0];
+  round.geometry.patches = 32;
+  round.geometry_lines = {7, 8, 9, 7};
+  round.geometry.table_bytes = 3 * 64;
+  round.geometry.dram_bytes = 5 * 64;  // two more past the L2
+  Machine gpu = endless();
+  gpu.set_latency_clk(100);
+  gpu.queues.l2_latency_clk = 10;
+  EXPECT_DOUBLE_EQ(one.cycles(gpu), 110.0);
+  gpu.queues.table_lines = 1;
+  EXPECT_DOUBLE_EQ(one.cycles(gpu), 3 * 110 + 10.0);
+  const EventSchedule out = simulate_events(gpu, one.work, nullptr, true);
+  EXPECT_EQ(out.counts.memory.read_bytes, 5u * 64u);
+  EXPECT_EQ(out.counts.memory.l2_requests, 4u);
+  EXPECT_TRUE(path_adds_up(out.counts.path, out.schedule.cycles));
+}
+
 // A frame of everything, at random.
 FrameWork random_frame(test::Random& random) {
   FrameWork work;
@@ -531,6 +552,8 @@ FrameWork random_frame(test::Random& random) {
     round.geometry.tiles_tested = upto(4000), round.geometry.dram_bytes = 64 * upto(400);
     if (round.geometry.patches == 0) round.geometry = {};
     round.geometry.written_bytes = round.geometry.dram_bytes / 128 * 64;
+    round.geometry.table_bytes = (round.geometry.dram_bytes - round.geometry.written_bytes) / 128 * 64;
+    for (std::uint64_t k = round.geometry.table_bytes / 64; k > 0; --k) round.geometry_lines.push_back(upto(3000));
     for (int t = random.integer(0, 12); t > 0; --t) {
       TileWork& tile = round.tiles.emplace_back();
       TileItems& items = round.items.emplace_back();
@@ -606,7 +629,8 @@ RC_GTEST_PROP(EventModel, BytesAndTilesAreConserved, (std::uint32_t seed)) {  //
   const bool on_lanes = gpu.shader.domain == hardware::DomainShading::kLanes;
   std::size_t tiles = 0;
   for (const WorkRound& round : work.rounds) {
-    past_l2 += round.geometry.dram_bytes;
+    past_l2 += round.geometry.dram_bytes - round.geometry.table_bytes;
+    lines += round.geometry_lines.size();
     tiles += round.tiles.size();
     for (const TileItems& items : round.items) {
       past_l2 += items.list_bytes + items.record_bytes + items.load_bytes + items.resolve_bytes + items.written_bytes;

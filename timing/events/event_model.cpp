@@ -45,13 +45,19 @@ class Places {
   std::uint64_t read_ = 0, write_ = 0;
 };
 
-// The front end and the binner: blocks of patches are read ahead, bounded, binned, and their entries written.
+// The front end and the binner: blocks of patches are read ahead, bounded, binned, and their entries written. Tables of
+// heights are read through the L2, at most frontend.fetched_lines at a time.
 class GeometryPipe {
  public:
-  GeometryPipe(EventQueue& events, MemoryPath& memory) : events_(events), memory_(memory) {}
+  GeometryPipe(const hardware::Machine& gpu, EventQueue& events, MemoryPath& memory)
+      : max_lines_(static_cast<std::size_t>(gpu.queues.table_lines)), events_(events), memory_(memory) {}
 
-  void begin(const GeometryWork& work, double frontend, double binner, double now) {
+  void begin(const WorkRound& round, double frontend, double binner, double now) {
+    const GeometryWork& work = round.geometry;
     work_ = &work;
+    lines_ = &round.geometry_lines;
+    read_bytes_ = work.dram_bytes - work.written_bytes - (lines_->empty() ? 0 : work.table_bytes);
+    next_line_ = lines_waiting_ = 0;
     blocks_ = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(work.patches / kGeometryBlock, 1, 1u << 16));
     frontend_each_ = frontend / blocks_;
     binner_each_ = binner / blocks_;
@@ -67,6 +73,17 @@ class GeometryPipe {
     events_.push(binner_free_, Spent(bound_of(Stage::kBinner), bound_of(Stage::kFrontend), frontend_free_ - now),
                  EventKind::kGeometry);
   }
+  // So is a line of tables.
+  void line_read(std::uint32_t block, double now) {
+    --lines_waiting_;
+    const auto of = std::find_if(blocks_with_lines_.begin(), blocks_with_lines_.end(),
+                                 [&](const BlockLines& b) { return b.block == block; });
+    if (--of->to_come == 0) {
+      memory_.close_group(of->group, now);
+      blocks_with_lines_.erase(of);
+    }
+    ask_lines(now);
+  }
   // A block is binned: its entries are written.
   void binned(double now) {
     const std::uint64_t bytes = part(work_->written_bytes, binned_++, blocks_);
@@ -81,16 +98,40 @@ class GeometryPipe {
  private:
   void read_ahead(double now) {
     for (; asked_ < blocks_ && asked_ < binned_ + kGeometryReadAhead; ++asked_) {
-      const std::uint64_t bytes = part(work_->dram_bytes - work_->written_bytes, asked_, blocks_);
+      const std::uint64_t bytes = part(read_bytes_, asked_, blocks_), lines = part(lines_->size(), asked_, blocks_);
       const std::uint32_t group = memory_.open_group(EventKind::kGeometryRead, 0, asked_);
       memory_.read_bytes(std::exchange(read_at_, read_at_ + bytes), bytes, group, now);
-      memory_.close_group(group, now);
+      if (lines == 0)
+        memory_.close_group(group, now);
+      else
+        blocks_with_lines_.push_back({asked_, group, lines, lines});
     }
+    ask_lines(now);
   }
 
+  void ask_lines(double now) {
+    for (BlockLines& of : blocks_with_lines_)
+      for (; of.to_ask > 0 && lines_waiting_ < max_lines_; --of.to_ask, ++lines_waiting_) {
+        const std::uint32_t group = memory_.open_group(EventKind::kGeometryLine, 0, of.block);
+        memory_.read_line((*lines_)[next_line_++], group, now);
+        memory_.close_group(group, now);
+      }
+  }
+
+  // A block that waits for lines.
+  struct BlockLines {
+    std::uint32_t block, group;
+    std::uint64_t to_ask, to_come;
+  };
+
+  std::size_t max_lines_;
   EventQueue& events_;
   MemoryPath& memory_;
   const GeometryWork* work_ = nullptr;
+  const std::vector<std::uint32_t>* lines_ = nullptr;
+  std::vector<BlockLines> blocks_with_lines_;  // read ahead, in order
+  std::uint64_t read_bytes_ = 0;               // past the L2
+  std::size_t next_line_ = 0, lines_waiting_ = 0;
   std::uint32_t blocks_ = 0, asked_ = 0, binned_ = 0, written_ = 0;
   std::uint64_t read_at_ = 0, write_at_ = 0;
   double frontend_each_ = 0, binner_each_ = 0, frontend_free_ = 0, binner_free_ = 0;
@@ -182,7 +223,7 @@ class EventSimulation {
         places_(work),
         events_(record_path),
         memory_(gpu, events_),
-        geometry_(events_, memory_) {
+        geometry_(gpu, events_, memory_) {
     const ShaderCore::Rates rates = ShaderCore::rates_of(gpu);
     for (std::uint32_t c = 0; c < static_cast<std::uint32_t>(gpu.cores.count); ++c)
       cores_.push_back(std::make_unique<Core>(gpu, rates, c, events_, memory_));
@@ -237,7 +278,7 @@ class EventSimulation {
 
   void run_geometry() {
     const double begin = end_;
-    if (begin_geometry(work_.rounds[round_].geometry, begin)) {
+    if (begin_geometry(work_.rounds[round_], begin)) {
       while (!geometry_done_) handle(events_.pop());
       end_ = events_.now();
     }
@@ -245,11 +286,11 @@ class EventSimulation {
   }
 
   // False: there is none.
-  bool begin_geometry(const GeometryWork& work, double begin) {
-    const StageCycles all = stage_cycles(gpu_, work);
+  bool begin_geometry(const WorkRound& round, double begin) {
+    const StageCycles all = stage_cycles(gpu_, round.geometry);
     add_busy(all, geometry_stages(), 1);
-    geometry_done_ = work.patches == 0;
-    if (!geometry_done_) geometry_.begin(work, cycles(all, Stage::kFrontend), cycles(all, Stage::kBinner), begin);
+    geometry_done_ = round.geometry.patches == 0;
+    if (!geometry_done_) geometry_.begin(round, cycles(all, Stage::kFrontend), cycles(all, Stage::kBinner), begin);
     return !geometry_done_;
   }
 
@@ -268,7 +309,7 @@ class EventSimulation {
         add_busy(tile_cycles_.back(), phase_stages(static_cast<Phase>(p)), static_cast<double>(gpu_.cores.count));
     }
     const double begin = end_;
-    const bool binning = bin_next && begin_geometry(work_.rounds.front().geometry, begin);
+    const bool binning = bin_next && begin_geometry(work_.rounds.front(), begin);
     dispatch(begin);
     while (!events_.empty()) {
       const bool was_binning = binning && !geometry_done_;
@@ -338,6 +379,8 @@ class EventSimulation {
       case EventKind::kWritten:
         if (cores_[e.who]->store.written(now)) end_phase(e.who, Phase::kStore, now);
         return;
+      case EventKind::kGeometryLine:
+        return geometry_.line_read(e.what, now);
       case EventKind::kGeometryRead:
         return geometry_.read(now);
       case EventKind::kGeometry:

@@ -31,6 +31,7 @@ enum class EventKind : std::uint8_t {
   kShaded,          // the core's tile is shaded
   kStore,           // the resolve unit has finished a block of pixels
   kGeometry,        // the front end or the binner may go on
+  kGeometryLine,    // a line of tables of block `what` is there
   kGeometryRead,    // what the front end reads for block `what` is there
   kGeometryWritten  // the memory has taken what the binner wrote of a block
 };
