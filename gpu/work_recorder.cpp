@@ -95,7 +95,6 @@ void WorkRecorder::front_end(const scene::FrameGeometry& frame, const frontend::
 void WorkRecorder::keep_table_lines(const frontend::FrontEndResult& result, std::uint64_t missed) {
   const auto burst = static_cast<std::uint64_t>(gpu_.memory.burst_bytes), line_bytes = l2_.line_bytes();
   const std::size_t first = std::exchange(front_end_lines_, result.table_lines.size());
-  geometry_.l2_lines += result.table_lines.size() - first + missed / burst;
   geometry_.table_bytes += missed;
   if (!keep_items_) return;
   // Tables lie behind the records.

@@ -5,6 +5,39 @@ namespace {
 
 constexpr double kLeast = 1.0 / 1024, kMax = 65536;  // of a throughput
 
+Keys<PixelShader> shader_keys() {
+  return {
+      {"shader.lanes", &PixelShader::lanes, "lanes", 1, 4096,
+       "Operations of the pixel shader that a core does per clock.",
+       "[assumed] 8, 32, 128: steps of a factor of 4, as between classes of phones"},
+      {"shader.warp_lanes", &PixelShader::warp_lanes, "lanes", 4, 128,
+       "Invocations of a warp. Warps are whole, each of one draw; the "
+       "texture unit gets their lookups together.",
+       "[assumed] 32, as NVIDIA's and AMD's; Arm's and Imagination's have 16 to 128"},
+      {"shader.costs", &PixelShader::costs,
+       "With machine.timing=events: what a warp takes of the lanes and of the registers, the "
+       "constants of shader.operations, shader.surface_operations and shader.registers, or "
+       "what LLVM compiles its material's shader to for gfx1030.",
+       "[assumed] constant"},
+      {"shader.operations", &PixelShader::operations, "operations", 1, 1e6,
+       "Operations of one pixel-shader invocation on one lane.",
+       "[assumed] a physically based shader with a few lights"},
+      {"shader.surface_operations", &PixelShader::surface_operations, "operations", 0, 1e6,
+       "Operations of one pixel-shader invocation that evaluates its patch again, besides.",
+       "[assumed] as a vertex, energy.vertex_pj"},
+      {"tessellator.domain_shading", &PixelShader::domain,
+       "Where vertices are evaluated: in a unit of the tessellator, at tessellator.vertices_per_clk; or on "
+       "the shader's lanes, as warps that go before those of pixels and look heights up in the texture "
+       "unit. Vertices that are on chip go through tessellator.transforms_per_clk either way.",
+       "[spec] domain shaders run on the shader cores of all GPUs with tessellation; [assumed] unit"},
+      {"shader.domain_operations", &PixelShader::domain_operations, "operations", 1, 1e6,
+       "With tessellator.domain_shading=lanes and constant costs: operations of one vertex on one lane.",
+       "[assumed] as in the tessellator, energy.vertex_pj; compiled: 16 of a mesh, 91 to 163 of a patch, 298 "
+       "to 514 of a displaced one",
+       KeyEnds{91, 298}},
+  };
+}
+
 // Makers publish hardly any throughput of a single unit. What no source gives is a round number marked [assumed];
 // conclusions that hang on one of them should be tried with another (`tessera sweep`).
 Keys<Machine> speed_keys() {
@@ -66,37 +99,7 @@ Keys<Machine> speed_keys() {
           {"tilecore.compaction_per_clk", &Throughputs::compacted_samples_per_clk, "samples/clk", kLeast, kMax,
            "Visible samples and blended layers that a core packs into warps.", "[assumed] a warp"},
       });
-  keys.add(&Machine::shader,
-           Keys<PixelShader>{
-               {"shader.lanes", &PixelShader::lanes, "lanes", 1, 4096,
-                "Operations of the pixel shader that a core does per clock.",
-                "[assumed] 8, 32, 128: steps of a factor of 4, as between classes of phones"},
-               {"shader.warp_lanes", &PixelShader::warp_lanes, "lanes", 4, 128,
-                "Invocations of a warp. Warps are whole, each of one draw; the "
-                "texture unit gets their lookups together.",
-                "[assumed] 32, as NVIDIA's and AMD's; Arm's and Imagination's have 16 to 128"},
-               {"shader.costs", &PixelShader::costs,
-                "With machine.timing=events: what a warp takes of the lanes and of the registers, the "
-                "constants of shader.operations, shader.surface_operations and shader.registers, or "
-                "what LLVM compiles its material's shader to for gfx1030.",
-                "[assumed] constant"},
-               {"shader.operations", &PixelShader::operations, "operations", 1, 1e6,
-                "Operations of one pixel-shader invocation on one lane.",
-                "[assumed] a physically based shader with a few lights"},
-               {"shader.surface_operations", &PixelShader::surface_operations, "operations", 0, 1e6,
-                "Operations of one pixel-shader invocation that evaluates its patch again, besides.",
-                "[assumed] as a vertex, energy.vertex_pj"},
-               {"tessellator.domain_shading", &PixelShader::domain,
-                "Where vertices are evaluated: in a unit of the tessellator, at tessellator.vertices_per_clk; or on "
-                "the shader's lanes, as warps that go before those of pixels and look heights up in the texture "
-                "unit. Vertices that are on chip go through tessellator.transforms_per_clk either way.",
-                "[spec] domain shaders run on the shader cores of all GPUs with tessellation; [assumed] unit"},
-               {"shader.domain_operations", &PixelShader::domain_operations, "operations", 1, 1e6,
-                "With tessellator.domain_shading=lanes and constant costs: operations of one vertex on one lane.",
-                "[assumed] as in the tessellator, energy.vertex_pj; compiled: 16 of a mesh, 91 to 163 of a patch, 298 "
-                "to 514 of a displaced one",
-                KeyEnds{91, 298}},
-           });
+  keys.add(&Machine::shader, shader_keys());
   keys.add(&Machine::rates,
            Keys<Throughputs>{
                {"texture.texels_per_clk", &Throughputs::texels_per_clk, "texels/clk", kLeast, kMax,

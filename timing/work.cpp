@@ -35,7 +35,6 @@ hardware::EnergyEvents energy_events(const FrameWork& work) {
     events.depth_tests += round.geometry.depth_tests;
     events.sampling_operations += round.geometry.sampling_operations;
     events.binned_entries += round.geometry.entries;
-    events.l2_lines += round.geometry.l2_lines;
     events.hashed_inputs += round.geometry.hashed_bytes;
     events.vertices += round.triangles.vertices;
     events.triangles += round.triangles.triangles;

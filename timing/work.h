@@ -30,7 +30,6 @@ struct GeometryWork {
   std::uint64_t entries = 0;
   std::uint64_t tiles_tested = 0;  // pairs of a sub-patch and a tile
   std::uint64_t hashed_bytes = 0;  // of tiles' inputs
-  std::uint64_t l2_lines = 0;      // of heights' tables: asked of the L2, and filled into it
   std::uint64_t dram_bytes = 0;
   std::uint64_t table_bytes = 0;    // of these, filled into the L2
   std::uint64_t written_bytes = 0;  // of these
@@ -81,9 +80,10 @@ struct TriangleWork {
 // A binner's run and the tiles that it led to; one a frame but for partial renders and second passes.
 struct WorkRound {
   GeometryWork geometry;
-  std::vector<TileWork> tiles;                // in the order of the tile scheduler
-  std::vector<TileItems> items;               // of each, or none at all
-  std::vector<std::uint32_t> geometry_lines{};  // with items: those of heights' tables that the front end asks of the L2
+  std::vector<TileWork> tiles;   // in the order of the tile scheduler
+  std::vector<TileItems> items;  // of each, or none at all
+  std::vector<std::uint32_t>
+      geometry_lines{};  // with items: those of heights' tables that the front end asks of the L2
   TriangleWork triangles{};
 };
 

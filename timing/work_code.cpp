@@ -11,11 +11,11 @@ namespace {
 // Calls visit(member) for every number of a record in order; `Work` may be const.
 template <class Work, class Visit>
 void each_number(Work& work, const Visit& visit) requires std::is_same_v<std::remove_const_t<Work>, GeometryWork> {
-  auto& [patches, bounds, depth_blocks, depth_tests, sampling_operations, entries, tiles_tested, hashed_bytes, l2_lines,
+  auto& [patches, bounds, depth_blocks, depth_tests, sampling_operations, entries, tiles_tested, hashed_bytes,
          dram_bytes, table_bytes, written_bytes, queue_bytes] = work;
   visit(patches), visit(bounds), visit(depth_blocks), visit(depth_tests), visit(sampling_operations), visit(entries),
-      visit(tiles_tested), visit(hashed_bytes), visit(l2_lines), visit(dram_bytes), visit(table_bytes),
-      visit(written_bytes), visit(queue_bytes);
+      visit(tiles_tested), visit(hashed_bytes), visit(dram_bytes), visit(table_bytes), visit(written_bytes),
+      visit(queue_bytes);
 }
 
 template <class Work, class Visit>

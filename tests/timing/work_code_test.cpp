@@ -46,7 +46,7 @@ FrameWork random_work(test::Random& random) {
   for (int r = random.integer(0, 3); r > 0; --r) {
     WorkRound& round = work.rounds.emplace_back();
     round.geometry = {number(), number(), number(), number(), number(), number(),
-                      number(), number(), number(), number(), number()};
+                      number(), number(), number(), number(), number(), number()};
     for (int t = random.integer(0, 5); t > 0; --t) {
       TileWork& tile = round.tiles.emplace_back();
       tile.tile = static_cast<std::uint32_t>(number());
