@@ -350,7 +350,7 @@ Keys<SignatureUnits> signature_keys() {
        "[assumed] an entry's ten bytes with every entry of binner.entries_per_clk", KeyEnds{8, 64}},
       {"resolve.signature_bytes_per_clk", &SignatureUnits::color_bytes_per_clk, "bytes/clk", kLeast, kMax,
        "With frame_buffer.transaction_elimination: bytes of stored colours that a core hashes, beside resolving them.",
-       "[assumed] the four pixels of resolve.pixels_per_clk", KeyEnds{8, 64}},
+       "[assumed] four pixels of rgba16f, as resolve.pixels_per_clk", KeyEnds{8, 64}},
       {"energy.signature_byte_pj", &SignatureUnits::byte_pj, "pJ", 0, 1e9, "Byte hashed for a tile's signature.",
        "[assumed] 2.5 pJ for 8 bytes on chip; CRC-64 of a byte: 256 exclusive ors, as an addition", KeyEnds{0.1, 1}},
       {"area.signature_mm2", &SignatureUnits::byte_mm2, "mm2", 0, 1e6,

@@ -53,7 +53,7 @@ struct ReprojectionUnit {
 // transaction elimination.
 struct SignatureUnits {
   double input_bytes_per_clk = 16;
-  double color_bytes_per_clk = 16;
+  double color_bytes_per_clk = 32;
   double byte_pj = 0.4;
   double byte_mm2 = 0.0001;  // for each byte in a clock
 };
