@@ -347,7 +347,7 @@ Keys<SignatureUnits> signature_keys() {
   return {
       {"binner.signature_bytes_per_clk", &SignatureUnits::input_bytes_per_clk, "bytes/clk", kLeast, kMax,
        "With tile.rendering_elimination: bytes that the binner hashes, beside what it appends and tests.",
-       "[assumed] an entry's ten bytes with every entry of binner.entries_per_clk", KeyEnds{8, 64}},
+       "[assumed] as memory.gb_per_s brings records, 28 bytes a clock", KeyEnds{8, 64}},
       {"resolve.signature_bytes_per_clk", &SignatureUnits::color_bytes_per_clk, "bytes/clk", kLeast, kMax,
        "With frame_buffer.transaction_elimination: bytes of stored colours that a core hashes, beside resolving them.",
        "[assumed] four pixels of rgba16f, as resolve.pixels_per_clk", KeyEnds{8, 64}},

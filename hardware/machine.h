@@ -52,7 +52,7 @@ struct ReprojectionUnit {
 // Units that hash what tiles are rendered from, beside the binner, and their colours, in each core: of rendering and
 // transaction elimination.
 struct SignatureUnits {
-  double input_bytes_per_clk = 16;
+  double input_bytes_per_clk = 32;
   double color_bytes_per_clk = 32;
   double byte_pj = 0.4;
   double byte_mm2 = 0.0001;  // for each byte in a clock

@@ -452,7 +452,7 @@ TEST(Eliminations, HashWhatTheyCompareAndTakeTheTimeOfIt) {
     Device device(capture, gpu, settings, {1024, 512, {0, 0, 1024, 512}});
     return device.render(0);
   };
-  for (const std::string& model : {"machine.timing=phases", "machine.timing=events"}) {
+  for (const std::string model : {"machine.timing=phases", "machine.timing=events"}) {
     const FrameResult off = frame({model}), inputs = frame({model, kRendering, "binner.signature_bytes_per_clk=0.01"}),
                       colors = frame({model, kTransactions, "resolve.signature_bytes_per_clk=0.01"});
     const auto hashed = [](const FrameResult& of) {

@@ -412,6 +412,20 @@ TEST(EventModel, VerticesTakeTheLanesInWarps) {  // EM3
       2 * (2 * 70 + 9.0));
 }
 
+// Twice the lanes, half the time; the twin: in a unit of their own vertices have nothing of them.
+TEST(EventModel, MoreLanesShadeVerticesSooner) {
+  Machine gpu = endless_with_lanes();
+  gpu.rates.vertices_per_clk = 0.5;
+  const OneTile one = sub_patches(std::vector<SubPatchItem>(6, {.vertices = 90}));
+  const auto cycles = [&](std::int64_t lanes, hardware::DomainShading domain) {
+    gpu.shader.lanes = lanes, gpu.shader.domain = domain;
+    return one.cycles(gpu);
+  };
+  EXPECT_DOUBLE_EQ(cycles(16, hardware::DomainShading::kLanes), 2 * cycles(32, hardware::DomainShading::kLanes));
+  EXPECT_DOUBLE_EQ(cycles(16, hardware::DomainShading::kUnit), 6 * 90 / 0.5);
+  EXPECT_DOUBLE_EQ(cycles(32, hardware::DomainShading::kUnit), 6 * 90 / 0.5);
+}
+
 // Boxes are built while vertices of the next sub-patches are shaded, of no more than have a place.
 TEST(EventModel, TheBoxBuilderHoldsTheLanesUp) {
   Machine gpu = endless_with_lanes();
