@@ -320,7 +320,7 @@ void DramChannel::issue_column(Bank& bank, DramClock at, Issued& issued) {
   last_column_was_write_ = write;
   ++entry.column;
   if (--entry.bursts > 0) return;
-  issued = {entry.id, entry.order, end, true};
+  issued = {entry.id, entry.order, entry.transaction, end, true, write};
   if (direction == 0)
     counters_.read_latency_clocks += end - entry.arrival, ++reads_since_drain_;
   else

@@ -48,9 +48,10 @@ class DramChannel {
  public:
   // Where a transaction that was issued ends.
   struct Issued {
-    std::uint64_t id = 0, order = 0;
+    std::uint64_t id = 0, order = 0, transaction = 0;
     DramClock done = 0;
     bool ends = false;  // a transaction ended with this command
+    bool write = false;
   };
 
   DramChannel(const DramSpec& spec, const DramControl& control, std::uint32_t number);

@@ -34,7 +34,7 @@ enum class EventKind : std::uint8_t {
 
 struct Event {
   double time = 0;
-  std::uint64_t order = 0;  // of equals the one that was asked for first
+  std::uint64_t order = 0;  // of those at one time: kOthers and above, the one that was asked for first
   EventKind kind{};
   std::uint32_t who = 0, what = 0;
   std::uint32_t path = 0;
@@ -52,6 +52,13 @@ class EventQueue {
   // `path`: what led there otherwise than over the event at hand.
   void push(double time, const PathTime& path, EventKind kind, std::uint32_t who = 0, std::uint32_t what = 0) {
     add({std::max(time, now_), next_++, kind, who, what, recording_ ? keep(path) : 0});
+  }
+  // What the memory's banks answer, which may be known long before it comes: first of what happens at a time, and of
+  // such that which the banks were asked for first. `order`: rises as they are asked, below kOthers.
+  void push_answer(double time, std::uint64_t order, const PathTime& path, EventKind kind, std::uint32_t who,
+                   std::uint32_t what) {
+    ++next_;
+    add({std::max(time, now_), order, kind, who, what, recording_ ? keep(path) : 0});
   }
   bool empty() const { return heap_.empty(); }
   Event pop() {
@@ -74,7 +81,7 @@ class EventQueue {
     return path;
   }
   double now() const { return now_; }
-  std::uint64_t count() const { return next_; }
+  std::uint64_t count() const { return next_ - kOthers; }
 
  private:
   void add(const Event& event) {
@@ -95,7 +102,8 @@ class EventQueue {
 
   std::vector<Event> heap_;
   double now_ = 0;
-  std::uint64_t next_ = 0;
+  static constexpr std::uint64_t kOthers = std::uint64_t{1} << 63;
+  std::uint64_t next_ = kOthers;
   bool recording_;
   PathTime path_;
   std::vector<PathTime> paths_;

@@ -25,8 +25,7 @@ MemoryPath::MemoryPath(const hardware::Machine& gpu, EventQueue& events)
   spec.channels = static_cast<std::uint32_t>(gpu.memory.channels);
   spec.ranks = static_cast<std::uint32_t>(gpu.memory.ranks);
   spec.transaction_bytes = spec.interleave_bytes = line_bytes_;
-  banks_ = std::make_unique<memory::DramBanks>(spec);
-  waiting_.resize(spec.channels);
+  banks_ = std::make_unique<memory::DramFront>(spec);
   dram_clocks_per_clk_ = spec.clock_mhz() / gpu.clock_mhz;
   idle_clk_ = spec.idle_latency_clocks() / dram_clocks_per_clk_;
 }
@@ -42,8 +41,9 @@ std::uint32_t MemoryPath::open_group(EventKind kind, std::uint32_t who, std::uin
   }
   Group& g = groups_[group];
   g.waits = 1;  // open: it waits for close_group()
-  g.closed = false;
+  g.closed = g.of_banks = false;
   g.ready = 0;
+  g.order = 0;
   g.kind = kind, g.who = who, g.what = what;
   return group;
 }
@@ -54,12 +54,11 @@ void MemoryPath::close_group(std::uint32_t group, double not_before, const Spent
 }
 
 void MemoryPath::settle(std::uint32_t group, double time, const Spent& spent) {
-  if (events_.recording() && time >= groups_[group].ready) groups_[group].path = events_.path_to(time, spent);
-  arrive(group, time);
-}
-
-void MemoryPath::settle(std::uint32_t group, double time, const PathTime& path) {
-  if (events_.recording() && time >= groups_[group].ready) groups_[group].path = path;
+  Group& g = groups_[group];
+  if (time >= g.ready) {
+    g.of_banks = false;
+    if (events_.recording()) g.path = events_.path_to(time, spent);
+  }
   arrive(group, time);
 }
 
@@ -67,7 +66,11 @@ void MemoryPath::arrive(std::uint32_t group, double time) {
   Group& g = groups_[group];
   g.ready = std::max(g.ready, time);
   if (--g.waits > 0) return;
-  events_.push(g.ready, g.path, g.kind, g.who, g.what);
+  const PathTime path = g.of_banks ? path_of(g.asked, g.ready) : g.path;
+  if (g.order > 0)
+    events_.push_answer(g.ready, g.order, path, g.kind, g.who, g.what);
+  else
+    events_.push(g.ready, path, g.kind, g.who, g.what);
   free_groups_.push_back(group);
 }
 
@@ -129,7 +132,9 @@ void MemoryPath::ask_memory(std::uint32_t line, const Waiter& waiter, double now
   counts_.read_bytes += line_bytes_;
   if (banks_ != nullptr) {
     note(requests_[request].asked, now);
+    requests_[request].order = ++asked_;
     ask_banks(request, std::uint64_t{line} * line_bytes_, false, now);
+    look_again();
     return;
   }
   const double moved = move(line_bytes_, now), waited = std::max(0.0, now - events_.now());
@@ -178,11 +183,7 @@ void MemoryPath::read_bytes(std::uint64_t address, std::uint64_t bytes, std::uin
     settle(group, moved + latency_, Spent(Bound::kLatency, bound_of(hardware::Stage::kDram), moved - events_.now()));
     return;
   }
-  note(groups_[group].asked, now);
-  for (std::uint64_t at = 0; at < bytes; at += line_bytes_) {
-    add_wait(group);
-    ask_banks(kOfGroup | group, address + at, false, now);
-  }
+  move_by_banks(address, bytes, group, false, now);
 }
 
 void MemoryPath::write_bytes(std::uint64_t address, std::uint64_t bytes, std::uint32_t group, double now) {
@@ -193,18 +194,23 @@ void MemoryPath::write_bytes(std::uint64_t address, std::uint64_t bytes, std::ui
     settle(group, move(bytes, now), Spent(hardware::Stage::kDram));
     return;
   }
+  move_by_banks(address, bytes, group, true, now);
+}
+
+void MemoryPath::move_by_banks(std::uint64_t address, std::uint64_t bytes, std::uint32_t group, bool write,
+                               double now) {
   note(groups_[group].asked, now);
+  groups_[group].order = ++asked_;
   for (std::uint64_t at = 0; at < bytes; at += line_bytes_) {
     add_wait(group);
-    ask_banks(kOfGroup | group, address + at, true, now);
+    ask_banks(kOfGroup | group, address + at, write, now);
   }
+  look_again();
 }
 
 void MemoryPath::ask_banks(std::uint64_t id, std::uint64_t address, bool write, double now) {
-  settle_banks(now);
-  std::deque<Transaction>& waiting = waiting_[banks_->channel(address)];
-  if (!waiting.empty() || !banks_->submit(id, address, write)) waiting.push_back({id, address, write});
-  schedule_banks();
+  banks_clock_ = std::max(banks_clock_, dram_clock(now));
+  banks_->ask(id, transactions_++, address, write, banks_clock_, answers_);
 }
 
 void MemoryPath::note(Asked& asked, double now) {
@@ -220,39 +226,36 @@ PathTime MemoryPath::path_of(const Asked& asked, double time) const {
   return path;
 }
 
-void MemoryPath::answer_transaction(std::uint64_t id, double time) {
-  const auto number = static_cast<std::uint32_t>(id);
-  if ((id & kOfGroup) != 0) {
-    settle(number, time, path_of(groups_[number].asked, time));
-    return;
-  }
-  PathTime path = path_of(requests_[number].asked, time);
-  path[Bound::kLatency] += l2_latency_;
-  events_.push(time + l2_latency_, path, EventKind::kMemory, 0, number);
-}
-
 void MemoryPath::banks_answer(double now) {
-  settle_banks(now);
-  schedule_banks();
+  banks_clock_ = std::max(banks_clock_, dram_clock(now));
+  banks_->look(banks_clock_, answers_);
+  look_again();
 }
 
-void MemoryPath::settle_banks(double now) {
-  banks_->advance(std::max(banks_->now(), dram_clock(now)), completions_);
-  for (const memory::DramCompletion& done : completions_)
-    answer_transaction(done.id, std::max(events_.now(), static_cast<double>(done.clock) / dram_clocks_per_clk_));
-  completions_.clear();
-  for (std::deque<Transaction>& waiting : waiting_)
-    while (!waiting.empty() && banks_->submit(waiting.front().id, waiting.front().address, waiting.front().write))
-      waiting.pop_front();
+void MemoryPath::take_answers() {
+  for (const memory::DramAnswer& answer : answers_) {
+    const double time = static_cast<double>(answer.clock) / dram_clocks_per_clk_;
+    const auto number = static_cast<std::uint32_t>(answer.id);
+    if ((answer.id & kOfGroup) != 0) {
+      if (time >= groups_[number].ready) groups_[number].of_banks = true;
+      arrive(number, time);
+      continue;
+    }
+    PathTime path = path_of(requests_[number].asked, time);
+    path[Bound::kLatency] += l2_latency_;
+    events_.push_answer(time + l2_latency_, requests_[number].order, path, EventKind::kMemory, 0, number);
+  }
+  answers_.clear();
 }
 
-void MemoryPath::schedule_banks() {
-  const memory::DramClock next = banks_->next_event();
+void MemoryPath::look_again() {
+  take_answers();
+  const memory::DramClock next = banks_->next_look();
   if (next == memory::kNoDramClock) return;
   const double at = static_cast<double>(next) / dram_clocks_per_clk_;
   // One event ahead is enough, unless something comes before it.
-  if (banks_event_ > events_.now() && banks_event_ <= at) return;
-  banks_event_ = at;
+  if (look_ > events_.now() && look_ <= at) return;
+  look_ = at;
   events_.push(at, hardware::Stage::kDram, EventKind::kBanks);
 }
 
