@@ -41,7 +41,7 @@ class DramFront {
   // One transaction, the one that holds `address`; `order` rises from call to call.
   void ask(std::uint64_t id, std::uint64_t order, std::uint64_t address, bool write, DramClock clock,
            std::vector<DramAnswer>& answers);
-  // Call look() at this clock at the latest: later than that of any call. kNoDramClock: nothing is under way.
+  // Call look() at this clock at the latest: later than that of the last look(). kNoDramClock: nothing is under way.
   DramClock next_look();
   void look(DramClock clock, std::vector<DramAnswer>& answers);
 
