@@ -155,7 +155,10 @@ class DramChannel {
   void issue_refresh(std::uint32_t rank, DramClock at);
   void close(Bank& bank, DramClock at, DramClock rp);
   void count_first(Entry& entry, std::uint64_t& counter);
-  void log(DramClock at, const Bank* bank, std::uint32_t rank);
+  void log(DramClock at, const Bank* bank, std::uint32_t rank) {
+    if (log_ != nullptr) add_to_log(at, bank, rank);
+  }
+  void add_to_log(DramClock at, const Bank* bank, std::uint32_t rank);
 
   const DramSpec* spec_;
   DramTimings n_;

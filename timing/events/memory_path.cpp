@@ -20,6 +20,7 @@ MemoryPath::MemoryPath(const hardware::Machine& gpu, EventQueue& events)
       free_requests_(requests_.size()) {
   // The lowest number first.
   std::iota(free_requests_.rbegin(), free_requests_.rend(), 0u);
+  if (events.recording()) request_paths_.resize(requests_.size());
   if (gpu.memory.model != hardware::MemoryModel::kBanks) return;
   memory::DramSpec spec = memory::dram_spec(word(gpu.memory.type));
   spec.channels = static_cast<std::uint32_t>(gpu.memory.channels);
@@ -35,6 +36,7 @@ std::uint32_t MemoryPath::open_group(EventKind kind, std::uint32_t who, std::uin
   if (free_groups_.empty()) {
     group = static_cast<std::uint32_t>(groups_.size());
     groups_.emplace_back();
+    if (events_.recording()) group_paths_.emplace_back();
   } else {
     group = free_groups_.back();
     free_groups_.pop_back();
@@ -57,7 +59,7 @@ void MemoryPath::settle(std::uint32_t group, double time, const Spent& spent) {
   Group& g = groups_[group];
   if (time >= g.ready) {
     g.of_banks = false;
-    if (events_.recording()) g.path = events_.path_to(time, spent);
+    if (events_.recording()) group_paths_[group].path = events_.path_to(time, spent);
   }
   arrive(group, time);
 }
@@ -66,7 +68,8 @@ void MemoryPath::arrive(std::uint32_t group, double time) {
   Group& g = groups_[group];
   g.ready = std::max(g.ready, time);
   if (--g.waits > 0) return;
-  const PathTime path = g.of_banks ? path_of(g.asked, g.ready) : g.path;
+  PathTime* path = events_.recording() ? &group_paths_[group].path : nullptr;
+  if (path != nullptr && g.of_banks) *path = path_of(group_paths_[group].asked, g.ready);
   if (g.order > 0)
     events_.push_answer(g.ready, g.order, path, g.kind, g.who, g.what);
   else
@@ -131,7 +134,7 @@ void MemoryPath::ask_memory(std::uint32_t line, const Waiter& waiter, double now
   l2_.take(line, request);
   counts_.read_bytes += line_bytes_;
   if (banks_ != nullptr) {
-    note(requests_[request].asked, now);
+    if (events_.recording()) request_paths_[request] = asked(now);
     requests_[request].order = ++asked_;
     ask_banks(request, std::uint64_t{line} * line_bytes_, false, now);
     look_again();
@@ -199,7 +202,7 @@ void MemoryPath::write_bytes(std::uint64_t address, std::uint64_t bytes, std::ui
 
 void MemoryPath::move_by_banks(std::uint64_t address, std::uint64_t bytes, std::uint32_t group, bool write,
                                double now) {
-  note(groups_[group].asked, now);
+  if (events_.recording()) group_paths_[group].asked = asked(now);
   groups_[group].order = ++asked_;
   for (std::uint64_t at = 0; at < bytes; at += line_bytes_) {
     add_wait(group);
@@ -213,14 +216,9 @@ void MemoryPath::ask_banks(std::uint64_t id, std::uint64_t address, bool write, 
   banks_->ask(id, transactions_++, address, write, banks_clock_, answers_);
 }
 
-void MemoryPath::note(Asked& asked, double now) {
-  if (!events_.recording()) return;
-  asked.time = now;
-  asked.path = events_.path_to(now, Bound::kL2);
-}
+MemoryPath::Asked MemoryPath::asked(double now) const { return {now, events_.path_to(now, Bound::kL2)}; }
 
 PathTime MemoryPath::path_of(const Asked& asked, double time) const {
-  if (!events_.recording()) return {};
   PathTime path = asked.path;
   Spent(bound_of(hardware::Stage::kDram), Bound::kLatency, idle_clk_).add_to(path, time - asked.time);
   return path;
@@ -241,9 +239,15 @@ void MemoryPath::take_answers() {
       arrive(number, time);
       continue;
     }
-    PathTime path = path_of(requests_[number].asked, time);
+    const double there = time + l2_latency_;
+    const std::uint64_t order = requests_[number].order;
+    if (!events_.recording()) {
+      events_.push_answer(there, order, nullptr, EventKind::kMemory, 0, number);
+      continue;
+    }
+    PathTime path = path_of(request_paths_[number], time);
     path[Bound::kLatency] += l2_latency_;
-    events_.push_answer(time + l2_latency_, requests_[number].order, path, EventKind::kMemory, 0, number);
+    events_.push_answer(there, order, &path, EventKind::kMemory, 0, number);
   }
   answers_.clear();
 }

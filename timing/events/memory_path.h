@@ -69,13 +69,15 @@ class MemoryPath {
     EventKind kind{};
     std::uint32_t who = 0, what = 0;
     std::uint64_t order = 0;  // of its bytes past the L2 among all that the banks are asked for; 0: there are none
-    Asked asked;              // those
-    PathTime path;            // of what was ready last, unless it came from the banks
+  };
+  // Of a group, where paths are recorded.
+  struct GroupPath {
+    Asked asked;    // its bytes past the L2
+    PathTime path;  // of what was ready last, unless it came from the banks
   };
   struct Request {
     std::uint32_t line = 0, waiters = kNone;
     std::uint64_t order = 0;  // as Group::order
-    Asked asked;
   };
   struct Stalled {
     std::uint32_t line;
@@ -87,8 +89,9 @@ class MemoryPath {
   void arrive(std::uint32_t group, double time);
   void add_waiter(std::uint32_t request, const Waiter& waiter);
   void ask_memory(std::uint32_t line, const Waiter& waiter, double now);
-  void note(Asked& asked, double now);
-  // To the answer of a transaction: what an idle memory takes is latency, the rest waits for its banks and its bus.
+  Asked asked(double now) const;
+  // To the answer of a transaction, where paths are recorded: what an idle memory takes is latency, the rest waits for
+  // its banks and its bus.
   PathTime path_of(const Asked& asked, double time) const;
   // When so many bytes have passed the interface.
   double move(std::uint64_t bytes, double now);
@@ -120,6 +123,8 @@ class MemoryPath {
   memory::DramClock banks_clock_ = 0;  // of the last transaction or look
   std::uint64_t asked_ = 0, transactions_ = 0;
   std::vector<Group> groups_;
+  std::vector<GroupPath> group_paths_;  // where paths are recorded
+  std::vector<Asked> request_paths_;    // likewise
   std::vector<std::uint32_t> free_groups_;
   MemoryCounts counts_;
 };
