@@ -552,10 +552,10 @@ TimedEvents time_events(const hardware::Machine& gpu, const FrameWork& work, War
   timing.busy = out.events.busy;
   timing.cores_busy = cores_busy(gpu, schedule);
   timing.events = out.events.counts;
-  timing.bind(find_bound(timing.cycles, guesses_of(gpu, out.events), imbalance(gpu, schedule),
-                         [&](Bound bound, double limit) {
-                           return bound == likely && with_likely ? *with_likely : with_twice(bound, limit);
-                         }));
+  timing.bind(
+      find_bound(timing.cycles, guesses_of(gpu, out.events), imbalance(gpu, schedule), [&](Bound bound, double limit) {
+        return bound == likely && with_likely ? *with_likely : with_twice(bound, limit);
+      }));
   return out;
 }
 
