@@ -16,11 +16,16 @@ ViewCost time_work(const GpuConfiguration& gpu, const timing::FrameWork& work, t
   ViewCost timed;
   hardware::EnergyEvents energy = timing::energy_events(work);
   if (gpu.queues.model == hardware::TimingModel::kEvents) {
-    const timing::WarmCaches before = bound && caches != nullptr ? *caches : timing::WarmCaches();
-    timing::EventSchedule events = timing::simulate_events(gpu, work, caches, bound);
-    timed.timing.cycles = events.schedule.cycles;
-    timed.timing.latency = timing::latency(gpu, events.schedule);
-    if (bound) timed.timing = timing::time_events(gpu, work, events, before);
+    timing::EventSchedule events;
+    if (bound) {
+      timing::TimedEvents bounded = timing::time_events(gpu, work, caches);
+      events = std::move(bounded.events);
+      timed.timing = std::move(bounded.timing);
+    } else {
+      events = timing::simulate_events(gpu, work, caches);
+      timed.timing.cycles = events.schedule.cycles;
+      timed.timing.latency = timing::latency(gpu, events.schedule);
+    }
     timed.schedule = std::move(events.schedule);
     // What the caches held in time.
     energy.dram_bytes = events.counts.memory.read_bytes + events.counts.memory.written_bytes;

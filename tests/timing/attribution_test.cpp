@@ -18,8 +18,7 @@ namespace {
 using hardware::Machine;
 
 FrameTiming timing_of(const Machine& gpu, const FrameWork& work) {
-  if (gpu.queues.model == hardware::TimingModel::kEvents)
-    return time_events(gpu, work, simulate_events(gpu, work, nullptr, true));
+  if (gpu.queues.model == hardware::TimingModel::kEvents) return time_events(gpu, work).timing;
   return time_frame(gpu, work, schedule_frame(gpu, work));
 }
 

@@ -350,9 +350,7 @@ TEST(EventModel, APathWithAPartTooManyDoesNotAddUp) {  // EM4
 
 // What bounds a frame is found among the doublings that its path leaves open.
 TEST(EventModel, NamesWhatBounds) {
-  const auto bound = [](const Machine& gpu, const OneTile& one) {
-    return time_events(gpu, one.work, simulate_events(gpu, one.work, nullptr, true)).bound_by;
-  };
+  const auto bound = [](const Machine& gpu, const OneTile& one) { return time_events(gpu, one.work).timing.bound_by; };
   Machine gpu = endless();
   gpu.shader.operations = 100;
   gpu.set_latency_clk(300);

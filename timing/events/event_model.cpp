@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "base/check.h"
+#include "base/parallel.h"
 #include "base/round_up.h"
 #include "timing/events/event_queue.h"
 #include "timing/events/shader_core.h"
@@ -217,9 +218,10 @@ struct Core {
 
 class EventSimulation {
  public:
-  EventSimulation(const hardware::Machine& gpu, const FrameWork& work, bool record_path)
+  EventSimulation(const hardware::Machine& gpu, const FrameWork& work, bool record_path, double limit)
       : gpu_(gpu),
         work_(work),
+        limit_(limit),
         places_(work),
         events_(record_path),
         memory_(gpu, events_),
@@ -249,6 +251,10 @@ class EventSimulation {
       else
         out_.schedule.geometry.push_back({end_, end_});
       run_tiles(overlaps(gpu_) && round_ + 1 == work_.rounds.size());
+      if (end_ > limit_) {
+        out_.schedule.cycles = end_;
+        return std::move(out_);
+      }
     }
     run_other();
     collect();
@@ -311,7 +317,7 @@ class EventSimulation {
     const double begin = end_;
     const bool binning = bin_next && begin_geometry(work_.rounds.front(), begin);
     dispatch(begin);
-    while (!events_.empty()) {
+    while (!events_.empty() && events_.now() <= limit_) {
       const bool was_binning = binning && !geometry_done_;
       handle(events_.pop());
       if (was_binning) out_.schedule.geometry.front() = {begin, events_.now()};
@@ -494,6 +500,7 @@ class EventSimulation {
 
   const hardware::Machine& gpu_;
   const FrameWork& work_;
+  double limit_;
   Places places_;
   EventQueue events_;
   MemoryPath memory_;
@@ -511,8 +518,10 @@ class EventSimulation {
 
 namespace {
 
-// Twice of a unit halves its part of the path, and no more. With caches, more requests or more tiles under way waits may
-// vanish, but no unit is busy for less long.
+// Twice of a unit halves its part of the path, and little more: tiles and lines also come in another order. With caches,
+// more requests or more tiles under way waits may vanish, but no unit is busy for less long.
+constexpr double kOtherOrder = 1.05;
+
 std::vector<BoundGuess> guesses_of(const hardware::Machine& gpu, const EventSchedule& schedule) {
   const PathTime& path = schedule.counts.path;
   std::vector<BoundGuess> guesses;
@@ -526,6 +535,7 @@ std::vector<BoundGuess> guesses_of(const hardware::Machine& gpu, const EventSche
   guesses.push_back({Bound::kTileMemory, std::min(slack, waits_for_tile_memory(gpu, schedule.schedule))});
   guesses.push_back({Bound::kGeometry, geometry / 2});
   guesses.push_back({Bound::kTileCores, tile_time(schedule.schedule) / 2});
+  for (BoundGuess& guess : guesses) guess.most *= kOtherOrder;
   return guesses;
 }
 
@@ -536,29 +546,61 @@ bool has_items(const FrameWork& work) {
                      [](const WorkRound& round) { return round.items.size() == round.tiles.size(); });
 }
 
-EventSchedule simulate_events(const hardware::Machine& gpu, const FrameWork& work, WarmCaches* caches,
-                              bool record_path) {
+EventSchedule simulate_events(const hardware::Machine& gpu, const FrameWork& work, WarmCaches* caches, bool record_path,
+                              double limit) {
   TESSERA_CHECK(has_items(work), "events are made of items");
-  EventSimulation simulation(gpu, work, record_path);
+  EventSimulation simulation(gpu, work, record_path, limit);
   if (caches != nullptr) simulation.warm(*caches);
   EventSchedule out = simulation.run();
-  if (caches != nullptr) simulation.keep(*caches);
+  if (caches != nullptr && out.schedule.cycles <= limit) simulation.keep(*caches);
   return out;
 }
 
-FrameTiming time_events(const hardware::Machine& gpu, const FrameWork& work, const EventSchedule& schedule,
-                        const WarmCaches& before) {
-  FrameTiming timing;
-  timing.cycles = schedule.schedule.cycles;
-  timing.latency = latency(gpu, schedule.schedule);
-  timing.busy = schedule.busy;
-  timing.cores_busy = cores_busy(gpu, schedule.schedule);
-  timing.events = schedule.counts;
-  timing.bind(find_bound(timing.cycles, guesses_of(gpu, schedule), imbalance(gpu, schedule.schedule), [&](Bound bound) {
-    WarmCaches caches = before;
-    return simulate_events(doubled(gpu, bound), work, &caches).schedule.cycles;
-  }));
-  return timing;
+namespace {
+
+// The unit with most to do.
+Bound likely_bound(const hardware::Machine& gpu, const FrameWork& work) {
+  StageCycles busy{};
+  const auto add = [&](const StageCycles& cycles, double instances) {
+    for (std::size_t s = 0; s < kStageCount; ++s) busy[s] += cycles[s] / instances;
+  };
+  for (const WorkRound& round : work.rounds) {
+    add(geometry_cycles(gpu, round), 1);
+    for (const TileWork& tile : round.tiles) add(stage_cycles(gpu, tile), static_cast<double>(gpu.cores.count));
+  }
+  busy[static_cast<std::size_t>(Stage::kDram)] = static_cast<double>(work.dram_bytes()) / memory_rate(gpu);
+  return static_cast<Bound>(std::max_element(busy.begin(), busy.end()) - busy.begin());
+}
+
+}  // namespace
+
+TimedEvents time_events(const hardware::Machine& gpu, const FrameWork& work, WarmCaches* caches) {
+  const WarmCaches before = caches != nullptr ? *caches : WarmCaches();
+  const auto with_twice = [&](Bound bound, double limit) {
+    WarmCaches own = before;
+    return simulate_events(doubled(gpu, bound), work, &own, false, limit).schedule.cycles;
+  };
+  TimedEvents out;
+  const Bound likely = likely_bound(gpu, work);
+  std::optional<double> with_likely;
+  parallel_for(thread_count() > 1 ? 2 : 1, [&](std::size_t k) {
+    if (k == 0)
+      out.events = simulate_events(gpu, work, caches, true);
+    else
+      with_likely = with_twice(likely, std::numeric_limits<double>::infinity());
+  });
+  const Schedule& schedule = out.events.schedule;
+  FrameTiming& timing = out.timing;
+  timing.cycles = schedule.cycles;
+  timing.latency = latency(gpu, schedule);
+  timing.busy = out.events.busy;
+  timing.cores_busy = cores_busy(gpu, schedule);
+  timing.events = out.events.counts;
+  timing.bind(
+      find_bound(timing.cycles, guesses_of(gpu, out.events), imbalance(gpu, schedule), [&](Bound bound, double limit) {
+        return bound == likely && with_likely ? *with_likely : with_twice(bound, limit);
+      }));
+  return out;
 }
 
 void EventCounts::accumulate(const EventCounts& frame) {

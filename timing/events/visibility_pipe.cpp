@@ -65,10 +65,12 @@ PathTime VisibilityPipe::path_of(const Moment& moment) const {
 
 void VisibilityPipe::push(const Moment& moment, EventKind kind, std::uint32_t what) {
   // What was computed ahead may be past by now: then the event at hand is what led to it.
-  if (moment.time < events_.now())
+  if (moment.time < events_.now()) {
     events_.push(events_.now(), Stage::kFetch, kind, core_, what);
-  else
-    events_.push(moment.time, path_of(moment), kind, core_, what);
+  } else {
+    const PathTime path = path_of(moment);
+    events_.push(moment.time, &path, kind, core_, what);
+  }
 }
 
 void VisibilityPipe::begin(const TileWork& work, const TileItems& items, std::uint64_t address, double now) {
