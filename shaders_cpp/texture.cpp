@@ -146,6 +146,18 @@ void Texture::make_levels(Level base) {
   }
 }
 
+Texture::Level Texture::stored_level(int number) const {
+  const auto l = static_cast<std::size_t>(number);
+  Level level{width_[l], height_[l], {}};
+  level.rgba.reserve(std::size_t{4} * static_cast<std::size_t>(level.width) * static_cast<std::size_t>(level.height));
+  for (int y = 0; y < level.height; ++y)
+    for (int x = 0; x < level.width; ++x) {
+      const auto texel = static_cast<std::uint32_t>(texels_[place(l, x, y)]);
+      for (unsigned c = 0; c < 4; ++c) level.rgba.push_back(static_cast<std::uint8_t>(texel >> (8 * c)));
+    }
+  return level;
+}
+
 TextureView Texture::view() const {
   return {texels_.data(),         width_.data(),
           height_.data(),         first_.data(),
@@ -155,8 +167,7 @@ TextureView Texture::view() const {
 
 Vec4 Texture::texel(int level, int x, int y) const {
   const auto l = static_cast<std::size_t>(level);
-  const ColorOf<float> c =
-      texel_color<float>(view(), first_[l] + ((y / 4) * squares_across_[l] + x / 4) * 16 + (y % 4) * 4 + x % 4);
+  const ColorOf<float> c = texel_color<float>(view(), static_cast<std::int32_t>(place(l, x, y)));
   if (space_ == ColorSpace::kSrgb) return {c.r, c.g, c.b, c.a / 255.0f};
   return {c.r / 255.0f, c.g / 255.0f, c.b / 255.0f, c.a / 255.0f};
 }
