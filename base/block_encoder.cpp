@@ -36,6 +36,7 @@ void encode_etc2(bool alpha, ktx2::BasisLevel& level) {
 }  // namespace
 
 int block_side(BlockFormat format) {
+  // By format.
   constexpr std::array<int, 8> kSides = {0, 4, 4, 5, 6, 8, 10, 12};
   return kSides[static_cast<std::size_t>(format)];
 }
@@ -72,7 +73,8 @@ struct BlockEncoder::Astc {
     check_astc(astcenc_decompress_reset(context));
   }
 
-  unsigned threads = static_cast<unsigned>(thread_count());
+  // kWorkingBytes holds for so many.
+  unsigned threads = static_cast<unsigned>(std::min<std::size_t>(thread_count(), 64));
   astcenc_context* context = nullptr;
 };
 
