@@ -136,7 +136,7 @@ class Tradeoff {
                                                      options_.height, place_.frame);
     request.motion_segments = 2;  // wherever anything moves along a curve
     const auto frame = scene::pose_frame(
-        prepared.scene(options_.settings.textures.basis_target).assembly,
+        prepared.scene(options_.settings.textures).assembly,
         gpu::frame_camera(prepared.capture, options_.settings, options_.width, options_.height), request);
     std::vector<Block> blocks;
     for (const Knob& knob : knobs()) {

@@ -158,7 +158,7 @@ class Runner {
     const scene::Capture& capture = prepared.capture;
     const RoundTimer timer(host);
     const auto frame = scene::pose_frame(
-        prepared.scene(trial.settings.textures.basis_target).assembly,
+        prepared.scene(trial.settings.textures).assembly,
         gpu::frame_camera(capture, trial.settings, place_.width, place_.height),
         gpu::frame_request(capture, trial.gpu, trial.settings, place_.width, place_.height, place_.frame));
     const tilecore::SamplePattern pattern(

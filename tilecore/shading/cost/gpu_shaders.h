@@ -10,6 +10,7 @@ namespace tessera::gpu_cost {
 
 using tilecore::DrawConstants;
 using tilecore::kLookupLines;
+using tilecore::LineSide;
 using tilecore::LookupArrays;
 using tilecore::TextureLayoutView;
 
