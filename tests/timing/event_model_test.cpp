@@ -458,7 +458,7 @@ TEST(EventModel, HeightsAreLookedUpByTheWarpsThatNeedThem) {
   EXPECT_EQ(counts.domain.texels, 256u);
 }
 
-// One tile has pixels alone, the next vertices: they pass all but the warp on the lanes.
+// One tile has pixels alone, the next vertices, which come as soon as its list is there.
 OneTile pixels_then_vertices(std::uint32_t pixel_warps, std::uint32_t vertices) {
   OneTile two = warps(pixel_warps, 0, true);
   const OneTile behind = sub_patches({{.vertices = vertices, .domain_registers = 64}});
@@ -466,12 +466,14 @@ OneTile pixels_then_vertices(std::uint32_t pixel_warps, std::uint32_t vertices) 
   two.work.tile_state_bytes = 1;
   two.work.rounds[0].tiles.push_back(behind.work.rounds[0].tiles[0]);
   two.work.rounds[0].items.push_back(behind.work.rounds[0].items[0]);
+  two.work.rounds[0].items[1].list_bytes = 64;
   return two;
 }
 
 TEST(EventModel, VerticesGoBeforePixels) {
   Machine gpu = endless_with_lanes();
   gpu.shader.operations = 100;
+  gpu.set_latency_clk(10);
   const OneTile two = pixels_then_vertices(10, 64);
   Schedule out = simulate_events(gpu, two.work).schedule;
   EXPECT_DOUBLE_EQ(out.tiles[1].phases[0].end, 100 + 2 * 50.0);
@@ -485,6 +487,7 @@ TEST(EventModel, VerticesGoBeforePixels) {
 TEST(EventModel, RegistersLimitWarpsOfVertices) {
   Machine gpu = endless_with_lanes();
   gpu.shader.operations = 100;
+  gpu.set_latency_clk(10);
   gpu.shader.costs = hardware::ShaderCosts::kCompiled;
   gpu.queues.register_bytes = 64 * 4 * 32;  // one warp of vertices, or four of pixels
   OneTile two = pixels_then_vertices(20, 64);
@@ -500,6 +503,7 @@ TEST(EventModel, RegistersLimitWarpsOfVertices) {
 TEST(EventModel, LanesAreBusyWithVerticesAndPixels) {
   Machine gpu = endless_with_lanes();
   gpu.shader.operations = 100;
+  gpu.set_latency_clk(10);
   const EventSchedule out = simulate_events(gpu, pixels_then_vertices(10, 64).work, nullptr, true);
   EXPECT_DOUBLE_EQ(out.counts.domain.lanes_busy, 2 * 50.0);
   EXPECT_DOUBLE_EQ(out.busy[static_cast<std::size_t>(Stage::kShader)], 10 * 100 + 2 * 50.0);
