@@ -25,19 +25,19 @@ struct Outcome {
 };
 
 // `burst`: requests that come in one clock; `span`: bytes that addresses lie in, so that small ones meet waiting writes.
-struct Stream {
+struct AskedStream {
   std::uint32_t seed;
   double writes, locality;
   std::uint64_t span;
   double rate;
   std::uint32_t burst;
 };
-constexpr Stream kStreams[] = {{1, 0, 0.5, 1u << 30, 0.5, 1},    {2, 1, 0.5, 1u << 30, 0.5, 64},
-                               {3, 0.5, 0, 1u << 12, 0.3, 16},   {4, 0.3, 0.95, 1u << 26, 2, 256},
-                               {5, 0.5, 0.5, 1u << 14, 4, 4},    {6, 0.1, 0.9, 1u << 26, 0.02, 32},
-                               {7, 0.7, 0.97, 1u << 28, 8, 500}, {8, 0.4, 0.2, 1u << 10, 2, 8}};
+constexpr AskedStream kAskedStreams[] = {{1, 0, 0.5, 1u << 30, 0.5, 1},    {2, 1, 0.5, 1u << 30, 0.5, 64},
+                                         {3, 0.5, 0, 1u << 12, 0.3, 16},   {4, 0.3, 0.95, 1u << 26, 2, 256},
+                                         {5, 0.5, 0.5, 1u << 14, 4, 4},    {6, 0.1, 0.9, 1u << 26, 0.02, 32},
+                                         {7, 0.7, 0.97, 1u << 28, 8, 500}, {8, 0.4, 0.2, 1u << 10, 2, 8}};
 
-std::vector<Asked> requests_of(const Stream& stream, std::size_t count) {
+std::vector<Asked> asked_of(const AskedStream& stream, std::size_t count) {
   std::mt19937_64 random(stream.seed);
   std::uniform_real_distribution<double> unit;
   std::vector<Asked> requests;
@@ -53,7 +53,7 @@ std::vector<Asked> requests_of(const Stream& stream, std::size_t count) {
   return requests;
 }
 
-std::vector<DramSpec> specs() {
+std::vector<DramSpec> asked_specs() {
   std::vector<DramSpec> all;
   for (const std::string_view type : dram_types()) all.push_back(dram_spec(type));
   DramSpec ranks = dram_spec("lpddr5-6400");
@@ -62,7 +62,7 @@ std::vector<DramSpec> specs() {
   return all;
 }
 
-constexpr DramClock kEnd = 200000;
+constexpr DramClock kLastClock = 200000;
 
 // The judge: time goes by clock for clock; in each, what waits in front of a channel enters before what comes.
 Outcome ticked(const DramSpec& spec, const std::vector<Asked>& requests) {
@@ -70,7 +70,7 @@ Outcome ticked(const DramSpec& spec, const std::vector<Asked>& requests) {
   std::vector<std::deque<std::size_t>> waiting(spec.channels);
   std::vector<DramCompletion> completions;
   std::size_t next = 0;
-  for (DramClock clock = 0; clock <= kEnd; ++clock) {
+  for (DramClock clock = 0; clock <= kLastClock; ++clock) {
     dram.advance(clock, completions);
     const auto enter = [&](std::size_t i) { return dram.submit(i, requests[i].address, requests[i].write); };
     for (std::deque<std::size_t>& queue : waiting)
@@ -101,8 +101,8 @@ Outcome looked_at(const DramSpec& spec, const std::vector<Asked>& requests, Dram
     }
     answers.clear();
   };
-  for (std::size_t i = 0; clock < kEnd;) {
-    DramClock next = std::min(front.next_look(), kEnd);
+  for (std::size_t i = 0; clock < kLastClock;) {
+    DramClock next = std::min(front.next_look(), kLastClock);
     if (max_step != kNoDramClock) next = std::min(next, clock + max_step);
     if (i < requests.size() && requests[i].clock <= next) {
       clock = std::max(clock, requests[i].clock);
@@ -124,9 +124,9 @@ Outcome looked_at(const DramSpec& spec, const std::vector<Asked>& requests, Dram
 // DF1, DF2
 TEST(DramFront, AnswersAsTheMemoryThatIsLookedAtInEveryClock) {
   std::uint64_t touched = 0;
-  for (const DramSpec& spec : specs())
-    for (const Stream& stream : kStreams) {
-      const std::vector<Asked> requests = requests_of(stream, 2000);
+  for (const DramSpec& spec : asked_specs())
+    for (const AskedStream& stream : kAskedStreams) {
+      const std::vector<Asked> requests = asked_of(stream, 2000);
       const Outcome truth = ticked(spec, requests), out = looked_at(spec, requests);
       EXPECT_EQ(std::count(truth.done.begin(), truth.done.end(), 0), 0) << "long enough";
       EXPECT_EQ(out.done, truth.done) << spec.type << ' ' << stream.seed;
@@ -138,9 +138,9 @@ TEST(DramFront, AnswersAsTheMemoryThatIsLookedAtInEveryClock) {
 
 // DF3
 TEST(DramFront, HowOftenItIsLookedAtDoesNotMatter) {
-  for (const DramSpec& spec : specs())
-    for (const Stream& stream : kStreams) {
-      const std::vector<Asked> requests = requests_of(stream, 2000);
+  for (const DramSpec& spec : asked_specs())
+    for (const AskedStream& stream : kAskedStreams) {
+      const std::vector<Asked> requests = asked_of(stream, 2000);
       const Outcome seldom = looked_at(spec, requests);
       EXPECT_EQ(looked_at(spec, requests, 1), seldom) << spec.type << ' ' << stream.seed;
       EXPECT_EQ(looked_at(spec, requests, 7), seldom) << spec.type << ' ' << stream.seed;
