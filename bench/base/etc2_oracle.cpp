@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <exception>
 #include <random>
+#include <span>
 #include <vector>
 
 #include "base/ktx2/etc2_block.h"
