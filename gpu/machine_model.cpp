@@ -78,11 +78,13 @@ ViewCost view_cost(const GpuConfiguration& gpu, const timing::FrameWork& view, t
 }
 
 FrameCost frame_cost(const GpuConfiguration& gpu, const std::vector<timing::FrameWork>& views,
-                     timing::WarmCaches* caches) {
+                     timing::WarmCaches* caches, const EachView& each) {
   FrameCost cost;
   cost.area = gpu.area();
   for (std::size_t view = 0; view < views.size(); ++view) {
+    const timing::WarmCaches before = each && caches != nullptr ? *caches : timing::WarmCaches();
     const ViewCost timed = view_cost(gpu, views[view], caches);
+    if (each) each(views[view], timed, before);
     if (view == 0)
       cost.timing = timed.timing;
     else

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -41,8 +42,10 @@ struct ViewCost {
   hardware::FrameEnergy energy;
 };
 ViewCost view_cost(const GpuConfiguration& gpu, const timing::FrameWork& view, timing::WarmCaches* caches = nullptr);
+// `each`, unless empty: shown each view, what it costs, and the caches with which it began.
+using EachView = std::function<void(const timing::FrameWork&, const ViewCost&, const timing::WarmCaches& before)>;
 FrameCost frame_cost(const GpuConfiguration& gpu, const std::vector<timing::FrameWork>& views,
-                     timing::WarmCaches* caches = nullptr);
+                     timing::WarmCaches* caches = nullptr, const EachView& each = {});
 
 // Cycles and energy alone, without what bounds them: many times as fast with machine.timing=events.
 struct CycleCost {

@@ -106,6 +106,7 @@ py::object timing(const Frame& frame) {
   if (!frame.timing()) return py::none();
   py::dict row;
   row["cycles"] = frame.timing()->cycles;
+  row["latency_cycles"] = frame.timing()->latency_cycles;
   row["busy_cycles"] = frame.timing()->busy_cycles;
   row["bound_by"] = frame.timing()->bound_by;
   row["bound_by_cycles"] = frame.timing()->bound_by_cycles;
@@ -117,6 +118,14 @@ py::object energy(const Frame& frame) {
   py::dict row;
   row["total_nj"] = frame.energy()->total_nj;
   row["by_unit_nj"] = frame.energy()->by_unit_nj;
+  return row;
+}
+
+py::object area(const Frame& frame) {
+  if (!frame.area()) return py::none();
+  py::dict row;
+  row["total_mm2"] = frame.area()->total_mm2;
+  row["by_unit_mm2"] = frame.area()->by_unit_mm2;
   return row;
 }
 
@@ -148,8 +157,10 @@ void add_frame(py::module_& module) {
           py::arg("eye") = "left", "(height, width) of uint32: base patch + 1; with auxiliary=True.")
       .def_property_readonly("counters", &Frame::counters, "\"unit.event\" -> count.")
       .def_property_readonly("traffic", &traffic, "Bytes over the memory interface: a dict per unit and purpose.")
-      .def_property_readonly("timing", &timing, "cycles, busy_cycles, bound_by, bound_by_cycles; or None.")
+      .def_property_readonly("timing", &timing,
+                             "cycles, latency_cycles, busy_cycles, bound_by, bound_by_cycles; or None.")
       .def_property_readonly("energy", &energy, "total_nj, by_unit_nj; or None.")
+      .def_property_readonly("area", &area, "Of the machine: total_mm2, by_unit_mm2; or None.")
       .def_property_readonly("tile_maps", &tile_maps, "Name -> (rows, columns) of uint64: the work of every tile.")
       .def_property_readonly("tile_map_descriptions", &tile_map_rows, "A dict per map: name, unit, meaning, counter.")
       .def_property_readonly("tiles", &tiles, "A dict per tile: x, y in pixels and all its counts.")

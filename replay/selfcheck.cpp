@@ -112,8 +112,8 @@ void check_tiling(const std::vector<Loaded>& captures, std::vector<SelfCheck>& c
        "1.96 within 30 %, mean", fmt::format("{:.2f} ({})", mean, ratios.text), holds, reason,
        fmt::format(
            "Antochi et al. 2004, of OpenGL scenes of that time; [assumed] a cache of samples as large as the "
-           "tile memory, 8 KiB, as nothing published says of one. With none, whole bursts move for pixels: {:.2f}",
-           uncached.mean())});
+           "tile memory, 8 KiB, as nothing published says of one. With none, whole bursts move for pixels: {:.2f} ({})",
+           uncached.mean(), uncached.text)});
   checks.push_back(
       {"best size of tiles", "the same", "32x32: from 16 on saves more than from there to 64",
        fmt::format("16 to 32 saves {:.1f} %, 32 to 64 {:.1f} %", 100 * (1 - of_32 / of_16), 100 * (1 - of_64 / of_32)),
@@ -149,13 +149,14 @@ ModernFrame modern_frame(const scene::Capture& capture) {
 
 void check_modern(const std::vector<Loaded>& captures, std::vector<SelfCheck>& checks) {
   Figures saved;
-  std::string sharing, untextured, reason;
+  std::string sharing, sharing_by_tile, untextured, bare, reason;
   bool holds = true, known = true;
   SharedLines in_turn, by_tile;
   for (const Loaded& loaded : captures) {
     const ModernFrame frame = modern_frame(loaded.capture);
     if (!frame.textured) {
       untextured += fmt::format("{}{} {:.1f} %", untextured.empty() ? "" : ", ", loaded.name, 100 * frame.saved);
+      bare += fmt::format("{}{}", bare.empty() ? "" : ", ", loaded.name);
       continue;
     }
     saved.add(loaded.name, 100 * frame.saved);
@@ -166,6 +167,8 @@ void check_modern(const std::vector<Loaded>& captures, std::vector<SelfCheck>& c
                             reason.empty() ? "" : "; ", loaded.name, 100 * frame.lists);
     }
     sharing += fmt::format("{}{} {:.1f}", sharing.empty() ? "" : ", ", loaded.name, 100 * frame.in_turn.share());
+    sharing_by_tile +=
+        fmt::format("{}{} {:.1f}", sharing_by_tile.empty() ? "" : ", ", loaded.name, 100 * frame.by_tile.share());
     in_turn.lines += frame.in_turn.lines, in_turn.shared += frame.in_turn.shared;
     by_tile.lines += frame.by_tile.lines, by_tile.shared += frame.by_tile.shared;
   }
@@ -183,8 +186,9 @@ void check_modern(const std::vector<Loaded>& captures, std::vector<SelfCheck>& c
                     fmt::format("{:.1f} % of all ({})", share, sharing), std::abs(share - 84.6) <= 20, "",
                     fmt::format("DTM-NUCA 2022, of Android games. Theirs deals out quads, here it is warps of 8. Where "
                                 "a tile is one core's, as "
-                                "on the machine, it is {:.1f} %",
-                                100 * by_tile.share())});
+                                "on the machine, it is {:.1f} % ({}).{}",
+                                100 * by_tile.share(), sharing_by_tile,
+                                untextured.empty() ? "" : " Without textures there are none: " + bare)});
 }
 
 }  // namespace

@@ -44,8 +44,9 @@ class SweepCommand final : public Command {
         ->capture_default_str();
     app.add_flag("--quiet", quiet_, "No progress, no summary");
     app.footer(
-        "Writes DIR/sweep.csv, a row per point and frame, and DIR/report.html. Results are kept in DIR/points: stopped "
-        "at any\n"
+        "Writes DIR/sweep.csv, a row per point and frame, and DIR/report.html; with \"split\" in the study also "
+        "DIR/split.csv,\n"
+        "a row per drawable, material or tile. Results are kept in DIR/points: stopped at any\n"
         "moment, killed included, the same command goes on where it was. Ctrl-C finishes the points in hand.\n\n"
         "Examples:\n"
         "  tessera sweep captures/studies/binning.json --out out/binning\n"
@@ -63,8 +64,8 @@ class SweepCommand final : public Command {
     read_shard(options);
     const ThreadLimit threads(options.threads);
     const Study study = read_study(study_, max_points_);
-    check_output_folder(out_,
-                        {"sweep.json", "sweep.csv", "report.html", "points/.lock", "points/*.json", "points/*.png"});
+    check_output_folder(
+        out_, {"sweep.json", "sweep.csv", "split.csv", "report.html", "points/.lock", "points/*.json", "points/*.png"});
     repeat_failures_with(fmt::format("tessera sweep {}", study_));
 
     // From here on Ctrl-C leaves whole results, also while a large study is expanded.
@@ -89,7 +90,7 @@ class SweepCommand final : public Command {
       write_report(folder.path());
       return;
     }
-    write_file_atomically(folder.path() / "sweep.csv", sweep_csv(join_sweep(folder)));
+    write_tables(folder, join_sweep(folder));
     if (!quiet_) std::fprintf(stderr, "note: no report.html: %s\n", missing.c_str());
   }
 

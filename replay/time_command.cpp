@@ -65,7 +65,7 @@ class TimeCommand final : public Command {
   void run() override {
     if (!json_.empty()) check_output_file(json_);
     std::optional<Split> split;
-    if (!split_.empty()) split = parse_split(split_);
+    if (!split_.empty()) split = parse_split("--split", split_);
     gpu::RecordReader record(
         record_, static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 0x1p30));
     gpu::RecordedMachine machine = gpu::recorded_machine(record.head(), record_);
@@ -83,12 +83,20 @@ class TimeCommand final : public Command {
                "longest on the path", "energy mJ");
     json frames = json::array();
     gpu::FrameCost total;
+    json views = json::array();  // of the split, by eye
+    std::vector<double> view_cycles;
     gpu::CachesOfFrames caches;
     std::optional<gpu::RecordedFrame> first;
     while (std::optional<gpu::RecordedFrame> frame = record.next()) {
-      if ((sensitivity_ || split) && !first) first = *frame;
+      gpu::EachView each;
+      if (split && frames.empty())
+        each = [&](const timing::FrameWork& work, const gpu::ViewCost& cost, const timing::WarmCaches& before) {
+          views.push_back(split_rows(*split, record.head(), machine.gpu, work, cost, before));
+          view_cycles.push_back(cost.timing.cycles);
+        };
+      if (sensitivity_ && !first) first = *frame;
       const gpu::FrameCost cost =
-          gpu::frame_cost(machine.gpu, frame->views, caches.of_frame(machine.gpu, frame->frame));
+          gpu::frame_cost(machine.gpu, frame->views, caches.of_frame(machine.gpu, frame->frame), each);
       frames.push_back({{"frame", frame->frame},
                         {"timing", timing_json(cost.timing)},
                         {"energy", energy_json(cost.energy)},
@@ -104,8 +112,7 @@ class TimeCommand final : public Command {
       print_sensitivity(words, measured);
       sensitivity = sensitivity_json(measured);
     }
-    json rows = json::array();
-    if (split && first) rows = split_frame(words, *split, record.head(), machine.gpu, *first);
+    for (std::size_t view = 0; view < views.size(); ++view) print_split(words, *split, views[view], view_cycles[view]);
     if (json_.empty()) return;
     OutputFile file(json_);
     file.write(json_text({{"schema", "tessera.time/1"},
@@ -113,7 +120,7 @@ class TimeCommand final : public Command {
                           {"gpu", gpu::gpu_json(machine.gpu)},
                           {"frames", frames},
                           {"sensitivity", sensitivity},
-                          {"split", {{"by", split_}, {"views", rows}}},
+                          {"split", {{"by", split_}, {"views", views}}},
                           {"total",
                            {{"timing", timing_json(total.timing)},
                             {"energy", energy_json(total.energy)},
@@ -124,20 +131,6 @@ class TimeCommand final : public Command {
   }
 
  private:
-  // By eye.
-  static json split_frame(std::FILE* words, Split split, const json& head, const gpu::GpuConfiguration& machine,
-                          const gpu::RecordedFrame& frame) {
-    json views = json::array();
-    gpu::CachesOfFrames caches;
-    for (const timing::FrameWork& view : frame.views) {
-      if (split != Split::kTiles && !timing::has_items(view))
-        throw UsageError("--split: the record has no items; replay again with --record");
-      const gpu::ViewCost cost = gpu::view_cost(machine, view, caches.of_frame(machine, frame.frame));
-      views.push_back(split_rows(split, head, machine, view, cost.timing, cost.schedule));
-      print_split(words, split, views.back(), cost.timing.cycles);
-    }
-    return views;
-  }
   static void print_row(std::FILE* words, const std::string& frame, const gpu::FrameCost& cost,
                         const gpu::GpuConfiguration& gpu) {
     fmt::print(words, "{:>6} {:>14.0f} {:>10.3f}  {:<14} {:<20} {:>12.3f}\n", frame, std::ceil(cost.timing.cycles),

@@ -1,12 +1,15 @@
 #include "replay/time_split.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/text.h"
+#include "timing/attribution.h"
 
 namespace tessera::replay {
 namespace {
@@ -67,42 +70,56 @@ class Names {
 };
 
 json share_json(const timing::DrawableShare& share) {
-  return {{"invocations", share.invocations},
-          {"tests", share.tests},
-          {"requested_lines", share.requested_lines},
-          {"cycles", share.cycles},
-          {"energy_nj", share.energy_nj}};
+  return {{"invocations", share.invocations}, {"tests", share.tests},   {"requested_lines", share.requested_lines},
+          {"dram_bytes", share.dram_bytes},   {"cycles", share.cycles}, {"energy_nj", share.energy_nj}};
 }
+
+json tile_rows(const hardware::Machine& gpu, const timing::FrameWork& work, const gpu::ViewCost& cost,
+               const timing::WarmCaches& before) {
+  json rows = json::array();
+  for (const timing::TileShare& tile : timing::attribute_tiles(gpu, work, cost.schedule, before))
+    rows.push_back({{"tile", tile.tile},
+                    {"cycles", tile.cycles},
+                    {"dram_bytes", tile.dram_bytes},
+                    {"energy_nj", tile.energy_nj},
+                    {"bound_by", tile.bound_by ? std::string(name(*tile.bound_by)) : ""},
+                    {"bound_by_cycles", tile.bound_cycles}});
+  return rows;
+}
+
+constexpr std::array<std::string_view, 3> kSplitNames = {"drawables", "materials", "tiles"};
 
 }  // namespace
 
-Split parse_split(const std::string& word) {
-  if (word == "drawables") return Split::kDrawables;
-  if (word == "materials") return Split::kMaterials;
-  if (word == "tiles") return Split::kTiles;
-  throw UsageError(fmt::format("--split: '{}' is none of drawables, materials, tiles", word));
+std::string_view name(Split split) { return kSplitNames[static_cast<std::size_t>(split)]; }
+
+Split parse_split(const std::string& option, const std::string& word) {
+  const auto at = std::find(kSplitNames.begin(), kSplitNames.end(), word);
+  if (at == kSplitNames.end())
+    throw UsageError(fmt::format("{}: '{}' is none of drawables, materials, tiles", option, escape_control(word, 80)));
+  return static_cast<Split>(at - kSplitNames.begin());
+}
+
+std::span<const std::string_view> split_columns() {
+  static constexpr std::array<std::string_view, 11> kColumns = {
+      "node",       "material", "tile",      "invocations", "tests",          "requested_lines",
+      "dram_bytes", "cycles",   "energy_nj", "bound_by",    "bound_by_cycles"};
+  return kColumns;
 }
 
 json split_rows(Split split, const json& head, const hardware::Machine& gpu, const timing::FrameWork& work,
-                const timing::FrameTiming& timing, const timing::Schedule& schedule) {
+                const gpu::ViewCost& cost, const timing::WarmCaches& before) {
+  if (split == Split::kTiles) return tile_rows(gpu, work, cost, before);
+  if (!timing::has_items(work)) throw UsageError("--split: the record has no items; replay again with --record");
   json rows = json::array();
-  if (split == Split::kTiles) {
-    for (const timing::TileShare& tile : timing::attribute_tiles(gpu, work, schedule))
-      rows.push_back({{"tile", tile.tile},
-                      {"cycles", tile.cycles},
-                      {"dram_bytes", tile.dram_bytes},
-                      {"energy_nj", tile.energy_nj},
-                      {"busiest", std::string(name(tile.busiest))}});
-    return rows;
-  }
   const Names names(head);
   std::map<Name, timing::DrawableShare> sums;
-  for (const auto& [drawable, share] : timing::attribute(gpu, work, timing)) {
+  for (const auto& [drawable, share] : timing::attribute(gpu, work, cost.timing, cost.energy)) {
     Name name = names.of(drawable);
     if (split == Split::kMaterials) name.node.clear();
     timing::DrawableShare& sum = sums[name];
     sum.invocations += share.invocations, sum.tests += share.tests, sum.requested_lines += share.requested_lines;
-    sum.cycles += share.cycles, sum.energy_nj += share.energy_nj;
+    sum.dram_bytes += share.dram_bytes, sum.cycles += share.cycles, sum.energy_nj += share.energy_nj;
   }
   std::vector<std::pair<Name, timing::DrawableShare>> sorted(sums.begin(), sums.end());
   std::stable_sort(sorted.begin(), sorted.end(),
@@ -122,24 +139,26 @@ void print_split(std::FILE* out, Split split, const json& rows, double cycles) {
   std::stable_sort(shown.begin(), shown.end(), [](const json& a, const json& b) { return a["cycles"] > b["cycles"]; });
   if (shown.size() > kShown) shown.resize(kShown);
   if (split == Split::kTiles)
-    fmt::print(out, "\n{:>8} {:>14} {:>12} {:>12}  {}\n", "tile", "cycles", "DRAM bytes", "energy mJ", "busiest");
+    fmt::print(out, "\n{:>8} {:>14} {:>12} {:>12}  {:<14} {:>12}\n", "tile", "cycles", "DRAM bytes", "energy mJ",
+               "bound by", "saves");
   else
-    fmt::print(out, "\n{:<24} {:<24} {:>12} {:>12} {:>12} {:>7} {:>10}\n", split == Split::kDrawables ? "node" : "",
-               "material", "invocations", "tests", "lines", "cycles", "energy mJ");
+    fmt::print(out, "\n{:<24} {:<24} {:>12} {:>12} {:>12} {:>12} {:>7} {:>10}\n",
+               split == Split::kDrawables ? "node" : "", "material", "invocations", "tests", "lines", "DRAM bytes",
+               "cycles", "energy mJ");
   for (const json& row : shown) {
     const double share = cycles > 0 ? 100 * row["cycles"].get<double>() / cycles : 0;
     const double mj = row["energy_nj"].get<double>() * 1e-6;
     if (split == Split::kTiles) {
-      fmt::print(out, "{:>8} {:>14.0f} {:>12} {:>12.5f}  {}\n", row["tile"].get<std::uint32_t>(),
+      fmt::print(out, "{:>8} {:>14.0f} {:>12} {:>12.5f}  {:<14} {:>12.0f}\n", row["tile"].get<std::uint32_t>(),
                  row["cycles"].get<double>(), row["dram_bytes"].get<std::uint64_t>(), mj,
-                 row["busiest"].get<std::string>());
+                 row["bound_by"].get<std::string>(), row["bound_by_cycles"].get<double>());
       continue;
     }
     const bool none = row["material"] == "" && row.value("node", "") == "";
-    fmt::print(out, "{:<24.24} {:<24.24} {:>12} {:>12} {:>12} {:>5.1f} % {:>10.4f}\n",
+    fmt::print(out, "{:<24.24} {:<24.24} {:>12} {:>12} {:>12} {:>12} {:>5.1f} % {:>10.4f}\n",
                none ? "(of none)" : row.value("node", ""), row["material"].get<std::string>(),
                row["invocations"].get<std::uint64_t>(), row["tests"].get<std::uint64_t>(),
-               row["requested_lines"].get<std::uint64_t>(), share, mj);
+               row["requested_lines"].get<std::uint64_t>(), row["dram_bytes"].get<std::uint64_t>(), share, mj);
   }
   if (rows.size() > kShown) fmt::print(out, "... {} more (--json)\n", rows.size() - kShown);
 }

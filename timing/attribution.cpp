@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "hardware/energy.h"
+#include "base/parallel.h"
 
 namespace tessera::timing {
 namespace {
@@ -22,12 +22,18 @@ bool compiled(const hardware::Machine& gpu) {
 // Events of one drawable in a tile.
 struct TilePart {
   Weights weights{};
+  std::array<double, kPhaseCount> bytes{};  // how much it asks for; of a tile's bytes this is its weight
   std::uint64_t invocations = 0, tests = 0, lines = 0;
 };
 using TileParts = std::map<std::uint32_t, TilePart>;
 
 TileParts parts_of(const hardware::Machine& gpu, const TileItems& items) {
   TileParts parts;
+  const auto line_bytes = static_cast<double>(gpu.line_bytes());
+  const double entry_bytes = items.sub_patches.empty() ? 0
+                                                       : static_cast<double>(items.list_bytes + items.record_bytes) /
+                                                             static_cast<double>(items.sub_patches.size());
+  const auto bytes = [](TilePart& part, Phase phase) -> double& { return part.bytes[static_cast<std::size_t>(phase)]; };
   for (const SubPatchItem& item : items.sub_patches) {
     TilePart& part = parts[item.drawable];
     Weights& w = part.weights;
@@ -49,6 +55,7 @@ TileParts parts_of(const hardware::Machine& gpu, const TileItems& items) {
     w[kLines] += item.lines + item.texel_lines;
     part.tests += std::uint64_t{item.box_lanes} + item.triangle_lanes;
     part.lines += std::uint64_t{item.lines} + item.texel_lines;
+    bytes(part, Phase::kVisibility) += entry_bytes + line_bytes * (item.lines + item.texel_lines);
   }
   for (const WarpItem& item : items.warps) {
     TilePart& part = parts[item.drawable];
@@ -64,6 +71,8 @@ TileParts parts_of(const hardware::Machine& gpu, const TileItems& items) {
     w[kLines] += item.texel_lines;
     part.invocations += item.lanes;
     part.lines += item.texel_lines;
+    bytes(part, Phase::kShading) += item.texel_lines;
+    bytes(part, Phase::kStore) += lanes;
   }
   return parts;
 }
@@ -109,15 +118,49 @@ Weights path_parts(const FrameTiming& timing) {
   return parts;
 }
 
+// Whole bytes that add up to the tile's.
+void add_bytes(const TileWork& tile, const TileParts& parts, std::map<std::uint32_t, DrawableShare>& shares) {
+  for (std::size_t phase = 0; phase < kPhaseCount; ++phase) {
+    double all = 0, upto = 0;
+    for (const auto& [drawable, part] : parts) all += part.bytes[phase];
+    std::uint64_t given = 0;
+    for (const auto& [drawable, part] : parts) {
+      if (all == 0) break;
+      upto += part.bytes[phase];
+      const auto end = static_cast<std::uint64_t>(static_cast<double>(tile.dram_bytes[phase]) * (upto / all));
+      shares[drawable].dram_bytes += end - given;
+      given = end;
+    }
+    shares[0].dram_bytes += tile.dram_bytes[phase] - given;
+  }
+}
+
+// What no tile's units used: memory, L2, leakage, geometry.
+void add_shared_energy(const hardware::FrameEnergy& energy, std::map<std::uint32_t, DrawableShare>& shares) {
+  const auto split = [&](std::string_view unit, const auto& weight) {
+    const double nj = energy.by_unit_nj.at(std::string(unit));
+    double all = 0;
+    for (const auto& [drawable, share] : shares) all += static_cast<double>(weight(share));
+    if (all == 0) shares[0].energy_nj += nj;
+    for (auto& [drawable, share] : shares)
+      if (all > 0) share.energy_nj += nj * (static_cast<double>(weight(share)) / all);
+  };
+  split(name(Stage::kDram), [](const DrawableShare& share) { return share.dram_bytes; });
+  split("l2", [](const DrawableShare& share) { return share.requested_lines; });
+  split("leakage", [](const DrawableShare& share) { return share.cycles; });
+  for (const Stage stage : geometry_stages()) shares[0].energy_nj += energy.by_unit_nj.at(std::string(name(stage)));
+}
+
 }  // namespace
 
 std::map<std::uint32_t, DrawableShare> attribute(const hardware::Machine& gpu, const FrameWork& work,
-                                                 const FrameTiming& timing) {
+                                                 const FrameTiming& timing, const hardware::FrameEnergy& energy) {
   std::map<std::uint32_t, DrawableShare> shares;
   std::map<std::uint32_t, Weights> busy;  // cycles of units for it
   Weights all{};
-  shares[0];
-  for (const WorkRound& round : work.rounds)
+  shares[0].dram_bytes = work.other_bytes;
+  for (const WorkRound& round : work.rounds) {
+    shares[0].dram_bytes += round.geometry.dram_bytes;
     for (std::size_t t = 0; t < round.tiles.size(); ++t) {
       const TileParts parts = parts_of(gpu, round.items[t]);
       Weights sums{};
@@ -128,22 +171,24 @@ std::map<std::uint32_t, DrawableShare> attribute(const hardware::Machine& gpu, c
       for (std::size_t p = 0; p < kParts; ++p) {
         const bool unit = p < kStageCount && of_core(static_cast<Stage>(p));
         const double clk = unit ? cycles[p] : p == kLines ? sums[p] : 0;
-        const double energy = unit ? nj.at(std::string(name(static_cast<Stage>(p)))) : 0;
+        const double of_unit = unit ? nj.at(std::string(name(static_cast<Stage>(p)))) : 0;
         all[p] += clk;
         if (sums[p] == 0) {
-          busy[0][p] += clk, shares[0].energy_nj += energy;
+          busy[0][p] += clk, shares[0].energy_nj += of_unit;
           continue;
         }
         for (const auto& [drawable, part] : parts) {
           busy[drawable][p] += clk * part.weights[p] / sums[p];
-          shares[drawable].energy_nj += energy * part.weights[p] / sums[p];
+          shares[drawable].energy_nj += of_unit * part.weights[p] / sums[p];
         }
       }
       for (const auto& [drawable, part] : parts) {
         DrawableShare& share = shares[drawable];
         share.invocations += part.invocations, share.tests += part.tests, share.requested_lines += part.lines;
       }
+      add_bytes(round.tiles[t], parts, shares);
     }
+  }
   const Weights path = path_parts(timing);
   for (std::size_t p = 0; p < kParts; ++p) {
     if (all[p] == 0) {
@@ -152,30 +197,67 @@ std::map<std::uint32_t, DrawableShare> attribute(const hardware::Machine& gpu, c
     }
     for (const auto& [drawable, clk] : busy) shares[drawable].cycles += path[p] * clk[p] / all[p];
   }
+  add_shared_energy(energy, shares);
   return shares;
 }
 
-std::vector<TileShare> attribute_tiles(const hardware::Machine& gpu, const FrameWork& work, const Schedule& schedule) {
+namespace {
+
+// Cycles from the core taking a tile to its last pixel, all its rounds, by its number.
+std::map<std::uint32_t, double> cycles_by_tile(const FrameWork& work, const Schedule& schedule) {
+  std::map<std::uint32_t, double> cycles;
+  for (const TileSchedule& tile : schedule.tiles)
+    cycles[work.rounds[tile.round].tiles[tile.index].tile] += tile.phases.back().end - tile.phases.front().begin;
+  return cycles;
+}
+
+Schedule schedule_of(const hardware::Machine& gpu, const FrameWork& work, WarmCaches caches) {
+  if (gpu.queues.model != hardware::TimingModel::kEvents) return schedule_frame(gpu, work);
+  return simulate_events(gpu, work, &caches).schedule;
+}
+
+// What a tile may hang on: not how many tiles there are, nor what is done before any.
+std::vector<Bound> bounds_of_tiles(const hardware::Machine& gpu, const StageCycles& busy) {
+  std::vector<Bound> bounds;
+  for (std::size_t s = 0; s < kStageCount; ++s)
+    if (busy[s] > 0 && of_core(static_cast<Stage>(s))) bounds.push_back(static_cast<Bound>(s));
+  bounds.insert(bounds.end(), {bound_of(Stage::kDram), Bound::kLatency});
+  // Phases have neither.
+  if (gpu.queues.model == hardware::TimingModel::kEvents) bounds.insert(bounds.end(), {Bound::kL2, Bound::kCaches});
+  return bounds;
+}
+
+}  // namespace
+
+std::vector<TileShare> attribute_tiles(const hardware::Machine& gpu, const FrameWork& work, const Schedule& schedule,
+                                       const WarmCaches& before) {
   std::map<std::uint32_t, TileShare> tiles;
-  std::map<std::uint32_t, StageCycles> busy;
+  StageCycles busy{};
   for (const TileSchedule& scheduled : schedule.tiles) {
     const WorkRound& round = work.rounds[scheduled.round];
     const TileWork& tile = round.tiles[scheduled.index];
     TileShare& share = tiles[tile.tile];
     share.tile = tile.tile;
-    share.cycles += scheduled.phases.back().end - scheduled.phases.front().begin;
     for (const std::uint64_t bytes : tile.dram_bytes) share.dram_bytes += bytes;
     const TileItems* items = round.items.empty() ? nullptr : &round.items[scheduled.index];
     share.energy_nj += hardware::frame_energy(gpu, tile_events(gpu, tile, items), 0, 0).total_nj();
     const StageCycles cycles = tile_cycles(gpu, tile, items);
-    StageCycles& sum = busy[tile.tile];
-    for (std::size_t s = 0; s < kStageCount; ++s) sum[s] += cycles[s];
+    for (std::size_t s = 0; s < kStageCount; ++s) busy[s] += cycles[s];
   }
+  const std::vector<Bound> bounds = bounds_of_tiles(gpu, busy);
+  std::vector<std::map<std::uint32_t, double>> with_twice(bounds.size());
+  parallel_for(bounds.size(), [&](std::size_t b) {
+    with_twice[b] = cycles_by_tile(work, schedule_of(doubled(gpu, bounds[b]), work, before));
+  });
   std::vector<TileShare> out;
-  for (auto& [number, share] : tiles) {
-    const StageCycles& cycles = busy[number];
-    share.busiest = static_cast<Stage>(std::max_element(cycles.begin(), cycles.end()) - cycles.begin());
-    out.push_back(share);
+  for (const auto& [number, cycles] : cycles_by_tile(work, schedule)) {
+    TileShare& share = out.emplace_back(tiles.at(number));
+    share.cycles = cycles;
+    double best = 0;
+    for (const auto& of : with_twice) best = std::max(best, cycles - of.at(number));
+    for (std::size_t b = 0; b < bounds.size() && best > 0 && !share.bound_by; ++b)
+      if (const double gain = cycles - with_twice[b].at(number); gain >= kNearlyBest * best)
+        share.bound_by = bounds[b], share.bound_cycles = gain;
   }
   return out;
 }

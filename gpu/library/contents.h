@@ -57,6 +57,7 @@ struct TESSERA_LOCAL Frame::Content {
   std::vector<TrafficRow> traffic;
   std::optional<FrameTiming> timing;
   std::optional<FrameEnergy> energy;
+  std::optional<MachineArea> area;
   std::vector<TileMap> maps;
   std::vector<DrawableCost> drawables;
 

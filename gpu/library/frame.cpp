@@ -95,10 +95,12 @@ Frame::Content::Content(gpu::FrameResult rendered, const scene::Assembly& assemb
     const auto& machine = result.model->timing;
     timing.emplace();
     timing->cycles = machine.cycles;
+    timing->latency_cycles = machine.latency;
     for (const auto& [unit, busy] : gpu::busy_cycles(machine)) timing->busy_cycles.emplace(unit, busy);
     if (machine.bound_by) timing->bound_by = name(*machine.bound_by);
     timing->bound_by_cycles = machine.bound_cycles;
     energy = FrameEnergy{result.model->energy.total_nj(), result.model->energy.by_unit_nj};
+    area = MachineArea{result.model->area.total_mm2(), result.model->area.by_unit_mm2};
     result.model.reset();  // the schedule of every tile
   }
   const gpu::TileMaps& tiles = result.maps;
@@ -154,6 +156,7 @@ const std::map<std::string, std::uint64_t>& Frame::counters() const { return con
 const std::vector<TrafficRow>& Frame::traffic() const { return content_->traffic; }
 const std::optional<FrameTiming>& Frame::timing() const { return content_->timing; }
 const std::optional<FrameEnergy>& Frame::energy() const { return content_->energy; }
+const std::optional<MachineArea>& Frame::area() const { return content_->area; }
 const std::vector<TileMap>& Frame::tile_maps() const { return content_->maps; }
 const std::vector<DrawableCost>& Frame::drawables() const { return content_->drawables; }
 const std::map<std::string, bool>& Frame::effects() const { return content_->result.effects; }

@@ -72,7 +72,8 @@ struct TrafficRow {
 
 // Cycles of a frame on the described machine.
 struct FrameTiming {
-  double cycles = 0;
+  double cycles = 0;                          // from the frame before to this one
+  double latency_cycles = 0;                  // from the frame's first patch to its last pixel
   std::map<std::string, double> busy_cycles;  // per unit; of a unit that each core has, the mean over the cores
   std::string bound_by;        // what the frame hangs on: a unit, or tilecores, geometry, latency, l2, caches,
                                // tile_memory, imbalance; "" where nothing was done
@@ -83,6 +84,12 @@ struct FrameTiming {
 struct FrameEnergy {
   double total_nj = 0;
   std::map<std::string, double> by_unit_nj;
+};
+
+// Area of the described machine.
+struct MachineArea {
+  double total_mm2 = 0;
+  std::map<std::string, double> by_unit_mm2;
 };
 
 // What there is to know of a counter; `tessera describe counters` prints the same.
@@ -123,6 +130,7 @@ class TESSERA_API Frame {
   // Empty with output.machine_model=false.
   const std::optional<FrameTiming>& timing() const;
   const std::optional<FrameEnergy>& energy() const;
+  const std::optional<MachineArea>& area() const;
   const std::vector<TileMap>& tile_maps() const;
   // In the order in which nodes draw; what a frame does not ask anything for has zeros.
   const std::vector<DrawableCost>& drawables() const;

@@ -287,6 +287,21 @@ class Device:
     @property
     def automatic_camera(self) -> bool: ...
 
+class FrameTiming(TypedDict):
+    cycles: float
+    latency_cycles: float
+    busy_cycles: dict[str, float]
+    bound_by: str
+    bound_by_cycles: float
+
+class FrameEnergy(TypedDict):
+    total_nj: float
+    by_unit_nj: dict[str, float]
+
+class MachineArea(TypedDict):
+    total_mm2: float
+    by_unit_mm2: dict[str, float]
+
 class Frame:
     @property
     def number(self) -> int: ...
@@ -302,9 +317,11 @@ class Frame:
     @property
     def traffic(self) -> list[dict[str, Any]]: ...
     @property
-    def timing(self) -> dict[str, Any] | None: ...
+    def timing(self) -> FrameTiming | None: ...
     @property
-    def energy(self) -> dict[str, Any] | None: ...
+    def energy(self) -> FrameEnergy | None: ...
+    @property
+    def area(self) -> MachineArea | None: ...
     @property
     def tile_maps(self) -> dict[str, NDArray[np.uint64]]: ...
     @property

@@ -73,7 +73,7 @@ json sweep_views(const SweepFolder& folder, const JoinedSweep& sweep, std::size_
 json sweep_report(const fs::path& path, std::string& note) {
   const SweepFolder folder(path);
   const JoinedSweep sweep = join_sweep(folder);
-  write_file_atomically(path / "sweep.csv", sweep_csv(sweep));
+  write_tables(folder, sweep);
   if (!sweep.missing.empty())
     note = fmt::format("{} of {} points are not done yet", sweep.missing.size(), sweep.manifest.at("points").size());
   json data = sweep.manifest;

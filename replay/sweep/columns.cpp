@@ -1,10 +1,13 @@
 #include "replay/sweep/columns.h"
 
 #include <algorithm>
+#include <array>
 
 #include "base/key_table.h"
 #include "baselines/baseline_counters.h"
+#include "gpu/configuration.h"
 #include "memory/ledger.h"
+#include "replay/machine_report.h"
 #include "replay/statistics.h"
 
 namespace tessera::replay {
@@ -30,10 +33,38 @@ bool fits(std::string_view pattern, std::string_view text) {
   return false;
 }
 
-void add_numbers(const json& value, const std::string& name, std::map<std::string, json>& into) {
-  if (value.is_number()) into[name] = value;
+constexpr std::array<const char*, 3> kModelMembers = {"timing", "energy", "area"};
+constexpr std::array<std::string_view, 3> kModelTotals = {"timing.cycles", "energy.total_nj", "area.total_mm2"};
+
+// Numbers and texts.
+void add_values(const json& value, const std::string& name, std::map<std::string, json>& into) {
+  if (value.is_number() || value.is_string()) into[name] = value;
   if (value.is_object())
-    for (const auto& [member, inner] : value.items()) add_numbers(inner, name + "." + member, into);
+    for (const auto& [member, inner] : value.items()) add_values(inner, name + "." + member, into);
+}
+
+std::map<std::string, json> model_values(const json& frame) {
+  std::map<std::string, json> values;
+  for (const char* member : kModelMembers)
+    if (frame.contains(member)) add_values(frame[member], member, values);
+  return values;
+}
+
+std::vector<std::string> model_columns() {
+  timing::FrameTiming timing;
+  timing.events.emplace();
+  std::vector<std::string> names(kModelTotals.begin(), kModelTotals.end());
+  for (const auto& [name, value] : model_values({{"timing", timing_json(timing)},
+                                                 {"energy", energy_json(hardware::frame_energy({}, {}, 0, 0))},
+                                                 {"area", area_json(gpu::GpuConfiguration().area())}}))
+    if (std::find(kModelTotals.begin(), kModelTotals.end(), name) == kModelTotals.end()) names.push_back(name);
+  return names;
+}
+
+bool of_model(std::string_view column) {
+  return std::any_of(kModelMembers.begin(), kModelMembers.end(), [&](std::string_view member) {
+    return column.starts_with(member) && column[member.size()] == '.';
+  });
 }
 
 }  // namespace
@@ -48,7 +79,8 @@ const std::vector<std::string>& known_columns() {
         for (const char* way : {"read_bytes", "written_bytes"})
           names.push_back(ledger_column(std::string(name(static_cast<memory::Unit>(u))),
                                         std::string(name(static_cast<memory::Purpose>(p))), way));
-    names.insert(names.end(), {"timing.cycles", "energy.total_nj", "area.total_mm2"});
+    const std::vector<std::string> model = model_columns();
+    names.insert(names.end(), model.begin(), model.end());
     for (const std::string_view scheme : baselines::kSchemeNames)
       for (const auto& field : kCounterFields<baselines::BaselineCounters>)
         names.push_back(std::string(kBaseline) + std::string(scheme) + "." +
@@ -63,7 +95,9 @@ bool needs_baselines(const std::string& column) { return column.starts_with(kBas
 std::vector<std::string> default_columns(bool baselines) {
   std::vector<std::string> names;
   for (const std::string& name : known_columns())
-    if (baselines || !needs_baselines(name)) names.push_back(name);
+    if ((baselines || !needs_baselines(name)) &&
+        (!of_model(name) || std::find(kModelTotals.begin(), kModelTotals.end(), name) != kModelTotals.end()))
+      names.push_back(name);
   return names;
 }
 
@@ -98,8 +132,7 @@ std::map<std::string, json> frame_values(const json& frame) {
     for (const auto& [scheme, counters] : frame["baselines"].items())
       for (const auto& [name, value] : counters.items())
         values[std::string(kBaseline) + scheme + "." + name.substr(kBaseline.size())] = value;
-  for (const char* member : {"timing", "energy", "area"})
-    if (frame.contains(member)) add_numbers(frame[member], member, values);
+  values.merge(model_values(frame));
   return values;
 }
 

@@ -13,13 +13,14 @@ namespace tessera::replay {
 // What a row of a sweep may show of a frame, by name:
 //   UNIT.EVENT                                    a counter
 //   dram.UNIT.PURPOSE.read_bytes, written_bytes   the ledger; 0 where nothing moved
-//   timing.cycles, energy.total_nj, area.total_mm2  where the machine's model ran
+//   timing.MEMBER, energy.MEMBER, area.MEMBER     as in stats.json: timing.bound_by, energy.by_unit.shader and so on;
+//                                                 where the machine's model ran, timing.events with machine.timing=events
 //   baseline.SCHEME.EVENT                         another scheme's counter; SCHEME as in baselines.csv
 const std::vector<std::string>& known_columns();
 
 bool needs_baselines(const std::string& column);
 
-// All columns, those of the baselines only when asked for.
+// All columns, those of the baselines only when asked for; of the machine's model cycles, energy and area alone.
 std::vector<std::string> default_columns(bool baselines);
 
 // A list of names, in which "*" stands for any characters. Throws InputError for a name that is not known (naming the

@@ -17,9 +17,10 @@ using nlohmann::json;
 // Everything that a point's result follows from. nlohmann sorts the keys, so the text is canonical.
 json point_inputs(const Study& study, const PointConfiguration& configuration, const std::string& capture_hash,
                   const std::string& program) {
-  json inputs = {{"schema", kPointSchema},  {"program", program}, {"capture", capture_hash},
-                 {"frames", nullptr},       {"size", nullptr},    {"baselines", study.baselines},
-                 {"pictures", study.images}};
+  json inputs = {{"schema", kPointSchema},   {"program", program},
+                 {"capture", capture_hash},  {"frames", nullptr},
+                 {"size", nullptr},          {"baselines", study.baselines},
+                 {"pictures", study.images}, {"split", study.split_names()}};
   if (study.frames) inputs["frames"] = {study.frames->first, study.frames->last};
   if (configuration.size) inputs["size"] = {configuration.size->width, configuration.size->height};
   inputs["gpu"] = gpu::gpu_json(configuration.gpu);

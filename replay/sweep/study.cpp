@@ -22,8 +22,8 @@ using nlohmann::json;
 using scene::gltf::Place;
 namespace fs = std::filesystem;
 
-const std::vector<std::string> kMembers = {"title",    "captures", "frames",  "size",      "gpu",
-                                           "settings", "axes",     "columns", "baselines", "pictures"};
+const std::vector<std::string> kMembers = {"title", "captures", "frames",    "size",     "gpu",  "settings",
+                                           "axes",  "columns",  "baselines", "pictures", "split"};
 
 const std::string& text_of(const json& value, const Place& place) {
   if (!value.is_string()) place.refuse("is not a text");
@@ -116,6 +116,16 @@ void read_axes(const json& value, const Place& place, std::uint64_t max_points, 
   }
 }
 
+void read_splits(const json& value, const Place& place, Study& study) {
+  if (!value.is_array() || value.empty()) place.refuse("is not a list of drawables, materials, tiles");
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    const Split split = at_place(place.at(i), [&] { return parse_split("split", text_of(value[i], place.at(i))); });
+    if (std::find(study.splits.begin(), study.splits.end(), split) != study.splits.end())
+      place.at(i).refuse("is there twice");
+    study.splits.push_back(split);
+  }
+}
+
 json read_document(const fs::path& file) {
   constexpr std::uint64_t kMaxBytes = 64u << 20;
   const std::vector<std::uint8_t> bytes = read_whole_file(file, kMaxBytes, file.string());
@@ -129,6 +139,12 @@ std::vector<std::string> Study::axis_keys() const {
   std::vector<std::string> keys;
   for (const StudyAxis& axis : axes) keys.insert(keys.end(), axis.keys.begin(), axis.keys.end());
   return keys;
+}
+
+std::vector<std::string> Study::split_names() const {
+  std::vector<std::string> names;
+  for (const Split split : splits) names.emplace_back(name(split));
+  return names;
 }
 
 Study read_study(const fs::path& file, std::uint64_t max_points) {
@@ -164,6 +180,7 @@ Study read_study(const fs::path& file, std::uint64_t max_points) {
   with("axes", [&](const json& value, const Place& where) { read_axes(value, where, max_points, study); });
   with("pictures", [&](const json& value, const Place& where) { study.images = flag_of(value, where); });
   with("baselines", [&](const json& value, const Place& where) { study.baselines = flag_of(value, where); });
+  with("split", [&](const json& value, const Place& where) { read_splits(value, where, study); });
   study.columns = default_columns(study.baselines);
   with("columns", [&](const json& value, const Place& where) { study.columns = read_columns(value, where); });
   study.baselines = study.baselines || std::any_of(study.columns.begin(), study.columns.end(), needs_baselines);

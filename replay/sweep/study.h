@@ -12,6 +12,7 @@
 #include "gpu/configuration.h"
 #include "gpu/settings.h"
 #include "replay/option_numbers.h"
+#include "replay/time_split.h"
 
 namespace tessera::replay {
 
@@ -35,10 +36,12 @@ struct Study {
   std::vector<std::string> columns;  // in the order wanted, patterns resolved
   bool baselines = false;            // whether a column or the file asks for them
   bool images = false;               // keep the image and the tile maps of every frame
+  std::vector<Split> splits;         // of every frame, in split.csv
   std::uint64_t point_count = 0;     // captures times steps of all axes
 
   // Keys of all axes, in order.
   std::vector<std::string> axis_keys() const;
+  std::vector<std::string> split_names() const;
 };
 
 // Keys of an axis besides those of set_key(): the preset or file of the machine, and the image's size.

@@ -16,6 +16,7 @@
 #include "base/whole_file.h"
 #include "replay/csv_cell.h"
 #include "replay/sweep/columns.h"
+#include "replay/time_split.h"
 
 namespace tessera::replay {
 namespace {
@@ -29,15 +30,45 @@ json manifest_json(const Study& study, const std::vector<SweepPoint>& points) {
     list.push_back({{"hash", point.hash}, {"capture", point.capture}, {"values", point_values(study, point)}});
   json settings = json::object();
   for (const auto& [key, value] : study.settings) settings[key] = value;
-  json out = {{"schema", "tessera.sweep/1"},  {"title", study.title},     {"captures", study.capture_names},
-              {"axes", study.axis_keys()},    {"columns", study.columns}, {"settings", settings},
-              {"baselines", study.baselines}, {"pictures", study.images}, {"points", list}};
+  json out = {{"schema", "tessera.sweep/1"},     {"title", study.title},
+              {"captures", study.capture_names}, {"axes", study.axis_keys()},
+              {"columns", study.columns},        {"settings", settings},
+              {"baselines", study.baselines},    {"pictures", study.images},
+              {"split", study.split_names()},    {"points", list}};
   // What every point has in common, axes deferred: that of the first one.
   const PointConfiguration first = configure_point(study, std::vector<std::uint32_t>(study.axes.size(), 0));
   out["first_point"] = {{"gpu", gpu::gpu_json(first.gpu)}, {"settings", gpu::settings_json(first.settings)}};
   if (study.frames) out["frames"] = {study.frames->first, study.frames->last};
   if (first.size) out["first_point"]["size"] = {first.size->width, first.size->height};
   return out;
+}
+
+// "point,hash,capture,AXES...", of the head and of a row.
+std::string point_cells(const json& manifest) {
+  std::string text = "point,hash,capture";
+  for (const json& key : manifest.at("axes")) text += "," + key.get<std::string>();
+  return text;
+}
+std::string point_cells(const json& manifest, std::size_t number) {
+  const json& point = manifest.at("points").at(number);
+  std::string text =
+      fmt::format("{},{},{}", number, point.at("hash").get<std::string>(),
+                  csv_cell(manifest.at("captures").at(static_cast<std::size_t>(whole_number(point.at("capture"))))));
+  for (const json& value : point.at("values")) text += "," + csv_cell(value);
+  return text;
+}
+
+// The rows of a frame's splits, each with `begin` in front.
+std::string split_rows_csv(const json& frame, const std::string& begin) {
+  std::string text;
+  for (const auto& [split, views] : frame.at("split").items())
+    for (std::size_t view = 0; view < views.size(); ++view)
+      for (const json& row : views.at(view)) {
+        text += fmt::format("{},{},{},{}", begin, frame.at("frame").dump(), view, split);
+        for (const std::string_view column : split_columns()) text += "," + csv_cell(row.value(column, json()));
+        text += "\n";
+      }
+  return text;
 }
 
 void remove_unfinished(const fs::path& folder) {
@@ -99,6 +130,7 @@ std::optional<json> SweepFolder::read_point(const std::string& hash) const {
         whole_number(frame.at("frame"));
         if (!frame.at("counters").is_object() || !frame.at("dram").is_array()) return std::nullopt;
         frame_values(frame);
+        if (frame.contains("split")) split_rows_csv(frame, "");
       }
     }
     return result;
@@ -133,17 +165,11 @@ JoinedSweep join_sweep(const SweepFolder& folder) {
 
 std::string sweep_csv(const JoinedSweep& sweep) {
   const json& manifest = sweep.manifest;
-  std::string text = "point,hash,capture";
-  for (const json& key : manifest.at("axes")) text += "," + key.get<std::string>();
-  text += ",frame,status";
+  std::string text = point_cells(manifest) + ",frame,status";
   for (const json& column : manifest.at("columns")) text += "," + column.get<std::string>();
   text += "\n";
   for (const SweepRow& row : sweep.rows) {
-    const json& point = manifest.at("points").at(row.point);
-    text +=
-        fmt::format("{},{},{}", row.point, point.at("hash").get<std::string>(),
-                    csv_cell(manifest.at("captures").at(static_cast<std::size_t>(whole_number(point.at("capture"))))));
-    for (const json& value : point.at("values")) text += "," + csv_cell(value);
+    text += point_cells(manifest, row.point);
     text += fmt::format(",{},{}", row.frame.is_null() ? "" : row.frame.at("frame").dump(), csv_cell(row.status));
     const std::map<std::string, json> values =
         row.frame.is_null() ? std::map<std::string, json>{} : frame_values(row.frame);
@@ -154,6 +180,27 @@ std::string sweep_csv(const JoinedSweep& sweep) {
     text += "\n";
   }
   return text;
+}
+
+std::string split_csv(const JoinedSweep& sweep) {
+  if (sweep.manifest.value("split", json::array()).empty()) return "";
+  std::string text = point_cells(sweep.manifest) + ",frame,view,split";
+  for (const std::string_view column : split_columns()) text += fmt::format(",{}", column);
+  text += "\n";
+  for (const SweepRow& row : sweep.rows)
+    if (row.frame.is_object() && row.frame.contains("split"))
+      text += split_rows_csv(row.frame, point_cells(sweep.manifest, row.point));
+  return text;
+}
+
+void write_tables(const SweepFolder& folder, const JoinedSweep& sweep) {
+  write_file_atomically(folder.path() / "sweep.csv", sweep_csv(sweep));
+  const fs::path split = folder.path() / "split.csv";
+  std::error_code ignored;
+  if (const std::string text = split_csv(sweep); !text.empty())
+    write_file_atomically(split, text);
+  else
+    fs::remove(split, ignored);  // of the study as it was
 }
 
 }  // namespace tessera::replay

@@ -18,6 +18,7 @@ namespace tessera::replay {
 //   points/HASH.json    the result of one point: {"schema": "tessera.point/1", "frames": [...]} or {..., "fault": TEXT}
 //   points/HASH_NNNN.png, HASH_tiles_NNNN.json   with "images"
 //   sweep.csv, report.html                       made from these by join_sweep() and the report
+//   split.csv                                    likewise, with "split"
 //
 // Invariants (cited by the tests):
 //   SW1  A file is there whole or not at all; a point's .json is written last, so a point that is there is complete.
@@ -78,5 +79,12 @@ JoinedSweep join_sweep(const SweepFolder& folder);
 // point,hash,capture,AXES...,frame,status,COLUMNS...; a row per point and frame, no host times. What a unit did not
 // count is empty.
 std::string sweep_csv(const JoinedSweep& sweep);
+
+// point,hash,capture,AXES...,frame,view,split,SPLIT_COLUMNS...: a row for each drawable, material or tile of each view
+// (eye) of the frames of all points; what a split does not have is empty. "" where the study asks for none.
+std::string split_csv(const JoinedSweep& sweep);
+
+// Writes sweep.csv, and split.csv where the study asks for it.
+void write_tables(const SweepFolder& folder, const JoinedSweep& sweep);
 
 }  // namespace tessera::replay

@@ -141,6 +141,7 @@ class Run {
   struct Rendered {
     json frames;  // null where the values do not fit each other
     std::string fault;
+    json head;                                         // of a record, for the names of splits
     std::vector<std::vector<timing::FrameWork>> work;  // by frame and view
   };
 
@@ -151,7 +152,7 @@ class Run {
       const SweepPoint& point = points_[p];
       double rendering = 0;
       if (p == group.front())
-        rendered = run_point(point, times_events(group), rendering);
+        rendered = run_point(point, !study_.splits.empty() || times_events(group), rendering);
       else if (rendered.fault.empty())
         time_again(group.front(), point, rendered);
       json result = {{"schema", kPointSchema}};
@@ -175,9 +176,9 @@ class Run {
     });
   }
 
-  // `items`: some point of the group is timed by events.
+  // `items`: some point of the group is timed by events, or frames are split.
   Rendered run_point(const SweepPoint& point, bool items, double& rendering) {
-    if (!point.fault.empty()) return {nullptr, point.fault, {}};
+    if (!point.fault.empty()) return {nullptr, point.fault, nullptr, {}};
     struct Lease {
       CaptureLibrary& library;
       ~Lease() { library.release(); }
@@ -187,24 +188,37 @@ class Run {
     try {
       return render(point, std::exchange(capture, {}), items, rendering);
     } catch (const UsageError& error) {
-      return {nullptr, error.what(), {}};
+      return {nullptr, error.what(), nullptr, {}};
     }
   }
 
-  // Replaces cycles and energies of `rendered` by those of the point's machine; images are those of `first`.
-  void time_again(std::size_t first, const SweepPoint& point, Rendered& rendered) {
-    const PointConfiguration configuration = configure_point(study_, point.steps);
+  // Replaces cycles and energies of `rendered`, and their splits, by those of the machine.
+  void time_frames(const gpu::GpuConfiguration& gpu, Rendered& rendered) {
     gpu::CachesOfFrames caches;
     for (std::size_t f = 0; f < rendered.work.size(); ++f) {
+      if (rendered.work[f].empty()) continue;
       json& frame = rendered.frames[f];
-      if (!rendered.work[f].empty()) {
-        const gpu::FrameCost cost = gpu::frame_cost(configuration.gpu, rendered.work[f],
-                                                    caches.of_frame(configuration.gpu, frame["frame"].get<int>()));
-        frame["timing"] = timing_json(cost.timing);
-        frame["energy"] = energy_json(cost.energy);
-        frame["area"] = area_json(cost.area);
-      }
-      if (!study_.images) continue;
+      json splits = json::object();
+      gpu::EachView each;
+      if (!study_.splits.empty())
+        each = [&](const timing::FrameWork& work, const gpu::ViewCost& cost, const timing::WarmCaches& before) {
+          for (const Split split : study_.splits)
+            splits[std::string(name(split))].push_back(split_rows(split, rendered.head, gpu, work, cost, before));
+        };
+      const gpu::FrameCost cost =
+          gpu::frame_cost(gpu, rendered.work[f], caches.of_frame(gpu, frame["frame"].get<int>()), each);
+      frame["timing"] = timing_json(cost.timing);
+      frame["energy"] = energy_json(cost.energy);
+      frame["area"] = area_json(cost.area);
+      if (each) frame["split"] = std::move(splits);
+    }
+  }
+
+  // What `rendered` holds of point `first` becomes that of another machine; images are the same.
+  void time_again(std::size_t first, const SweepPoint& point, Rendered& rendered) {
+    time_frames(configure_point(study_, point.steps).gpu, rendered);
+    for (const json& frame : rendered.frames) {
+      if (!study_.images) return;
       const int number = frame["frame"].get<int>();
       for (const auto& file : {&SweepFolder::image_file, &SweepFolder::tiles_file})
         write_file_atomically((folder_.*file)(point.hash, number),
@@ -234,7 +248,10 @@ class Run {
     baselines::BaselineObserver schemes;
     if (study_.baselines) device.set_observer(&schemes);
     const FrameRange range = study_.frames.value_or(FrameRange{own.first_frame, own.first_frame + own.frame_count});
-    Rendered out{json::array(), "", {}};
+    Rendered out{json::array(), "", nullptr, {}};
+    if (!study_.splits.empty())
+      out.head = gpu::record_head(study_.capture_names[point.capture], device.assembly(), configuration.gpu,
+                                  configuration.settings, request.width, request.height);
     for (int frame = range.first; frame < range.last; ++frame) {
       const Clock::time_point start = Clock::now();
       gpu::FrameResult result = device.render(frame);
@@ -250,6 +267,7 @@ class Run {
       write_png(folder_.image_file(point.hash, frame), shaders::to_display(result.targets.color, exposure));
       write_file_atomically(folder_.tiles_file(point.hash, frame), tile_maps_json(frame, result.maps));
     }
+    if (!study_.splits.empty()) time_frames(configuration.gpu, out);
     return out;
   }
 

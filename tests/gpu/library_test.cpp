@@ -125,6 +125,35 @@ TEST(Library, TrafficEnergyAndMapsAddUp) {
   EXPECT_GT(maps_of_counters, 5);
 }
 
+// The area is the machine's, in which only what a core has goes with the cores; with overlapping frames one takes twice as
+// long as from one to the next.
+TEST(Library, LatencyAndAreaAreThoseOfTheMachine) {
+  const auto render = [](const std::map<std::string, tessera::Value>& keys) {
+    tessera::Gpu gpu("small");
+    for (const auto& [key, value] : keys) gpu.set(key, value);
+    return tessera::Device(tessera::Scene(kCapture), gpu, {}, small_frame()).render(14);
+  };
+  const tessera::Frame two = render({{"tilecore.count", std::int64_t{2}}}),
+                       four = render({{"tilecore.count", std::int64_t{4}}, {"machine.overlap", "frames"}});
+  EXPECT_EQ(two.timing()->latency_cycles, two.timing()->cycles);
+  EXPECT_EQ(four.timing()->latency_cycles, 2 * four.timing()->cycles);
+  EXPECT_GT(two.timing()->bound_by_cycles, 0);
+  EXPECT_LT(two.timing()->bound_by_cycles, two.timing()->cycles);
+  double mm2 = 0;
+  for (const auto& [unit, area] : two.area()->by_unit_mm2) {
+    mm2 += area;
+    const bool of_cores = unit != "frontend" && unit != "binner" && unit != "l2" && unit != "other_memories";
+    if (unit != "other_memories")
+      EXPECT_DOUBLE_EQ(four.area()->by_unit_mm2.at(unit), of_cores ? 2 * area : area) << unit;
+  }
+  EXPECT_EQ(mm2, two.area()->total_mm2);
+  tessera::Settings settings;
+  settings.set("output.machine_model", false);
+  const tessera::Frame bare =
+      tessera::Device(tessera::Scene(kCapture), tessera::Gpu("small"), settings, small_frame()).render(14);
+  EXPECT_FALSE(bare.timing() || bare.energy() || bare.area());
+}
+
 // Every capture with something that others lack: moving patches, procedures, many objects, blending, two eyes.
 TEST(Library, CostsOfDrawablesAddUpToTheFrames) {
   for (const char* name : {"eggs", "workshop", "stroll", "garden"})

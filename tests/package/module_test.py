@@ -113,7 +113,19 @@ class Frames(unittest.TestCase):
         self.assertAlmostEqual(sum(frame.energy["by_unit_nj"].values()) / frame.energy["total_nj"], 1)
         others = {"latency", "l2", "caches", "tile_memory", "geometry", "tilecores", "imbalance"}
         self.assertIn(frame.timing["bound_by"], set(frame.timing["busy_cycles"]) | others)
-        self.assertIsNone(device(output__machine_model=False).render(14).timing)
+        self.assertEqual(frame.timing["latency_cycles"], frame.timing["cycles"])
+        self.assertAlmostEqual(sum(frame.area["by_unit_mm2"].values()) / frame.area["total_mm2"], 1)
+        bare = device(output__machine_model=False).render(14)
+        self.assertEqual((bare.timing, bare.energy, bare.area), (None, None, None))
+
+    def test_latency_and_area_are_those_of_the_machine(self):
+        def render(**keys):
+            return tessera.Device(tessera.Scene(CAPTURE), tessera.Gpu(**keys), width=96, height=54).render(14)
+
+        frame, four = render(machine__overlap="frames", tilecore__count=8), render(tilecore__count=4)
+        self.assertEqual(frame.timing["latency_cycles"], 2 * frame.timing["cycles"])
+        self.assertEqual(frame.area["by_unit_mm2"]["l2"], four.area["by_unit_mm2"]["l2"])
+        self.assertAlmostEqual(frame.area["by_unit_mm2"]["lanes"], 2 * four.area["by_unit_mm2"]["lanes"])
 
     def test_counters_are_described(self):
         self.assertLessEqual(set(self.frame.counters), {row["name"] for row in tessera.counter_descriptions()})

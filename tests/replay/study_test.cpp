@@ -92,7 +92,13 @@ TEST(Study, ColumnsAreNamesAndPatterns) {
   EXPECT_THAT(study.columns, testing::Contains("baseline.post-tessellation.queue_bytes_peak"));
   EXPECT_EQ(study.columns.size(), 1u + 5 * 2 + 8) << "five units move data, read and written; eight baselines";
   EXPECT_TRUE(study.baselines) << "a column of theirs asks for them";
-  EXPECT_FALSE(read(folder, study_with(json::object())).baselines);
+  const Study plain = read(folder, study_with(json::object()));
+  EXPECT_FALSE(plain.baselines);
+  EXPECT_THAT(plain.columns, testing::Contains("timing.cycles"));
+  EXPECT_THAT(plain.columns, testing::Not(testing::Contains("timing.bound_by"))) << "only where it is asked for";
+  EXPECT_THAT(
+      read(folder, study_with({{"columns", {"timing.bound*", "area.*.l2", "timing.events.*.dram"}}})).columns,
+      ElementsAre("timing.bound_by", "timing.bound_by_cycles", "area.by_unit.l2", "timing.events.critical_path.dram"));
 }
 
 TEST(Study, PointsAreThereOnceEachAndTheLastAxisIsTheFastest) {
@@ -145,6 +151,8 @@ TEST(PointHash, CoversEverythingThatAResultFollowsFrom) {
                                      {{"settings", {{"tile.width", 64}}}},
                                      {{"pictures", true}},
                                      {{"baselines", true}},
+                                     {{"split", {"tiles"}}},
+                                     {{"split", {"tiles", "materials"}}},
                                      {{"captures", {test::shipped_capture("flyby").string()}}}};
   std::set<std::string> hashes = {plain};
   for (const json& change : changes) EXPECT_TRUE(hashes.insert(first_hash(change)).second) << change;
@@ -200,6 +208,10 @@ TEST(Study, FaultsAreNamedByTheirPlaceWithTheNearestKnownName) {
       {{{"pictures", "yes"}},
        "/pictures"
        ": is neither true nor false"},
+      {{{"split", "tiles"}}, "/split: is not a list of drawables, materials, tiles"},
+      {{{"split", {"tiles", "pixels"}}}, "/split/1: split: 'pixels' is none of drawables, materials, tiles"},
+      {{{"split", {"tiles", "tiles"}}}, "/split/1: is there twice"},
+      {{{"split", {3}}}, "/split/0: is not a text"},
       {axis({{"key", "tile.widht"}, {"values", {16}}}),
        "/axes/0/key: unknown key 'tile.widht'; did you mean 'tile.width'?"},
       {axis({{"key", "tile.width"}, {"vales", {16}}}), "/axes/0/vales: unknown key 'vales'; did you mean 'values'?"},

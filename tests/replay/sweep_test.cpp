@@ -227,6 +227,62 @@ TEST_F(Sweep, AChangedCaptureIsAnotherInput) {
   EXPECT_THAT(sweep("out").output, HasSubstr("0 were there, 6 rendered"));
 }
 
+// split.csv: rows of each point and frame, of the rendered one and of those timed from its record, that add up to the
+// columns of sweep.csv; the same from shards, and gone with the study that asked for it.
+TEST_F(Sweep, FramesAreSplitByDrawablesMaterialsAndTiles) {
+  json study = small_study();
+  study["captures"] = {test::shipped_capture("garden").string()};
+  study["frames"] = "3:5";
+  study["settings"] = {{"machine.timing", "events"}};
+  study["axes"] = {{{"key", "shader.lanes"}, {"values", {8, 32}}}};
+  study["columns"] = {"tilecore.pixel_shader_invocations",
+                      "dram.read_bytes",
+                      "dram.written_bytes",
+                      "timing.cycles",
+                      "timing.bound_by",
+                      "energy.total_nj"};
+  study["split"] = {"tiles", "drawables", "materials"};
+  write_study(study);
+  ASSERT_EQ(sweep("out", {"--quiet"}).status, 0);
+  const auto frames = rows_of(text("out/sweep.csv")), parts = rows_of(text("out/split.csv"));
+  ASSERT_EQ(frames.size(), 4u);
+  for (const auto& frame : frames) {
+    std::map<std::string, std::map<std::string, double>> sums;
+    std::map<std::string, int> rows;
+    for (const auto& part : parts) {
+      if (part.at("point") != frame.at("point") || part.at("frame") != frame.at("frame")) continue;
+      EXPECT_EQ(part.at("shader.lanes"), frame.at("shader.lanes"));
+      ++rows[part.at("split")];
+      EXPECT_EQ(part.at("tile").empty(), part.at("split") != "tiles");
+      for (const char* column : {"invocations", "dram_bytes", "cycles", "energy_nj"})
+        if (!part.at(column).empty()) sums[part.at("split")][column] += std::stod(part.at(column));
+      if (part.at("split") != "tiles") continue;
+      EXPECT_NE(part.at("bound_by"), "");
+      EXPECT_LE(std::stod(part.at("bound_by_cycles")), std::stod(part.at("cycles")));
+    }
+    const auto number = [&](const char* column) { return std::stod(frame.at(column)); };
+    EXPECT_NE(frame.at("timing.bound_by"), "");
+    EXPECT_EQ(rows["tiles"], 2 * 2);  // of 32x32 in 64x36
+    EXPECT_GT(rows["drawables"], rows["materials"]);
+    for (const char* split : {"drawables", "materials"}) {
+      EXPECT_EQ(sums[split]["invocations"], number("tilecore.pixel_shader_invocations"));
+      EXPECT_EQ(sums[split]["dram_bytes"], number("dram.read_bytes") + number("dram.written_bytes"));
+      EXPECT_NEAR(sums[split]["cycles"], number("timing.cycles"), 1);
+      EXPECT_NEAR(sums[split]["energy_nj"] / number("energy.total_nj"), 1, 1e-9);
+    }
+    EXPECT_LT(sums["tiles"]["dram_bytes"], sums["drawables"]["dram_bytes"]) << "geometry is no tile's";
+  }
+  ASSERT_EQ(sweep("shards", {"--quiet", "--shard", "1/2"}).status, 0);
+  ASSERT_EQ(sweep("shards", {"--quiet", "--shard", "0/2"}).status, 0);
+  ASSERT_EQ(run_tessera({"report", (folder_ / "shards").string()}).status, 0);
+  EXPECT_EQ(contents("shards"), contents("out"));
+  study.erase("split");
+  write_study(study);
+  ASSERT_EQ(sweep("out", {"--quiet"}).status, 0);
+  EXPECT_FALSE(fs::exists(folder_ / "out" / "split.csv"));
+  EXPECT_THAT(run_tessera({"sweep", "--help"}).output, HasSubstr("DIR/split.csv"));
+}
+
 TEST_F(Sweep, ShardsJoinToTheWhole) {
   write_study(small_study());
   ASSERT_EQ(sweep("whole", {"--quiet"}).status, 0);

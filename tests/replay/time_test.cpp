@@ -119,25 +119,34 @@ TEST_F(Time, SplitsAFrame) {
     return times()["split"]["views"][0];
   };
   const json drawables = split("drawables");
-  const double frame = times()["frames"][0]["timing"]["cycles"];
-  const double invocations = json::parse(
-      test::read_text(folder_ / "plain" / "stats.json"))["frames"][0]["counters"]["tilecore.pixel_shader_invocations"];
+  const double frame = times()["frames"][0]["timing"]["cycles"], nj = times()["frames"][0]["energy"]["total_nj"];
+  const json counters = json::parse(test::read_text(folder_ / "plain" / "stats.json"))["frames"][0]["counters"];
+  const double moved = counters["dram.read_bytes"].get<double>() + counters["dram.written_bytes"].get<double>();
   for (const json& rows : {drawables, split("materials")}) {
-    double cycles = 0, shaded = 0, last = 1e30;
+    double cycles = 0, shaded = 0, bytes = 0, energy = 0, last = 1e30;
     for (const json& row : rows) {
       cycles += row["cycles"].get<double>(), shaded += row["invocations"].get<double>();
+      bytes += row["dram_bytes"].get<double>(), energy += row["energy_nj"].get<double>();
       EXPECT_LE(row["cycles"], last);
       last = row["cycles"];
     }
     EXPECT_NEAR(cycles, frame, 1);
-    EXPECT_EQ(shaded, invocations);
+    EXPECT_EQ(shaded, counters["tilecore.pixel_shader_invocations"]);
+    EXPECT_EQ(bytes, moved);
+    EXPECT_NEAR(energy / nj, 1, 1e-9);
   }
   EXPECT_GT(drawables.size(), 2u);
   EXPECT_NE(drawables[0]["node"], "");
   const json tiles = split("tiles");
   EXPECT_EQ(tiles.size(), 3u * 2u);  // of 32x32 in 96x64
-  for (const json& tile : tiles) EXPECT_LE(tile["cycles"], frame);
-  EXPECT_EQ(run_tessera({"time", record("plain"), "--split", "pixels"}).status, 2);
+  for (const json& tile : tiles) {
+    EXPECT_LE(tile["cycles"], frame);
+    EXPECT_NE(tile["bound_by"], "");
+    EXPECT_LE(tile["bound_by_cycles"], tile["cycles"]);
+  }
+  const ProcessResult wrong = run_tessera({"time", record("plain"), "--split", "pixels"});
+  EXPECT_EQ(wrong.status, 2);
+  EXPECT_THAT(wrong.errors, HasSubstr("--split: 'pixels' is none of drawables, materials, tiles"));
 }
 
 // Each assumed number at both of its ends; the verdict hangs on those with which something else bounds the frame.

@@ -22,17 +22,18 @@ FrameTiming timing_of(const Machine& gpu, const FrameWork& work) {
   return time_frame(gpu, work, schedule_frame(gpu, work));
 }
 
-double core_energy(const Machine& gpu, const FrameWork& work) {
-  double sum = 0;
-  for (const auto& [unit, nj] : hardware::frame_energy(gpu, energy_events(work), 0, 0).by_unit_nj)
-    if (unit != "frontend" && unit != "binner" && unit != "dram" && unit != "l2" && unit != "leakage") sum += nj;
-  return sum;
+hardware::FrameEnergy energy_of(const Machine& gpu, const FrameWork& work, const FrameTiming& timing) {
+  return hardware::frame_energy(gpu, energy_events(work), timing.cycles, 3.0);
 }
 
-::testing::AssertionResult adds_up(const std::map<std::uint32_t, DrawableShare>& shares, const FrameTiming& timing,
-                                   double energy_nj) {
+::testing::AssertionResult adds_up(const std::map<std::uint32_t, DrawableShare>& shares, const FrameWork& work,
+                                   const FrameTiming& timing, double energy_nj) {
   double cycles = 0, energy = 0;
-  for (const auto& [drawable, share] : shares) cycles += share.cycles, energy += share.energy_nj;
+  std::uint64_t bytes = 0;
+  for (const auto& [drawable, share] : shares)
+    cycles += share.cycles, energy += share.energy_nj, bytes += share.dram_bytes;
+  if (bytes != work.dram_bytes())
+    return ::testing::AssertionFailure() << bytes << " of " << work.dram_bytes() << " bytes";
   if (std::abs(cycles - timing.cycles) > 1e-9 * timing.cycles + 1e-6)
     return ::testing::AssertionFailure() << cycles << " of " << timing.cycles << " cycles";
   if (std::abs(energy - energy_nj) > 1e-9 * energy_nj + 1e-6)
@@ -61,7 +62,8 @@ TEST(Attribution, SplitsUnitsByWhoKeptThemBusy) {
   gpu.queues.model = hardware::TimingModel::kEvents;
   const FrameWork work = two_drawables();
   const FrameTiming timing = timing_of(gpu, work);
-  const auto shares = attribute(gpu, work, timing);
+  const hardware::FrameEnergy energy = energy_of(gpu, work, timing);
+  const auto shares = attribute(gpu, work, timing, energy);
   ASSERT_EQ(shares.size(), 3u);
   const double tests = timing.events->path[bound_of(Stage::kTriangleTests)];
   EXPECT_DOUBLE_EQ(tests, 3000 / gpu.rates.triangle_tests_per_clk);
@@ -69,8 +71,34 @@ TEST(Attribution, SplitsUnitsByWhoKeptThemBusy) {
   EXPECT_NEAR(shares.at(2).cycles, timing.cycles - tests * 2 / 3, 1e-9);
   EXPECT_EQ(shares.at(1).tests, 2000u);
   EXPECT_EQ(shares.at(2).invocations, 32u);
-  EXPECT_NEAR(shares.at(1).energy_nj, 2000 * gpu.geometry_energy.triangle_test_pj * 1e-3, 1e-9);
-  EXPECT_TRUE(adds_up(shares, timing, core_energy(gpu, work)));
+  const double leakage = energy.by_unit_nj.at("leakage") / timing.cycles;
+  EXPECT_NEAR(shares.at(1).energy_nj,
+              2000 * gpu.geometry_energy.triangle_test_pj * 1e-3 + leakage * shares.at(1).cycles, 1e-9);
+  EXPECT_TRUE(adds_up(shares, work, timing, energy.total_nj()));
+}
+
+// Bytes before shading go by list entries and lines, those of textures by lines, pixels by invocations; geometry and what
+// no tile asked for are nobody's.
+TEST(Attribution, SplitsBytesByWhoAskedForThem) {
+  const Machine gpu;
+  FrameWork work = two_drawables();
+  WorkRound& round = work.rounds[0];
+  const auto line = static_cast<std::uint64_t>(gpu.line_bytes());
+  round.geometry.dram_bytes = 1000, work.other_bytes = 500;
+  round.items[0].list_bytes = 2 * line;
+  round.items[0].lines = {1, 2, 3};
+  round.items[0].sub_patches[0].lines = 3;
+  round.items[0].warps.push_back({.lanes = 96, .clocks = 100, .registers = 1, .texel_lines = 1, .drawable = 1});
+  round.items[0].texel_lines = {4};
+  round.tiles[0].dram_bytes = {5 * line, line, 400};
+  round.tiles[0].shader_invocations = round.tiles[0].shader_lanes = round.tiles[0].compacted_samples = 128;
+  const FrameTiming timing = timing_of(gpu, work);
+  const hardware::FrameEnergy energy = energy_of(gpu, work, timing);
+  const auto shares = attribute(gpu, work, timing, energy);
+  EXPECT_EQ(shares.at(0).dram_bytes, 1500u);
+  EXPECT_EQ(shares.at(1).dram_bytes, 4 * line + line + 300);
+  EXPECT_EQ(shares.at(2).dram_bytes, line + 100);
+  EXPECT_TRUE(adds_up(shares, work, timing, energy.total_nj()));
 }
 
 // The twin: an item that is counted for two drawables shows.
@@ -78,9 +106,10 @@ TEST(Attribution, AShareTooManyDoesNotAddUp) {  // AT1
   const Machine gpu;
   const FrameWork work = two_drawables();
   const FrameTiming timing = timing_of(gpu, work);
-  auto shares = attribute(gpu, work, timing);
+  const hardware::FrameEnergy energy = energy_of(gpu, work, timing);
+  auto shares = attribute(gpu, work, timing, energy);
   shares[3] = shares.at(1);
-  EXPECT_FALSE(adds_up(shares, timing, core_energy(gpu, work)));
+  EXPECT_FALSE(adds_up(shares, work, timing, energy.total_nj()));
 }
 
 RC_GTEST_PROP(Attribution, AddsUpToTheFrame, (std::uint32_t seed)) {  // AT1
@@ -94,6 +123,7 @@ RC_GTEST_PROP(Attribution, AddsUpToTheFrame, (std::uint32_t seed)) {  // AT1
       TileWork& tile = round.tiles.emplace_back();
       TileItems& items = round.items.emplace_back();
       tile.tile = upto(20), tile.entries = upto(9), tile.pixels = upto(300), tile.hits = upto(100);
+      tile.dram_bytes = {upto(9999), upto(999), upto(99999)}, items.list_bytes = upto(100);
       for (std::uint32_t n = upto(5); n > 0; --n) {
         SubPatchItem& item = items.sub_patches.emplace_back();
         item.drawable = upto(4), item.vertices = upto(50), item.boxes = upto(50), item.box_lanes = upto(500);
@@ -114,12 +144,14 @@ RC_GTEST_PROP(Attribution, AddsUpToTheFrame, (std::uint32_t seed)) {  // AT1
   gpu.queues.model = static_cast<hardware::TimingModel>(upto(1));
   gpu.shader.domain = static_cast<hardware::DomainShading>(upto(1));
   const FrameTiming timing = timing_of(gpu, work);
-  RC_ASSERT(static_cast<bool>(adds_up(attribute(gpu, work, timing), timing, core_energy(gpu, work))));
+  const hardware::FrameEnergy energy = energy_of(gpu, work, timing);
+  RC_ASSERT(static_cast<bool>(adds_up(attribute(gpu, work, timing, energy), work, timing, energy.total_nj())));
 }
 
-TEST(Attribution, TilesSayWhatKeptThemBusy) {
+TEST(Attribution, TilesSayWhatBoundsThem) {
   Machine gpu;
   gpu.cores.count = 2;
+  gpu.memory.latency_ns = 0;
   FrameWork work = two_drawables();
   work.rounds[0].tiles.push_back(work.rounds[0].tiles[0]);
   work.rounds[0].items.push_back(work.rounds[0].items[0]);
@@ -130,11 +162,19 @@ TEST(Attribution, TilesSayWhatKeptThemBusy) {
   const std::vector<TileShare> tiles = attribute_tiles(gpu, work, schedule);
   ASSERT_EQ(tiles.size(), 2u);
   EXPECT_EQ(tiles[0].tile, 3u);
-  EXPECT_EQ(tiles[0].busiest, Stage::kDram);
+  EXPECT_EQ(tiles[0].bound_by, bound_of(Stage::kDram));
   EXPECT_EQ(tiles[0].dram_bytes, 64u + (1 << 20));
-  EXPECT_EQ(tiles[1].busiest, Stage::kTriangleTests);
+  EXPECT_EQ(tiles[1].bound_by, bound_of(Stage::kTriangleTests));
+  const double tests = 3000 / gpu.rates.triangle_tests_per_clk;
+  EXPECT_GT(tiles[1].bound_cycles, tests / 4);
+  EXPECT_LE(tiles[1].bound_cycles, tests / 2 + 1e-9);
   EXPECT_DOUBLE_EQ(tiles[1].cycles, schedule.tiles[0].phases.back().end - schedule.tiles[0].phases.front().begin);
   EXPECT_GT(tiles[1].energy_nj, 0);
+  // Three reads follow each other: list, records, heights.
+  gpu.memory.latency_ns = 1000;
+  const std::vector<TileShare> waiting = attribute_tiles(gpu, work, schedule_frame(gpu, work));
+  EXPECT_EQ(waiting[1].bound_by, Bound::kLatency);
+  EXPECT_NEAR(waiting[1].bound_cycles, 1.5 * gpu.latency_clk(), 1e-6);
 }
 
 }  // namespace
