@@ -20,9 +20,7 @@ int log2_of(std::int64_t power) { return std::bit_width(static_cast<std::uint64_
 TextureMemory::TextureMemory(std::span<const scene::Material> materials, std::int64_t line_bytes)
     : line_bytes_(line_bytes) {
   for (const scene::Material& m : materials)
-    for (const scene::TextureSlot* slot : {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture,
-                                           &m.occlusion_texture, &m.emissive_texture})
-      add(*slot);
+    for (const scene::TextureSlot* slot : m.slots()) add(*slot);
   if (lines_ >= std::numeric_limits<std::int32_t>::max())
     throw LimitError("the textures have more cache lines than 31 bits can number");
 }
