@@ -80,6 +80,7 @@ class TableL2 {
     for (const std::uint32_t line : lines) missed += cache_.use(line) ? 0 : 1;
     front_end.ledger.read(memory::Unit::kFrontend, memory::Purpose::kTexture, missed * burst_bytes_);
     front_end.counters.table_lines += lines.size();
+    front_end.table_lines.insert(front_end.table_lines.end(), lines.begin(), lines.end());
   }
 
  private:

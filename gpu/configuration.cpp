@@ -153,7 +153,7 @@ hardware::Area GpuConfiguration::area() const {
   constexpr std::int64_t kShadedBytes = 16;
   return hardware::machine_area(
       *this, {tessellator.cache_bytes + binner.record_cache_bytes + binner.combining_bursts * memory.burst_bytes,
-              shading_cache.entries * kShadedBytes});
+              shading_cache.entries * kShadedBytes, tile.rendering_elimination, frame_buffer.transaction_elimination});
 }
 
 bool set_gpu_key(const std::string& name, const json& value, GpuConfiguration& gpu) {

@@ -35,7 +35,7 @@ GpuConfiguration with_tile_memory(GpuConfiguration gpu, const RunSettings& setti
 Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfiguration& gpu,
                const RunSettings& settings, const RenderRequest& request)
     : prepared_(std::move(prepared)),
-      scene_(prepared_->scene(settings.textures.basis_target)),
+      scene_(prepared_->scene(settings.textures)),
       gpu_(with_tile_memory(gpu, settings)),
       settings_(settings),
       request_(request),

@@ -16,18 +16,25 @@ ViewCost time_work(const GpuConfiguration& gpu, const timing::FrameWork& work, t
   ViewCost timed;
   hardware::EnergyEvents energy = timing::energy_events(work);
   if (gpu.queues.model == hardware::TimingModel::kEvents) {
-    const timing::WarmCaches before = bound && caches != nullptr ? *caches : timing::WarmCaches();
-    timing::EventSchedule events = timing::simulate_events(gpu, work, caches, bound);
-    timed.timing.cycles = events.schedule.cycles;
-    timed.timing.latency = timing::latency(gpu, events.schedule);
-    if (bound) timed.timing = timing::time_events(gpu, work, events, before);
+    timing::EventSchedule events;
+    if (bound) {
+      timing::TimedEvents bounded = timing::time_events(gpu, work, caches);
+      events = std::move(bounded.events);
+      timed.timing = std::move(bounded.timing);
+    } else {
+      events = timing::simulate_events(gpu, work, caches);
+      timed.timing.cycles = events.schedule.cycles;
+      timed.timing.latency = timing::latency(gpu, events.schedule);
+    }
     timed.schedule = std::move(events.schedule);
     // What the caches held in time.
     energy.dram_bytes = events.counts.memory.read_bytes + events.counts.memory.written_bytes;
     energy.l2_lines = events.counts.memory.l2_requests + events.counts.memory.l2_misses;
     if (gpu.shader.costs == hardware::ShaderCosts::kCompiled) {
-      energy.shader_invocations = energy.surface_evaluations = 0;
-      energy.shader_clocks = timing::compiled_clocks(work);
+      std::uint64_t clocks = 0;
+      for (const timing::WorkRound& round : work.rounds)
+        for (const timing::TileItems& items : round.items) clocks += timing::compiled_clocks(gpu, items);
+      timing::take_compiled(gpu, clocks, energy);
     }
   } else {
     timed.schedule = timing::schedule_frame(gpu, work);
@@ -45,8 +52,12 @@ void check_registers(const GpuConfiguration& gpu, const timing::FrameWork& work)
     return;
   std::int64_t registers = 0;
   for (const timing::WorkRound& round : work.rounds)
-    for (const timing::TileItems& tile : round.items)
+    for (const timing::TileItems& tile : round.items) {
       for (const timing::WarpItem& warp : tile.warps) registers = std::max<std::int64_t>(registers, warp.registers);
+      if (gpu.shader.domain == hardware::DomainShading::kUnit) continue;
+      for (const timing::SubPatchItem& item : tile.sub_patches)
+        registers = std::max<std::int64_t>(registers, item.domain_registers);
+    }
   if (const std::int64_t bytes = registers * 4 * gpu.shader.warp_lanes; bytes > gpu.queues.register_bytes)
     throw UsageError(fmt::format(
         "shader.register_bytes: a shader of the frame takes {} registers, a warp of {} invocations {} bytes; "

@@ -97,9 +97,9 @@ void Pipeline::bound(const ViewRun& run, const PreviousDepth& previous, scene::M
 void Pipeline::render(const ViewRun& run, const PreviousDepth& previous) {
   const tilecore::TileJob& job = run.job;
   FrameResult& result = run.result;
-  // What reading the capture left.
+  // What the capture and its textures left.
   const scene::Capture& capture = *job.frame->assembly->capture;
-  const std::uint64_t left = capture.max_bytes - std::min(capture.charged_bytes, capture.max_bytes);
+  const std::uint64_t left = capture.max_bytes - job.frame->assembly->charged_bytes();
   scene::MemoryBudget budget(capture.max_bytes, capture.file.string(),
                              capture.max_bytes - left / job.frame->request.memory_parts);
   bound(run, previous, budget);

@@ -2,26 +2,22 @@
 
 #include <utility>
 
-#include "scene/basis_textures.h"
+#include "scene/held_textures.h"
 
 namespace tessera::gpu {
 
-const PreparedScene& PreparedCapture::scene(ktx2::BasisTarget target) const {
+const PreparedScene& PreparedCapture::scene(scene::TextureSettings textures) const {
+  if (capture.basis_images.empty()) textures.basis_target = ktx2::BasisTarget::kRgba32;
   const std::lock_guard lock(mutex_);
-  std::unique_ptr<const PreparedScene>& slot =
-      scenes_[capture.basis_images.empty() ? 0 : static_cast<std::size_t>(target)];
-  if (slot != nullptr) return *slot;
-  // Geometry is the same for all: what was assembled for one target is good for the next.
-  const scene::Assembly* other = nullptr;
-  for (const std::unique_ptr<const PreparedScene>& made : scenes_)
-    if (made != nullptr) other = &made->assembly;
-  scene::Assembly assembly = other != nullptr ? *other : scene::assemble(capture);
-  if (!capture.basis_images.empty()) {
-    assembly.materials = scene::materials_for(capture, target);
-    assembly.materials.push_back(scene::Material{});  // of primitives without
-  }
-  slot = std::make_unique<const PreparedScene>(std::move(assembly));
-  return *slot;
+  if (const auto made = scenes_.find(textures); made != scenes_.end()) return *made->second;
+  const scene::HeldTextures held = scene::hold_textures(capture, textures);
+  // Geometry is the same for all: what was assembled for one is good for the next.
+  scene::Assembly assembly = scenes_.empty() ? scene::assemble(capture) : scenes_.begin()->second->assembly;
+  if (scenes_.empty()) materials_ = assembly.materials;
+  assembly.materials = materials_;
+  held.put_into(assembly.materials);
+  assembly.texture_bytes = held.charged_bytes;
+  return *scenes_.emplace(textures, std::make_unique<const PreparedScene>(std::move(assembly))).first->second;
 }
 
 }  // namespace tessera::gpu

@@ -1,17 +1,18 @@
 #pragma once
 
-#include <array>
+#include <map>
 #include <memory>
 #include <mutex>
+#include <vector>
 
-#include "base/ktx2/ktx2.h"
 #include "frontend/bounds/sub_patch_bounder.h"
 #include "scene/assembly.h"
 #include "scene/capture.h"
+#include "scene/texture_settings.h"
 
 namespace tessera::gpu {
 
-// A capture ready to be drawn, its KTX2 textures as one target holds them.
+// A capture ready to be drawn, its textures as the emulated memory holds them.
 struct PreparedScene {
   explicit PreparedScene(scene::Assembly assembled) : assembly(std::move(assembled)), pyramids(assembly) {}
 
@@ -27,12 +28,14 @@ class PreparedCapture {
 
   const scene::Capture& capture;
 
-  // Made when first asked for, kept as long as this; one for all targets where the capture has no KTX2 textures.
-  const PreparedScene& scene(ktx2::BasisTarget target) const;
+  // Made when first asked for, kept as long as this; one for all targets where the capture has no KTX2 textures. Throws
+  // LimitError where texture.format needs more memory than reading the capture left.
+  const PreparedScene& scene(scene::TextureSettings textures) const;
 
  private:
   mutable std::mutex mutex_;
-  mutable std::array<std::unique_ptr<const PreparedScene>, 3> scenes_;  // by target
+  mutable std::map<scene::TextureSettings, std::unique_ptr<const PreparedScene>> scenes_;
+  mutable std::vector<scene::Material> materials_;  // as they were assembled, with the capture's own textures
 };
 
 }  // namespace tessera::gpu

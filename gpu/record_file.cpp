@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::string_view kMagic = "tessera.record/2\n", kMagicOfAll = "tessera.record/";
+constexpr std::string_view kMagic = "tessera.record/3\n", kMagicOfAll = "tessera.record/";
 constexpr std::uint64_t kMaxHeadBytes = 16u << 20;
 constexpr std::uint64_t kMaxViews = 2;
 // Decoded work takes no more than so many times its bytes.
@@ -39,18 +39,25 @@ bool is_of_caches(std::string_view key) {
 
 // Why work is none of a machine, whose simulation would not end in any time; null: it may be.
 const char* implausible(const timing::FrameWork& work) {
-  constexpr std::uint64_t kMaxTilePixels = 256 * 256, kMaxTileBytes = 1u << 30, kMaxBytes = std::uint64_t{1} << 40;
+  constexpr std::uint64_t kMaxTilePixels = 256 * 256, kMaxVertices = 1u << 20, kMaxTileBytes = 1u << 30,
+                          kMaxBytes = std::uint64_t{1} << 40;
   std::uint64_t bytes = work.other_bytes;
   if (work.other_written_bytes > work.other_bytes) return "more bytes are written than moved";
   for (const timing::WorkRound& round : work.rounds) {
-    if (round.geometry.written_bytes > round.geometry.dram_bytes) return "more bytes are written than moved";
+    const timing::GeometryWork& geometry = round.geometry;
+    if (geometry.written_bytes > geometry.dram_bytes ||
+        geometry.table_bytes > geometry.dram_bytes - geometry.written_bytes)
+      return "more bytes are written or read through the L2 than moved";
     bytes = std::max(bytes, round.geometry.dram_bytes);
     for (const timing::TileWork& tile : round.tiles)
       if (tile.pixels > kMaxTilePixels) return "a tile has more pixels than any machine's";
-    for (const timing::TileItems& items : round.items)
+    for (const timing::TileItems& items : round.items) {
+      for (const timing::SubPatchItem& item : items.sub_patches)
+        if (item.vertices > kMaxVertices) return "a sub-patch has more than 2^20 vertices";
       for (const std::uint64_t moved :
            {items.list_bytes, items.record_bytes, items.load_bytes, items.resolve_bytes, items.written_bytes})
         if (moved > kMaxTileBytes) return "a tile moves more than 1 GiB";
+    }
   }
   return bytes > kMaxBytes ? "a frame moves more than 1 TiB" : nullptr;
 }
@@ -183,7 +190,7 @@ json drawables_json(const scene::Assembly& assembly) {
 
 json record_head(const std::string& capture, const scene::Assembly& assembly, const GpuConfiguration& gpu,
                  const RunSettings& settings, int width, int height) {
-  return {{"schema", "tessera.record/2"},
+  return {{"schema", "tessera.record/3"},
           {"capture", capture},
           {"width", width},
           {"height", height},

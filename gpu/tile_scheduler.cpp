@@ -98,7 +98,11 @@ std::vector<bool> TileScheduler::compare_inputs(bool complete) {
   const int frame = run_.result.frame;
   if (run_.inputs->known()) binner_.buffer().read_signatures(place.of_inputs(frame - 1), bytes);
   binner_.buffer().write_signatures(place.of_inputs(frame), bytes);
-  return run_.inputs->unchanged(run_.gpu, run_.job, binner_, run_.result.counters.elimination);
+  EliminationCounters& counters = run_.result.counters.elimination;
+  const std::uint64_t before = counters.signature_bytes;
+  std::vector<bool> unchanged = run_.inputs->unchanged(run_.gpu, run_.job, binner_, counters);
+  run_.recorder.hashed(counters.signature_bytes - before);
+  return unchanged;
 }
 
 SignatureMemory TileScheduler::signature_memory() const {

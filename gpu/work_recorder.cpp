@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/error.h"
 #include "base/round_up.h"
 
 namespace tessera::gpu {
@@ -24,7 +25,25 @@ WorkRecorder::WorkRecorder(const GpuConfiguration& gpu, const RecordMemory& reco
       heights_(heights),
       record_accesses_(record_accesses),
       keep_items_(keep_items),
-      l2_({gpu.caches.l2_bytes, gpu.caches.l2_ways, gpu.line_bytes()}) {}
+      l2_({gpu.caches.l2_bytes, gpu.caches.l2_ways, gpu.line_bytes()}) {
+  using Features = hardware::ShaderFeatures;
+  for (std::size_t surface = 0; surface < domain_costs_.size(); ++surface)
+    for (std::size_t motion = 0; motion < domain_costs_[surface].size(); ++motion)
+      domain_costs_[surface][motion] = hardware::shader_cost({.stage = Features::Stage::kDomain,
+                                                              .surface = static_cast<Features::Surface>(surface),
+                                                              .motion = static_cast<Features::Motion>(motion)});
+}
+
+const hardware::ShaderCost& WorkRecorder::domain_cost(const tilecore::TessellationRequest& request) const {
+  using Features = hardware::ShaderFeatures;
+  const auto surface = request.displaced ? Features::Surface::kDisplacedPatch
+                       : scene::has_grid(*frame_->segment(request.segment).drawable_of(request.patch).drawable)
+                           ? Features::Surface::kPatch
+                           : Features::Surface::kTriangles;
+  const auto motion = request.moving ? request.deforming ? Features::Motion::kDeforming : Features::Motion::kMoving
+                                     : Features::Motion::kStill;
+  return domain_costs_[static_cast<std::size_t>(surface)][static_cast<std::size_t>(motion)];
+}
 
 std::uint64_t WorkRecorder::since(const memory::Ledger& ledger, memory::Traffic& seen) {
   const memory::Traffic now = ledger.total(),
@@ -57,6 +76,7 @@ void WorkRecorder::front_end(const scene::FrameGeometry& frame, const frontend::
   geometry_bytes_ += bytes;
   const std::uint64_t all_tables = result.ledger.traffic(Unit::kFrontend, Purpose::kTexture).read_bytes,
                       tables = all_tables - std::exchange(front_end_tables_, all_tables);
+  keep_table_lines(result, tables);
   const memory::Traffic depth = result.ledger.traffic(Unit::kFrontend, Purpose::kCoarseDepth),
                         more{depth.read_bytes - coarse_depth_.read_bytes,
                              depth.written_bytes - coarse_depth_.written_bytes};
@@ -70,6 +90,19 @@ void WorkRecorder::front_end(const scene::FrameGeometry& frame, const frontend::
   front_end_ = result.counters;
   instances_ = result.instances;
   groups_ = result.groups;
+}
+
+void WorkRecorder::keep_table_lines(const frontend::FrontEndResult& result, std::uint64_t missed) {
+  const auto burst = static_cast<std::uint64_t>(gpu_.memory.burst_bytes), line_bytes = l2_.line_bytes();
+  const std::size_t first = std::exchange(front_end_lines_, result.table_lines.size());
+  geometry_.table_bytes += missed;
+  if (!keep_items_) return;
+  // Tables lie behind the records.
+  for (std::size_t k = first; k < result.table_lines.size(); ++k) {
+    const std::uint64_t line = records_.end() + result.table_lines[k] * burst / line_bytes;
+    if (line > 0xFFFFFFFFu) throw LimitError("tables of heights lie behind 2^32 cache lines: cache.line_bytes");
+    geometry_lines_.push_back(static_cast<std::uint32_t>(line));
+  }
 }
 
 void WorkRecorder::log_front_end(const scene::Assembly& assembly, const frontend::FrontEndResult& result,
@@ -182,6 +215,7 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   work.blended_layers = counted.shading.blended_layers;
   work.texels = counted.texture.texels - slot_.visibility_texels;
   const bool floats = job.resolve != nullptr && job.resolve->settings.weights == tilecore::StencilWeights::kFloat;
+  work.hashed_bytes = counted.store.signature_bytes;
   work.resolve_operations = counted.desampling.velocity_evaluations + counted.desampling.pixels_advected +
                             counted.desampling.stencil_taps * (floats ? 4 : 1);
   if (finished) {
@@ -238,14 +272,23 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, 
     const tilecore::TessellationCounters before = cache.counters();
     cache.use(tile, std::span(&r, 1));
     const tilecore::TessellationCounters& now = cache.counters();
-    slot.work.vertices += now.domain_evaluations - before.domain_evaluations;
+    const std::uint64_t vertices = now.domain_evaluations - before.domain_evaluations;
+    const hardware::ShaderCost& cost = domain_cost(r);
+    slot.work.vertices += vertices;
+    slot.work.domain_texels += vertices * static_cast<std::uint64_t>(cost.texture_instructions);
     slot.work.transforms += now.vertex_transforms - before.vertex_transforms;
     slot.work.box_tests += now.group_tests - before.group_tests;
     slot.work.box_lanes += now.group_tests - before.group_tests;
-    if (now.sub_patches != before.sub_patches) share_tessellation(slot, r);
+    const std::uint32_t height_lines = now.sub_patches != before.sub_patches ? share_tessellation(slot, r) : 0;
     if (!keep_items_) continue;
     timing::SubPatchItem& item = slot.items.sub_patches[next++];
-    item.vertices = static_cast<std::uint32_t>(now.domain_evaluations - before.domain_evaluations);
+    item.vertices = static_cast<std::uint32_t>(vertices);
+    if (vertices > 0) {
+      item.domain_clocks = static_cast<std::uint32_t>(hardware::lane_clocks(cost));
+      item.domain_registers = static_cast<std::uint32_t>(cost.registers);
+      item.domain_texels = static_cast<std::uint32_t>(cost.texture_instructions);
+    }
+    item.height_lines = height_lines;
     item.transforms = static_cast<std::uint32_t>(now.vertex_transforms - before.vertex_transforms);
     item.box_lanes += static_cast<std::uint32_t>(now.group_tests - before.group_tests);
     item.lines = static_cast<std::uint32_t>(slot.items.lines.size() - lines);
@@ -275,16 +318,17 @@ std::uint64_t WorkRecorder::move(binner::TileIndex tile, TileArray& array, std::
   return moved;
 }
 
-void WorkRecorder::share_tessellation(Slot& slot, const tilecore::TessellationRequest& request) {
+std::uint32_t WorkRecorder::share_tessellation(Slot& slot, const tilecore::TessellationRequest& request) {
   records_.of_tessellation(frame_->segment(request.segment), request, record_lines_);
   for (const RecordMemory::Lines& lines : record_lines_) {
     share_lines(slot, lines, Phase::kVisibility, Purpose::kPatchData);
     keep_lines(slot, lines);
   }
-  if (heights_ == nullptr || !request.displaced) return;
+  if (heights_ == nullptr || !request.displaced) return 0;
   heights_->lines_of(*frame_, request.patch, request.range, height_lines_);
   for (const std::uint32_t line : height_lines_) share_line(slot, line, Phase::kVisibility);
   if (keep_items_) slot.items.lines.insert(slot.items.lines.end(), height_lines_.begin(), height_lines_.end());
+  return static_cast<std::uint32_t>(height_lines_.size());
 }
 
 void WorkRecorder::keep_lines(Slot& slot, const RecordMemory::Lines& lines) {
@@ -329,7 +373,7 @@ void WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phas
 }
 
 void WorkRecorder::end_round() {
-  timing::WorkRound round{std::exchange(geometry_, {}), {}, {}};
+  timing::WorkRound round{std::exchange(geometry_, {}), {}, {}, std::exchange(geometry_lines_, {})};
   FrameRecord::RoundAccesses accesses{std::exchange(geometry_log_, {}).accesses(), {}};
   for (const binner::TileIndex tile : order_->tiles()) {
     Slot& slot = slots_[tile];

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "gpu/displacement_memory.h"
 #include "gpu/machine_record.h"
 #include "gpu/record_memory.h"
+#include "hardware/shader_costs.h"
 #include "memory/l2.h"
 #include "memory/ledger.h"
 #include "tilecore/tile_core.h"
@@ -73,6 +75,8 @@ class WorkRecorder {
   void front_end(const scene::FrameGeometry& frame, const frontend::FrontEndResult& result);
   // The sampling controller's sparse pass, likewise.
   void sparse_pass(const tilecore::ParameterMaps& maps);
+  // Bytes that the binner hashed, likewise.
+  void hashed(std::uint64_t bytes) { geometry_.hashed_bytes += bytes; }
   // Where the binner's transfers go; null when they are not recorded.
   memory::AccessLog* binner_log() { return record_accesses_ ? &geometry_log_ : nullptr; }
 
@@ -111,15 +115,19 @@ class WorkRecorder {
   std::uint64_t share_records(Slot& slot, std::span<const std::uint32_t> records, binner::RecordCache& cache);
   // What the front end read since the last call, `bytes` in all.
   void log_front_end(const scene::Assembly& assembly, const frontend::FrontEndResult& result, std::uint64_t bytes);
+  // Lines of tables since the last call, of which `missed` bytes were fetched.
+  void keep_table_lines(const frontend::FrontEndResult& result, std::uint64_t missed);
   // And of depths and what they hid.
   void log_coarse_depth(const memory::Traffic& more);
-  // What a tessellation fetches: records, heights.
-  void share_tessellation(Slot& slot, const tilecore::TessellationRequest& request);
+  // What a tessellation fetches: records, then heights; lines of these.
+  std::uint32_t share_tessellation(Slot& slot, const tilecore::TessellationRequest& request);
   void share_lines(Slot& slot, const RecordMemory::Lines& lines, timing::Phase phase, memory::Purpose purpose);
   // Lines that the tile's texture unit missed before and while shading, and records that its pixel shader reads.
   void share_shading(Slot& slot);
   void share_line(Slot& slot, std::uint32_t line, timing::Phase phase,
                   memory::Purpose purpose = memory::Purpose::kTexture);
+  // A vertex's own shader.
+  const hardware::ShaderCost& domain_cost(const tilecore::TessellationRequest& request) const;
   // What an item of a tile that tessellates or reads asks of the L2.
   void keep_lines(Slot& slot, const RecordMemory::Lines& lines);
   void end_round();
@@ -132,6 +140,7 @@ class WorkRecorder {
   const scene::FrameGeometry* frame_ = nullptr;
   std::vector<std::uint32_t> height_lines_;
   std::vector<RecordMemory::Lines> record_lines_;
+  std::array<std::array<hardware::ShaderCost, 3>, 3> domain_costs_;  // by ShaderFeatures::Surface, Motion
   bool record_accesses_, keep_items_;
   memory::L2 l2_;
   PerThread<Sums> sums_;
@@ -149,6 +158,8 @@ class WorkRecorder {
   binner::BinnerCounters binner_;
   memory::Traffic front_end_traffic_, binner_traffic_;  // seen so far
   std::uint64_t front_end_tables_ = 0;
+  std::size_t front_end_lines_ = 0;
+  std::vector<std::uint32_t> geometry_lines_;
   memory::Traffic coarse_depth_;      // of the front end, seen so far
   memory::Ledger arrays_;             // of tiles: what they moved of a TileArray
   memory::Traffic rounds_;            // of all that went to a round

@@ -10,7 +10,7 @@ double Area::total_mm2() const {
   return sum;
 }
 
-Area machine_area(const Machine& gpu, const OtherMemories& others) {
+Area machine_area(const Machine& gpu, const OtherParts& others) {
   const Throughputs& rates = gpu.rates;
   const AreaPrices& price = gpu.area;
   const auto cores = static_cast<double>(gpu.cores.count);
@@ -21,13 +21,18 @@ Area machine_area(const Machine& gpu, const OtherMemories& others) {
   unit["frontend"] = price.bound_mm2 * rates.bounds_per_clk;
   // Entries are appended behind the tests of tiles; the default's four tiles go with one entry.
   unit["binner"] = price.binned_entry_mm2 * std::max(rates.binned_entries_per_clk, rates.binned_tiles_per_clk / 4);
+  if (others.hashes_inputs) unit["binner"] += gpu.signatures.byte_mm2 * gpu.signatures.input_bytes_per_clk;
   // Boxes are built from vertices as they come; a stencil's or an alpha test's lane is an eighth of one that has edges.
   const double tests = rates.triangle_tests_per_clk + rates.box_tests_per_clk +
                        (rates.stencil_tests_per_clk + rates.alpha_tests_per_clk) / 8;
+  // Vertices that lanes shade need no unit.
+  const double vertices = gpu.shader.domain == DomainShading::kLanes
+                              ? rates.transforms_per_clk / 3
+                              : std::max(rates.vertices_per_clk, rates.transforms_per_clk / 3);
   const double pixels = rates.resolved_pixels_per_clk + rates.blends_per_clk + rates.resolve_operations_per_clk / 16;
   unit["fixed_units"] =
-      cores * (price.core_mm2 + price.vertex_mm2 * std::max(rates.vertices_per_clk, rates.transforms_per_clk / 3) +
-               price.test_mm2 * tests + price.pixel_mm2 * pixels);
+      cores * (price.core_mm2 + price.vertex_mm2 * vertices + price.test_mm2 * tests + price.pixel_mm2 * pixels +
+               (others.hashes_colors ? gpu.signatures.byte_mm2 * gpu.signatures.color_bytes_per_clk : 0));
   unit["lanes"] = cores * price.lane_mm2 * (static_cast<double>(gpu.shader.lanes) + rates.sampling_operations_per_clk);
   unit["texture"] = cores * price.texel_mm2 * rates.texels_per_clk;
   unit["registers"] = cores * price.register_mm2_per_kib * kib(gpu.queues.register_bytes);

@@ -43,9 +43,11 @@ FrameEnergy frame_energy(const Machine& gpu, const EnergyEvents& events, double 
   count(Stage::kFrontend, events.depth_tests, gpu.reprojection.depth_test_pj);
   count(Stage::kFrontend, events.triangles, gpu.triangles.triangle_pj);
   count(Stage::kBinner, events.binned_entries, gpu.geometry_energy.binned_entry_pj);
+  count(Stage::kBinner, events.hashed_inputs, gpu.signatures.byte_pj);
   count(Stage::kFetch, events.fetched_entries, gpu.geometry_energy.fetched_entry_pj);
   count(Stage::kFetch, events.sort_steps, gpu.geometry_energy.sort_step_pj);
-  count(Stage::kTessellator, events.vertices, gpu.geometry_energy.vertex_pj);
+  const bool on_lanes = gpu.shader.domain == DomainShading::kLanes;
+  if (!on_lanes) count(Stage::kTessellator, events.vertices, gpu.geometry_energy.vertex_pj);
   count(Stage::kTessellator, events.transforms, gpu.geometry_energy.transform_pj);
   count(Stage::kBoxes, events.boxes, gpu.geometry_energy.box_pj);
   count(Stage::kBoxTests, events.box_tests, gpu.geometry_energy.box_test_pj);
@@ -59,11 +61,14 @@ FrameEnergy frame_energy(const Machine& gpu, const EnergyEvents& events, double 
   count(Stage::kShader, events.surface_evaluations, gpu.energy.shader_operation_pj * gpu.shader.surface_operations);
   count(Stage::kShader, events.shader_clocks, gpu.energy.shader_operation_pj);
   count(Stage::kShader, events.shader_invocations, gpu.energy.shader_operation_pj * gpu.shader.operations);
-  count(Stage::kTexture, events.texels, gpu.energy.texel_pj * (2 + texture_cache) / 3);
+  if (on_lanes) count(Stage::kShader, events.vertices, gpu.energy.shader_operation_pj * gpu.shader.domain_operations);
+  count(Stage::kTexture, events.texels + (on_lanes ? events.domain_texels : 0),
+        gpu.energy.texel_pj * (2 + texture_cache) / 3);
   add("l2", static_cast<double>(events.l2_lines), gpu.energy.l2_line_pj * l2);
   count(Stage::kBlend, events.blended_layers, gpu.energy.blend_pj);
   count(Stage::kResolve, events.pixels, gpu.energy.resolved_pixel_pj);
   count(Stage::kResolve, events.resolve_operations, gpu.energy.resolve_operation_pj);
+  count(Stage::kResolve, events.hashed_colors, gpu.signatures.byte_pj);
   energy.by_unit_nj[std::string(name(Stage::kDram))] =
       static_cast<double>(events.dram_bytes * 8) * gpu.memory.pj_per_bit * 1e-3;
   // 1 mW for 1 us is 1 nJ.

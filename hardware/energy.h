@@ -15,10 +15,13 @@ struct EnergyEvents {
                 stencil_tests = 0;
   std::uint64_t sampling_operations = 0, triangle_tests = 0, hits = 0, alpha_tests = 0;
   std::uint64_t depth_blocks = 0, compacted_samples = 0, surface_evaluations = 0;
-  std::uint64_t shader_clocks = 0;  // of lanes, for compiled shaders; then there are no invocations beside them
+  // Of lanes, for compiled shaders; then there are no invocations beside them, nor vertices where lanes shade these.
+  std::uint64_t shader_clocks = 0;
+  std::uint64_t domain_texels = 0;  // lookups of heights where lanes shade vertices
   std::uint64_t shader_invocations = 0, texels = 0, l2_lines = 0, blended_layers = 0;
   std::uint64_t pixels = 0, resolve_operations = 0;
-  std::uint64_t triangles = 0;  // set up before they are binned
+  std::uint64_t hashed_inputs = 0, hashed_colors = 0;  // bytes
+  std::uint64_t triangles = 0;                         // set up before they are binned
   std::uint64_t dram_bytes = 0;
 };
 

@@ -5,6 +5,39 @@ namespace {
 
 constexpr double kLeast = 1.0 / 1024, kMax = 65536;  // of a throughput
 
+Keys<PixelShader> shader_keys() {
+  return {
+      {"shader.lanes", &PixelShader::lanes, "lanes", 1, 4096,
+       "Operations of the pixel shader that a core does per clock.",
+       "[assumed] 8, 32, 128: steps of a factor of 4, as between classes of phones"},
+      {"shader.warp_lanes", &PixelShader::warp_lanes, "lanes", 4, 128,
+       "Invocations of a warp. Warps are whole, each of one draw; the "
+       "texture unit gets their lookups together.",
+       "[assumed] 32, as NVIDIA's and AMD's; Arm's and Imagination's have 16 to 128"},
+      {"shader.costs", &PixelShader::costs,
+       "With machine.timing=events: what a warp takes of the lanes and of the registers, the "
+       "constants of shader.operations, shader.surface_operations and shader.registers, or "
+       "what LLVM compiles its material's shader to for gfx1030.",
+       "[assumed] constant"},
+      {"shader.operations", &PixelShader::operations, "operations", 1, 1e6,
+       "Operations of one pixel-shader invocation on one lane.",
+       "[assumed] a physically based shader with a few lights"},
+      {"shader.surface_operations", &PixelShader::surface_operations, "operations", 0, 1e6,
+       "Operations of one pixel-shader invocation that evaluates its patch again, besides.",
+       "[assumed] as a vertex, energy.vertex_pj"},
+      {"tessellator.domain_shading", &PixelShader::domain,
+       "Where vertices are evaluated: in a unit of the tessellator, at tessellator.vertices_per_clk; or on "
+       "the shader's lanes, as warps that go before those of pixels and look heights up in the texture "
+       "unit. Vertices that are on chip go through tessellator.transforms_per_clk either way.",
+       "[spec] domain shaders run on the shader cores of all GPUs with tessellation; [assumed] unit"},
+      {"shader.domain_operations", &PixelShader::domain_operations, "operations", 1, 1e6,
+       "With tessellator.domain_shading=lanes and constant costs: operations of one vertex on one lane.",
+       "[assumed] as in the tessellator, energy.vertex_pj; compiled: 16 of a mesh, 91 to 163 of a patch, 298 "
+       "to 514 of a displaced one",
+       KeyEnds{91, 298}},
+  };
+}
+
 // Makers publish hardly any throughput of a single unit. What no source gives is a round number marked [assumed];
 // conclusions that hang on one of them should be tried with another (`tessera sweep`).
 Keys<Machine> speed_keys() {
@@ -66,27 +99,7 @@ Keys<Machine> speed_keys() {
           {"tilecore.compaction_per_clk", &Throughputs::compacted_samples_per_clk, "samples/clk", kLeast, kMax,
            "Visible samples and blended layers that a core packs into warps.", "[assumed] a warp"},
       });
-  keys.add(&Machine::shader,
-           Keys<PixelShader>{
-               {"shader.lanes", &PixelShader::lanes, "lanes", 1, 4096,
-                "Operations of the pixel shader that a core does per clock.",
-                "[assumed] 8, 32, 128: steps of a factor of 4, as between classes of phones"},
-               {"shader.warp_lanes", &PixelShader::warp_lanes, "lanes", 4, 128,
-                "Invocations of a warp. Warps are whole, each of one draw; the "
-                "texture unit gets their lookups together.",
-                "[assumed] 32, as NVIDIA's and AMD's; Arm's and Imagination's have 16 to 128"},
-               {"shader.costs", &PixelShader::costs,
-                "With machine.timing=events: what a warp takes of the lanes and of the registers, the "
-                "constants of shader.operations, shader.surface_operations and shader.registers, or "
-                "what LLVM compiles its material's shader to for gfx1030.",
-                "[assumed] constant"},
-               {"shader.operations", &PixelShader::operations, "operations", 1, 1e6,
-                "Operations of one pixel-shader invocation on one lane.",
-                "[assumed] a physically based shader with a few lights"},
-               {"shader.surface_operations", &PixelShader::surface_operations, "operations", 0, 1e6,
-                "Operations of one pixel-shader invocation that evaluates its patch again, besides.",
-                "[assumed] as a vertex, energy.vertex_pj"},
-           });
+  keys.add(&Machine::shader, shader_keys());
   keys.add(&Machine::rates,
            Keys<Throughputs>{
                {"texture.texels_per_clk", &Throughputs::texels_per_clk, "texels/clk", kLeast, kMax,
@@ -205,6 +218,9 @@ Keys<QueueSizes> queue_keys() {
        "Sub-patches that may wait between one unit of a core and the next.", "[assumed]"},
       {"tilecore.fetched_lines", &QueueSizes::fetched_lines, "lines", 1, 65536,
        "Lines of records and heights that a core has asked for and not yet got.", "[assumed]"},
+      {"frontend.fetched_lines", &QueueSizes::table_lines, "lines", 1, 65536,
+       "Lines of tables of heights that the front end has asked the L2 for and not yet got.",
+       "[assumed] as tilecore.fetched_lines"},
       {"resolve.store_bytes", &QueueSizes::store_bytes, "bytes", 64, 1048576,
        "Written bytes of a core that wait for the memory before its resolve unit does.", "[assumed]"},
       {"texture.requests", &QueueSizes::texture_requests, "lines", 1, 4096,
@@ -327,6 +343,22 @@ Keys<AreaPrices> area_keys() {
   };
 }
 
+Keys<SignatureUnits> signature_keys() {
+  return {
+      {"binner.signature_bytes_per_clk", &SignatureUnits::input_bytes_per_clk, "bytes/clk", kLeast, kMax,
+       "With tile.rendering_elimination: bytes that the binner hashes, beside what it appends and tests.",
+       "[assumed] as memory.gb_per_s brings records, 28 bytes a clock", KeyEnds{8, 64}},
+      {"resolve.signature_bytes_per_clk", &SignatureUnits::color_bytes_per_clk, "bytes/clk", kLeast, kMax,
+       "With frame_buffer.transaction_elimination: bytes of stored colours that a core hashes, beside resolving them.",
+       "[assumed] four pixels of rgba16f, as resolve.pixels_per_clk", KeyEnds{8, 64}},
+      {"energy.signature_byte_pj", &SignatureUnits::byte_pj, "pJ", 0, 1e9, "Byte hashed for a tile's signature.",
+       "[assumed] 2.5 pJ for 8 bytes on chip; CRC-64 of a byte: 256 exclusive ors, as an addition", KeyEnds{0.1, 1}},
+      {"area.signature_mm2", &SignatureUnits::byte_mm2, "mm2", 0, 1e6,
+       "Hashing units of the eliminations that are on for each byte in a clock.",
+       "[assumed] 256 exclusive ors and their share of a register, a fifth of a fused operation", KeyEnds{3e-5, 5e-4}},
+  };
+}
+
 Keys<TriangleUnit> triangle_keys() {
   return {
       {"triangle_setup.triangles_per_clk", &TriangleUnit::triangles_per_clk, "triangles/clk", kLeast, kMax,
@@ -356,6 +388,7 @@ Keys<Machine> machine_keys() {
       .add(&Machine::energy, energy_keys())
       .add(&Machine::area, area_keys())
       .add(&Machine::reprojection, reprojection_keys())
+      .add(&Machine::signatures, signature_keys())
       .add(&Machine::triangles, triangle_keys())
       // What units do hangs on these: how warps are packed, and what the caches of the emulated order hold.
       .mark_timing_but({"shader.warp_lanes", "cache.line_bytes", "texture.cache_bytes", "texture.cache_ways",

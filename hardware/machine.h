@@ -49,17 +49,31 @@ struct ReprojectionUnit {
   double depth_test_pj = 1;
 };
 
+// Units that hash what tiles are rendered from, beside the binner, and their colours, in each core: of rendering and
+// transaction elimination.
+struct SignatureUnits {
+  double input_bytes_per_clk = 32;
+  double color_bytes_per_clk = 32;
+  double byte_pj = 0.4;
+  double byte_mm2 = 0.0001;  // for each byte in a clock
+};
+
 // Where the operations and registers of a shader come from, for TimingModel::kEvents: the constants below, or the table of
 // compiled code (hardware/shader_costs.h).
 enum class ShaderCosts : std::uint8_t { kConstant, kCompiled };
 
-// The pixel shader of a core.
+// Where vertices are shaded: in the tessellator, at a rate of its own, or on the shader's lanes.
+enum class DomainShading : std::uint8_t { kUnit, kLanes };
+
+// The shader lanes of a core.
 struct PixelShader {
   ShaderCosts costs = ShaderCosts::kConstant;
+  DomainShading domain = DomainShading::kUnit;
   std::int64_t lanes = 32;
   std::int64_t warp_lanes = 32;
   double operations = 160;
   double surface_operations = 130;
+  double domain_operations = 130;
 };
 
 // Texture caches of the cores, and the L2 that they share; l2_bytes 0: none.
@@ -104,6 +118,7 @@ struct QueueSizes {
   FrameCaches caches = FrameCaches::kEmpty;
   std::int64_t items = 4;
   std::int64_t fetched_lines = 32;
+  std::int64_t table_lines = 32;
   std::int64_t store_bytes = 4096;
   std::int64_t texture_requests = 32;
   double texture_latency_clk = 24;
@@ -173,6 +188,7 @@ struct Machine {
   TileCores cores;
   Throughputs rates;
   ReprojectionUnit reprojection;
+  SignatureUnits signatures;
   PixelShader shader;
   Caches caches;
   MemoryInterface memory;
@@ -201,6 +217,8 @@ namespace tessera {
 
 template <>
 inline constexpr auto kEnumWords<hardware::ShaderCosts> = std::to_array<std::string_view>({"constant", "compiled"});
+template <>
+inline constexpr auto kEnumWords<hardware::DomainShading> = std::to_array<std::string_view>({"unit", "lanes"});
 template <>
 inline constexpr auto kEnumWords<hardware::MemoryModel> = std::to_array<std::string_view>({"fluid", "banks"});
 template <>

@@ -159,12 +159,13 @@ void add_layers(const Features& f, std::string_view surface, std::string_view mo
 ShaderCost shader_cost(const ShaderFeatures& f) {
   const std::string_view surface = kSurfaceNames[static_cast<std::size_t>(f.surface)];
   const bool patch = f.surface == Features::Surface::kPatch || f.surface == Features::Surface::kDisplacedPatch;
-  // Vertices come posed: there is nothing to evaluate twice but patches.
-  const Features::Motion motion_taken = patch ? f.motion : std::min(f.motion, Features::Motion::kMoving);
+  // Pixel shaders get vertices posed: there is nothing to evaluate twice but patches.
+  const bool evaluates = patch || f.stage == Features::Stage::kDomain;
+  const Features::Motion motion_taken = evaluates ? f.motion : std::min(f.motion, Features::Motion::kMoving);
   const std::string_view motion = kMotionNames[static_cast<std::size_t>(motion_taken)];
   const std::string_view derivatives = f.quads ? "quads" : "surface";
   if (f.stage == Features::Stage::kDomain) {
-    TESSERA_CHECK(patch, "domain shaders are those of patches");
+    TESSERA_CHECK(f.surface != Features::Surface::kComputed, "procedures have no vertices");
     return row_of(joined({"domain", surface, motion}));
   }
   if (f.stage == Features::Stage::kAlphaTest) {

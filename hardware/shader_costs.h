@@ -13,8 +13,8 @@ namespace tessera::hardware {
 // shader_costs.csv has what LLVM makes of the machine's own shaders for the gfx1030 ISA (RDNA2): whole shaders, and
 // what a feature adds to one. tilecore/shading/cost/make_costs.py makes the table. Included: interpolation of
 // attributes (barycentric, from posed vertices that are fetched) or evaluation of the patch, displacement, tangent
-// frame, material, built-in environment, blending's alpha. Not included: posing vertices, exports, rounding of
-// attributes to half precision, what lies behind (a procedure's own stages).
+// frame, material, built-in environment, blending's alpha. Not included: posing vertices (but for domain shaders, which put
+// them into the image), exports, rounding of attributes to half precision, what lies behind (a procedure's own stages).
 //
 // Invariants (cited by the tests):
 //   SHADE1  The table is what the compiler gives.
@@ -25,7 +25,7 @@ namespace tessera::hardware {
 
 // What a shader's code depends on. Everything else is a number in a constant buffer.
 struct ShaderFeatures {
-  enum class Stage : std::uint8_t { kPixel, kAlphaTest, kDomain };  // kDomain: of patches, one vertex
+  enum class Stage : std::uint8_t { kPixel, kAlphaTest, kDomain };                       // kDomain: one vertex
   enum class Surface : std::uint8_t { kTriangles, kPatch, kDisplacedPatch, kComputed };  // kComputed: by a procedure
   enum class Motion : std::uint8_t { kStill, kMoving, kDeforming };  // kDeforming: both poses of a patch are evaluated
   enum class Normals : std::uint8_t { kOfSurface, kMapped, kMappedAlongTangents };  // tangents derived, or given

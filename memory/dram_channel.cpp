@@ -206,12 +206,14 @@ void DramChannel::plan() {
   for (const Group& group : groups_) {
     std::uint64_t left = pending & group.banks;
     if (left == 0) continue;
-    const std::array<DramClock, 4> shared = {shared_clock(Step::kColumn, group, plan_writing_),
-                                             shared_clock(Step::kActivate, group, plan_writing_),
-                                             shared_clock(Step::kPrecharge, group, plan_writing_), kNoDramClock};
+    // 0: not asked for yet, or found to be 0.
+    std::array<DramClock, 4> shared{};
     for (; left != 0; left &= left - 1) {
       const auto number = static_cast<std::uint32_t>(std::countr_zero(left));
-      plan_bank(number, next[number], shared[static_cast<std::size_t>(next[number].step)]);
+      if (next[number].ready > plan_.clock) continue;
+      DramClock& clock = shared[static_cast<std::size_t>(next[number].step)];
+      if (clock == 0) clock = shared_clock(next[number].step, group, plan_writing_);
+      plan_bank(number, next[number], clock);
     }
   }
   for (std::uint32_t rank = 0; rank < ranks_.size(); ++rank) {
@@ -320,7 +322,7 @@ void DramChannel::issue_column(Bank& bank, DramClock at, Issued& issued) {
   last_column_was_write_ = write;
   ++entry.column;
   if (--entry.bursts > 0) return;
-  issued = {entry.id, entry.order, end, true};
+  issued = {entry.id, entry.order, entry.transaction, end, true, write};
   if (direction == 0)
     counters_.read_latency_clocks += end - entry.arrival, ++reads_since_drain_;
   else
@@ -441,8 +443,7 @@ void DramChannel::leave_queue(Bank& bank, int direction, std::uint16_t e) {
   --waiting_[d];
 }
 
-void DramChannel::log(DramClock at, const Bank* bank, std::uint32_t rank) {
-  if (log_ == nullptr) return;
+void DramChannel::add_to_log(DramClock at, const Bank* bank, std::uint32_t rank) {
   DramCommand command{at, plan_.kind, number_, rank, 0, 0, 0, 0};
   if (bank != nullptr) {
     const auto number = static_cast<std::uint32_t>(bank - banks_.data()) % banks_of_rank_;

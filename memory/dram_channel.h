@@ -48,9 +48,10 @@ class DramChannel {
  public:
   // Where a transaction that was issued ends.
   struct Issued {
-    std::uint64_t id = 0, order = 0;
+    std::uint64_t id = 0, order = 0, transaction = 0;
     DramClock done = 0;
     bool ends = false;  // a transaction ended with this command
+    bool write = false;
   };
 
   DramChannel(const DramSpec& spec, const DramControl& control, std::uint32_t number);
@@ -154,7 +155,10 @@ class DramChannel {
   void issue_refresh(std::uint32_t rank, DramClock at);
   void close(Bank& bank, DramClock at, DramClock rp);
   void count_first(Entry& entry, std::uint64_t& counter);
-  void log(DramClock at, const Bank* bank, std::uint32_t rank);
+  void log(DramClock at, const Bank* bank, std::uint32_t rank) {
+    if (log_ != nullptr) add_to_log(at, bank, rank);
+  }
+  void add_to_log(DramClock at, const Bank* bank, std::uint32_t rank);
 
   const DramSpec* spec_;
   DramTimings n_;

@@ -42,7 +42,7 @@ struct PosedReference {
       request.max_factor = kReferenceMaxFactor;
     }
     // Textures as the file has them: blocks of a target are the machine's.
-    frame = scene::pose_frame(prepared.scene(ktx2::BasisTarget::kRgba32).assembly,
+    frame = scene::pose_frame(prepared.scene(scene::kTexturesOfTheFile).assembly,
                               gpu::frame_camera(prepared.capture, settings, width, height), request);
     // Of a frame with motion segments each is built when it is rendered: together they might not fit.
     scene = std::make_unique<ReferenceScene>(*frame, frame->segments.empty() ? 0 : 1);

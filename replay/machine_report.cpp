@@ -60,6 +60,11 @@ json timing_json(const timing::FrameTiming& timing) {
                    {"dram_row_hits", events.memory.row_hits},
                    {"shader_stalls", stalls},
                    {"simulated", events.events}};
+  if (const timing::DomainCounts& domain = events.domain; domain.vertices > 0)
+    out["events"]["domain"] = {{"vertices", domain.vertices},
+                               {"warps", domain.warps},
+                               {"lookups", domain.texels},
+                               {"lane_cycles", whole(domain.lanes_busy)}};
   return out;
 }
 

@@ -184,15 +184,18 @@ class TradeoffCommand final : public Command {
     return options;
   }
 
-  static void say(const TradeoffResult& result) {
-    const reference::ReferenceInfo& reference = result.reference;
+  static void say_reference(const reference::ReferenceInfo& reference) {
     fmt::print(
-        "{} frame {}, {}x{}; reference: {} samples per pixel, {}, {} triangles", result.capture, result.frame,
-        result.width, result.height, reference.samples,
+        "; reference: {} samples per pixel, {}, {} triangles", reference.samples,
         reference.edge_pixels == 0 ? "the machine's own grids" : fmt::format("cells of {} px", reference.edge_pixels),
         reference.triangles);
     if (reference.psnr_db) fmt::print(", its own noise {:.1f} dB", *reference.psnr_db);
     if (reference.convergence.slope) fmt::print(", error falls as samples^{:.3f}", *reference.convergence.slope);
+  }
+
+  static void say(const TradeoffResult& result) {
+    fmt::print("{} frame {}, {}x{}", result.capture, result.frame, result.width, result.height);
+    if (result.reference) say_reference(*result.reference);
     fmt::print("\n{}", tradeoff_table(result));
     if (result.stopped) fmt::print("\nstopped; the same command goes on from here\n");
   }
@@ -203,7 +206,7 @@ class TradeoffCommand final : public Command {
       return;
     }
     const SettingResult& setting = answer.found->setting;
-    const ImageError& error = setting.measured.error;
+    const ImageError& error = *setting.measured.error;
     fmt::print("\ncheapest by {}: {} ({}), FLIP {:.5f}, PSNR {}\n  {}\n", cost_, setting.label, answer.found->knob,
                error.flip, error.psnr_db ? fmt::format("{:.2f} dB", *error.psnr_db) : "equal", setting.arguments);
   }

@@ -89,8 +89,11 @@ struct Assembly {
   std::vector<std::uint32_t> patch_drawable;  // per base patch: its drawable
   std::vector<std::uint32_t> grid_patches;    // base patches that have grids, in order
   std::uint32_t record_count = 0;             // of base patches in memory: as many as there are but for instances
+  std::uint64_t texture_bytes = 0;            // HeldTextures::charged_bytes, of what its materials hold
 
   std::size_t patch_count() const { return patch_drawable.size(); }
+  // Of Capture::max_bytes, before any frame.
+  std::uint64_t charged_bytes() const { return std::min(capture->charged_bytes + texture_bytes, capture->max_bytes); }
   const Drawable& drawable_of(std::uint32_t patch) const { return drawables[patch_drawable[patch]]; }
   std::uint32_t record_of(std::uint32_t patch) const {
     const Drawable& drawable = drawable_of(patch);

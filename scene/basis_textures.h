@@ -17,8 +17,4 @@ namespace tessera::scene {
 std::shared_ptr<const shaders::Texture> basis_texture(ktx2::BasisTexture unpacked);
 std::shared_ptr<const shaders::ScalarTexture> basis_heights(const ktx2::BasisTexture& unpacked);
 
-// The capture's materials with their KTX2 images as `target` holds them; for kRgba32 the capture's own. The memory
-// that it takes, for all targets at once, was charged when the capture was read.
-std::vector<Material> materials_for(const Capture& capture, ktx2::BasisTarget target);
-
 }  // namespace tessera::scene

@@ -267,7 +267,7 @@ void charge_segments(const FrameGeometry& frame, const SegmentPlan& plan) {
   for (const DrawnPrimitive& drawn : assembly.drawn)
     if (frame.drawables[drawn.first_drawable].deforming)
       bytes += 2 * frame.drawables[drawn.first_drawable].positions[0].size() * (2 * sizeof(Vec3) + sizeof(Vec4));
-  const std::uint64_t left = capture.max_bytes - std::min(capture.charged_bytes, capture.max_bytes);
+  const std::uint64_t left = capture.max_bytes - assembly.charged_bytes();
   MemoryBudget budget(capture.max_bytes, capture.file.string(), capture.max_bytes - left / frame.request.memory_parts);
   budget.charge(static_cast<std::uint64_t>(plan.count), bytes, "a motion segment (sampling.motion_segments)");
 }

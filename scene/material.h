@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "base/vec.h"
 #include "shaders_cpp/texture.h"
@@ -124,6 +125,15 @@ struct Material {
             &m.diffuse_transmission.color_texture};
   }
 };
+
+inline constexpr std::array<std::string_view, kMaterialEffectCount> kMaterialEffectNames = {
+    "specular_glossiness", "dielectric",   "clearcoat", "sheen",      "anisotropy",
+    "iridescence",         "transmission", "volume",    "dispersion", "diffuse_transmission"};
+inline constexpr std::array<std::string_view, kMaterialTextureCount> kMaterialTextureNames = {
+    "base_color", "metallic_roughness", "normal", "occlusion", "emissive", "specular_glossiness", "specular",
+    "specular_color", "clearcoat", "clearcoat_roughness", "clearcoat_normal", "sheen_color", "sheen_roughness",
+    "anisotropy", "iridescence", "iridescence_thickness", "transmission", "thickness", "diffuse_transmission",
+    "diffuse_transmission_color"};
 
 // Whether the material's pixel shader reads a slot, if there is a texture.
 bool is_read(const Material& material, MaterialTexture slot);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "base/block_encoder.h"
 #include "base/key_table.h"
 #include "base/ktx2/ktx2.h"
 
@@ -9,7 +10,11 @@ namespace tessera::scene {
 struct TextureSettings {
   // [spec] Every GPU with Vulkan 1.0 or OpenGL ES 3.2 on a telephone of today decodes ASTC.
   ktx2::BasisTarget basis_target = ktx2::BasisTarget::kAstc4x4;
+  BlockFormat format = BlockFormat::kStored;
+  auto operator<=>(const TextureSettings&) const = default;
 };
+// Of the file's own texels: what reference images are made with.
+inline constexpr TextureSettings kTexturesOfTheFile{ktx2::BasisTarget::kRgba32, BlockFormat::kStored};
 Keys<TextureSettings> texture_keys();
 
 }  // namespace tessera::scene

@@ -56,6 +56,12 @@ void halve(int width, int height, int channels, const Get& get, const Put& put) 
     for (int y = 0; y < h; ++y) make_row(static_cast<std::size_t>(y));
 }
 
+// Of a level in whole squares of 4 x 4.
+std::size_t texels_of_squares(const Texture::Level& level) {
+  return std::size_t{16} * static_cast<std::size_t>((level.width + 3) / 4) *
+         static_cast<std::size_t>((level.height + 3) / 4);
+}
+
 }  // namespace
 
 int wrap_texel(Wrap wrap, std::int64_t i, int size) {
@@ -98,14 +104,17 @@ Texture::Texture(const DecodedImage& image, ColorSpace space) : space_(space) {
 }
 
 Texture::Texture(std::vector<Level> levels, ColorSpace space, TexelBlocks blocks) : space_(space), blocks_(blocks) {
+  std::size_t texels = 0;
+  for (const Level& level : levels) texels += texels_of_squares(level);
+  texels_.reserve(texels);
   for (const Level& level : levels) add_level(level);
   if (levels.size() == 1) make_levels(std::move(levels.front()));
 }
 
 void Texture::add_level(const Level& level) {
   const auto first = texels_.size();
-  const int across = (level.width + 3) / 4, down = (level.height + 3) / 4;
-  texels_.resize(first + std::size_t{16} * static_cast<std::size_t>(across) * static_cast<std::size_t>(down));
+  const int across = (level.width + 3) / 4;
+  texels_.resize(first + texels_of_squares(level));
   for (int y = 0; y < level.height; ++y)
     for (int x = 0; x < level.width; ++x) {
       const std::uint8_t* p = &level.rgba[(static_cast<std::size_t>(y) * static_cast<std::size_t>(level.width) +
@@ -146,6 +155,18 @@ void Texture::make_levels(Level base) {
   }
 }
 
+Texture::Level Texture::stored_level(int number) const {
+  const auto l = static_cast<std::size_t>(number);
+  Level level{width_[l], height_[l], {}};
+  level.rgba.reserve(std::size_t{4} * static_cast<std::size_t>(level.width) * static_cast<std::size_t>(level.height));
+  for (int y = 0; y < level.height; ++y)
+    for (int x = 0; x < level.width; ++x) {
+      const auto texel = static_cast<std::uint32_t>(texels_[place(l, x, y)]);
+      for (unsigned c = 0; c < 4; ++c) level.rgba.push_back(static_cast<std::uint8_t>(texel >> (8 * c)));
+    }
+  return level;
+}
+
 TextureView Texture::view() const {
   return {texels_.data(),         width_.data(),
           height_.data(),         first_.data(),
@@ -155,8 +176,7 @@ TextureView Texture::view() const {
 
 Vec4 Texture::texel(int level, int x, int y) const {
   const auto l = static_cast<std::size_t>(level);
-  const ColorOf<float> c =
-      texel_color<float>(view(), first_[l] + ((y / 4) * squares_across_[l] + x / 4) * 16 + (y % 4) * 4 + x % 4);
+  const ColorOf<float> c = texel_color<float>(view(), static_cast<std::int32_t>(place(l, x, y)));
   if (space_ == ColorSpace::kSrgb) return {c.r, c.g, c.b, c.a / 255.0f};
   return {c.r / 255.0f, c.g / 255.0f, c.b / 255.0f, c.a / 255.0f};
 }

@@ -83,6 +83,9 @@ class Texture {
   int width(int level = 0) const { return width_[static_cast<std::size_t>(level)]; }
   int height(int level = 0) const { return height_[static_cast<std::size_t>(level)]; }
   int level_count() const { return static_cast<int>(width_.size()); }
+  // A level's texels as they are stored.
+  Level stored_level(int level) const;
+  ColorSpace color_space() const { return space_; }
   // True when every texel's alpha is 1.
   bool opaque() const { return opaque_; }
   TexelBlocks blocks() const { return blocks_; }
@@ -100,6 +103,11 @@ class Texture {
  private:
   void make_levels(Level base);
   void add_level(const Level& level);
+  // In texels_.
+  std::size_t place(std::size_t level, int x, int y) const {
+    return static_cast<std::size_t>(first_[level] + ((y / 4) * squares_across_[level] + x / 4) * 16 + y % 4 * 4 +
+                                    x % 4);
+  }
 
   ColorSpace space_;
   TexelBlocks blocks_;

@@ -32,8 +32,13 @@ TileParts parts_of(const hardware::Machine& gpu, const TileItems& items) {
     TilePart& part = parts[item.drawable];
     Weights& w = part.weights;
     of(w, Stage::kFetch) += 1;
-    of(w, Stage::kTessellator) +=
-        item.vertices / gpu.rates.vertices_per_clk + item.transforms / gpu.rates.transforms_per_clk;
+    of(w, Stage::kTessellator) += item.transforms / gpu.rates.transforms_per_clk;
+    if (gpu.shader.domain == hardware::DomainShading::kUnit) {
+      of(w, Stage::kTessellator) += item.vertices / gpu.rates.vertices_per_clk;
+    } else {
+      of(w, Stage::kShader) += item.vertices * (compiled(gpu) ? item.domain_clocks : gpu.shader.domain_operations);
+      of(w, Stage::kTexture) += static_cast<double>(item.vertices) * item.domain_texels;
+    }
     of(w, Stage::kBoxes) += item.boxes;
     of(w, Stage::kBoxTests) += item.box_lanes;
     of(w, Stage::kStencil) += item.stencil_tests;
@@ -69,10 +74,7 @@ hardware::EnergyEvents tile_events(const hardware::Machine& gpu, const TileWork&
   FrameWork alone;
   alone.rounds.emplace_back().tiles.push_back(tile);
   hardware::EnergyEvents events = energy_events(alone);
-  if (items != nullptr && compiled(gpu)) {
-    events.shader_invocations = events.surface_evaluations = events.shader_clocks = 0;
-    for (const WarpItem& warp : items->warps) events.shader_clocks += std::uint64_t{warp.lanes} * warp.clocks;
-  }
+  if (items != nullptr && compiled(gpu)) take_compiled(gpu, compiled_clocks(gpu, *items), events);
   return events;
 }
 
@@ -80,8 +82,13 @@ StageCycles tile_cycles(const hardware::Machine& gpu, const TileWork& tile, cons
   StageCycles cycles = stage_cycles(gpu, tile);
   if (items != nullptr && compiled(gpu)) {
     double& shader = cycles[static_cast<std::size_t>(Stage::kShader)] = 0;
-    for (const WarpItem& warp : items->warps)
-      shader += static_cast<double>(gpu.shader.warp_lanes * warp.clocks) / static_cast<double>(gpu.shader.lanes);
+    const auto add = [&](std::uint64_t warps, std::uint32_t clocks) {
+      shader += static_cast<double>(warps * static_cast<std::uint64_t>(gpu.shader.warp_lanes) * clocks) /
+                static_cast<double>(gpu.shader.lanes);
+    };
+    for (const WarpItem& warp : items->warps) add(1, warp.clocks);
+    if (gpu.shader.domain == hardware::DomainShading::kLanes)
+      for (const SubPatchItem& item : items->sub_patches) add(domain_warps(gpu, item), item.domain_clocks);
   }
   return cycles;
 }

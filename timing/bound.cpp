@@ -20,6 +20,7 @@ void double_stage(Machine& gpu, Stage stage) {
       break;
     case Stage::kBinner:
       rates.binned_entries_per_clk *= 2, rates.binned_tiles_per_clk *= 2;
+      gpu.signatures.input_bytes_per_clk *= 2;
       break;
     case Stage::kFetch:
       rates.fetched_entries_per_clk *= 2, rates.sort_steps_per_clk *= 2;
@@ -62,6 +63,7 @@ void double_stage(Machine& gpu, Stage stage) {
       break;
     case Stage::kResolve:
       rates.resolved_pixels_per_clk *= 2, rates.resolve_operations_per_clk *= 2;
+      gpu.signatures.color_bytes_per_clk *= 2;
       break;
     case Stage::kDram:
       gpu.memory.gb_per_s *= 2, gpu.memory.channels *= 2;
@@ -80,7 +82,8 @@ Machine doubled(const Machine& gpu, Bound bound) {
   switch (bound) {
     case Bound::kLatency:
       more.memory.latency_ns /= 2, more.queues.texture_latency_clk /= 2, more.queues.l2_latency_clk /= 2;
-      more.queues.items *= 2, more.queues.fetched_lines *= 2, more.queues.store_bytes *= 2;
+      more.queues.items *= 2, more.queues.fetched_lines *= 2, more.queues.table_lines *= 2,
+          more.queues.store_bytes *= 2;
       more.queues.texture_requests *= 2, more.queues.l2_requests *= 2;
       more.queues.max_warps *= 2, more.queues.register_bytes *= 2;
       break;
@@ -107,25 +110,40 @@ Machine doubled(const Machine& gpu, Bound bound) {
 }
 
 BoundGain find_bound(double cycles, std::vector<BoundGuess> guesses, double imbalance,
-                     const std::function<double(Bound)>& with_twice) {
-  std::stable_sort(guesses.begin(), guesses.end(),
-                   [](const BoundGuess& a, const BoundGuess& b) { return a.most > b.most; });
-  // Two at a time, on however many threads: which are simulated must not depend on it.
-  constexpr std::size_t kAtOnce = 2;
+                     const std::function<double(Bound, double limit)>& with_twice) {
+  const auto by_bound = [](const auto& a, const auto& b) { return index(a.bound) < index(b.bound); };
+  std::stable_sort(guesses.begin(), guesses.end(), by_bound);
   std::vector<BoundGain> gains = {{Bound::kImbalance, imbalance}};
-  double best = imbalance;
-  for (std::size_t next = 0; next < guesses.size() && guesses[next].most > kNearlyBest * best; next += kAtOnce) {
-    const std::size_t count = std::min(kAtOnce, guesses.size() - next), first = gains.size();
-    gains.resize(first + count);
-    parallel_for(count, [&](std::size_t k) {
-      const Bound bound = guesses[next + k].bound;
-      gains[first + k] = {bound, std::max(0.0, cycles - with_twice(bound))};
+  while (true) {
+    double best = 0;
+    for (const BoundGain& gain : gains) best = std::max(best, gain.cycles);
+    const BoundGain named =
+        *std::find_if(gains.begin(), gains.end(), [&](const BoundGain& g) { return g.cycles >= best * kNearlyBest; });
+    // What may be named in its place: if it gains more than so much.
+    const auto enough = [&](const BoundGuess& guess) {
+      return by_bound(guess, named) ? best * kNearlyBest : named.cycles / kNearlyBest;
+    };
+    std::vector<BoundGuess> open;
+    double most = best;
+    for (const BoundGuess& guess : guesses)
+      if (guess.most > enough(guess)) open.push_back(guess), most = std::max(most, guess.most);
+    if (open.empty()) return named;
+    // One at first, which may be all it takes; then two at a time, on however many threads: which are simulated must not
+    // depend on it.
+    std::stable_partition(open.begin(), open.end(), [&](const BoundGuess& g) { return g.most >= most * kNearlyBest; });
+    open.resize(std::min<std::size_t>(gains.size() == 1 ? 1 : 2, open.size()));
+    // One that gains less than this matters to no other.
+    const auto least = [&](const BoundGuess& guess) { return by_bound(guess, named) ? best * kNearlyBest : best; };
+    std::vector<double> found(open.size());
+    parallel_for(open.size(), [&](std::size_t k) {
+      found[k] = std::max(0.0, cycles - with_twice(open[k].bound, cycles - least(open[k])));
     });
-    for (std::size_t k = first; k < gains.size(); ++k) best = std::max(best, gains[k].cycles);
+    for (std::size_t k = 0; k < open.size(); ++k) {
+      std::erase_if(guesses, [&](const BoundGuess& g) { return g.bound == open[k].bound; });
+      if (found[k] >= least(open[k])) gains.push_back({open[k].bound, found[k]});
+    }
+    std::stable_sort(gains.begin(), gains.end(), by_bound);
   }
-  std::stable_sort(gains.begin(), gains.end(),
-                   [](const BoundGain& a, const BoundGain& b) { return index(a.bound) < index(b.bound); });
-  return *std::find_if(gains.begin(), gains.end(), [&](const BoundGain& g) { return g.cycles >= best * kNearlyBest; });
 }
 
 }  // namespace tessera::timing

@@ -50,11 +50,12 @@ struct BoundGain {
 };
 
 // What bounds a frame: of all that gain at least kNearlyBest of the best doubling, the first in the order of Bound, which
-// is the most specific. Doublings are simulated in the order of their guesses, as long as one may be
-// what is named. `cycles`: of the frame. `imbalance`: what it would save if all cores ended together. `with_twice`: cycles of the
-// frame on doubled(gpu, bound), asked of several threads. Gain 0: nothing gains anything.
+// is the most specific. Doublings are simulated, the most specific of those with great guesses first, until no other can
+// change the answer: it is that of simulating all. `cycles`: of the frame. `imbalance`: what it would save if all cores
+// ended together. `with_twice`: cycles of the frame on doubled(gpu, bound) or, of a frame that takes longer than `limit`,
+// anything above that; asked of several threads. Gain 0: nothing gains anything.
 inline constexpr double kNearlyBest = 0.8;
 BoundGain find_bound(double cycles, std::vector<BoundGuess> guesses, double imbalance,
-                     const std::function<double(Bound)>& with_twice);
+                     const std::function<double(Bound, double limit)>& with_twice);
 
 }  // namespace tessera::timing

@@ -10,15 +10,19 @@ namespace tessera::timing {
 struct SubPatchItem {
   std::uint32_t vertices = 0;    // evaluated
   std::uint32_t transforms = 0;  // of vertices that were there
+  // Of one vertex for its compiled domain shader (hardware/shader_costs.h): clocks and registers of a lane, and bilinear
+  // lookups of heights.
+  std::uint32_t domain_clocks = 0, domain_registers = 0, domain_texels = 0;
   std::uint32_t boxes = 0, box_lanes = 0;
   std::uint32_t stencil_tests = 0;
   std::uint32_t sampling_operations = 0;
   std::uint32_t triangle_lanes = 0;
   std::uint32_t alpha_tests = 0;
   std::uint32_t depth_blocks = 0;
-  std::uint32_t lines = 0;        // TileItems::lines: records and heights
-  std::uint32_t texel_lines = 0;  // TileItems::texel_lines: of alpha tests
-  std::uint32_t drawable = 0;     // its number in scene::Assembly, plus one; 0: of none
+  std::uint32_t lines = 0;         // TileItems::lines: records, then heights
+  std::uint32_t height_lines = 0;  // of these
+  std::uint32_t texel_lines = 0;   // TileItems::texel_lines: of alpha tests
+  std::uint32_t drawable = 0;      // its number in scene::Assembly, plus one; 0: of none
 };
 
 // One warp of the pixel shader, in the order in which they are packed.

@@ -437,7 +437,7 @@ FrameTiming time_frame(const hardware::Machine& gpu, const FrameWork& work, cons
   timing.cores_busy = cores_busy(gpu, schedule);
 
   timing.bind(find_bound(timing.cycles, guesses_of(gpu, timing, schedule), imbalance(gpu, schedule),
-                         [&](Bound bound) { return schedule_frame(doubled(gpu, bound), work).cycles; }));
+                         [&](Bound bound, double) { return schedule_frame(doubled(gpu, bound), work).cycles; }));
   return timing;
 }
 

@@ -29,7 +29,9 @@ struct GeometryWork {
   std::uint64_t sampling_operations = 0;  // of the sampling controller's sparse pass
   std::uint64_t entries = 0;
   std::uint64_t tiles_tested = 0;  // pairs of a sub-patch and a tile
+  std::uint64_t hashed_bytes = 0;  // of tiles' inputs
   std::uint64_t dram_bytes = 0;
+  std::uint64_t table_bytes = 0;    // of these, filled into the L2
   std::uint64_t written_bytes = 0;  // of these
   std::uint64_t queue_bytes = 0;    // of the parameter buffer in use at the end
 };
@@ -40,10 +42,11 @@ struct TileWork {
   std::uint32_t tile = 0;
   std::uint64_t entries = 0;
   std::uint64_t sort_steps = 0;
-  std::uint64_t sub_patches = 0;  // tested, tessellated for it or found in the cache
-  std::uint64_t vertices = 0;     // evaluated for it
-  std::uint64_t transforms = 0;   // of vertices that were there, to both motion keys
-  std::uint64_t boxes = 0;        // of cells and leaves; in lists of triangles, set up to be tested
+  std::uint64_t sub_patches = 0;    // tested, tessellated for it or found in the cache
+  std::uint64_t vertices = 0;       // evaluated for it
+  std::uint64_t domain_texels = 0;  // bilinear lookups of heights that shading these on lanes takes
+  std::uint64_t transforms = 0;     // of vertices that were there, to both motion keys
+  std::uint64_t boxes = 0;          // of cells and leaves; in lists of triangles, set up to be tested
   std::uint64_t box_tests = 0;
   std::uint64_t box_lanes = 0;  // of them, idle ones included
   std::uint64_t stencil_tests = 0;
@@ -63,6 +66,7 @@ struct TileWork {
   std::uint64_t blended_layers = 0;
   std::uint64_t pixels = 0;              // resolved
   std::uint64_t resolve_operations = 0;  // of desampling: stencil taps, velocities, advected pixels
+  std::uint64_t hashed_bytes = 0;        // of its colours
   std::array<std::uint64_t, kPhaseCount> dram_bytes{};
 };
 
@@ -78,6 +82,8 @@ struct WorkRound {
   GeometryWork geometry;
   std::vector<TileWork> tiles;   // in the order of the tile scheduler
   std::vector<TileItems> items;  // of each, or none at all
+  std::vector<std::uint32_t>
+      geometry_lines{};  // with items: those of heights' tables that the front end asks of the L2
   TriangleWork triangles{};
 };
 
@@ -90,6 +96,16 @@ struct FrameWork {
   std::uint64_t dram_bytes() const;
 };
 
+// Warps of a sub-patch's vertices where lanes shade them.
+inline std::uint64_t domain_warps(const hardware::Machine& gpu, const SubPatchItem& item) {
+  const auto lanes = static_cast<std::uint64_t>(gpu.shader.warp_lanes);
+  return (item.vertices + lanes - 1) / lanes;
+}
+// Clocks of lanes that the compiled shaders of a tile take; they replace what constants make of its invocations, and of
+// its vertices where lanes shade them.
+std::uint64_t compiled_clocks(const hardware::Machine& gpu, const TileItems& items);
+void take_compiled(const hardware::Machine& gpu, std::uint64_t clocks, hardware::EnergyEvents& events);
+
 // What a frame's energy follows from.
 hardware::EnergyEvents energy_events(const FrameWork& work);
 
@@ -98,7 +114,9 @@ hardware::EnergyEvents energy_events(const FrameWork& work);
 std::array<std::uint64_t, kPhaseCount> phase_bytes(const memory::Ledger& ledger);
 Phase phase_of(memory::Unit unit, memory::Purpose purpose, bool write);
 
-// Cycles that each unit needs for an amount of work, all else being infinitely fast.
+// Cycles that each unit needs for an amount of work, all else being infinitely fast. With
+// tessellator.domain_shading=lanes vertices are work of the shader, which a tile has in its shading phase: lanes are
+// taken once, though the tile would want them before.
 using StageCycles = std::array<double, kStageCount>;
 StageCycles stage_cycles(const hardware::Machine& gpu, const GeometryWork& work);
 StageCycles stage_cycles(const hardware::Machine& gpu, const TileWork& work);

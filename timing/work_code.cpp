@@ -11,32 +11,36 @@ namespace {
 // Calls visit(member) for every number of a record in order; `Work` may be const.
 template <class Work, class Visit>
 void each_number(Work& work, const Visit& visit) requires std::is_same_v<std::remove_const_t<Work>, GeometryWork> {
-  auto& [patches, bounds, depth_blocks, depth_tests, sampling_operations, entries, tiles_tested, dram_bytes,
-         written_bytes, queue_bytes] = work;
+  auto& [patches, bounds, depth_blocks, depth_tests, sampling_operations, entries, tiles_tested, hashed_bytes,
+         dram_bytes, table_bytes, written_bytes, queue_bytes] = work;
   visit(patches), visit(bounds), visit(depth_blocks), visit(depth_tests), visit(sampling_operations), visit(entries),
-      visit(tiles_tested), visit(dram_bytes), visit(written_bytes), visit(queue_bytes);
+      visit(tiles_tested), visit(hashed_bytes), visit(dram_bytes), visit(table_bytes), visit(written_bytes),
+      visit(queue_bytes);
 }
 
 template <class Work, class Visit>
 void each_number(Work& work, const Visit& visit) requires std::is_same_v<std::remove_const_t<Work>, TileWork> {
-  auto& [tile, entries, sort_steps, sub_patches, vertices, transforms, boxes, box_tests, box_lanes, stencil_tests,
-         sampling_operations, triangle_tests, triangle_lanes, hits, alpha_tests, depth_blocks, compacted_samples,
-         shader_invocations, shader_lanes, surface_evaluations, surface_lanes, texels, l2_lines, blended_layers, pixels,
-         resolve_operations, dram_bytes] = work;
-  visit(tile), visit(entries), visit(sort_steps), visit(sub_patches), visit(vertices), visit(transforms), visit(boxes);
+  auto& [tile, entries, sort_steps, sub_patches, vertices, domain_texels, transforms, boxes, box_tests, box_lanes,
+         stencil_tests, sampling_operations, triangle_tests, triangle_lanes, hits, alpha_tests, depth_blocks,
+         compacted_samples, shader_invocations, shader_lanes, surface_evaluations, surface_lanes, texels, l2_lines,
+         blended_layers, pixels, resolve_operations, hashed_bytes, dram_bytes] = work;
+  visit(tile), visit(entries), visit(sort_steps), visit(sub_patches), visit(vertices), visit(domain_texels);
+  visit(transforms), visit(boxes);
   visit(box_tests), visit(box_lanes), visit(stencil_tests), visit(sampling_operations), visit(triangle_tests);
   visit(triangle_lanes), visit(hits), visit(alpha_tests), visit(depth_blocks), visit(compacted_samples);
   visit(shader_invocations), visit(shader_lanes), visit(surface_evaluations), visit(surface_lanes), visit(texels);
-  visit(l2_lines), visit(blended_layers), visit(pixels), visit(resolve_operations);
+  visit(l2_lines), visit(blended_layers), visit(pixels), visit(resolve_operations), visit(hashed_bytes);
   for (auto& bytes : dram_bytes) visit(bytes);
 }
 
 template <class Item, class Visit>
 void each_number(Item& item, const Visit& visit) requires std::is_same_v<std::remove_const_t<Item>, SubPatchItem> {
-  auto& [vertices, transforms, boxes, box_lanes, stencil_tests, sampling_operations, triangle_lanes, alpha_tests,
-         depth_blocks, lines, texel_lines, drawable] = item;
-  visit(vertices), visit(transforms), visit(boxes), visit(box_lanes), visit(stencil_tests), visit(sampling_operations);
-  visit(triangle_lanes), visit(alpha_tests), visit(depth_blocks), visit(lines), visit(texel_lines), visit(drawable);
+  auto& [vertices, transforms, domain_clocks, domain_registers, domain_texels, boxes, box_lanes, stencil_tests,
+         sampling_operations, triangle_lanes, alpha_tests, depth_blocks, lines, height_lines, texel_lines, drawable] =
+      item;
+  visit(vertices), visit(transforms), visit(domain_clocks), visit(domain_registers), visit(domain_texels);
+  visit(boxes), visit(box_lanes), visit(stencil_tests), visit(sampling_operations), visit(triangle_lanes);
+  visit(alpha_tests), visit(depth_blocks), visit(lines), visit(height_lines), visit(texel_lines), visit(drawable);
 }
 
 template <class Item, class Visit>
@@ -122,7 +126,10 @@ class Reader {
 // Items take as many lines as there are.
 void check_lines(const TileItems& items) {
   std::uint64_t lines = items.shading_lines, texel_lines = 0;
-  for (const SubPatchItem& item : items.sub_patches) lines += item.lines, texel_lines += item.texel_lines;
+  for (const SubPatchItem& item : items.sub_patches) {
+    lines += item.lines, texel_lines += item.texel_lines;
+    if (item.height_lines > item.lines) throw BadWork{"more lines of heights than lines"};
+  }
   for (const WarpItem& item : items.warps) texel_lines += item.texel_lines;
   if (lines != items.lines.size() || texel_lines != items.texel_lines.size())
     throw BadWork{"items that ask for other lines than there are"};
@@ -138,6 +145,7 @@ std::string encode(const FrameWork& work) {
     each_number(round.geometry, write);
     out.number(round.tiles.size());
     for (const TileWork& tile : round.tiles) each_number(tile, write);
+    out.lines(round.geometry_lines);
     out.number(round.items.size());
     for (const TileItems& items : round.items) {
       each_number(items, write);
@@ -165,6 +173,7 @@ FrameWork decode(std::string_view bytes) {
     each_number(round.geometry, read);
     const std::size_t tiles = in.length();
     for (std::size_t t = 0; t < tiles; ++t) each_number(round.tiles.emplace_back(), read);
+    in.lines(round.geometry_lines);
     const std::size_t item_lists = in.length();
     if (item_lists != 0 && item_lists != tiles) throw BadWork{"items of some tiles only"};
     for (std::size_t t = 0; t < item_lists; ++t) {

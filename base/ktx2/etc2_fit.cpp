@@ -428,4 +428,17 @@ EacValues fit_eac(std::span<const std::uint8_t> values) {
   return best;
 }
 
+void encode_etc2(const TexelBlock& wanted, std::span<std::uint8_t> bytes, TexelBlock& texels) {
+  if (bytes.size() == 16) {
+    std::array<std::uint8_t, 16> alpha{};
+    for (std::size_t t = 0; t < 16; ++t) alpha[t] = wanted[t][3];
+    const EtcBytes packed = pack_eac(fit_eac(alpha));
+    std::copy(packed.begin(), packed.end(), bytes.begin());
+    decode_eac_alpha(packed, texels);
+  }
+  const EtcBytes packed = fit_etc2_rgb(wanted);
+  std::copy(packed.begin(), packed.end(), bytes.end() - 8);
+  decode_etc2_rgb(packed, texels);
+}
+
 }  // namespace tessera::ktx2

@@ -21,4 +21,8 @@ EtcBytes fit_etc2_rgb(const TexelBlock& texels);
 //   EA1  A block of one alpha comes back as it was.
 EacValues fit_eac(std::span<const std::uint8_t> values);
 
+// A block for 16 texels, `bytes` of it: 8 for their colours, or 16, of which the first 8 are EAC's for their alpha.
+// Replaces those channels of `texels` by what it decodes to.
+void encode_etc2(const TexelBlock& wanted, std::span<std::uint8_t> bytes, TexelBlock& texels);
+
 }  // namespace tessera::ktx2

@@ -6,25 +6,6 @@
 #include "base/ktx2/level_writer.h"
 
 namespace tessera::ktx2 {
-namespace {
-
-// EAC alpha where the block has 16 bytes, ETC2 RGB, and the texels that they decode to. Hints of a UASTC block, which
-// save time at the cost of quality, are not used.
-void make_etc2_block(const TexelBlock& wanted, std::span<std::uint8_t> bytes, TexelBlock& texels) {
-  if (bytes.size() == 16) {
-    std::array<std::uint8_t, 16> alpha{};
-    for (std::size_t t = 0; t < 16; ++t) alpha[t] = wanted[t][3];
-    const EtcBytes packed = pack_eac(fit_eac(alpha));
-    std::copy(packed.begin(), packed.end(), bytes.begin());
-    decode_eac_alpha(packed, texels);
-  }
-  const EtcBytes packed = fit_etc2_rgb(wanted);
-  std::copy(packed.begin(), packed.end(), bytes.end() - 8);
-  decode_etc2_rgb(packed, texels);
-}
-
-}  // namespace
-
 bool write_uastc_level(FileBytes blocks, const ContainerLevel& source, BasisTarget target, const Ktx2Header& header,
                        BasisLevel& level) {
   std::atomic<bool> sound = true;
@@ -42,8 +23,9 @@ bool write_uastc_level(FileBytes blocks, const ContainerLevel& source, BasisTarg
       std::copy(packed.begin(), packed.end(), bytes.begin());
       TESSERA_CHECK(decode_astc(packed, header.srgb, texels), "a block that was packed is read");
     } else {
+      // Hints of a UASTC block, which save time at the cost of quality, are not used.
       astc_texels(block, false, texels);
-      if (target == BasisTarget::kEtc2) make_etc2_block(TexelBlock(texels), bytes, texels);
+      if (target == BasisTarget::kEtc2) encode_etc2(TexelBlock(texels), bytes, texels);
     }
     if (!header.alpha)
       for (auto& texel : texels) texel[3] = 255;

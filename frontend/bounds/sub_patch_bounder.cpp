@@ -95,8 +95,7 @@ double largest_of_net(const PatchNet& net) {
 // each coordinate and one of differences of levels where a single-sided material uses it.
 void check_tables(const scene::Assembly& assembly) {
   const scene::Capture& capture = *assembly.capture;
-  scene::MemoryBudget budget(capture.max_bytes, capture.file.string(),
-                             std::min(capture.charged_bytes, capture.max_bytes));
+  scene::MemoryBudget budget(capture.max_bytes, capture.file.string(), assembly.charged_bytes());
   std::map<const void*, std::uint64_t> tables;
   const auto charge = [&](const void* texture, int width, int height, std::uint64_t wanted, const char* what) {
     std::uint64_t& have = tables[texture];

@@ -104,7 +104,7 @@ void judge(KnobResult& knob) {
       setting.front[static_cast<std::size_t>(cost)].reset();
       const auto value = cost_of(setting.measured, cost);
       if (!value) continue;
-      points.push_back({setting.measured.error.flip, *value});
+      points.push_back({setting.measured.error->flip, *value});
       of.push_back(&setting);
     }
     const std::vector<bool> front = pareto_front(points);
@@ -120,7 +120,7 @@ std::optional<CheapestSetting> cheapest(const std::vector<KnobResult>& knobs, co
     for (const SettingResult& setting : knob.settings) {
       const auto cost = cost_of(setting.measured, wanted.cost);
       if (!cost || setting.in_double) continue;
-      const ImageError& of = setting.measured.error;
+      const ImageError& of = *setting.measured.error;
       if (wanted.max_flip && of.flip > *wanted.max_flip) continue;
       if (wanted.min_psnr_db && of.psnr_db && *of.psnr_db < *wanted.min_psnr_db) continue;
       if (*cost > least || (*cost == least && of.flip >= error)) continue;

@@ -158,9 +158,16 @@ std::vector<Knob> shading_knobs() {
 }
 
 std::vector<Knob> texture_knobs() {
-  return {watching(knob("texture_blocks", "KTX2 textures in memory",
-                        values_of("texture.basis_target", {"rgba8", "etc2", "astc"}), "astc", KnobNeed::kBasisTextures),
-                   "texture.cache_misses", "lines that missed the texture cache")};
+  const auto by_lines = [](Knob knob) {
+    return watching(std::move(knob), "texture.cache_misses", "lines that missed the texture cache");
+  };
+  return {
+      by_lines(knob("texture_format", "blocks of textures",
+                    values_of("texture.format", {"stored", "etc2", "astc-4x4", "astc-5x5", "astc-6x6", "astc-8x8",
+                                                 "astc-10x10", "astc-12x12"}),
+                    "stored", KnobNeed::kTextures)),
+      by_lines(knob("texture_blocks", "KTX2 textures in memory",
+                    values_of("texture.basis_target", {"rgba8", "etc2", "astc"}), "astc", KnobNeed::kBasisTextures))};
 }
 
 std::vector<Knob> resolve_knobs() {
@@ -248,12 +255,15 @@ bool any_drawable(const scene::FrameGeometry& frame, bool (*has)(const scene::Po
   return std::any_of(frame.drawables.begin(), frame.drawables.end(), has);
 }
 
+bool has_texture(const scene::Material& m) {
+  const auto slots = m.slots();
+  return std::any_of(slots.begin(), slots.end(), [](const auto* slot) { return slot->texture != nullptr; });
+}
 bool has_basis_texture(const scene::Material& m) {
   const auto is_basis = [](const scene::TextureSource& source) {
     return source.format == scene::TextureFormat::kKtx2Etc1s || source.format == scene::TextureFormat::kKtx2Uastc;
   };
-  for (const scene::TextureSlot* slot : {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture,
-                                         &m.occlusion_texture, &m.emissive_texture})
+  for (const scene::TextureSlot* slot : m.slots())
     if (slot->texture != nullptr && is_basis(slot->source)) return true;
   return m.displacement.has_value() && is_basis(m.displacement->source);
 }
@@ -304,6 +314,10 @@ std::string why_without_effect(const Knob& knob, const scene::FrameGeometry& fra
     case KnobNeed::kProcedures:
       if (!any_drawable(frame, [](const scene::PosedDrawable& d) { return d.procedure != nullptr; }))
         return "the capture has no procedures";
+      break;
+    case KnobNeed::kTextures:
+      if (!any_drawable(frame, [](const scene::PosedDrawable& d) { return has_texture(*d.material); }))
+        return "the capture has no textures";
       break;
     case KnobNeed::kBasisTextures:
       if (!any_drawable(frame, [](const scene::PosedDrawable& d) { return has_basis_texture(*d.material); }))

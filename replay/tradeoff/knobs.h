@@ -26,7 +26,18 @@ struct KnobSetting {
 };
 
 // What a capture must have for a knob to change anything.
-enum class KnobNeed { kNothing, kMotion, kCurves, kLens, kDisplacement, kGrids, kProcedures, kBasisTextures, kMeshes };
+enum class KnobNeed {
+  kNothing,
+  kMotion,
+  kCurves,
+  kLens,
+  kDisplacement,
+  kGrids,
+  kProcedures,
+  kTextures,
+  kBasisTextures,
+  kMeshes
+};
 
 // Something of the emulated machine that buys accuracy and costs something.
 struct Knob {

@@ -33,7 +33,7 @@ struct RoundTimes {
 };
 
 struct TrialResult {
-  ImageError error;
+  std::optional<ImageError> error;        // nothing where only time is modelled: there is nothing to see
   std::string image_sha256;               // of its linear values
   std::map<std::string, Figure> figures;  // of the compared frame, by columns.h's names, those not 0; none in double
   RoundTimes host;
@@ -46,7 +46,7 @@ struct Spread {
 
 // What a setting is judged by. Cycles, bytes and energy are the machine's: what runs in double has none.
 struct Measurement {
-  ImageError error;
+  std::optional<ImageError> error;
   std::string image_sha256;
   std::optional<std::uint64_t> cycles, dram_bytes;
   std::optional<double> energy_nj;
@@ -94,9 +94,9 @@ struct TradeoffResult {
   gpu::RunSettings settings;
   gpu::GpuConfiguration gpu;
   std::string gpu_name;
-  reference::ReferenceInfo reference;
-  std::vector<KnobResult> knobs;  // the last one is "joint" where knobs were turned together
-  bool stopped = false;           // by a signal, before its end
+  std::optional<reference::ReferenceInfo> reference;  // nothing where all knobs are timed
+  std::vector<KnobResult> knobs;                      // the last one is "joint" where knobs were turned together
+  bool stopped = false;                               // by a signal, before its end
 };
 
 // What --max-flip and --min-psnr ask for, and the answer.

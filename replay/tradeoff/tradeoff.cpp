@@ -52,15 +52,20 @@ class Tradeoff {
     const gpu::PreparedCapture& prepared = *captures.original();
     place(prepared.capture);
     const std::vector<Block> blocks = plan(prepared);
-    std::size_t steps = 1;
+    // Models of timing draw nothing.
+    const bool draws = std::any_of(blocks.begin(), blocks.end(),
+                                   [](const Block& block) { return !block.knob.timed && !block.rows.empty(); });
+    std::size_t steps = draws ? 1 : 0, done = steps;
     for (const Block& block : blocks) steps += block.rows.size();
     Progress progress(steps, options_.quiet);
-    reference::ReferenceSettings wanted{options_.width, options_.height, place_.frame, options_.reference_samples,
-                                        options_.reference_edge_pixels};
-    const reference::Reference reference =
-        get_reference(prepared, options_.gpu, options_.settings, wanted, options_.folder, place_.inputs);
-    std::size_t done = 1;
-    progress.update(done, "reference");
+    std::optional<reference::Reference> reference;
+    if (draws) {
+      const reference::ReferenceSettings wanted{options_.width, options_.height, place_.frame,
+                                                options_.reference_samples, options_.reference_edge_pixels};
+      reference = get_reference(prepared, options_.gpu, options_.settings, wanted, options_.folder, place_.inputs);
+      progress.update(done, "reference");
+    }
+    const Image* const color = reference ? &reference->color : nullptr;
     TradeoffResult out{.capture = options_.capture.filename().string(),
                        .frame = place_.frame,
                        .first_frame = place_.first_frame,
@@ -71,18 +76,18 @@ class Tradeoff {
                        .settings = options_.settings,
                        .gpu = options_.gpu,
                        .gpu_name = options_.gpu_name,
-                       .reference = reference.info,
+                       .reference = reference ? std::optional(reference->info) : std::nullopt,
                        .knobs = {},
                        .stopped = false};
     Trial base{options_.settings, options_.gpu, false, {}, false, ""};
     name_trial(base, place_);
     for (const Block& block : blocks) {
-      if (stop_requested() || !measure(captures, block, reference.color)) break;
+      if (stop_requested() || !measure(captures, block, color)) break;
       out.knobs.push_back(result_of(block, base.hash));
       done += block.rows.size();
       progress.update(done, block.knob.title);
     }
-    if (!options_.joint.empty() && !stop_requested()) add_joint(captures, reference.color, base.hash, out.knobs);
+    if (!options_.joint.empty() && !stop_requested()) add_joint(captures, color, base.hash, out.knobs);
     out.stopped = stop_requested();
     return out;
   }
@@ -131,7 +136,7 @@ class Tradeoff {
                                                      options_.height, place_.frame);
     request.motion_segments = 2;  // wherever anything moves along a curve
     const auto frame = scene::pose_frame(
-        prepared.scene(options_.settings.textures.basis_target).assembly,
+        prepared.scene(options_.settings.textures).assembly,
         gpu::frame_camera(prepared.capture, options_.settings, options_.width, options_.height), request);
     std::vector<Block> blocks;
     for (const Knob& knob : knobs()) {
@@ -152,14 +157,14 @@ class Tradeoff {
   }
 
   // False when asked to stop before all of the block was measured; what was is kept.
-  bool measure(PackedCaptures& captures, const Block& block, const Image& reference) {
+  bool measure(PackedCaptures& captures, const Block& block, const Image* reference) {
     std::vector<Trial> missing;
     std::set<std::string> asked;
     for (const Row& row : block.rows) {
       const std::string& hash = row.trial.hash;
       if (results_.contains(hash) || !asked.insert(hash).second) continue;
       if (points_.has(hash))
-        results_[hash] = read_trial(points_.file(hash));
+        results_[hash] = read_trial(points_.file(hash), row.trial.timed);
       else
         missing.push_back(row.trial);
     }
@@ -221,7 +226,7 @@ class Tradeoff {
   }
 
   // All combinations of the axes of the knobs that were asked for.
-  void add_joint(PackedCaptures& captures, const Image& reference, const std::string& base,
+  void add_joint(PackedCaptures& captures, const Image* reference, const std::string& base,
                  std::vector<KnobResult>& results) {
     std::vector<std::vector<KnobSetting>> axes;
     std::set<std::string> keys;

@@ -32,7 +32,7 @@ struct TradeoffOptions {
 };
 
 // The output folder of a tradeoff:
-//   reference/HASH.exr, .json   the reference and how far it has converged
+//   reference/HASH.exr, .json   the reference and how far it has converged; where all knobs are timed, there is none
 //   points/HASH.json            a trial (see trial_file.h); what is there is not run again
 //   tradeoff.json, tradeoff.csv, report.html   made from these (see tradeoff_files.h)
 //

@@ -9,6 +9,7 @@
 #include "base/atomic_file.h"
 #include "base/json_text.h"
 #include "replay/csv_cell.h"
+#include "replay/tradeoff/trial_file.h"
 
 namespace tessera::replay {
 namespace {
@@ -42,11 +43,7 @@ json setting_json(const SettingResult& setting) {
               {"arguments", setting.arguments},
               {"base", setting.is_base},
               {"in_double", setting.in_double},
-              {"error",
-               {{"psnr_db", or_null(m.error.psnr_db)},
-                {"ssim", m.error.ssim},
-                {"flip", m.error.flip},
-                {"max_error", m.error.max_error}}},
+              {"error", error_json(m.error)},
               {"picture", m.image_sha256},
               {"cycles", or_null(m.cycles)},
               {"dram_bytes", or_null(m.dram_bytes)},
@@ -84,14 +81,15 @@ json cheapest_json(const CheapestAnswer& answer) {
 
 std::string csv_row(const KnobResult& knob, const SettingResult& setting) {
   const Measurement& m = setting.measured;
+  const auto of_error = [&](const auto& value) { return m.error ? json(value(*m.error)) : json(); };
   std::vector<json> cells = {knob.name,
                              setting.label,
                              setting.arguments,
                              setting.is_base,
-                             or_null(m.error.psnr_db),
-                             m.error.ssim,
-                             m.error.flip,
-                             m.error.max_error,
+                             of_error([](const ImageError& e) { return or_null(e.psnr_db); }),
+                             of_error([](const ImageError& e) { return e.ssim; }),
+                             of_error([](const ImageError& e) { return e.flip; }),
+                             of_error([](const ImageError& e) { return e.max_error; }),
                              or_null(m.cycles),
                              or_null(m.dram_bytes),
                              or_null(m.energy_nj),
@@ -124,7 +122,7 @@ json tradeoff_json(const TradeoffResult& tradeoff, const std::optional<CheapestA
               {"settings", gpu::settings_json(tradeoff.settings)},
               {"gpu", gpu::gpu_json(tradeoff.gpu)},
               {"gpu_name", tradeoff.gpu_name},
-              {"reference", reference::reference_info_json(tradeoff.reference)},
+              {"reference", tradeoff.reference ? reference::reference_info_json(*tradeoff.reference) : json()},
               {"knobs", knobs},
               {"stopped", tradeoff.stopped}};
   if (cheapest) out["cheapest"] = cheapest_json(*cheapest);

@@ -17,10 +17,10 @@ struct CheapestAnswer {
 };
 
 // {"schema": "tessera.tradeoff/1", "capture", "frame", "first_frame", "size", "rounds", "arguments", "settings", "gpu",
-//  "gpu_name", "reference": reference_info_json(),
+//  "gpu_name", "reference": reference_info_json(), or null where all knobs are "timed",
 //  "knobs": [{"name", "title", "context", "against", "visual", "watched", "watched_as", "skipped": reason or "",
 //     "timed": whether it is about how a frame is timed; its settings have "cycles_error" and "energy_error" against the
-//     finest, and no fronts, "idle": whether all settings gave the same image at the same cost, "settings": [
+//     finest, no fronts, and null for "error", "idle": whether all settings gave the same image at the same cost, "settings": [
 //     {"label", "arguments", "base": whether this is the configuration that was asked for, "in_double", "error",
 //      "picture", "cycles", "dram_bytes", "energy_nj", "watched", "same_picture": as `against`, "front": {"cycles",
 //      "dram_bytes", "energy_nj"}, "says": one line, "host": {"seconds": {"median", "low", "high"},

@@ -31,7 +31,8 @@ std::optional<double> as_number(const std::optional<Figure>& figure) {
 std::string error_change(const SettingResult& setting, const SettingResult& against) {
   const std::string& other = against.label;
   if (setting.measured.image_sha256 == against.measured.image_sha256) return fmt::format("the same image as {}", other);
-  const std::optional<double>&a = against.measured.error.psnr_db, &b = setting.measured.error.psnr_db;
+  if (!against.measured.error || !setting.measured.error) return fmt::format("another image than {}", other);
+  const std::optional<double>&a = against.measured.error->psnr_db, &b = setting.measured.error->psnr_db;
   if (!a || !b)
     return !b ? "equals the reference" : fmt::format("differs from the reference, which {} does not", other);
   const double gain = *b - *a;
@@ -47,8 +48,8 @@ std::string table_row(const SettingResult& setting) {
   return fmt::format(
       "{}{}{:<36} {:>8} {:>8.5f} {:>8.5f} {:>7.4f} {:>11} {:>12} {:>12} {:>9.3f} {:>7.3f} ({:.2f}-{:.2f})\n",
       setting.is_base ? '>' : ' ', setting.on_front(Cost::kCycles).value_or(false) ? '*' : ' ', setting.label,
-      m.error.psnr_db ? fmt::format("{:.2f}", *m.error.psnr_db) : "equal", m.error.ssim, m.error.flip,
-      m.error.max_error, whole_or_dash(m.cycles), whole_or_dash(m.dram_bytes),
+      m.error->psnr_db ? fmt::format("{:.2f}", *m.error->psnr_db) : "equal", m.error->ssim, m.error->flip,
+      m.error->max_error, whole_or_dash(m.cycles), whole_or_dash(m.dram_bytes),
       m.energy_nj ? fmt::format("{:.1f}", *m.energy_nj * 1e-3) : "-", m.processor_seconds.median, m.wall_seconds.median,
       m.wall_seconds.low, m.wall_seconds.high);
 }

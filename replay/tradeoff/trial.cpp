@@ -58,14 +58,14 @@ std::map<std::string, Figure> figures_of(const gpu::FrameResult& frame, const sc
 
 class Runner {
  public:
-  Runner(PackedCaptures& captures, const TrialPlace& place, const Image& reference, const gpu::RunSettings& settings,
+  Runner(PackedCaptures& captures, const TrialPlace& place, const Image* reference, const gpu::RunSettings& settings,
          FrameRecords& records)
       : captures_(captures),
         records_(records),
         place_(place),
         exposure_(settings.output.exposure > 0 ? static_cast<float>(settings.output.exposure)
                                                : captures.original()->capture.settings.exposure),
-        reference_(reference::display_values(reference, exposure_)) {}
+        reference_(reference != nullptr ? reference::display_values(*reference, exposure_) : Image()) {}
 
   // The frame before the compared one is what a history is of.
   void prepare(const Trial& trial, std::optional<tilecore::History>& history) {
@@ -78,21 +78,23 @@ class Runner {
   }
 
   void run(const Trial& trial, const std::optional<tilecore::History>& history, TrialResult& result) {
-    if (trial.timed)
-      take(time(trial, history, result), result);
-    else
-      take(trial.in_double ? render_in_double(trial, result.host) : render(trial, history, result), result);
+    if (trial.timed) {
+      name(time(trial, history, result), result);
+      return;
+    }
+    const Image image = trial.in_double ? render_in_double(trial, result.host) : render(trial, history, result);
+    name(image, result);
+    if (!errors_.contains(result.image_sha256)) errors_[result.image_sha256] = measure(image);
+    result.error = errors_[result.image_sha256];
   }
 
  private:
-  void take(const Image& image, TrialResult& result) {
+  static void name(const Image& image, TrialResult& result) {
     Sha256 hash;
     hash.add({reinterpret_cast<const std::uint8_t*>(image.values.data()), image.values.size() * sizeof(float)});
-    const std::string name = hash.finish();
-    TESSERA_CHECK(result.image_sha256.empty() || result.image_sha256 == name, "a frame rendered again is the same");
-    result.image_sha256 = name;
-    if (!errors_.contains(name)) errors_[name] = measure(image);
-    result.error = errors_[name];
+    const std::string digits = hash.finish();
+    TESSERA_CHECK(result.image_sha256.empty() || result.image_sha256 == digits, "a frame rendered again is the same");
+    result.image_sha256 = digits;
   }
 
   gpu::RenderRequest request() const {
@@ -156,7 +158,7 @@ class Runner {
     const scene::Capture& capture = prepared.capture;
     const RoundTimer timer(host);
     const auto frame = scene::pose_frame(
-        prepared.scene(trial.settings.textures.basis_target).assembly,
+        prepared.scene(trial.settings.textures).assembly,
         gpu::frame_camera(capture, trial.settings, place_.width, place_.height),
         gpu::frame_request(capture, trial.gpu, trial.settings, place_.width, place_.height, place_.frame));
     const tilecore::SamplePattern pattern(
@@ -201,7 +203,7 @@ void name_trial(Trial& trial, const TrialPlace& place) {
 }
 
 std::vector<TrialResult> run_trials(PackedCaptures& captures, const std::vector<Trial>& trials, const TrialPlace& place,
-                                    const Image& reference_linear, FrameRecords& records) {
+                                    const Image* reference_linear, FrameRecords& records) {
   std::vector<TrialResult> results(trials.size());
   if (trials.empty()) return results;
   for (const Trial& trial : trials) gpu::check_gpu(trial.gpu);

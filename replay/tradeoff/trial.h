@@ -44,8 +44,8 @@ void name_trial(Trial& trial, const TrialPlace& place);
 
 // Runs all of them, round by round, so that whatever else the host does meets all of them alike. The results, in order.
 // The time of a trial is that of its compared frame alone. Throws UsageError for values that do not fit each other.
-// Empty when stop_requested() before the last of them.
+// Empty when stop_requested() before the last of them. `reference_linear` may be null where all are timed.
 std::vector<TrialResult> run_trials(PackedCaptures& captures, const std::vector<Trial>& trials, const TrialPlace& place,
-                                    const Image& reference_linear, FrameRecords& records);
+                                    const Image* reference_linear, FrameRecords& records);
 
 }  // namespace tessera::replay

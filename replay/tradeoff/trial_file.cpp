@@ -29,9 +29,13 @@ double at_least_0(const JsonValue& value) {
   return number;
 }
 
-ImageError read_error(const JsonValue& value) {
-  return {value.member("psnr_db").number_or_null(), value.member("ssim").number(), at_least_0(value.member("flip")),
-          at_least_0(value.member("max_error"))};
+std::optional<ImageError> read_error(const JsonValue& value, bool timed) {
+  if (timed) {
+    if (!value.is_null()) value.refuse("is not null, and the trial draws nothing");
+    return std::nullopt;
+  }
+  return ImageError{value.member("psnr_db").number_or_null(), value.member("ssim").number(),
+                    at_least_0(value.member("flip")), at_least_0(value.member("max_error"))};
 }
 
 std::string read_sha256(const JsonValue& value) {
@@ -66,6 +70,14 @@ RoundTimes read_times(const JsonValue& value) {
 
 }  // namespace
 
+json error_json(const std::optional<ImageError>& error) {
+  if (!error) return {};
+  return {{"psnr_db", error->psnr_db ? json(*error->psnr_db) : json()},
+          {"ssim", error->ssim},
+          {"flip", error->flip},
+          {"max_error", error->max_error}};
+}
+
 void write_trial(const std::filesystem::path& file, const TrialResult& trial) {
   json values = json::object();
   for (const auto& [name, figure] : trial.figures) values[name] = figure_json(figure);
@@ -73,21 +85,17 @@ void write_trial(const std::filesystem::path& file, const TrialResult& trial) {
       {"schema", kSchema},
       {"values", values},
       {"picture", trial.image_sha256},
-      {"error",
-       {{"psnr_db", trial.error.psnr_db ? json(*trial.error.psnr_db) : json()},
-        {"ssim", trial.error.ssim},
-        {"flip", trial.error.flip},
-        {"max_error", trial.error.max_error}}},
+      {"error", error_json(trial.error)},
       {"host", {{"seconds", trial.host.wall_seconds}, {"processor_seconds", trial.host.processor_seconds}}}};
   write_file_atomically(file, json_text(out, 1) + "\n");
 }
 
-TrialResult read_trial(const std::filesystem::path& file) {
+TrialResult read_trial(const std::filesystem::path& file, bool timed) {
   const json document = parse_json(read_whole_text(file, kMaxFileBytes), file.string());
   const JsonValue root(document, file.string());
   if (const JsonValue schema = root.member("schema"); schema.text() != kSchema) schema.refuse("is not tessera.trial/1");
   TrialResult trial;
-  trial.error = read_error(root.member("error"));
+  trial.error = read_error(root.member("error"), timed);
   trial.image_sha256 = read_sha256(root.member("picture"));
   for (const auto& [name, value] : root.member("values").members()) trial.figures[name] = read_figure(name, value);
   trial.host = read_times(root.member("host"));

@@ -293,17 +293,19 @@ std::size_t mutate_results(std::uint8_t* data, std::size_t size, std::size_t max
 void read_point(Bytes input) {
   static const fs::path kFile = scratch_folder() / "point.json", kAgain = scratch_folder() / "point_again.json";
   write_scratch(kFile, input);
-  expect_answer([&] {
-    const replay::TrialResult trial = replay::read_trial(kFile);
-    // What is read can be judged, and is kept as it is.
-    const replay::Measurement measured = replay::measurement_of(trial, "tilecore.triangles");
-    require(measured.wall_seconds.low <= measured.wall_seconds.median &&
-                measured.wall_seconds.median <= measured.wall_seconds.high,
-            "times that are not in order");
-    require(measured.cycles.has_value() == trial.figures.contains("timing.cycles"), "cycles out of nowhere");
-    replay::write_trial(kAgain, trial);
-    require(replay::read_trial(kAgain) == trial, "a point does not read back as itself");
-  });
+  for (const bool timed : {false, true})
+    expect_answer([&] {
+      const replay::TrialResult trial = replay::read_trial(kFile, timed);
+      // What is read can be judged, and is kept as it is.
+      const replay::Measurement measured = replay::measurement_of(trial, "tilecore.triangles");
+      require(measured.wall_seconds.low <= measured.wall_seconds.median &&
+                  measured.wall_seconds.median <= measured.wall_seconds.high,
+              "times that are not in order");
+      require(measured.cycles.has_value() == trial.figures.contains("timing.cycles"), "cycles out of nowhere");
+      require(measured.error.has_value() != timed, "an error of what draws nothing, or none of what draws");
+      replay::write_trial(kAgain, trial);
+      require(replay::read_trial(kAgain, timed) == trial, "a point does not read back as itself");
+    });
 }
 
 std::vector<std::string> points() {
@@ -318,10 +320,11 @@ std::vector<std::string> points() {
                           {"timing.units.l2.utilisation", 0.25},
                           {"tilecore.triangles", 7}}},
                         {"host", {{"seconds", {0.1, 0.2}}, {"processor_seconds", {0.3, 0.4}}}}};
-  json in_double = machine;
+  json in_double = machine, timed = machine;
   in_double["values"] = json::object();
   in_double["error"]["psnr_db"] = nullptr;
-  return {machine.dump(), in_double.dump(1)};
+  timed["error"] = nullptr;
+  return {machine.dump(), in_double.dump(1), timed.dump()};
 }
 
 }  // namespace

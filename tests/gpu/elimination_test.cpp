@@ -442,6 +442,39 @@ TEST(RenderingElimination, SpeedUpIsThatOfTheShareOfUnchangedTiles) {
   }
 }
 
+// Hashing is work of the binner and of the tile stores, and there is none where nothing is eliminated.
+TEST(Eliminations, HashWhatTheyCompareAndTakeTheTimeOfIt) {
+  const auto frame = [](const std::vector<std::string>& settings_of) {
+    RunSettings settings;
+    GpuConfiguration gpu;
+    for (const std::string& setting : settings_of) apply_setting(setting, settings, gpu);
+    const Capture capture = spheres_in_tiles(64);
+    Device device(capture, gpu, settings, {1024, 512, {0, 0, 1024, 512}});
+    return device.render(0);
+  };
+  for (const std::string model : {"machine.timing=phases", "machine.timing=events"}) {
+    const FrameResult off = frame({model}), inputs = frame({model, kRendering, "binner.signature_bytes_per_clk=0.01"}),
+                      colors = frame({model, kTransactions, "resolve.signature_bytes_per_clk=0.01"});
+    const auto hashed = [](const FrameResult& of) {
+      const timing::WorkRound& round = of.model->record.work.rounds.front();
+      std::uint64_t bytes = 0;
+      for (const timing::TileWork& tile : round.tiles) bytes += tile.hashed_bytes;
+      return std::pair(round.geometry.hashed_bytes, bytes);
+    };
+    EXPECT_EQ(hashed(off), std::pair(std::uint64_t{0}, std::uint64_t{0}));
+    EXPECT_EQ(hashed(inputs), std::pair(inputs.counters.elimination.signature_bytes, std::uint64_t{0}));
+    EXPECT_EQ(hashed(colors), std::pair(std::uint64_t{0}, std::uint64_t{1024 * 512 * 8}));
+    EXPECT_EQ(colors.counters.store.signature_bytes, 1024u * 512u * 8u);  // rgba16f
+    // The bottleneck takes its bytes over its rate; tiles are spread evenly over the cores.
+    const auto bytes = static_cast<double>(inputs.counters.elimination.signature_bytes);
+    EXPECT_NEAR(inputs.model->schedule.geometry.front().end, bytes / 0.01, 0.01 * bytes / 0.01) << model;
+    const double stores = 1024 * 512 * 8 / 0.01 / static_cast<double>(GpuConfiguration().cores.count);
+    EXPECT_NEAR(colors.model->timing.cycles, stores, 0.01 * stores) << model;
+    EXPECT_GT(inputs.model->area.total_mm2(), off.model->area.total_mm2());
+    EXPECT_GT(colors.model->area.total_mm2(), off.model->area.total_mm2());
+  }
+}
+
 // ---- Compression in time -------------------------------------------------------------------------------------------
 
 TEST(CompressedFrames, AreNoSlowerThanRawOnes) {

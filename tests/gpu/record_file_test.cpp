@@ -167,14 +167,16 @@ TEST_F(RecordFile, RefusesWhatIsCutOffOrDamaged) {  // RF2
     } catch (const LimitError&) {
     }
   }
-  test::write_text(file, "tessera.record/1\n");
-  try {
-    read_all(file);
-    ADD_FAILURE() << "a record of another version";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("another version"));
+  for (const char* other : {"tessera.record/1\n", "tessera.record/2\n"}) {
+    test::write_text(file, other);
+    try {
+      read_all(file);
+      ADD_FAILURE() << "a record of another version";
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("another version"));
+    }
   }
-  test::write_text(file, "tessera.record/2\n");
+  test::write_text(file, "tessera.record/3\n");
   EXPECT_THROW(read_all(file), InputError);
   EXPECT_THROW(read_all(folder_ / "none"), InputError);
 }

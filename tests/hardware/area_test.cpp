@@ -10,7 +10,7 @@
 namespace tessera::hardware {
 namespace {
 
-const OtherMemories kOthers = {256 << 10, 16 << 10};
+const OtherParts kOthers = {256 << 10, 16 << 10, true, true};
 
 TEST(Area, UnitsAddUpAndThoseOfCoresAreProportionalToThem) {  // AREA1
   Machine gpu;
@@ -42,6 +42,22 @@ TEST(Area, IsThatOfItsPartsByHand) {  // AREA1
   EXPECT_DOUBLE_EQ(area.by_unit_mm2.at("other_memories"), 0);
 }
 
+// Who hashes nothing has no unit for it; vertices that lanes shade have none of their own.
+TEST(Area, UnitsThatAMachineLacksTakeNone) {
+  Machine gpu;
+  gpu.cores.count = 1;
+  const auto more = [&](const OtherParts& parts, const char* unit) {
+    return machine_area(gpu, parts).by_unit_mm2.at(unit) - machine_area(gpu, {}).by_unit_mm2.at(unit);
+  };
+  EXPECT_NEAR(more({0, 0, true, false}, "binner"), 32 * 0.0001, 1e-12);
+  EXPECT_EQ(more({0, 0, true, false}, "fixed_units"), 0);
+  EXPECT_NEAR(more({0, 0, false, true}, "fixed_units"), 32 * 0.0001, 1e-12);
+  gpu.rates.vertices_per_clk = 2;
+  const double unit = machine_area(gpu, {}).total_mm2();
+  gpu.shader.domain = DomainShading::kLanes;
+  EXPECT_NEAR(unit - machine_area(gpu, {}).total_mm2(), 0.12, 1e-12) << "transforms are as large as one vertex";
+}
+
 // Nothing that makes a machine faster is free; what is no silicon of the GPU is.
 TEST(Area, MoreOfAnyRateOrMemoryIsNeverSmaller) {  // AREA2
   const std::vector<std::string> larger = {"tilecore.count",
@@ -52,6 +68,8 @@ TEST(Area, MoreOfAnyRateOrMemoryIsNeverSmaller) {  // AREA2
                                            "texture.cache_bytes",
                                            "l2.bytes",
                                            "resolve.pixels_per_clk",
+                                           "resolve.signature_bytes_per_clk",
+                                           "binner.signature_bytes_per_clk",
                                            "shader.register_bytes",
                                            "tilecore.blends_per_clk",
                                            "tilecore.box_tests_per_clk",

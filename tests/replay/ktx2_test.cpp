@@ -112,14 +112,17 @@ TEST(Ktx2Captures, BlocksTakeLessOfTheMemoryInterfaceThanTexels) {
 TEST(Ktx2Captures, DevicesOfAllTargetsShareOnePreparedCapture) {
   const scene::Capture capture = square(test::basis_file("uastc_rdo_cloud_64"), true);
   const gpu::PreparedCapture prepared(capture);
-  const gpu::PreparedScene& astc = prepared.scene(BasisTarget::kAstc4x4);
-  EXPECT_EQ(&prepared.scene(BasisTarget::kAstc4x4), &astc);
-  EXPECT_NE(&prepared.scene(BasisTarget::kEtc2), &astc);
+  const auto scene_of = [](const gpu::PreparedCapture& of, BasisTarget target) -> const gpu::PreparedScene& {
+    return of.scene({target, BlockFormat::kStored});
+  };
+  const gpu::PreparedScene& astc = scene_of(prepared, BasisTarget::kAstc4x4);
+  EXPECT_EQ(&scene_of(prepared, BasisTarget::kAstc4x4), &astc);
+  EXPECT_NE(&scene_of(prepared, BasisTarget::kEtc2), &astc);
   EXPECT_NE(astc.assembly.materials[0].base_color_texture.texture,
-            prepared.scene(BasisTarget::kEtc2).assembly.materials[0].base_color_texture.texture);
+            scene_of(prepared, BasisTarget::kEtc2).assembly.materials[0].base_color_texture.texture);
   const scene::Capture plain = square(as_png(test::basis_file("etc1s_disc_32")), false);
   const gpu::PreparedCapture one(plain);
-  EXPECT_EQ(&one.scene(BasisTarget::kAstc4x4), &one.scene(BasisTarget::kRgba32));
+  EXPECT_EQ(&scene_of(one, BasisTarget::kAstc4x4), &scene_of(one, BasisTarget::kRgba32));
 }
 
 TEST(Ktx2Captures, TheKnobOfTheirBlocksNeedsThem) {

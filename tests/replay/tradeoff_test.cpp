@@ -63,7 +63,7 @@ SettingResult setting(const char* label, double flip, double psnr_db, std::uint6
   SettingResult out;
   out.label = label;
   out.in_double = in_double;
-  out.measured.error = {psnr_db, 0.9, flip, flip};
+  out.measured.error = ImageError{psnr_db, 0.9, flip, flip};
   out.measured.image_sha256 = label;
   out.measured.cycles = cycles;
   out.measured.dram_bytes = 1;
@@ -98,7 +98,7 @@ int front_violations(const KnobResult& knob) {
       const bool beaten =
           cost_a && std::any_of(knob.settings.begin(), knob.settings.end(), [&](const SettingResult& b) {
             const auto cost_b = cost_of(b.measured, cost);
-            return cost_b && beats({b.measured.error.flip, *cost_b}, {a.measured.error.flip, *cost_a});
+            return cost_b && beats({b.measured.error->flip, *cost_b}, {a.measured.error->flip, *cost_a});
           });
       const std::optional<bool> on_front = a.on_front(cost);
       const bool right = cost_a ? on_front.has_value() && *on_front != beaten : !on_front.has_value();
@@ -186,7 +186,7 @@ TEST(Cheapest, IsTheLeastCostAmongThoseGoodEnough) {
   EXPECT_EQ(label(0.05, 35), "a: best") << "both must hold";
   EXPECT_EQ(label({}, {}), "a: bad");
   EXPECT_EQ(label(0.001, {}), "none") << "what runs in double is no machine";
-  a.settings[2].measured.error.psnr_db.reset();
+  a.settings[2].measured.error->psnr_db.reset();
   EXPECT_EQ(label({}, 99), "a: best") << "what equals the reference has any PSNR";
   a.settings.push_back(setting("as cheap, better", 0.03, 33, 50));
   EXPECT_EQ(label(0.05, {}), "a: as cheap, better");
@@ -198,7 +198,7 @@ TEST(Words, SayWhatASettingCostsAndSaves) {
   packed.measured.watched = Figure{std::uint64_t{176}};
   const auto words = [&] { return setting_in_words(packed, exact, "resolve cycles"); };
   EXPECT_EQ(words(), "packed: costs 0.10 dB against float; saves 12.0 % of resolve cycles");
-  packed.measured.error.psnr_db = 30.25;
+  packed.measured.error->psnr_db = 30.25;
   packed.measured.cycles = 2500;
   EXPECT_EQ(words(), "packed: gains 0.25 dB over float; saves 12.0 % of resolve cycles, takes 2.50 times the cycles");
   packed.measured.image_sha256 = exact.measured.image_sha256;
@@ -214,7 +214,7 @@ TEST(Words, SayWhatASettingCostsAndSaves) {
 class TrialFile : public testing::Test {
  protected:
   static TrialResult trial() {
-    return {.error = {40.5, 0.99, 0.01, 0.25},
+    return {.error = ImageError{40.5, 0.99, 0.01, 0.25},
             .image_sha256 = std::string(64, 'a'),
             .figures = {{"timing.cycles", std::uint64_t{1} << 60},
                         {"dram.read_bytes", std::uint64_t{64}},
@@ -224,10 +224,10 @@ class TrialFile : public testing::Test {
             .host = {{0.1, 0.2}, {0.3, 0.4}}};
   }
   // What a file with this text is refused for; "" when it is read.
-  std::string refusal(const std::string& text) {
+  std::string refusal(const std::string& text, bool timed = false) {
     test::write_text(file_, text);
     try {
-      read_trial(file_);
+      read_trial(file_, timed);
     } catch (const InputError& error) {
       EXPECT_EQ(error.file(), file_.string());
       return error.place() + " " + error.fault();
@@ -240,15 +240,19 @@ class TrialFile : public testing::Test {
 
 TEST_F(TrialFile, GivesBackWhatWasWrittenToTheLastBit) {  // TF1
   TrialResult in_double = trial();
-  in_double.error.psnr_db.reset();
+  in_double.error->psnr_db.reset();
   in_double.figures.clear();
   for (const TrialResult& one : {trial(), in_double}) {
     write_trial(file_, one);
-    EXPECT_EQ(read_trial(file_), one);
+    EXPECT_EQ(read_trial(file_, false), one);
     const std::string text = test::read_text(file_);
-    write_trial(file_, read_trial(file_));
+    write_trial(file_, read_trial(file_, false));
     EXPECT_EQ(test::read_text(file_), text);
   }
+  TrialResult timed = trial();
+  timed.error.reset();
+  write_trial(file_, timed);
+  EXPECT_EQ(read_trial(file_, true), timed);
 }
 
 TEST_F(TrialFile, IsRefusedAtEveryTruncatedLength) {  // TF2
@@ -292,6 +296,8 @@ TEST_F(TrialFile, IsRefusedWithThePlaceOfWhatIsWrong) {  // TF2
   EXPECT_EQ(with("/host/seconds", {0.1}), "/host/processor_seconds has not one time for each of \"seconds\"");
   EXPECT_EQ(with("/values/energy.total_nj", 5), "") << "5 is 5.0";
   EXPECT_THAT(refusal("[]"), HasSubstr("is not an object"));
+  EXPECT_EQ(with("/error", json()), "/error is not an object");
+  EXPECT_EQ(refusal(sound.dump(), true), "/error is not null, and the trial draws nothing");
 }
 
 // ---- Knobs ------------------------------------------------------------------------------------------------------
@@ -560,6 +566,7 @@ TEST_F(TradeoffCommand, ModelsOfTimingTimeOneRecord) {
   const json all = result("a");
   for (const json& knob : all["knobs"]) {
     EXPECT_EQ(knob["timed"].get<bool>(), knob["name"] != "samples");
+    for (const json& setting : knob["settings"]) EXPECT_EQ(setting["error"].is_null(), knob["timed"].get<bool>());
     if (!knob["timed"].get<bool>()) continue;
     const json& finest = knob["settings"][0];
     EXPECT_EQ(finest["cycles_error"], 0.0);
@@ -584,6 +591,24 @@ TEST_F(TradeoffCommand, ModelsOfTimingTimeOneRecord) {
   }
   EXPECT_EQ(all["cheapest"]["setting"]["knob"], "samples") << "how a machine is timed makes it no cheaper";
   EXPECT_EQ(run("a", {"--joint", "timing"}).status, 2);
+  EXPECT_FALSE(all["reference"].is_null());
+  EXPECT_TRUE(fs::exists(folder_ / "a" / "reference"));
+}
+
+// Models of timing alone draw nothing: no reference is rendered, and the trials are those that a mix of knobs has.
+TEST_F(TradeoffCommand, ModelsOfTimingNeedNoReference) {
+  const std::vector<std::string> knobs = {"--knobs", "timing,memory_model,shader_costs,warps,requests"};
+  const ProcessResult r = run("a", knobs);
+  ASSERT_EQ(r.status, 0) << r.errors;
+  EXPECT_FALSE(fs::exists(folder_ / "a" / "reference"));
+  EXPECT_TRUE(fs::exists(folder_ / "a" / "report.html"));
+  const json alone = result("a");
+  EXPECT_TRUE(alone["reference"].is_null());
+  EXPECT_EQ(alone["knobs"].size(), 5u);
+  ASSERT_EQ(run("a", {"--knobs", "samples,timing"}).status, 0);
+  const json mixed = result("a");
+  EXPECT_FALSE(mixed["reference"].is_null());
+  EXPECT_EQ(mixed["knobs"][1], alone["knobs"][0]) << "host times and all: nothing was timed again";
 }
 
 TEST_F(TradeoffCommand, RefusesWhatItCannotCompare) {

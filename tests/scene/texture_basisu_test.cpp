@@ -11,6 +11,7 @@
 #include "base/ktx2/ktx2.h"
 #include "scene/basis_textures.h"
 #include "scene/capture_reader.h"
+#include "scene/held_textures.h"
 #include "tests/support/basis_asset.h"
 #include "tests/support/captures.h"
 #include "tests/support/heap_meter.h"
@@ -31,6 +32,12 @@ Capture read(const std::string& contents, const CaptureLimits& limits = {}) {
   const test::TemporaryFolder folder;
   test::write_text(folder / "capture.gltf", contents);
   return read_capture(folder / "capture.gltf", limits);
+}
+
+std::vector<Material> materials_for(const Capture& capture, BasisTarget target) {
+  std::vector<Material> materials = capture.materials;
+  hold_textures(capture, {target, BlockFormat::kStored}).put_into(materials);
+  return materials;
 }
 
 const shaders::Texture& base_color(const Capture& capture) {

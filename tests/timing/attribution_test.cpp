@@ -18,8 +18,7 @@ namespace {
 using hardware::Machine;
 
 FrameTiming timing_of(const Machine& gpu, const FrameWork& work) {
-  if (gpu.queues.model == hardware::TimingModel::kEvents)
-    return time_events(gpu, work, simulate_events(gpu, work, nullptr, true));
+  if (gpu.queues.model == hardware::TimingModel::kEvents) return time_events(gpu, work).timing;
   return time_frame(gpu, work, schedule_frame(gpu, work));
 }
 
@@ -98,7 +97,8 @@ RC_GTEST_PROP(Attribution, AddsUpToTheFrame, (std::uint32_t seed)) {  // AT1
       for (std::uint32_t n = upto(5); n > 0; --n) {
         SubPatchItem& item = items.sub_patches.emplace_back();
         item.drawable = upto(4), item.vertices = upto(50), item.boxes = upto(50), item.box_lanes = upto(500);
-        item.triangle_lanes = upto(500), item.alpha_tests = upto(9);
+        item.triangle_lanes = upto(500), item.alpha_tests = upto(9), item.domain_texels = 8 * upto(1);
+        tile.domain_texels += std::uint64_t{item.vertices} * item.domain_texels;
         tile.vertices += item.vertices, tile.boxes += item.boxes, tile.alpha_tests += item.alpha_tests;
         tile.box_lanes += item.box_lanes, tile.box_tests += item.box_lanes / 2;
         tile.triangle_lanes += item.triangle_lanes, tile.triangle_tests += item.triangle_lanes / 2;
@@ -112,6 +112,7 @@ RC_GTEST_PROP(Attribution, AddsUpToTheFrame, (std::uint32_t seed)) {  // AT1
   }
   Machine gpu;
   gpu.queues.model = static_cast<hardware::TimingModel>(upto(1));
+  gpu.shader.domain = static_cast<hardware::DomainShading>(upto(1));
   const FrameTiming timing = timing_of(gpu, work);
   RC_ASSERT(static_cast<bool>(adds_up(attribute(gpu, work, timing), timing, core_energy(gpu, work))));
 }

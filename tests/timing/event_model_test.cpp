@@ -28,7 +28,7 @@ Machine endless() {
         &rates.depth_blocks_per_clk, &rates.compacted_samples_per_clk, &rates.texels_per_clk, &rates.blends_per_clk,
         &rates.resolved_pixels_per_clk, &rates.resolve_operations_per_clk})
     *rate = 1e30;
-  gpu.shader.operations = gpu.shader.surface_operations = 0;
+  gpu.shader.operations = gpu.shader.surface_operations = gpu.shader.domain_operations = 0;
   gpu.set_bytes_per_clk(1e30);
   gpu.memory.gpu_share = 1;
   gpu.set_latency_clk(0);
@@ -350,9 +350,7 @@ TEST(EventModel, APathWithAPartTooManyDoesNotAddUp) {  // EM4
 
 // What bounds a frame is found among the doublings that its path leaves open.
 TEST(EventModel, NamesWhatBounds) {
-  const auto bound = [](const Machine& gpu, const OneTile& one) {
-    return time_events(gpu, one.work, simulate_events(gpu, one.work, nullptr, true)).bound_by;
-  };
+  const auto bound = [](const Machine& gpu, const OneTile& one) { return time_events(gpu, one.work).timing.bound_by; };
   Machine gpu = endless();
   gpu.shader.operations = 100;
   gpu.set_latency_clk(300);
@@ -388,6 +386,178 @@ TEST(EventModel, FramesThatOverlapTakeTheLongerOfGeometryAndTiles) {
   }
 }
 
+// ---- Vertices on the lanes --------------------------------------------------------------------------------------
+
+Machine endless_with_lanes() {
+  Machine gpu = endless();
+  gpu.shader.domain = hardware::DomainShading::kLanes;
+  gpu.shader.domain_operations = 50;
+  return gpu;
+}
+
+TEST(EventModel, VerticesTakeTheLanesInWarps) {  // EM3
+  Machine gpu = endless_with_lanes();
+  gpu.rates.vertices_per_clk = 1e-3;  // of no account
+  gpu.shader.lanes = 1;
+  // One lane: each of the four warps has 32 times 50 operations, the last with four vertices too.
+  EXPECT_DOUBLE_EQ(sub_patches({{.vertices = 100}}).cycles(gpu), 4 * 32 * 50.0);
+  gpu.shader.lanes = 16;
+  EXPECT_DOUBLE_EQ(sub_patches({{.vertices = 100}}).cycles(gpu), 4 * 2 * 50.0);
+  EXPECT_DOUBLE_EQ(sub_patches({{.vertices = 1}, {.vertices = 0}, {.vertices = 33}}).cycles(gpu), 3 * 2 * 50.0);
+  gpu.shader.costs = hardware::ShaderCosts::kCompiled;
+  EXPECT_DOUBLE_EQ(
+      sub_patches({{.vertices = 64, .domain_clocks = 70}, {.vertices = 5, .domain_clocks = 9}}).cycles(gpu),
+      2 * (2 * 70 + 9.0));
+}
+
+// Twice the lanes, half the time; the twin: in a unit of their own vertices have nothing of them.
+TEST(EventModel, MoreLanesShadeVerticesSooner) {
+  Machine gpu = endless_with_lanes();
+  gpu.rates.vertices_per_clk = 0.5;
+  const OneTile one = sub_patches(std::vector<SubPatchItem>(6, {.vertices = 90}));
+  const auto cycles = [&](std::int64_t lanes, hardware::DomainShading domain) {
+    gpu.shader.lanes = lanes, gpu.shader.domain = domain;
+    return one.cycles(gpu);
+  };
+  EXPECT_DOUBLE_EQ(cycles(16, hardware::DomainShading::kLanes), 2 * cycles(32, hardware::DomainShading::kLanes));
+  EXPECT_DOUBLE_EQ(cycles(16, hardware::DomainShading::kUnit), 6 * 90 / 0.5);
+  EXPECT_DOUBLE_EQ(cycles(32, hardware::DomainShading::kUnit), 6 * 90 / 0.5);
+}
+
+// Boxes are built while vertices of the next sub-patches are shaded, of no more than have a place.
+TEST(EventModel, TheBoxBuilderHoldsTheLanesUp) {
+  Machine gpu = endless_with_lanes();
+  gpu.rates.boxes_per_clk = 1;
+  gpu.queues.items = 1;
+  std::vector<SubPatchItem> items(4, {.vertices = 32, .boxes = 10});
+  EXPECT_DOUBLE_EQ(sub_patches(items).cycles(gpu), 4 * 50 + 10.0);
+  for (SubPatchItem& item : items) item.boxes = 1000;
+  items[3].vertices = 320;
+  // Boxes of the first begin at 50. One sub-patch waits, one stays in the tessellator; the last comes in at 1050, when
+  // boxes take the second, and has ten warps of 50.
+  EXPECT_DOUBLE_EQ(sub_patches(items).cycles(gpu), 50 + 4 * 1000.0);
+  items[3].vertices = 32 * 50;
+  EXPECT_DOUBLE_EQ(sub_patches(items).cycles(gpu), 1050 + 50 * 50 + 1000.0);
+}
+
+TEST(EventModel, HeightsAreLookedUpByTheWarpsThatNeedThem) {
+  Machine gpu = endless_with_lanes();
+  gpu.rates.texels_per_clk = 2;
+  gpu.set_latency_clk(300);
+  gpu.queues.texture_latency_clk = 20;
+  OneTile one = sub_patches({{.vertices = 32, .domain_texels = 8, .lines = 3, .height_lines = 2}});
+  // The record's line, a quarter of the warp; its two lines are there before the 32 x 8 lookups are done.
+  gpu.set_latency_clk(100);
+  EXPECT_DOUBLE_EQ(one.cycles(gpu), 100 + 50 * 0.25 + (128 + 20) + 50 * 0.75);
+  // After them.
+  gpu.set_latency_clk(1000);
+  EXPECT_DOUBLE_EQ(one.cycles(gpu), 1000 + 50 * 0.25 + 1000 + 50 * 0.75);
+  const EventCounts counts = simulate_events(gpu, one.work).counts;
+  EXPECT_EQ(counts.texture_requests, 2u);
+  EXPECT_EQ(counts.memory.l2_requests, 3u);
+  EXPECT_EQ(counts.domain.texels, 256u);
+}
+
+// One tile has pixels alone, the next vertices, which come as soon as its list is there.
+OneTile pixels_then_vertices(std::uint32_t pixel_warps, std::uint32_t vertices) {
+  OneTile two = warps(pixel_warps, 0, true);
+  const OneTile behind = sub_patches({{.vertices = vertices, .domain_registers = 64}});
+  for (WarpItem& warp : two.items().warps) warp.registers = 16;
+  two.work.tile_state_bytes = 1;
+  two.work.rounds[0].tiles.push_back(behind.work.rounds[0].tiles[0]);
+  two.work.rounds[0].items.push_back(behind.work.rounds[0].items[0]);
+  two.work.rounds[0].items[1].list_bytes = 64;
+  return two;
+}
+
+TEST(EventModel, VerticesGoBeforePixels) {
+  Machine gpu = endless_with_lanes();
+  gpu.shader.operations = 100;
+  gpu.set_latency_clk(10);
+  const OneTile two = pixels_then_vertices(10, 64);
+  Schedule out = simulate_events(gpu, two.work).schedule;
+  EXPECT_DOUBLE_EQ(out.tiles[1].phases[0].end, 100 + 2 * 50.0);
+  EXPECT_DOUBLE_EQ(out.cycles, 10 * 100 + 2 * 50.0);
+  // They have no more warps than there are.
+  gpu.queues.max_warps = 1;
+  EXPECT_DOUBLE_EQ(simulate_events(gpu, two.work).schedule.cycles, 10 * 100 + 2 * 50.0);
+}
+
+// A warp of many registers waits until pixels give them back, and is not overtaken meanwhile.
+TEST(EventModel, RegistersLimitWarpsOfVertices) {
+  Machine gpu = endless_with_lanes();
+  gpu.shader.operations = 100;
+  gpu.set_latency_clk(10);
+  gpu.shader.costs = hardware::ShaderCosts::kCompiled;
+  gpu.queues.register_bytes = 64 * 4 * 32;  // one warp of vertices, or four of pixels
+  OneTile two = pixels_then_vertices(20, 64);
+  for (WarpItem& warp : two.items().warps) warp.clocks = 100;
+  two.work.rounds[0].items[1].sub_patches[0].domain_clocks = 50;
+  const Schedule out = simulate_events(gpu, two.work).schedule;
+  // Four pixel warps were in flight, which end at 400.
+  EXPECT_DOUBLE_EQ(out.tiles[1].phases[0].end, 400 + 2 * 50.0);
+  EXPECT_DOUBLE_EQ(out.cycles, 20 * 100 + 2 * 50.0);
+}
+
+// What the lanes take in time is what they are charged for.
+TEST(EventModel, LanesAreBusyWithVerticesAndPixels) {
+  Machine gpu = endless_with_lanes();
+  gpu.shader.operations = 100;
+  gpu.set_latency_clk(10);
+  const EventSchedule out = simulate_events(gpu, pixels_then_vertices(10, 64).work, nullptr, true);
+  EXPECT_DOUBLE_EQ(out.counts.domain.lanes_busy, 2 * 50.0);
+  EXPECT_DOUBLE_EQ(out.busy[static_cast<std::size_t>(Stage::kShader)], 10 * 100 + 2 * 50.0);
+  EXPECT_TRUE(path_adds_up(out.counts.path, out.schedule.cycles));
+  EXPECT_EQ(time_events(gpu, pixels_then_vertices(10, 64).work, out).bound_by, bound_of(Stage::kShader));
+}
+
+// Signatures of inputs are hashed beside what the binner appends, those of colours beside what is resolved.
+TEST(EventModel, HashingTakesItsBytesOverItsRate) {  // EM3
+  OneTile one;
+  one.work.rounds[0].geometry.patches = 320;
+  one.work.rounds[0].geometry.entries = 500;
+  one.work.rounds[0].geometry.hashed_bytes = 24000;
+  one.tile().pixels = 1024;
+  one.tile().hashed_bytes = 4096;
+  Machine gpu = endless();
+  gpu.rates.binned_entries_per_clk = 1;
+  gpu.rates.resolved_pixels_per_clk = 4;
+  gpu.signatures.input_bytes_per_clk = 8;
+  gpu.signatures.color_bytes_per_clk = 2;
+  EXPECT_NEAR(one.cycles(gpu), 24000 / 8.0 + 4096 / 2.0, 1e-9);
+  EXPECT_NEAR(schedule_frame(gpu, one.work).cycles, 24000 / 8.0 + 4096 / 2.0, 1e-9);
+  // Fast enough, they take no time of their own.
+  gpu.signatures.input_bytes_per_clk = 64;
+  gpu.signatures.color_bytes_per_clk = 16;
+  EXPECT_NEAR(one.cycles(gpu), 500 + 256.0, 1e-9);
+  EXPECT_NEAR(schedule_frame(gpu, one.work).cycles, 500 + 256.0, 1e-9);
+  gpu = Machine();
+  const auto nj = hardware::frame_energy(gpu, energy_events(one.work), 0, 0).by_unit_nj;
+  EXPECT_NEAR(nj.at("binner"), (500 * gpu.geometry_energy.binned_entry_pj + 24000 * gpu.signatures.byte_pj) * 1e-3,
+              1e-9);
+  EXPECT_NEAR(nj.at("resolve"), (1024 * gpu.energy.resolved_pixel_pj + 4096 * gpu.signatures.byte_pj) * 1e-3, 1e-9);
+}
+
+// Lines of tables, one at a time or side by side, and then from the L2.
+TEST(EventModel, TheFrontEndReadsTablesThroughTheL2) {
+  OneTile one;
+  WorkRound& round = one.work.rounds[0];
+  round.geometry.patches = 32;
+  round.geometry_lines = {7, 8, 9, 7};
+  round.geometry.table_bytes = 3 * 64;
+  round.geometry.dram_bytes = 5 * 64;  // two more past the L2
+  Machine gpu = endless();
+  gpu.set_latency_clk(100);
+  gpu.queues.l2_latency_clk = 10;
+  EXPECT_DOUBLE_EQ(one.cycles(gpu), 110.0);
+  gpu.queues.table_lines = 1;
+  EXPECT_DOUBLE_EQ(one.cycles(gpu), 3 * 110 + 10.0);
+  const EventSchedule out = simulate_events(gpu, one.work, nullptr, true);
+  EXPECT_EQ(out.counts.memory.read_bytes, 5u * 64u);
+  EXPECT_EQ(out.counts.memory.l2_requests, 4u);
+  EXPECT_TRUE(path_adds_up(out.counts.path, out.schedule.cycles));
+}
+
 // A frame of everything, at random.
 FrameWork random_frame(test::Random& random) {
   FrameWork work;
@@ -398,13 +568,18 @@ FrameWork random_frame(test::Random& random) {
     round.geometry.tiles_tested = upto(4000), round.geometry.dram_bytes = 64 * upto(400);
     if (round.geometry.patches == 0) round.geometry = {};
     round.geometry.written_bytes = round.geometry.dram_bytes / 128 * 64;
+    round.geometry.table_bytes = (round.geometry.dram_bytes - round.geometry.written_bytes) / 128 * 64;
+    for (std::uint64_t k = round.geometry.table_bytes / 64; k > 0; --k) round.geometry_lines.push_back(upto(3000));
     for (int t = random.integer(0, 12); t > 0; --t) {
       TileWork& tile = round.tiles.emplace_back();
       TileItems& items = round.items.emplace_back();
       tile.entries = upto(40), tile.sort_steps = upto(200);
       for (std::uint32_t n = upto(12); n > 0; --n) {
-        SubPatchItem item{upto(80), upto(40), upto(80), upto(900), upto(500), 0, upto(900), upto(40), upto(4), 0, 0};
-        item.lines = upto(6);
+        SubPatchItem item{.vertices = upto(80), .transforms = upto(40)};
+        item.boxes = upto(80), item.box_lanes = upto(900), item.stencil_tests = upto(500);
+        item.triangle_lanes = upto(900), item.alpha_tests = upto(40), item.depth_blocks = upto(4);
+        item.domain_clocks = upto(500), item.domain_registers = 1 + upto(100), item.domain_texels = 8 * upto(1);
+        item.lines = upto(6), item.height_lines = item.lines / 2;
         for (std::uint32_t k = 0; k < item.lines; ++k) items.lines.push_back(upto(3000));
         if (random.coin()) item.texel_lines = upto(8);
         for (std::uint32_t k = 0; k < item.texel_lines; ++k) items.texel_lines.push_back(5000 + upto(600));
@@ -453,6 +628,8 @@ Machine random_machine(test::Random& random) {
   gpu.memory.model = static_cast<hardware::MemoryModel>(pick({0, 1}));
   gpu.memory.type = static_cast<hardware::MemoryType>(pick({0, 1, 2}));
   gpu.shader.costs = static_cast<hardware::ShaderCosts>(pick({0, 1}));
+  gpu.shader.domain = static_cast<hardware::DomainShading>(pick({0, 1}));
+  gpu.queues.register_bytes = pick({1024, 131072});
   gpu.cores.memory_bytes = pick({40000, 160000});
   gpu.queues.overlap = static_cast<hardware::FrameOverlap>(pick({0, 1}));
   return gpu;
@@ -464,14 +641,25 @@ RC_GTEST_PROP(EventModel, BytesAndTilesAreConserved, (std::uint32_t seed)) {  //
   const Machine gpu = random_machine(random);
   const EventSchedule out = simulate_events(gpu, work);
   std::uint64_t past_l2 = work.other_bytes, texel_lines = 0, lines = 0;
+  DomainCounts domain;  // as it must be
+  const bool on_lanes = gpu.shader.domain == hardware::DomainShading::kLanes;
   std::size_t tiles = 0;
   for (const WorkRound& round : work.rounds) {
-    past_l2 += round.geometry.dram_bytes;
+    past_l2 += round.geometry.dram_bytes - round.geometry.table_bytes;
+    lines += round.geometry_lines.size();
     tiles += round.tiles.size();
     for (const TileItems& items : round.items) {
       past_l2 += items.list_bytes + items.record_bytes + items.load_bytes + items.resolve_bytes + items.written_bytes;
       texel_lines += items.texel_lines.size();
       lines += items.lines.size();
+      for (const SubPatchItem& item : items.sub_patches) {
+        if (!on_lanes) continue;
+        domain.vertices += item.vertices, domain.warps += domain_warps(gpu, item);
+        domain.texels += std::uint64_t{item.vertices} * item.domain_texels;
+        // Without lookups nobody asks for heights.
+        lines -= item.height_lines;
+        if (item.vertices > 0 && item.domain_texels > 0) texel_lines += item.height_lines;
+      }
     }
   }
   const MemoryCounts& memory = out.counts.memory;
@@ -479,6 +667,9 @@ RC_GTEST_PROP(EventModel, BytesAndTilesAreConserved, (std::uint32_t seed)) {  //
   RC_ASSERT(out.counts.texture_requests == texel_lines);
   RC_ASSERT(memory.l2_requests == lines + out.counts.texture_misses);
   RC_ASSERT(memory.l2_misses <= memory.l2_requests);
+  RC_ASSERT(out.counts.domain.vertices == domain.vertices);
+  RC_ASSERT(out.counts.domain.warps == domain.warps);
+  RC_ASSERT(out.counts.domain.texels == domain.texels);
   for (const double busy : out.busy) RC_ASSERT(busy <= out.schedule.cycles * (1 + 1e-9) + 1e-6);
   for (const double stall : out.counts.stalls) RC_ASSERT(stall <= out.schedule.cycles * (1 + 1e-9) + 1e-6);
   RC_ASSERT(out.schedule.tiles.size() == tiles);

@@ -25,7 +25,9 @@ TileItems random_items(test::Random& random) {
   for (int k = random.integer(0, 4); k > 0; --k) {
     SubPatchItem& item = items.sub_patches.emplace_back();
     item.vertices = number(), item.box_lanes = number(), item.depth_blocks = number();
-    item.lines = add_lines(items.lines), item.texel_lines = add_lines(items.texel_lines);
+    item.domain_clocks = number(), item.domain_registers = number(), item.domain_texels = number();
+    item.lines = add_lines(items.lines), item.height_lines = item.lines / 2,
+    item.texel_lines = add_lines(items.texel_lines);
   }
   for (int k = random.integer(0, 4); k > 0; --k)
     items.warps.push_back({number(), number() & 1, number(), number(), number(), add_lines(items.texel_lines)});
@@ -43,13 +45,15 @@ FrameWork random_work(test::Random& random) {
   FrameWork work;
   for (int r = random.integer(0, 3); r > 0; --r) {
     WorkRound& round = work.rounds.emplace_back();
-    round.geometry = {number(), number(), number(), number(), number(),
-                      number(), number(), number(), number(), number()};
+    round.geometry = {number(), number(), number(), number(), number(), number(),
+                      number(), number(), number(), number(), number(), number()};
     for (int t = random.integer(0, 5); t > 0; --t) {
       TileWork& tile = round.tiles.emplace_back();
       tile.tile = static_cast<std::uint32_t>(number());
-      tile.entries = number(), tile.sort_steps = number(), tile.vertices = number(), tile.box_lanes = number();
+      tile.entries = number(), tile.sort_steps = number(), tile.vertices = number(), tile.domain_texels = number(),
+      tile.box_lanes = number();
       tile.texels = number(), tile.pixels = number(), tile.resolve_operations = number();
+      tile.hashed_bytes = number();
       for (std::uint64_t& bytes : tile.dram_bytes) bytes = number();
     }
     if (random.coin())

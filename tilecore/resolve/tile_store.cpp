@@ -74,6 +74,7 @@ bool TileStore::matches(const FrameStore& how, const Tile& tile) {
   }
   Crc64 crc;
   crc.add(std::as_bytes(std::span<const PixelCode>(codes_)));
+  counters_.signature_bytes += codes_.size() * how.coder.pixel_bytes();
   const std::uint64_t signature = kept_bits(crc.value(), how.signature_bits);
   if (how.before->known && there == signature) return true;
   there = signature;

@@ -25,6 +25,7 @@ struct StoreCounters {
   std::uint64_t tiles_not_written = 0;
   std::uint64_t bytes_not_written = 0;
   std::uint64_t wrong_matches = 0;
+  std::uint64_t signature_bytes = 0;
 };
 
 // What the frame buffer of a view holds, and signatures of the colours that were written there last. Tiles use disjoint
@@ -150,6 +151,8 @@ inline constexpr auto kCounterFields<tilecore::StoreCounters> = std::to_array<Co
      "What their pixels would have taken, in bursts; headers of blocks not counted.", ""},
     {"resolve.wrong_matches", &tilecore::StoreCounters::wrong_matches, Combine::kSum, "tiles",
      "Of these tiles, those whose pixels are others nevertheless: the image is wrong there.", ""},
+    {"resolve.signature_bytes", &tilecore::StoreCounters::signature_bytes, Combine::kSum, "bytes",
+     "Bytes of stored colours hashed for signatures of tiles.", ""},
 });
 TESSERA_COUNTERS_COVER(tilecore::StoreCounters);
 

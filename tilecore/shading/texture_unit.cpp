@@ -17,6 +17,15 @@ int log2_of(std::int64_t power) { return std::bit_width(static_cast<std::uint64_
 
 }  // namespace
 
+LineSide line_side(int texels) {
+  // Odd factors by their reciprocals in 17 bits, rounded up: 3 * 43691 = 2^17 + 1, 5 * 26215 = 2^17 + 3. What they are
+  // too large by stays below the next line as long as i * 3 is below 2^17.
+  const int power = std::countr_zero(static_cast<unsigned>(texels)), odd = texels >> power;
+  if (odd == 1) return {texels, 1, power};
+  TESSERA_CHECK(odd == 3 || odd == 5, "a block's side is a power of two, three or five times");
+  return {texels, odd == 3 ? 43691 : 26215, 17 + power};
+}
+
 TextureMemory::TextureMemory(std::span<const scene::Material> materials, std::int64_t line_bytes)
     : line_bytes_(line_bytes) {
   for (const scene::Material& m : materials)
@@ -30,19 +39,21 @@ void TextureMemory::add(const scene::TextureSlot& slot) {
   const auto [found, fresh] = layouts_.try_emplace(slot.texture.get());
   if (!fresh) return;
   const shaders::TexelBlocks blocks = slot.texture->blocks();
-  const int blocks_log2 = log2_of(line_bytes_ / blocks.bytes), side_log2 = log2_of(blocks.side);
-  const int width_log2 = (blocks_log2 + 1) / 2 + side_log2, height_log2 = blocks_log2 / 2 + side_log2;
+  TESSERA_CHECK(std::max(slot.texture->width(), slot.texture->height()) < 1 << 15, "texels are numbered with 15 bits");
+  const int blocks_log2 = log2_of(line_bytes_ / blocks.bytes);
+  const LineSide width = line_side(blocks.side << (blocks_log2 + 1) / 2),
+                 height = line_side(blocks.side << blocks_log2 / 2);
   for (int level = 0; level < slot.texture->level_count(); ++level) {
-    const auto lines = [](int texels, int log2) {
-      return (static_cast<std::uint64_t>(texels) + (std::uint64_t{1} << log2) - 1) >> log2;
+    const auto lines = [](int texels, const LineSide& side) {
+      return static_cast<std::uint64_t>((texels + side.texels - 1) / side.texels);
     };
-    const std::uint64_t across = lines(slot.texture->width(level), width_log2),
-                        down = lines(slot.texture->height(level), height_log2);
+    const std::uint64_t across = lines(slot.texture->width(level), width),
+                        down = lines(slot.texture->height(level), height);
     found->second.first_line.push_back(static_cast<std::int32_t>(lines_));
     found->second.lines_across.push_back(static_cast<std::int32_t>(across));
     lines_ += across * down;
   }
-  found->second.view = {found->second.first_line.data(), found->second.lines_across.data(), width_log2, height_log2};
+  found->second.view = {found->second.first_line.data(), found->second.lines_across.data(), width, height};
 }
 
 void TextureUnit::begin_tile(const Settings& settings) {
@@ -68,11 +79,12 @@ void TextureUnit::fetch(const Texture& texture, const shaders::TexelFootprint& f
   for (std::size_t k = 0; k < footprint.count; ++k) {
     const shaders::LevelTexels<std::int32_t>& read = footprint.levels[k];
     const auto level = static_cast<std::size_t>(read.level);
-    const int w = layout.width_log2, h = layout.height_log2, across = layout.lines_across[level];
+    const int across = layout.lines_across[level];
     const auto line = [&](int row, int column) {
       return static_cast<std::uint32_t>(layout.first_line[level] + row * across + column);
     };
-    const int column0 = read.column0 >> w, column1 = read.column1 >> w, row0 = read.row0 >> h, row1 = read.row1 >> h;
+    const int column0 = layout.width.line_of(read.column0), column1 = layout.width.line_of(read.column1),
+              row0 = layout.height.line_of(read.row0), row1 = layout.height.line_of(read.row1);
     need_line(line(row0, column0));
     if (column1 != column0) need_line(line(row0, column1));
     if (row1 == row0) continue;

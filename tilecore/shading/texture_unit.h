@@ -14,10 +14,21 @@
 
 namespace tessera::tilecore {
 
+// How many texels a line of a texture has along one axis: odd * 2^n, odd being 1, 3 or 5. Which line texel i lies in,
+// i / texels, is (i * multiplier) >> shift for i below 2^15, images being no larger (ImageLimits).
+struct LineSide {
+  int texels;
+  std::int32_t multiplier;
+  int shift;
+  int line_of(int texel) const { return texel * multiplier >> shift; }
+};
+// Of a number of texels whose odd factor is 1, 3 or 5.
+LineSide line_side(int texels);
+
 // Where the levels of a texture lie in the emulated memory: each a rectangle of cache lines, row by row.
 struct TextureLayoutView {
   const std::int32_t *first_line, *lines_across;  // by level
-  int width_log2, height_log2;                    // texels of a line
+  LineSide width, height;                         // of a line
 };
 
 // Where the textures of a capture lie in the emulated memory, by numbers of cache lines: one after the other in the

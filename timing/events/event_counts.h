@@ -17,6 +17,12 @@ struct MemoryCounts {
   std::uint64_t activates = 0, row_hits = 0;        // of memory.model=banks
 };
 
+// Vertices that lanes shaded.
+struct DomainCounts {
+  std::uint64_t vertices = 0, warps = 0, texels = 0;
+  double lanes_busy = 0;  // cycles
+};
+
 // Why the lanes of a shader core did nothing.
 enum class Stall : std::uint8_t {
   kNoTile,   // no tile was ready to be shaded
@@ -34,6 +40,7 @@ constexpr std::string_view name(Stall stall) {
 struct EventCounts {
   MemoryCounts memory;
   std::uint64_t texture_requests = 0, texture_misses = 0;
+  DomainCounts domain;                       // of tessellator.domain_shading=lanes; cycles as those of stalls
   std::array<double, kStallCount> stalls{};  // of the shader lanes, cycles, mean over the cores
   std::uint64_t events = 0;                  // of the simulation
   PathTime path;                             // to the end of the frame

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "base/check.h"
+#include "base/parallel.h"
 #include "base/round_up.h"
 #include "timing/events/event_queue.h"
 #include "timing/events/shader_core.h"
@@ -45,13 +46,19 @@ class Places {
   std::uint64_t read_ = 0, write_ = 0;
 };
 
-// The front end and the binner: blocks of patches are read ahead, bounded, binned, and their entries written.
+// The front end and the binner: blocks of patches are read ahead, bounded, binned, and their entries written. Tables of
+// heights are read through the L2, at most frontend.fetched_lines at a time.
 class GeometryPipe {
  public:
-  GeometryPipe(EventQueue& events, MemoryPath& memory) : events_(events), memory_(memory) {}
+  GeometryPipe(const hardware::Machine& gpu, EventQueue& events, MemoryPath& memory)
+      : max_lines_(static_cast<std::size_t>(gpu.queues.table_lines)), events_(events), memory_(memory) {}
 
-  void begin(const GeometryWork& work, double frontend, double binner, double now) {
+  void begin(const WorkRound& round, double frontend, double binner, double now) {
+    const GeometryWork& work = round.geometry;
     work_ = &work;
+    lines_ = &round.geometry_lines;
+    read_bytes_ = work.dram_bytes - work.written_bytes - (lines_->empty() ? 0 : work.table_bytes);
+    next_line_ = lines_waiting_ = 0;
     blocks_ = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(work.patches / kGeometryBlock, 1, 1u << 16));
     frontend_each_ = frontend / blocks_;
     binner_each_ = binner / blocks_;
@@ -67,6 +74,17 @@ class GeometryPipe {
     events_.push(binner_free_, Spent(bound_of(Stage::kBinner), bound_of(Stage::kFrontend), frontend_free_ - now),
                  EventKind::kGeometry);
   }
+  // So is a line of tables.
+  void line_read(std::uint32_t block, double now) {
+    --lines_waiting_;
+    const auto of = std::find_if(blocks_with_lines_.begin(), blocks_with_lines_.end(),
+                                 [&](const BlockLines& b) { return b.block == block; });
+    if (--of->to_come == 0) {
+      memory_.close_group(of->group, now);
+      blocks_with_lines_.erase(of);
+    }
+    ask_lines(now);
+  }
   // A block is binned: its entries are written.
   void binned(double now) {
     const std::uint64_t bytes = part(work_->written_bytes, binned_++, blocks_);
@@ -81,16 +99,40 @@ class GeometryPipe {
  private:
   void read_ahead(double now) {
     for (; asked_ < blocks_ && asked_ < binned_ + kGeometryReadAhead; ++asked_) {
-      const std::uint64_t bytes = part(work_->dram_bytes - work_->written_bytes, asked_, blocks_);
+      const std::uint64_t bytes = part(read_bytes_, asked_, blocks_), lines = part(lines_->size(), asked_, blocks_);
       const std::uint32_t group = memory_.open_group(EventKind::kGeometryRead, 0, asked_);
       memory_.read_bytes(std::exchange(read_at_, read_at_ + bytes), bytes, group, now);
-      memory_.close_group(group, now);
+      if (lines == 0)
+        memory_.close_group(group, now);
+      else
+        blocks_with_lines_.push_back({asked_, group, lines, lines});
     }
+    ask_lines(now);
   }
 
+  void ask_lines(double now) {
+    for (BlockLines& of : blocks_with_lines_)
+      for (; of.to_ask > 0 && lines_waiting_ < max_lines_; --of.to_ask, ++lines_waiting_) {
+        const std::uint32_t group = memory_.open_group(EventKind::kGeometryLine, 0, of.block);
+        memory_.read_line((*lines_)[next_line_++], group, now);
+        memory_.close_group(group, now);
+      }
+  }
+
+  // A block that waits for lines.
+  struct BlockLines {
+    std::uint32_t block, group;
+    std::uint64_t to_ask, to_come;
+  };
+
+  std::size_t max_lines_;
   EventQueue& events_;
   MemoryPath& memory_;
   const GeometryWork* work_ = nullptr;
+  const std::vector<std::uint32_t>* lines_ = nullptr;
+  std::vector<BlockLines> blocks_with_lines_;  // read ahead, in order
+  std::uint64_t read_bytes_ = 0;               // past the L2
+  std::size_t next_line_ = 0, lines_waiting_ = 0;
   std::uint32_t blocks_ = 0, asked_ = 0, binned_ = 0, written_ = 0;
   std::uint64_t read_at_ = 0, write_at_ = 0;
   double frontend_each_ = 0, binner_each_ = 0, frontend_free_ = 0, binner_free_ = 0;
@@ -161,13 +203,13 @@ struct Core {
   Core(const hardware::Machine& gpu, const ShaderCore::Rates& rates, std::uint32_t number, EventQueue& events,
        MemoryPath& memory)
       : textures(gpu, number, events, memory),
-        visibility(gpu, number, events, memory, textures),
         shader(number, rates, events, textures),
+        visibility(gpu, number, events, {memory, textures, shader}),
         store(number, gpu, events, memory) {}
 
   TexturePath textures;
-  VisibilityPipe visibility;
   ShaderCore shader;
+  VisibilityPipe visibility;
   StoreUnit store;
   std::uint64_t in_flight = 0;
   std::array<std::deque<std::size_t>, kPhaseCount> waiting;  // tiles, as positions in Schedule::tiles
@@ -176,14 +218,15 @@ struct Core {
 
 class EventSimulation {
  public:
-  EventSimulation(const hardware::Machine& gpu, const FrameWork& work, bool record_path)
+  EventSimulation(const hardware::Machine& gpu, const FrameWork& work, bool record_path, double limit)
       : gpu_(gpu),
         work_(work),
+        limit_(limit),
         places_(work),
         events_(record_path),
         memory_(gpu, events_),
-        geometry_(events_, memory_) {
-    const ShaderCore::Rates rates = ShaderCore::rates_of(gpu, static_cast<std::uint64_t>(gpu.shader.warp_lanes));
+        geometry_(gpu, events_, memory_) {
+    const ShaderCore::Rates rates = ShaderCore::rates_of(gpu);
     for (std::uint32_t c = 0; c < static_cast<std::uint32_t>(gpu.cores.count); ++c)
       cores_.push_back(std::make_unique<Core>(gpu, rates, c, events_, memory_));
     in_flight_ = tiles_in_flight(gpu, work);
@@ -208,6 +251,10 @@ class EventSimulation {
       else
         out_.schedule.geometry.push_back({end_, end_});
       run_tiles(overlaps(gpu_) && round_ + 1 == work_.rounds.size());
+      if (end_ > limit_) {
+        out_.schedule.cycles = end_;
+        return std::move(out_);
+      }
     }
     run_other();
     collect();
@@ -237,7 +284,7 @@ class EventSimulation {
 
   void run_geometry() {
     const double begin = end_;
-    if (begin_geometry(work_.rounds[round_].geometry, begin)) {
+    if (begin_geometry(work_.rounds[round_], begin)) {
       while (!geometry_done_) handle(events_.pop());
       end_ = events_.now();
     }
@@ -245,11 +292,11 @@ class EventSimulation {
   }
 
   // False: there is none.
-  bool begin_geometry(const GeometryWork& work, double begin) {
-    const StageCycles all = stage_cycles(gpu_, work);
+  bool begin_geometry(const WorkRound& round, double begin) {
+    const StageCycles all = stage_cycles(gpu_, round.geometry);
     add_busy(all, geometry_stages(), 1);
-    geometry_done_ = work.patches == 0;
-    if (!geometry_done_) geometry_.begin(work, cycles(all, Stage::kFrontend), cycles(all, Stage::kBinner), begin);
+    geometry_done_ = round.geometry.patches == 0;
+    if (!geometry_done_) geometry_.begin(round, cycles(all, Stage::kFrontend), cycles(all, Stage::kBinner), begin);
     return !geometry_done_;
   }
 
@@ -268,9 +315,9 @@ class EventSimulation {
         add_busy(tile_cycles_.back(), phase_stages(static_cast<Phase>(p)), static_cast<double>(gpu_.cores.count));
     }
     const double begin = end_;
-    const bool binning = bin_next && begin_geometry(work_.rounds.front().geometry, begin);
+    const bool binning = bin_next && begin_geometry(work_.rounds.front(), begin);
     dispatch(begin);
-    while (!events_.empty()) {
+    while (!events_.empty() && events_.now() <= limit_) {
       const bool was_binning = binning && !geometry_done_;
       handle(events_.pop());
       if (was_binning) out_.schedule.geometry.front() = {begin, events_.now()};
@@ -308,6 +355,12 @@ class EventSimulation {
         return cores_[e.who]->visibility.list_read(now);
       case EventKind::kItemRead:
         return cores_[e.who]->visibility.item_read(e.what, now);
+      case EventKind::kDomainStart:
+        return cores_[e.who]->visibility.domain_start(e.what, now);
+      case EventKind::kDomainRead:
+        return cores_[e.who]->shader.heights_read(e.what, now);
+      case EventKind::kDomainShaded:
+        return cores_[e.who]->visibility.domain_shaded(e.what, now);
       case EventKind::kAlphaStart:
         return cores_[e.who]->visibility.alpha_start(e.what, now);
       case EventKind::kAlphaRead:
@@ -332,6 +385,8 @@ class EventSimulation {
       case EventKind::kWritten:
         if (cores_[e.who]->store.written(now)) end_phase(e.who, Phase::kStore, now);
         return;
+      case EventKind::kGeometryLine:
+        return geometry_.line_read(e.what, now);
       case EventKind::kGeometryRead:
         return geometry_.read(now);
       case EventKind::kGeometry:
@@ -428,6 +483,9 @@ class EventSimulation {
       core->shader.end(end_);
       counts.texture_requests += core->textures.requests();
       counts.texture_misses += core->textures.misses();
+      const DomainCounts& domain = core->shader.domain();
+      counts.domain.vertices += domain.vertices, counts.domain.warps += domain.warps;
+      counts.domain.texels += domain.texels, counts.domain.lanes_busy += domain.lanes_busy / cores;
       for (std::size_t s = 0; s < kStallCount; ++s) counts.stalls[s] += core->shader.stalls()[s] / cores;
     }
     const auto busy = [&](Stage stage) -> double& { return out_.busy[static_cast<std::size_t>(stage)]; };
@@ -442,6 +500,7 @@ class EventSimulation {
 
   const hardware::Machine& gpu_;
   const FrameWork& work_;
+  double limit_;
   Places places_;
   EventQueue events_;
   MemoryPath memory_;
@@ -459,8 +518,10 @@ class EventSimulation {
 
 namespace {
 
-// Twice of a unit halves its part of the path, and no more. With caches, more requests or more tiles under way waits may
-// vanish, but no unit is busy for less long.
+// Twice of a unit halves its part of the path, and little more: tiles and lines also come in another order. With caches,
+// more requests or more tiles under way waits may vanish, but no unit is busy for less long.
+constexpr double kOtherOrder = 1.05;
+
 std::vector<BoundGuess> guesses_of(const hardware::Machine& gpu, const EventSchedule& schedule) {
   const PathTime& path = schedule.counts.path;
   std::vector<BoundGuess> guesses;
@@ -474,6 +535,7 @@ std::vector<BoundGuess> guesses_of(const hardware::Machine& gpu, const EventSche
   guesses.push_back({Bound::kTileMemory, std::min(slack, waits_for_tile_memory(gpu, schedule.schedule))});
   guesses.push_back({Bound::kGeometry, geometry / 2});
   guesses.push_back({Bound::kTileCores, tile_time(schedule.schedule) / 2});
+  for (BoundGuess& guess : guesses) guess.most *= kOtherOrder;
   return guesses;
 }
 
@@ -484,37 +546,61 @@ bool has_items(const FrameWork& work) {
                      [](const WorkRound& round) { return round.items.size() == round.tiles.size(); });
 }
 
-std::uint64_t compiled_clocks(const FrameWork& work) {
-  std::uint64_t clocks = 0;
-  for (const WorkRound& round : work.rounds)
-    for (const TileItems& items : round.items)
-      for (const WarpItem& warp : items.warps) clocks += std::uint64_t{warp.lanes} * warp.clocks;
-  return clocks;
-}
-
-EventSchedule simulate_events(const hardware::Machine& gpu, const FrameWork& work, WarmCaches* caches,
-                              bool record_path) {
+EventSchedule simulate_events(const hardware::Machine& gpu, const FrameWork& work, WarmCaches* caches, bool record_path,
+                              double limit) {
   TESSERA_CHECK(has_items(work), "events are made of items");
-  EventSimulation simulation(gpu, work, record_path);
+  EventSimulation simulation(gpu, work, record_path, limit);
   if (caches != nullptr) simulation.warm(*caches);
   EventSchedule out = simulation.run();
-  if (caches != nullptr) simulation.keep(*caches);
+  if (caches != nullptr && out.schedule.cycles <= limit) simulation.keep(*caches);
   return out;
 }
 
-FrameTiming time_events(const hardware::Machine& gpu, const FrameWork& work, const EventSchedule& schedule,
-                        const WarmCaches& before) {
-  FrameTiming timing;
-  timing.cycles = schedule.schedule.cycles;
-  timing.latency = latency(gpu, schedule.schedule);
-  timing.busy = schedule.busy;
-  timing.cores_busy = cores_busy(gpu, schedule.schedule);
-  timing.events = schedule.counts;
-  timing.bind(find_bound(timing.cycles, guesses_of(gpu, schedule), imbalance(gpu, schedule.schedule), [&](Bound bound) {
-    WarmCaches caches = before;
-    return simulate_events(doubled(gpu, bound), work, &caches).schedule.cycles;
-  }));
-  return timing;
+namespace {
+
+// The unit with most to do.
+Bound likely_bound(const hardware::Machine& gpu, const FrameWork& work) {
+  StageCycles busy{};
+  const auto add = [&](const StageCycles& cycles, double instances) {
+    for (std::size_t s = 0; s < kStageCount; ++s) busy[s] += cycles[s] / instances;
+  };
+  for (const WorkRound& round : work.rounds) {
+    add(geometry_cycles(gpu, round), 1);
+    for (const TileWork& tile : round.tiles) add(stage_cycles(gpu, tile), static_cast<double>(gpu.cores.count));
+  }
+  busy[static_cast<std::size_t>(Stage::kDram)] = static_cast<double>(work.dram_bytes()) / memory_rate(gpu);
+  return static_cast<Bound>(std::max_element(busy.begin(), busy.end()) - busy.begin());
+}
+
+}  // namespace
+
+TimedEvents time_events(const hardware::Machine& gpu, const FrameWork& work, WarmCaches* caches) {
+  const WarmCaches before = caches != nullptr ? *caches : WarmCaches();
+  const auto with_twice = [&](Bound bound, double limit) {
+    WarmCaches own = before;
+    return simulate_events(doubled(gpu, bound), work, &own, false, limit).schedule.cycles;
+  };
+  TimedEvents out;
+  const Bound likely = likely_bound(gpu, work);
+  std::optional<double> with_likely;
+  parallel_for(thread_count() > 1 ? 2 : 1, [&](std::size_t k) {
+    if (k == 0)
+      out.events = simulate_events(gpu, work, caches, true);
+    else
+      with_likely = with_twice(likely, std::numeric_limits<double>::infinity());
+  });
+  const Schedule& schedule = out.events.schedule;
+  FrameTiming& timing = out.timing;
+  timing.cycles = schedule.cycles;
+  timing.latency = latency(gpu, schedule);
+  timing.busy = out.events.busy;
+  timing.cores_busy = cores_busy(gpu, schedule);
+  timing.events = out.events.counts;
+  timing.bind(
+      find_bound(timing.cycles, guesses_of(gpu, out.events), imbalance(gpu, schedule), [&](Bound bound, double limit) {
+        return bound == likely && with_likely ? *with_likely : with_twice(bound, limit);
+      }));
+  return out;
 }
 
 void EventCounts::accumulate(const EventCounts& frame) {
@@ -527,6 +613,10 @@ void EventCounts::accumulate(const EventCounts& frame) {
   memory.row_hits += frame.memory.row_hits;
   texture_requests += frame.texture_requests;
   texture_misses += frame.texture_misses;
+  domain.vertices += frame.domain.vertices;
+  domain.warps += frame.domain.warps;
+  domain.texels += frame.domain.texels;
+  domain.lanes_busy += frame.domain.lanes_busy;
   for (std::size_t s = 0; s < kStallCount; ++s) stalls[s] += frame.stalls[s];
   events += frame.events;
   for (std::size_t p = 0; p < kPathParts; ++p) path.clk[p] += frame.path.clk[p];

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -10,9 +11,6 @@
 #include "timing/work.h"
 
 namespace tessera::timing {
-
-// Clocks of lanes that the compiled shaders of all warps take.
-std::uint64_t compiled_clocks(const FrameWork& work);
 
 // What caches hold between frames.
 struct WarmCaches {
@@ -37,16 +35,19 @@ bool has_items(const FrameWork& work);
 //        line for each miss.
 //   EM2  Every tile passes every phase once, in order, on one core.
 //   EM3  A unit that is the only one to take time takes exactly its time.
-// `caches`, unless null: what they hold of the frame before, replaced by what this one leaves.
 //   EM4  The parts of the path add up to the frame.
 // `caches`, unless null: what they hold of the frame before, replaced by what this one leaves. `record_path`: fills
-// EventCounts::path.
+// EventCounts::path. `limit`: a frame that takes longer need not be simulated to its end; then only its cycles, which are
+// more than `limit`, mean anything.
 EventSchedule simulate_events(const hardware::Machine& gpu, const FrameWork& work, WarmCaches* caches = nullptr,
-                              bool record_path = false);
+                              bool record_path = false, double limit = std::numeric_limits<double>::infinity());
 
-// As time_frame(), from what simulate_events() gave with the path.
-// `before`: the caches with which the frame began.
-FrameTiming time_events(const hardware::Machine& gpu, const FrameWork& work, const EventSchedule& schedule,
-                        const WarmCaches& before = {});
+// The frame with its path, and as time_frame() what bounds it. Where a second thread is free it simulates, beside the
+// frame, the doubling that is likely asked for first; results do not depend on it.
+struct TimedEvents {
+  EventSchedule events;
+  FrameTiming timing;
+};
+TimedEvents time_events(const hardware::Machine& gpu, const FrameWork& work, WarmCaches* caches = nullptr);
 
 }  // namespace tessera::timing

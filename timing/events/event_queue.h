@@ -18,6 +18,9 @@ enum class EventKind : std::uint8_t {
   kFetch,           // the core's fetch unit may go on
   kListRead,        // its tile's list is there, then its records
   kItemRead,        // records and heights of sub-patch `what` are there
+  kDomainStart,     // the tessellator gives vertices of sub-patch `what` to the lanes
+  kDomainRead,      // heights of domain warp `what` are there
+  kDomainShaded,    // the lanes have shaded sub-patch `what`
   kAlphaRead,       // texels of alpha tests of sub-patch `what` are there
   kAlphaStart,      // its alpha tests may begin
   kTested,          // all sub-patches of the core's tile are tested
@@ -28,16 +31,19 @@ enum class EventKind : std::uint8_t {
   kShaded,          // the core's tile is shaded
   kStore,           // the resolve unit has finished a block of pixels
   kGeometry,        // the front end or the binner may go on
+  kGeometryLine,    // a line of tables of block `what` is there
   kGeometryRead,    // what the front end reads for block `what` is there
   kGeometryWritten  // the memory has taken what the binner wrote of a block
 };
 
 struct Event {
   double time = 0;
-  std::uint64_t order = 0;  // of equals the one that was asked for first
+  std::uint64_t order = 0;  // of those at one time: from kOthers on, the one that was asked for first
+  std::uint32_t what = 0, path = 0;
+  std::uint32_t who = 0;
   EventKind kind{};
-  std::uint32_t who = 0, what = 0;
-  std::uint32_t path = 0;
+
+  bool before(const Event& other) const { return time != other.time ? time < other.time : order < other.order; }
 };
 
 // Events by time; each with the path that led to it, where they are recorded.
@@ -47,17 +53,24 @@ class EventQueue {
 
   // `spent`: what the time until then goes to.
   void push(double time, const Spent& spent, EventKind kind, std::uint32_t who = 0, std::uint32_t what = 0) {
-    add({std::max(time, now_), next_++, kind, who, what, recording_ ? keep(path_to(time, spent)) : 0});
+    add({std::max(time, now_), next_++, what, recording_ ? keep(path_to(time, spent)) : 0, who, kind});
   }
-  // `path`: what led there otherwise than over the event at hand.
-  void push(double time, const PathTime& path, EventKind kind, std::uint32_t who = 0, std::uint32_t what = 0) {
-    add({std::max(time, now_), next_++, kind, who, what, recording_ ? keep(path) : 0});
+  // `path`: what led there otherwise than over the event at hand; may be null where none are recorded.
+  void push(double time, const PathTime* path, EventKind kind, std::uint32_t who = 0, std::uint32_t what = 0) {
+    add({std::max(time, now_), next_++, what, recording_ ? keep(*path) : 0, who, kind});
+  }
+  // What the memory's banks answer, which may be known long before it comes: first of what happens at a time, and of
+  // such that which the banks were asked for first. `order`: rises as they are asked, below kOthers.
+  void push_answer(double time, std::uint64_t order, const PathTime* path, EventKind kind, std::uint32_t who,
+                   std::uint32_t what) {
+    ++next_;
+    add({std::max(time, now_), order, what, recording_ ? keep(*path) : 0, who, kind});
   }
   bool empty() const { return heap_.empty(); }
   Event pop() {
-    std::pop_heap(heap_.begin(), heap_.end(), later);
-    const Event event = heap_.back();
+    const Event event = heap_.front(), last = heap_.back();
     heap_.pop_back();
+    if (!heap_.empty()) sink(last);
     now_ = event.time;
     if (recording_) {
       path_ = paths_[event.path];
@@ -74,12 +87,31 @@ class EventQueue {
     return path;
   }
   double now() const { return now_; }
-  std::uint64_t count() const { return next_; }
+  std::uint64_t count() const { return next_ - kOthers; }
 
  private:
+  static constexpr std::size_t kChildren = 4;  // half as many levels as two, and brothers lie in two cache lines
+
   void add(const Event& event) {
+    std::size_t at = heap_.size();
     heap_.push_back(event);
-    std::push_heap(heap_.begin(), heap_.end(), later);
+    for (; at > 0 && event.before(heap_[(at - 1) / kChildren]); at = (at - 1) / kChildren)
+      heap_[at] = heap_[(at - 1) / kChildren];
+    heap_[at] = event;
+  }
+  // Fills the top.
+  void sink(const Event& event) {
+    const std::size_t size = heap_.size();
+    std::size_t at = 0;
+    for (std::size_t first = 1; first < size; first = at * kChildren + 1) {
+      std::size_t least = first;
+      for (std::size_t child = first + 1; child < std::min(first + kChildren, size); ++child)
+        if (heap_[child].before(heap_[least])) least = child;
+      if (!heap_[least].before(event)) break;
+      heap_[at] = heap_[least];
+      at = least;
+    }
+    heap_[at] = event;
   }
   std::uint32_t keep(const PathTime& path) {
     if (free_paths_.empty()) {
@@ -91,11 +123,11 @@ class EventQueue {
     paths_[slot] = path;
     return slot;
   }
-  static bool later(const Event& a, const Event& b) { return a.time != b.time ? a.time > b.time : a.order > b.order; }
 
+  static constexpr std::uint64_t kOthers = std::uint64_t{1} << 63;
   std::vector<Event> heap_;
   double now_ = 0;
-  std::uint64_t next_ = 0;
+  std::uint64_t next_ = kOthers;
   bool recording_;
   PathTime path_;
   std::vector<PathTime> paths_;

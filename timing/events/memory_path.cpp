@@ -20,13 +20,13 @@ MemoryPath::MemoryPath(const hardware::Machine& gpu, EventQueue& events)
       free_requests_(requests_.size()) {
   // The lowest number first.
   std::iota(free_requests_.rbegin(), free_requests_.rend(), 0u);
+  if (events.recording()) request_paths_.resize(requests_.size());
   if (gpu.memory.model != hardware::MemoryModel::kBanks) return;
   memory::DramSpec spec = memory::dram_spec(word(gpu.memory.type));
   spec.channels = static_cast<std::uint32_t>(gpu.memory.channels);
   spec.ranks = static_cast<std::uint32_t>(gpu.memory.ranks);
   spec.transaction_bytes = spec.interleave_bytes = line_bytes_;
-  banks_ = std::make_unique<memory::DramBanks>(spec);
-  waiting_.resize(spec.channels);
+  banks_ = std::make_unique<memory::DramFront>(spec);
   dram_clocks_per_clk_ = spec.clock_mhz() / gpu.clock_mhz;
   idle_clk_ = spec.idle_latency_clocks() / dram_clocks_per_clk_;
 }
@@ -36,14 +36,16 @@ std::uint32_t MemoryPath::open_group(EventKind kind, std::uint32_t who, std::uin
   if (free_groups_.empty()) {
     group = static_cast<std::uint32_t>(groups_.size());
     groups_.emplace_back();
+    if (events_.recording()) group_paths_.emplace_back();
   } else {
     group = free_groups_.back();
     free_groups_.pop_back();
   }
   Group& g = groups_[group];
   g.waits = 1;  // open: it waits for close_group()
-  g.closed = false;
+  g.closed = g.of_banks = false;
   g.ready = 0;
+  g.order = 0;
   g.kind = kind, g.who = who, g.what = what;
   return group;
 }
@@ -54,12 +56,11 @@ void MemoryPath::close_group(std::uint32_t group, double not_before, const Spent
 }
 
 void MemoryPath::settle(std::uint32_t group, double time, const Spent& spent) {
-  if (events_.recording() && time >= groups_[group].ready) groups_[group].path = events_.path_to(time, spent);
-  arrive(group, time);
-}
-
-void MemoryPath::settle(std::uint32_t group, double time, const PathTime& path) {
-  if (events_.recording() && time >= groups_[group].ready) groups_[group].path = path;
+  Group& g = groups_[group];
+  if (time >= g.ready) {
+    g.of_banks = false;
+    if (events_.recording()) group_paths_[group].path = events_.path_to(time, spent);
+  }
   arrive(group, time);
 }
 
@@ -67,7 +68,12 @@ void MemoryPath::arrive(std::uint32_t group, double time) {
   Group& g = groups_[group];
   g.ready = std::max(g.ready, time);
   if (--g.waits > 0) return;
-  events_.push(g.ready, g.path, g.kind, g.who, g.what);
+  PathTime* path = events_.recording() ? &group_paths_[group].path : nullptr;
+  if (path != nullptr && g.of_banks) *path = path_of(group_paths_[group].asked, g.ready);
+  if (g.order > 0)
+    events_.push_answer(g.ready, g.order, path, g.kind, g.who, g.what);
+  else
+    events_.push(g.ready, path, g.kind, g.who, g.what);
   free_groups_.push_back(group);
 }
 
@@ -128,8 +134,10 @@ void MemoryPath::ask_memory(std::uint32_t line, const Waiter& waiter, double now
   l2_.take(line, request);
   counts_.read_bytes += line_bytes_;
   if (banks_ != nullptr) {
-    note(requests_[request].asked, now);
+    if (events_.recording()) request_paths_[request] = asked(now);
+    requests_[request].order = ++asked_;
     ask_banks(request, std::uint64_t{line} * line_bytes_, false, now);
+    look_again();
     return;
   }
   const double moved = move(line_bytes_, now), waited = std::max(0.0, now - events_.now());
@@ -178,11 +186,7 @@ void MemoryPath::read_bytes(std::uint64_t address, std::uint64_t bytes, std::uin
     settle(group, moved + latency_, Spent(Bound::kLatency, bound_of(hardware::Stage::kDram), moved - events_.now()));
     return;
   }
-  note(groups_[group].asked, now);
-  for (std::uint64_t at = 0; at < bytes; at += line_bytes_) {
-    add_wait(group);
-    ask_banks(kOfGroup | group, address + at, false, now);
-  }
+  move_by_banks(address, bytes, group, false, now);
 }
 
 void MemoryPath::write_bytes(std::uint64_t address, std::uint64_t bytes, std::uint32_t group, double now) {
@@ -193,66 +197,69 @@ void MemoryPath::write_bytes(std::uint64_t address, std::uint64_t bytes, std::ui
     settle(group, move(bytes, now), Spent(hardware::Stage::kDram));
     return;
   }
-  note(groups_[group].asked, now);
+  move_by_banks(address, bytes, group, true, now);
+}
+
+void MemoryPath::move_by_banks(std::uint64_t address, std::uint64_t bytes, std::uint32_t group, bool write,
+                               double now) {
+  if (events_.recording()) group_paths_[group].asked = asked(now);
+  groups_[group].order = ++asked_;
   for (std::uint64_t at = 0; at < bytes; at += line_bytes_) {
     add_wait(group);
-    ask_banks(kOfGroup | group, address + at, true, now);
+    ask_banks(kOfGroup | group, address + at, write, now);
   }
+  look_again();
 }
 
 void MemoryPath::ask_banks(std::uint64_t id, std::uint64_t address, bool write, double now) {
-  settle_banks(now);
-  std::deque<Transaction>& waiting = waiting_[banks_->channel(address)];
-  if (!waiting.empty() || !banks_->submit(id, address, write)) waiting.push_back({id, address, write});
-  schedule_banks();
+  banks_clock_ = std::max(banks_clock_, dram_clock(now));
+  banks_->ask(id, transactions_++, address, write, banks_clock_, answers_);
 }
 
-void MemoryPath::note(Asked& asked, double now) {
-  if (!events_.recording()) return;
-  asked.time = now;
-  asked.path = events_.path_to(now, Bound::kL2);
-}
+MemoryPath::Asked MemoryPath::asked(double now) const { return {now, events_.path_to(now, Bound::kL2)}; }
 
 PathTime MemoryPath::path_of(const Asked& asked, double time) const {
-  if (!events_.recording()) return {};
   PathTime path = asked.path;
   Spent(bound_of(hardware::Stage::kDram), Bound::kLatency, idle_clk_).add_to(path, time - asked.time);
   return path;
 }
 
-void MemoryPath::answer_transaction(std::uint64_t id, double time) {
-  const auto number = static_cast<std::uint32_t>(id);
-  if ((id & kOfGroup) != 0) {
-    settle(number, time, path_of(groups_[number].asked, time));
-    return;
-  }
-  PathTime path = path_of(requests_[number].asked, time);
-  path[Bound::kLatency] += l2_latency_;
-  events_.push(time + l2_latency_, path, EventKind::kMemory, 0, number);
-}
-
 void MemoryPath::banks_answer(double now) {
-  settle_banks(now);
-  schedule_banks();
+  banks_clock_ = std::max(banks_clock_, dram_clock(now));
+  banks_->look(banks_clock_, answers_);
+  look_again();
 }
 
-void MemoryPath::settle_banks(double now) {
-  banks_->advance(std::max(banks_->now(), dram_clock(now)), completions_);
-  for (const memory::DramCompletion& done : completions_)
-    answer_transaction(done.id, std::max(events_.now(), static_cast<double>(done.clock) / dram_clocks_per_clk_));
-  completions_.clear();
-  for (std::deque<Transaction>& waiting : waiting_)
-    while (!waiting.empty() && banks_->submit(waiting.front().id, waiting.front().address, waiting.front().write))
-      waiting.pop_front();
+void MemoryPath::take_answers() {
+  for (const memory::DramAnswer& answer : answers_) {
+    const double time = static_cast<double>(answer.clock) / dram_clocks_per_clk_;
+    const auto number = static_cast<std::uint32_t>(answer.id);
+    if ((answer.id & kOfGroup) != 0) {
+      if (time >= groups_[number].ready) groups_[number].of_banks = true;
+      arrive(number, time);
+      continue;
+    }
+    const double there = time + l2_latency_;
+    const std::uint64_t order = requests_[number].order;
+    if (!events_.recording()) {
+      events_.push_answer(there, order, nullptr, EventKind::kMemory, 0, number);
+      continue;
+    }
+    PathTime path = path_of(request_paths_[number], time);
+    path[Bound::kLatency] += l2_latency_;
+    events_.push_answer(there, order, &path, EventKind::kMemory, 0, number);
+  }
+  answers_.clear();
 }
 
-void MemoryPath::schedule_banks() {
-  const memory::DramClock next = banks_->next_event();
+void MemoryPath::look_again() {
+  take_answers();
+  const memory::DramClock next = banks_->next_look();
   if (next == memory::kNoDramClock) return;
   const double at = static_cast<double>(next) / dram_clocks_per_clk_;
   // One event ahead is enough, unless something comes before it.
-  if (banks_event_ > events_.now() && banks_event_ <= at) return;
-  banks_event_ = at;
+  if (look_ > events_.now() && look_ <= at) return;
+  look_ = at;
   events_.push(at, hardware::Stage::kDram, EventKind::kBanks);
 }
 

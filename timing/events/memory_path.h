@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "hardware/machine.h"
-#include "memory/dram_banks.h"
+#include "memory/dram_front.h"
 #include "timing/events/event_counts.h"
 #include "timing/events/event_queue.h"
 #include "timing/events/request_cache.h"
@@ -20,7 +20,7 @@ namespace tessera::timing {
 //                |                                             \--> miss: one of l2.requests, or waits for one
 //   what bypasses the L2 -----------------------------------------> memory, fluid: bytes one after the other at the
 //                                                                   GPU's rate, reads after memory.latency_ns
-//                                                                   banks: transactions as memory::DramBanks moves them
+//                                                                   banks: transactions as memory::DramFront moves them
 //
 // Who reads opens a group, asks for lines on its behalf, and closes it; the group's event comes when all of them are
 // there.
@@ -64,15 +64,20 @@ class MemoryPath {
   struct Group {
     std::uint32_t waits = 0;
     bool closed = false;
+    bool of_banks = false;  // what was ready last
     double ready = 0;
     EventKind kind{};
     std::uint32_t who = 0, what = 0;
-    Asked asked;    // of its bytes past the L2
-    PathTime path;  // of what was ready last
+    std::uint64_t order = 0;  // of its bytes past the L2 among all that the banks are asked for; 0: there are none
+  };
+  // Of a group, where paths are recorded.
+  struct GroupPath {
+    Asked asked;    // its bytes past the L2
+    PathTime path;  // of what was ready last, unless it came from the banks
   };
   struct Request {
     std::uint32_t line = 0, waiters = kNone;
-    Asked asked;
+    std::uint64_t order = 0;  // as Group::order
   };
   struct Stalled {
     std::uint32_t line;
@@ -81,20 +86,21 @@ class MemoryPath {
 
   void read(std::uint32_t line, const Waiter& waiter, double now);
   void answer(const Waiter& waiter, double time, const Spent& spent);
-  void settle(std::uint32_t group, double time, const PathTime& path);
   void arrive(std::uint32_t group, double time);
   void add_waiter(std::uint32_t request, const Waiter& waiter);
   void ask_memory(std::uint32_t line, const Waiter& waiter, double now);
-  void note(Asked& asked, double now);
-  // To the answer of a transaction: what an idle memory takes is latency, the rest waits for its banks and its bus.
+  Asked asked(double now) const;
+  // To the answer of a transaction, where paths are recorded: what an idle memory takes is latency, the rest waits for
+  // its banks and its bus.
   PathTime path_of(const Asked& asked, double time) const;
   // When so many bytes have passed the interface.
   double move(std::uint64_t bytes, double now);
+  void move_by_banks(std::uint64_t address, std::uint64_t bytes, std::uint32_t group, bool write, double now);
   // One transaction of the banks; `id`: an L2 request or, with kOfGroup, a group.
   void ask_banks(std::uint64_t id, std::uint64_t address, bool write, double now);
-  void answer_transaction(std::uint64_t id, double time);
-  void settle_banks(double now);
-  void schedule_banks();
+  // What is certain by now: it may lie ahead.
+  void take_answers();
+  void look_again();
   memory::DramClock dram_clock(double now) const {
     return static_cast<memory::DramClock>(std::ceil(now * dram_clocks_per_clk_));
   }
@@ -111,15 +117,14 @@ class MemoryPath {
   std::vector<Waiter> waiters_;
   std::uint32_t free_waiter_ = kNone;
   static constexpr std::uint64_t kOfGroup = std::uint64_t{1} << 32;
-  struct Transaction {
-    std::uint64_t id, address;
-    bool write;
-  };
-  std::unique_ptr<memory::DramBanks> banks_;      // null: fluid
-  std::vector<std::deque<Transaction>> waiting_;  // by channel, for a place in its queue
-  std::vector<memory::DramCompletion> completions_;
-  double dram_clocks_per_clk_ = 0, banks_event_ = 0;
+  std::unique_ptr<memory::DramFront> banks_;  // null: fluid
+  std::vector<memory::DramAnswer> answers_;
+  double dram_clocks_per_clk_ = 0, look_ = 0;
+  memory::DramClock banks_clock_ = 0;  // of the last transaction or look
+  std::uint64_t asked_ = 0, transactions_ = 0;
   std::vector<Group> groups_;
+  std::vector<GroupPath> group_paths_;  // where paths are recorded
+  std::vector<Asked> request_paths_;    // likewise
   std::vector<std::uint32_t> free_groups_;
   MemoryCounts counts_;
 };

@@ -21,7 +21,8 @@ class RequestCache {
   const std::uint32_t* use(std::uint32_t line) {
     if (sets_ == 0) return nullptr;
     Entry* set = set_of(line);
-    for (std::size_t way = 0; way < ways_; ++way) {
+    if (set[0].line == line) return &set[0].request;
+    for (std::size_t way = 1; way < ways_; ++way) {
       if (set[way].line != line) continue;
       const Entry found = set[way];
       for (; way > 0; --way) set[way] = set[way - 1];

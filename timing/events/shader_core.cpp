@@ -2,19 +2,20 @@
 
 #include <algorithm>
 #include <functional>
+#include <numeric>
 
 namespace tessera::timing {
 
 using hardware::Stage;
 
-ShaderCore::Rates ShaderCore::rates_of(const hardware::Machine& gpu, std::uint64_t warp_lanes) {
-  const auto lanes = static_cast<double>(warp_lanes);
+ShaderCore::Rates ShaderCore::rates_of(const hardware::Machine& gpu) {
   return {gpu.shader.operations,
           gpu.shader.surface_operations,
+          gpu.shader.domain_operations,
           static_cast<double>(gpu.shader.lanes),
-          lanes,
+          static_cast<std::uint32_t>(gpu.shader.warp_lanes),
           gpu.rates.texels_per_clk,
-          lanes / gpu.rates.compacted_samples_per_clk,
+          static_cast<double>(gpu.shader.warp_lanes) / gpu.rates.compacted_samples_per_clk,
           static_cast<std::size_t>(gpu.queues.max_warps),
           static_cast<double>(gpu.queues.register_bytes),
           static_cast<double>(gpu.queues.registers),
@@ -35,14 +36,30 @@ void ShaderCore::begin(const TileItems& items, double now) {
     warps_[w].first_line = line;
     line += items.warps[w].texel_lines;
   }
-  next_ = oldest_ = in_flight_ = done_ = 0;
-  registers_taken_ = 0;
+  next_ = oldest_ = done_ = 0;
   began_ = now;
   reason_ = Stall::kNoWarp;
   if (warps_.empty())
     events_.push(now, Stage::kShader, EventKind::kShaded, core_);
   else
     launch(now);
+}
+
+void ShaderCore::shade_vertices(std::uint32_t number, const SubPatchItem& item, const std::uint32_t* height_lines,
+                                double now) {
+  count_idle(now);
+  if (free_vertices_.empty()) {
+    free_vertices_.push_back(static_cast<std::uint32_t>(vertices_.size()));
+    vertices_.emplace_back();
+  }
+  const std::uint32_t place = free_vertices_.back();
+  free_vertices_.pop_back();
+  const std::uint32_t warps = (item.vertices + rates_.warp_lanes - 1) / rates_.warp_lanes;
+  vertices_[place] = {number, &item, height_lines, warps};
+  domain_.vertices += item.vertices;
+  domain_.warps += warps;
+  to_launch_.push_back(place);
+  launch(now);
 }
 
 double ShaderCore::cycles(std::uint32_t warp, bool first_part) const {
@@ -54,11 +71,52 @@ double ShaderCore::cycles(std::uint32_t warp, bool first_part) const {
   return all * (first_part ? kBeforeLookups : 1 - kBeforeLookups);
 }
 
-double ShaderCore::register_bytes(std::uint32_t warp) const {
-  return (rates_.compiled ? items_->warps[warp].registers : rates_.registers) * 4 * rates_.warp_lanes;
+double ShaderCore::domain_cycles(const DomainWarp& warp) const {
+  const SubPatchItem& item = *vertices_[warp.of].item;
+  const double all = (rates_.compiled ? item.domain_clocks * rates_.compiled_clk : rates_.domain_operations) *
+                     rates_.warp_lanes / rates_.lanes;
+  if (item.domain_texels == 0) return all;
+  return all * (warp.state == State::kFirst ? kBeforeLookups : 1 - kBeforeLookups);
+}
+
+double ShaderCore::pixel_registers(std::uint32_t warp) const {
+  return register_bytes(rates_.compiled ? items_->warps[warp].registers : rates_.registers);
+}
+
+double ShaderCore::domain_registers(const SubPatchItem& item) const {
+  return register_bytes(rates_.compiled ? item.domain_registers : rates_.registers);
 }
 
 void ShaderCore::launch(double now) {
+  // Who waits for room is not overtaken: pixels would leave none to a warp of many registers.
+  if (launch_vertices()) launch_pixels(now);
+  issue(now);
+}
+
+bool ShaderCore::launch_vertices() {
+  while (!to_launch_.empty()) {
+    const std::uint32_t place = to_launch_.front();
+    Vertices& of = vertices_[place];
+    for (; of.launched < of.warps; ++of.launched) {
+      const double registers = domain_registers(*of.item);
+      if (!fits(registers)) return false;
+      ++in_flight_;
+      registers_taken_ += registers;
+      if (free_domain_warps_.empty()) {
+        free_domain_warps_.push_back(static_cast<std::uint32_t>(domain_warps_.size()));
+        domain_warps_.emplace_back();
+      }
+      const std::uint32_t warp = free_domain_warps_.back();
+      free_domain_warps_.pop_back();
+      domain_warps_[warp] = {State::kFirst, place, of.launched, domain_order_++};
+      make_ready(domain_warps_[warp].order, warp);
+    }
+    to_launch_.pop_front();
+  }
+  return true;
+}
+
+void ShaderCore::launch_pixels(double now) {
   packing_ = false;
   while (next_ < warps_.size() && in_flight_ < rates_.max_warps) {
     const double packed = began_ + rates_.compaction_clk * (next_ + 1);
@@ -67,42 +125,52 @@ void ShaderCore::launch(double now) {
       packing_ = true;
       break;
     }
-    // A warp that needs more than there are runs alone.
-    if (in_flight_ > 0 && registers_taken_ + register_bytes(next_) > rates_.register_bytes) break;
+    if (!fits(pixel_registers(next_))) break;
     ++in_flight_;
-    registers_taken_ += register_bytes(next_);
+    registers_taken_ += pixel_registers(next_);
     warps_[next_].state = State::kFirst;
-    make_ready(next_++);
+    make_ready(kOfPixels | next_, next_);
+    ++next_;
   }
-  issue(now);
 }
 
-void ShaderCore::make_ready(std::uint32_t warp) {
-  ready_.push_back(warp);
+void ShaderCore::make_ready(std::uint64_t order, std::uint32_t warp) {
+  ready_.emplace_back(order, warp);
   std::push_heap(ready_.begin(), ready_.end(), std::greater<>());
 }
 
 void ShaderCore::issue(double now) {
   if (issuing_) return;
+  count_idle(now);
   if (ready_.empty()) {
-    // What the oldest warp in flight waits for.
-    while (oldest_ < next_ && warps_[oldest_].state == State::kDone) ++oldest_;
-    count_idle(now);
-    if (oldest_ == next_)
-      reason_ = Stall::kNoWarp;
-    else
-      reason_ = warps_[oldest_].state == State::kLookUp ? Stall::kTexture : Stall::kMemory;
+    wait_for_what();
     return;
   }
-  count_idle(now);
   std::pop_heap(ready_.begin(), ready_.end(), std::greater<>());
   on_lanes_ = ready_.back();
   ready_.pop_back();
-  const double clk = cycles(on_lanes_, warps_[on_lanes_].state == State::kFirst);
+  const std::uint32_t warp = on_lanes_.second;
+  const bool of_pixels = on_lanes_.first >= kOfPixels;
+  const double clk = of_pixels ? cycles(warp, warps_[warp].state == State::kFirst) : domain_cycles(domain_warps_[warp]);
   busy_ += clk;
+  if (!of_pixels) domain_.lanes_busy += clk;
   idle_since_ = now + clk;
   issuing_ = true;
   events_.push(now + clk, Stage::kShader, EventKind::kIssue, core_);
+}
+
+void ShaderCore::wait_for_what() {
+  // What the oldest warp in flight waits for, of vertices before of pixels.
+  const DomainWarp* oldest = nullptr;
+  for (const DomainWarp& warp : domain_warps_)
+    if (warp.state != State::kDone && (oldest == nullptr || warp.order < oldest->order)) oldest = &warp;
+  while (oldest_ < next_ && warps_[oldest_].state == State::kDone) ++oldest_;
+  if (oldest == nullptr && oldest_ == next_) {
+    reason_ = done_ == warps_.size() ? Stall::kNoTile : Stall::kNoWarp;
+    return;
+  }
+  const State state = oldest != nullptr ? oldest->state : warps_[oldest_].state;
+  reason_ = state == State::kLookUp ? Stall::kTexture : Stall::kMemory;
 }
 
 void ShaderCore::count_idle(double now) {
@@ -112,7 +180,16 @@ void ShaderCore::count_idle(double now) {
 
 void ShaderCore::lanes_free(double now) {
   issuing_ = false;
-  const std::uint32_t warp = on_lanes_;
+  const std::uint32_t warp = on_lanes_.second;
+  if (on_lanes_.first < kOfPixels) {
+    if (domain_warps_[warp].state == State::kFirst && vertices_[domain_warps_[warp].of].item->domain_texels > 0) {
+      look_heights_up(warp);
+      issue(now);
+    } else {
+      finish_domain(warp, now);
+    }
+    return;
+  }
   const WarpItem& item = items_->warps[warp];
   if (warps_[warp].state == State::kFirst && item.texels > 0) {
     warps_[warp].state = State::kLookUp;
@@ -124,20 +201,52 @@ void ShaderCore::lanes_free(double now) {
   finish(warp, now);
 }
 
+void ShaderCore::look_heights_up(std::uint32_t warp) {
+  DomainWarp& d = domain_warps_[warp];
+  d.state = State::kLookUp;
+  const Vertices& of = vertices_[d.of];
+  // Lines of neighbouring vertices lie together; the last warp has the vertices that are left.
+  const auto first_of = [&](std::uint64_t place) {
+    return static_cast<std::uint32_t>(of.item->height_lines * place / of.warps);
+  };
+  const std::uint32_t lanes = std::min(rates_.warp_lanes, of.item->vertices - d.place * rates_.warp_lanes),
+                      first = first_of(d.place);
+  domain_.texels += std::uint64_t{lanes} * of.item->domain_texels;
+  textures_.submit(of.height_lines + first, first_of(d.place + 1) - first,
+                   static_cast<double>(lanes) * of.item->domain_texels / rates_.texels_per_clk, EventKind::kDomainRead,
+                   warp);
+}
+
 void ShaderCore::texels_read(std::uint32_t warp, double now) {
   warps_[warp].state = State::kLast;
-  make_ready(warp);
+  make_ready(kOfPixels | warp, warp);
+  issue(now);
+}
+
+void ShaderCore::heights_read(std::uint32_t warp, double now) {
+  domain_warps_[warp].state = State::kLast;
+  make_ready(domain_warps_[warp].order, warp);
   issue(now);
 }
 
 void ShaderCore::finish(std::uint32_t warp, double now) {
   warps_[warp].state = State::kDone;
   --in_flight_;
-  registers_taken_ -= register_bytes(warp);
-  if (++done_ == warps_.size()) {
-    reason_ = Stall::kNoTile;
-    events_.push(now, Stage::kShader, EventKind::kShaded, core_);
-    return;
+  registers_taken_ -= pixel_registers(warp);
+  if (++done_ == warps_.size()) events_.push(now, Stage::kShader, EventKind::kShaded, core_);
+  launch(now);
+}
+
+void ShaderCore::finish_domain(std::uint32_t warp, double now) {
+  DomainWarp& d = domain_warps_[warp];
+  d.state = State::kDone;
+  free_domain_warps_.push_back(warp);
+  Vertices& of = vertices_[d.of];
+  --in_flight_;
+  registers_taken_ -= domain_registers(*of.item);
+  if (++of.done == of.warps) {
+    events_.push(now, Stage::kShader, EventKind::kDomainShaded, core_, of.number);
+    free_vertices_.push_back(d.of);
   }
   launch(now);
 }

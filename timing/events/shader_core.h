@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <vector>
 
 #include "hardware/machine.h"
@@ -17,15 +18,21 @@ namespace tessera::timing {
 // oldest that is ready first.
 //
 //   compaction -> in flight: ready -> lanes: coordinates -> texture unit -> texels wait -> ready -> lanes: the rest
+//   vertices of sub-patches -^
 //
 // A warp with lookups computes where they are in a first part, kBeforeLookups of its operations.
+//
+// With tessellator.domain_shading=lanes vertices come as warps, too, and go first: the next tile's visibility waits for
+// them, a pixel's warp only for its own tile. Nothing waits in a circle: warps of either kind wait for texels alone once
+// they are in flight, and pixels are of a tile whose vertices are shaded. Pixels do not starve: vertices are those of
+// the sub-patches for which the tessellator has room, of no more tiles than the core holds.
 class ShaderCore {
  public:
   static constexpr double kBeforeLookups = 0.25;
 
   struct Rates {
-    double operations, surface_operations, lanes;  // of an invocation; lanes of the core
-    double warp_lanes;
+    double operations, surface_operations, domain_operations, lanes;  // of an invocation; lanes of the core
+    std::uint32_t warp_lanes;
     double texels_per_clk;
     double compaction_clk;  // of a warp
     std::size_t max_warps;
@@ -33,18 +40,23 @@ class ShaderCore {
     double compiled_clk;               // of one clock of compiled code; 0: it takes no time
     bool compiled;                     // operations and registers are those of each warp's own shader
   };
-  static Rates rates_of(const hardware::Machine& gpu, std::uint64_t warp_lanes);
+  static Rates rates_of(const hardware::Machine& gpu);
 
   ShaderCore(std::uint32_t core, const Rates& rates, EventQueue& events, TexturePath& textures);
 
   // `items` must stay until the event kShaded. Records that shading reads are there.
   void begin(const TileItems& items, double now);
+  // Vertices of a sub-patch, at least one; `height_lines`, as many as it has, are spread over their warps and asked of the
+  // texture unit. All must stay until the event kDomainShaded of `number`.
+  void shade_vertices(std::uint32_t number, const SubPatchItem& item, const std::uint32_t* height_lines, double now);
 
   void warp_packed(double now) { launch(now); }
   void lanes_free(double now);
   void texels_read(std::uint32_t warp, double now);
+  void heights_read(std::uint32_t warp, double now);
 
   double busy() const { return busy_; }
+  const DomainCounts& domain() const { return domain_; }
   const std::array<double, kStallCount>& stalls() const { return stalls_; }
   void end(double now) { count_idle(now); }
 
@@ -54,14 +66,42 @@ class ShaderCore {
     State state = State::kWaiting;
     std::uint32_t first_line = 0;
   };
+  // A sub-patch whose vertices are shaded.
+  struct Vertices {
+    std::uint32_t number;
+    const SubPatchItem* item;
+    const std::uint32_t* height_lines;
+    std::uint32_t warps, launched = 0, done = 0;
+  };
+  struct DomainWarp {
+    State state = State::kDone;
+    std::uint32_t of = 0, place = 0;  // vertices_; which of its warps
+    std::uint64_t order = 0;
+  };
+  // What waits for the lanes, the lowest first: domain warps in the order of their launch, then pixel warps.
+  using Ready = std::pair<std::uint64_t, std::uint32_t>;
+  static constexpr std::uint64_t kOfPixels = std::uint64_t{1} << 63;
 
   double cycles(std::uint32_t warp, bool first_part) const;
-  double register_bytes(std::uint32_t warp) const;
+  double domain_cycles(const DomainWarp& warp) const;
+  double register_bytes(double of_lane) const { return of_lane * 4 * rates_.warp_lanes; }
+  double pixel_registers(std::uint32_t warp) const;
+  double domain_registers(const SubPatchItem& item) const;
+  // A warp that needs more than there are runs alone.
+  bool fits(double registers) const {
+    return in_flight_ < rates_.max_warps && (in_flight_ == 0 || registers_taken_ + registers <= rates_.register_bytes);
+  }
   void launch(double now);
+  // False: some wait for room.
+  bool launch_vertices();
+  void launch_pixels(double now);
   void issue(double now);
+  void wait_for_what();
   void finish(std::uint32_t warp, double now);
+  void finish_domain(std::uint32_t warp, double now);
+  void look_heights_up(std::uint32_t warp);
   void count_idle(double now);
-  void make_ready(std::uint32_t warp);
+  void make_ready(std::uint64_t order, std::uint32_t warp);
 
   std::uint32_t core_;
   Rates rates_;
@@ -69,12 +109,21 @@ class ShaderCore {
   TexturePath& textures_;
   const TileItems* items_ = nullptr;
   std::vector<Warp> warps_;
-  std::vector<std::uint32_t> ready_;  // heap, the oldest on top
-  std::uint32_t next_ = 0, oldest_ = 0, in_flight_ = 0, done_ = 0, on_lanes_ = 0;
+  std::vector<Vertices> vertices_;
+  std::vector<std::uint32_t> free_vertices_;
+  std::deque<std::uint32_t> to_launch_;  // of vertices_
+  std::vector<DomainWarp> domain_warps_;
+  std::vector<std::uint32_t> free_domain_warps_;
+  std::uint64_t domain_order_ = 0;
+  std::vector<Ready> ready_;  // heap
+  std::uint32_t next_ = 0, oldest_ = 0, done_ = 0;
+  std::size_t in_flight_ = 0;  // of both kinds
+  Ready on_lanes_{};
   bool issuing_ = false, packing_ = false;
   double registers_taken_ = 0;  // bytes
   double began_ = 0, idle_since_ = 0, busy_ = 0;
   Stall reason_ = Stall::kNoTile;
+  DomainCounts domain_;
   std::array<double, kStallCount> stalls_{};
 };
 

@@ -32,10 +32,11 @@ void TexturePath::start(double now) {
 void TexturePath::look_up(double now) {
   Job& job = queue_.front();
   blocked_ = false;
-  for (; job.next < job.count; ++job.next) {
-    const std::uint32_t line = job.lines[job.next];
+  const std::uint32_t first = job.next;
+  std::uint32_t next = first;  // not job's own, which what is written below might be
+  for (; next < job.count; ++next) {
+    const std::uint32_t line = job.lines[next];
     if (const std::uint32_t* found = cache_.use(line)) {
-      ++requested_;
       if (*found == RequestCache::kThere) continue;
       memory_.add_wait(job.group);
       requests_[*found].groups.push_back(job.group);
@@ -43,9 +44,8 @@ void TexturePath::look_up(double now) {
     }
     if (free_requests_.empty()) {
       blocked_ = true;
-      return;
+      break;
     }
-    ++requested_;
     ++misses_;
     const std::uint32_t request = free_requests_.back();
     free_requests_.pop_back();
@@ -55,6 +55,9 @@ void TexturePath::look_up(double now) {
     cache_.take(line, request);
     memory_.read_line(line, core_, request, now);
   }
+  requested_ += next - first;
+  job.next = next;
+  if (blocked_) return;
   // A line per clock, whatever the lookups take.
   const double cycles = std::max(job.cycles, static_cast<double>(job.count));
   busy_ += cycles;

@@ -14,17 +14,19 @@ constexpr std::array kStages = {Stage::kTessellator, Stage::kBoxes,         Stag
 
 }  // namespace
 
-VisibilityPipe::VisibilityPipe(const hardware::Machine& gpu, std::uint32_t core, EventQueue& events, MemoryPath& memory,
-                               TexturePath& textures)
+VisibilityPipe::VisibilityPipe(const hardware::Machine& gpu, std::uint32_t core, EventQueue& events,
+                               const Others& others)
     : gpu_(gpu),
       core_(core),
       events_(events),
-      memory_(memory),
-      textures_(textures),
+      memory_(others.memory),
+      textures_(others.textures),
+      lanes_(others.lanes),
+      on_lanes_(gpu.shader.domain == hardware::DomainShading::kLanes),
       ring_(static_cast<std::uint32_t>(gpu.queues.items)),
       max_lines_(gpu.queues.fetched_lines) {
   const hardware::Throughputs& rates = gpu.rates;
-  per_event_ = {1 / rates.vertices_per_clk,
+  per_event_ = {on_lanes_ ? 0 : 1 / rates.vertices_per_clk,
                 1 / rates.boxes_per_clk,
                 1 / rates.box_tests_per_clk,
                 1 / rates.stencil_tests_per_clk,
@@ -63,10 +65,12 @@ PathTime VisibilityPipe::path_of(const Moment& moment) const {
 
 void VisibilityPipe::push(const Moment& moment, EventKind kind, std::uint32_t what) {
   // What was computed ahead may be past by now: then the event at hand is what led to it.
-  if (moment.time < events_.now())
+  if (moment.time < events_.now()) {
     events_.push(events_.now(), Stage::kFetch, kind, core_, what);
-  else
-    events_.push(moment.time, path_of(moment), kind, core_, what);
+  } else {
+    const PathTime path = path_of(moment);
+    events_.push(moment.time, &path, kind, core_, what);
+  }
 }
 
 void VisibilityPipe::begin(const TileWork& work, const TileItems& items, std::uint64_t address, double now) {
@@ -74,9 +78,10 @@ void VisibilityPipe::begin(const TileWork& work, const TileItems& items, std::ui
   items_ = &items;
   address_ = address;
   count_ = static_cast<std::uint32_t>(items.sub_patches.size());
-  fetched_ = passed_ = tested_ = 0;
+  fetched_ = given_ = started_ = passed_ = tested_ = 0;
   lines_waiting_ = 0;
   arrived_.assign(count_, {});
+  if (on_lanes_) shaded_.assign(count_, {}), boxed_.assign(count_, {});
   left_.assign(count_, {});
   paths_.clear();
   first_line_.resize(count_);
@@ -89,6 +94,7 @@ void VisibilityPipe::begin(const TileWork& work, const TileItems& items, std::ui
     texel_line += items.sub_patches[i].texel_lines;
   }
   free_.fill(moment(now));
+  last_given_ = free_[0];
   // The list and what was stored of the tile; then the records that it names.
   steps_ = items.record_bytes > 0 ? 2 : 1;
   const std::uint32_t group = memory_.open_group(EventKind::kListRead, core_, 0);
@@ -115,22 +121,22 @@ void VisibilityPipe::list_read(double now) {
 }
 
 bool VisibilityPipe::may_fetch() const {
-  return fetched_ < count_ && fetched_ < passed_ + ring_ &&
-         (lines_waiting_ == 0 || lines_waiting_ + items_->sub_patches[fetched_].lines <= max_lines_);
+  return fetched_ < count_ && fetched_ < (on_lanes_ ? started_ : passed_) + ring_ &&
+         (lines_waiting_ == 0 || lines_waiting_ + fetched_lines(items_->sub_patches[fetched_]) <= max_lines_);
 }
 
 void VisibilityPipe::fetch(double now) {
   fetch_asked_ = false;
   while (may_fetch()) {
     const SubPatchItem& item = items_->sub_patches[fetched_];
-    const std::uint32_t i = fetched_++;
-    if (item.lines == 0) {
+    const std::uint32_t i = fetched_++, lines = fetched_lines(item);
+    if (lines == 0) {
       arrived_[i] = moment(now);
       continue;
     }
-    lines_waiting_ += item.lines;
+    lines_waiting_ += lines;
     const std::uint32_t group = memory_.open_group(EventKind::kItemRead, core_, i);
-    for (std::uint32_t k = 0; k < item.lines; ++k) memory_.read_line(items_->lines[first_line_[i] + k], group, now);
+    for (std::uint32_t k = 0; k < lines; ++k) memory_.read_line(items_->lines[first_line_[i] + k], group, now);
     memory_.close_group(group, now);
   }
   pass_all();
@@ -138,7 +144,39 @@ void VisibilityPipe::fetch(double now) {
 
 void VisibilityPipe::item_read(std::uint32_t item, double now) {
   arrived_[item] = moment(now);
-  lines_waiting_ -= items_->sub_patches[item].lines;
+  lines_waiting_ -= fetched_lines(items_->sub_patches[item]);
+  pass_all();
+}
+
+void VisibilityPipe::start_domain() {
+  const auto later = [](const Moment& a, const Moment& b) -> const Moment& { return b.time > a.time ? b : a; };
+  while (given_ < fetched_ && arrived_[given_].time != kUnknown) {
+    Moment at = later(last_given_, arrived_[given_]);
+    if (given_ > ring_) {
+      // Boxes take the vertices of a sub-patch out of the queue as they begin with it.
+      const Moment& room = boxed_[given_ - ring_ - 1];
+      if (room.time == kUnknown) return;
+      at = later(at, room);
+    }
+    last_given_ = at;
+    push(at, EventKind::kDomainStart, given_++);
+  }
+}
+
+void VisibilityPipe::domain_start(std::uint32_t item, double now) {
+  ++started_;
+  const SubPatchItem& work = items_->sub_patches[item];
+  if (work.vertices == 0) {
+    shaded_[item] = moment(now);
+  } else {
+    const std::uint32_t* heights = items_->lines.data() + first_line_[item] + fetched_lines(work);
+    lanes_.shade_vertices(item, work, heights, now);
+  }
+  pass_all();
+}
+
+void VisibilityPipe::domain_shaded(std::uint32_t item, double now) {
+  shaded_[item] = moment(now);
   pass_all();
 }
 
@@ -164,9 +202,11 @@ void VisibilityPipe::pass_all() {
   bool again = true;
   while (again) {
     again = false;
-    if (passed_ < fetched_ && arrived_[passed_].time != kUnknown && passed_ < tested_ + ring_) {
+    const std::vector<Moment>& ready = on_lanes_ ? shaded_ : arrived_;
+    if (passed_ < fetched_ && ready[passed_].time != kUnknown && passed_ < tested_ + ring_) {
       const std::uint32_t i = passed_++;
-      left_[i] = pass(i, 0, kAlpha, arrived_[i]);
+      left_[i] = pass(i, 0, kAlpha, ready[i]);
+      if (on_lanes_) boxed_[i] = start_of(1, i);
       again = true;
       if (items_->sub_patches[i].texel_lines > 0 && i == tested_) start_alpha(i);
     }
@@ -175,6 +215,7 @@ void VisibilityPipe::pass_all() {
       again = true;
     }
   }
+  if (on_lanes_) start_domain();
   if (!fetch_asked_ && may_fetch()) {
     fetch_asked_ = true;
     events_.push(events_.now(), Stage::kFetch, EventKind::kFetch, core_);

@@ -8,6 +8,7 @@
 #include "hardware/stage.h"
 #include "timing/events/event_queue.h"
 #include "timing/events/memory_path.h"
+#include "timing/events/shader_core.h"
 #include "timing/events/texture_path.h"
 #include "timing/items.h"
 #include "timing/work.h"
@@ -23,10 +24,20 @@ namespace tessera::timing {
 //
 // Each unit takes a sub-patch when it has given the one before to the next, which has room for tilecore.queue_items that
 // wait; so a slow unit holds up those before it. Sub-patches stay in order.
+//
+// With tessellator.domain_shading=lanes the tessellator keeps its transforms, and gives vertices to the core's lanes: of a
+// sub-patch whose records are there, and whose vertices have a place in its queue to the box builder or in itself. So
+// lanes work on as many sub-patches at once as that queue holds. Lines of heights are then asked of the texture unit by
+// the warps that look them up, not by the fetch unit.
 class VisibilityPipe {
  public:
-  VisibilityPipe(const hardware::Machine& gpu, std::uint32_t core, EventQueue& events, MemoryPath& memory,
-                 TexturePath& textures);
+  // Of the same core, but for the memory.
+  struct Others {
+    MemoryPath& memory;
+    TexturePath& textures;
+    ShaderCore& lanes;
+  };
+  VisibilityPipe(const hardware::Machine& gpu, std::uint32_t core, EventQueue& events, const Others& others);
 
   // Both must stay until the event kTested. `address`: of the tile's list and what it names.
   void begin(const TileWork& work, const TileItems& items, std::uint64_t address, double now);
@@ -34,6 +45,8 @@ class VisibilityPipe {
   void list_read(double now);
   void fetch(double now);
   void item_read(std::uint32_t item, double now);
+  void domain_start(std::uint32_t item, double now);
+  void domain_shaded(std::uint32_t item, double now);
   void alpha_start(std::uint32_t item, double now);
   void alpha_read(std::uint32_t item, double now);
 
@@ -59,6 +72,12 @@ class VisibilityPipe {
   void pass_all();
   // No further than the tessellator's queue reaches, nor than lines may be under way.
   bool may_fetch() const;
+  // That the fetch unit asks for.
+  std::uint32_t fetched_lines(const SubPatchItem& item) const {
+    return item.lines - (on_lanes_ ? item.height_lines : 0);
+  }
+  // Gives the lanes what has a place.
+  void start_domain();
   void finish_alpha(std::uint32_t item, const Moment& left_tests);
   void start_alpha(std::uint32_t item);
   Moment& start_of(std::size_t unit, std::uint32_t item) { return starts_[unit][item % ring_]; }
@@ -68,6 +87,8 @@ class VisibilityPipe {
   EventQueue& events_;
   MemoryPath& memory_;
   TexturePath& textures_;
+  ShaderCore& lanes_;
+  bool on_lanes_;
   std::array<double, kUnits> per_event_{};  // cycles of one event of the unit
   double transform_clk_ = 0, fetch_clk_ = 0, sort_clk_ = 0;
   std::uint32_t ring_;
@@ -77,12 +98,15 @@ class VisibilityPipe {
   const TileItems* items_ = nullptr;
   std::uint64_t address_ = 0;
   int steps_ = 0;  // of the list: read, then its records
-  std::uint32_t count_ = 0, fetched_ = 0, passed_ = 0, tested_ = 0;
+  std::uint32_t count_ = 0, fetched_ = 0, given_ = 0, started_ = 0, passed_ = 0, tested_ = 0;
   double fetch_free_ = 0;
   bool fetch_asked_ = false;
   std::int64_t lines_waiting_ = 0;
   std::vector<std::uint32_t> first_line_, first_texel_line_;
-  std::vector<Moment> arrived_;                     // of items behind fetch; kUnknown
+  std::vector<Moment> arrived_;  // of items behind fetch; kUnknown
+  // With vertices on lanes: when they are shaded, when boxes are built of them, when the last were given to the lanes.
+  std::vector<Moment> shaded_, boxed_;
+  Moment last_given_;
   std::vector<Moment> left_;                        // the units before the alpha tests
   std::array<std::vector<Moment>, kUnits> starts_;  // of the last ring_ items
   std::array<Moment, kUnits> free_{};               // when the unit is empty

@@ -7,13 +7,13 @@ function tradeoffReport() {
   const tradeoff = data.tradeoff, reference = tradeoff.reference;
   const errorOf = (row, name) => (name === 'mse' ? (row.error.psnr_db === null ? 0 : 10 ** (-row.error.psnr_db / 10)) : name === 'dissimilarity' ? 1 - row.error.ssim : row.error[name]);
   const costOf = (row, name) => (name.endsWith('seconds') ? row.host[name].median : row[name]);
-  const knobs = tradeoff.knobs.filter((knob) => knob.settings.length > 0);
+  const knobs = tradeoff.knobs.filter((knob) => knob.settings.length > 0 && !knob.timed);
   const rows = knobs.flatMap((knob) => knob.settings.map((row) => ({ knob, row })));
 
   const part = section('summary', 'Summary');
-  part.append(make('p', {}, `${rows.length} settings of ${knobs.length} knobs, each against a reference of ${number(reference.samples)} samples per pixel in double precision, with ${reference.edge_pixels === 0 ? "the machine's own grids" : "cells of " + reference.edge_pixels + " pixels"}. ` +
+  if (reference) part.append(make('p', {}, `${rows.length} settings of ${knobs.length} knobs, each against a reference of ${number(reference.samples)} samples per pixel in double precision, with ${reference.edge_pixels === 0 ? "the machine's own grids" : "cells of " + reference.edge_pixels + " pixels"}. ` +
     'Errors are those of what a display shows; host times are medians of ' + tradeoff.rounds + ' runs.'));
-  if (reference.psnr_db !== null) part.append(make('p', { class: 'note' }, `The reference's own noise, from the difference of its halves: ${reference.psnr_db.toFixed(1)} dB. Errors near it mean little.`));
+  if (reference && reference.psnr_db !== null) part.append(make('p', { class: 'note' }, `The reference's own noise, from the difference of its halves: ${reference.psnr_db.toFixed(1)} dB. Errors near it mean little.`));
   if (tradeoff.stopped) part.append(make('p', { class: 'note' }, 'Stopped before its end; the same command goes on.'));
   if (tradeoff.cheapest) {
     const { setting, cost, max_flip: flip, min_psnr: psnr } = tradeoff.cheapest;
@@ -21,10 +21,18 @@ function tradeoffReport() {
     part.append(make('p', {}, setting === null ? `No setting that was tried has ${asked}.` : `Cheapest by ${kTradeoffCosts[cost]} with ${asked}: ${setting.label} (${setting.knob}).`));
     if (setting !== null) part.append(make('pre', {}, setting.arguments || '(as asked for)'));
   }
-  tradeoffScatter(rows, errorOf, costOf);
+  if (rows.length > 0) tradeoffScatter(rows, errorOf, costOf);
   for (const knob of tradeoff.knobs) knobSection(knob, errorOf, costOf);
-  convergenceSection(reference);
+  if (reference) convergenceSection(reference);
   configurationSection([['Settings that all others are varied from', tradeoff.settings], ['Machine', tradeoff.gpu]]);
+}
+
+// Columns of the table of a knob that is about how a frame is timed: there is nothing to see.
+function timedColumns() {
+  const percent = (share) => (typeof share === 'number' ? Number((100 * share).toFixed(2)) : '');
+  return [{ title: 'setting', of: (row) => (row.base ? `${row.label} (as asked)` : row.label) }, { title: 'cycles', of: (row) => row.cycles ?? '' }, { title: 'error, %', of: (row) => percent(row.cycles_error) },
+    { title: 'energy, nJ', of: (row) => (row.energy_nj === null ? '' : Math.round(row.energy_nj)) }, { title: 'error, %', of: (row) => percent(row.energy_error) },
+    { title: 'processor s', of: (row) => Number(row.host.processor_seconds.median.toPrecision(4)) }, { title: 'host s', of: (row) => Number(row.host.seconds.median.toPrecision(4)) }];
 }
 
 // Columns of a knob's table.
@@ -75,6 +83,10 @@ function knobSection(knob, errorOf, costOf) {
   if (knob.idle) part.append(make('p', { class: 'note' }, 'Without effect here: all of its settings give the same image at the same cost.'));
   if (knob.context) part.append(make('p', { class: 'note' }, `With ${knob.context}.`));
   part.append(make('ul', {}, ...knob.settings.map((row) => make('li', {}, row.says))));
+  if (knob.timed) {
+    part.append(table(timedColumns(), knob.settings));
+    return;
+  }
   const points = () => markFront(knob.settings.filter((row) => row.cycles !== null).map((row, index) => ({ index, x: costOf(row, 'cycles'), y: errorOf(row, 'flip'), series: row.label, says: row.says })));
   plot(part, `${knob.title}: mean FLIP against cycles, one point per setting`, () => scatter(points(), { x: 'cycles', y: 'mean FLIP', series: 'setting' }));
   part.append(table(tradeoffColumns(knob), knob.settings), make('details', {}, make('summary', {}, 'As arguments'), table([{ title: 'setting', of: (row) => row.label }, { title: 'arguments', of: (row) => row.arguments || '(as asked for)', wide: true }], knob.settings)));

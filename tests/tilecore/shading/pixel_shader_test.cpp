@@ -24,8 +24,10 @@ std::shared_ptr<const shaders::Texture> random_texture(Random& random, bool srgb
   levels[0] = {width, height, {}};
   for (int i = 0; i < 4 * width * height; ++i)
     levels[0].rgba.push_back(static_cast<std::uint8_t>(random.integer(0, 255)));
-  return std::make_shared<const shaders::Texture>(
-      std::move(levels), srgb ? shaders::ColorSpace::kSrgb : shaders::ColorSpace::kLinear, shaders::TexelBlocks{});
+  constexpr shaders::TexelBlocks kBlocks[] = {{1, 4}, {4, 8}, {5, 16}, {6, 16}, {10, 16}, {12, 16}};
+  return std::make_shared<const shaders::Texture>(std::move(levels),
+                                                  srgb ? shaders::ColorSpace::kSrgb : shaders::ColorSpace::kLinear,
+                                                  kBlocks[static_cast<std::size_t>(random.integer(0, 5))]);
 }
 
 scene::TextureSlot random_slot(Random& random, bool srgb) {

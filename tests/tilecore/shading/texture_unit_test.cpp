@@ -54,8 +54,8 @@ TEST(TextureUnit, ALookUpAsksForTheLinesOfAllTexelsThatItDependsOn) {
     const auto dark = black(kSize, kSize);
     const scene::Capture capture = with_texture(dark);
     const TextureMemory memory(capture.materials, line_bytes);
-    const int w = memory.layout(dark.get()).width_log2, h = memory.layout(dark.get()).height_log2;
-    EXPECT_EQ((1 << (w + h)) * 4, line_bytes);
+    const int w = memory.layout(dark.get()).width.texels, h = memory.layout(dark.get()).height.texels;
+    EXPECT_EQ(w * h * 4, line_bytes);
     for (int round = 0; round < 40; ++round) {
       Sampler sampler;
       sampler.wrap_s = static_cast<Wrap>(random.integer(0, 2));
@@ -68,7 +68,7 @@ TEST(TextureUnit, ALookUpAsksForTheLinesOfAllTexelsThatItDependsOn) {
       for (int y = 0; y < kSize; ++y)
         for (int x = 0; x < kSize; ++x)
           if (black(kSize, kSize, x, y)->sample(sampler, uv, 0).x > 0)
-            needed.insert(static_cast<std::uint32_t>((y >> h) * (kSize >> w) + (x >> w)));
+            needed.insert(static_cast<std::uint32_t>(y / h * (kSize / w) + x / w));
       for (const std::uint32_t line : needed) EXPECT_TRUE(lines.contains(line)) << "seed 17, round " << round;
     }
   }
@@ -189,22 +189,46 @@ std::shared_ptr<const Texture> in_blocks(int width, int height, shaders::TexelBl
 }
 
 constexpr shaders::TexelBlocks kRgba8{1, 4}, kEtc2Rgb{4, 8}, kAstc{4, 16};
+// Every size that a texture's blocks may have.
+constexpr shaders::TexelBlocks kAllBlocks[] = {kRgba8, kEtc2Rgb, kAstc, {5, 16}, {6, 16}, {8, 16}, {10, 16}, {12, 16}};
+
+// Which line along an axis a texel lies in, by division: for all texels that an image may have, and the lines of all
+// sizes.
+int first_wrong_line(const LineSide& side) {
+  for (int texel = 0; texel < 1 << 15; ++texel)
+    if (side.line_of(texel) != texel / side.texels) return texel;
+  return -1;
+}
+TEST(TextureMemory, LinesOfTexelsAreQuotients) {
+  for (const shaders::TexelBlocks blocks : kAllBlocks)
+    for (int across = 1; across <= 64; across *= 2)
+      EXPECT_EQ(first_wrong_line(line_side(blocks.side * across)), -1) << blocks.side << " * " << across;
+  LineSide wrong = line_side(12);
+  --wrong.multiplier;
+  EXPECT_EQ(first_wrong_line(wrong), 12);
+}
 
 // Invariants TX3 and TX4: lines = blocks * bytes / line, rounded up to whole lines along both axes.
 TEST(TextureMemory, ALevelTakesTheLinesOfItsBlocks) {
   for (const std::int64_t line_bytes : {16, 32, 64, 128, 256})
-    for (const shaders::TexelBlocks blocks : {kRgba8, kEtc2Rgb, kAstc})
+    for (const shaders::TexelBlocks blocks : kAllBlocks)
       for (const auto& [width, height] : {std::pair{256, 128}, {64, 64}, {20, 12}, {7, 5}, {1, 1}}) {
         const auto texture = in_blocks(width, height, blocks, 1);
         const TextureMemory memory(with_texture(texture).materials, line_bytes);
         const TextureLayoutView& base = memory.layout(texture.get());
         const std::uint64_t per_line = static_cast<std::uint64_t>(line_bytes / blocks.bytes);
-        EXPECT_EQ(1u << (base.width_log2 + base.height_log2),
+        EXPECT_EQ(static_cast<unsigned>(base.width.texels * base.height.texels),
                   per_line * static_cast<unsigned>(blocks.side * blocks.side));
-        if (width < 64) continue;  // the small ones fill no line
-        const auto count =
-            static_cast<std::uint64_t>(width / blocks.side) * static_cast<unsigned>(height / blocks.side);
-        EXPECT_EQ(static_cast<std::uint64_t>(base.first_line[1]), count / per_line)
+        EXPECT_TRUE(base.width.texels == base.height.texels || base.width.texels == 2 * base.height.texels);
+        const auto lines = [](int texels, const LineSide& side) {
+          return static_cast<std::uint64_t>((texels + side.texels - 1) / side.texels);
+        };
+        const std::uint64_t own =
+            texture->level_count() > 1 ? static_cast<std::uint64_t>(base.first_line[1]) : memory.lines();
+        EXPECT_EQ(own, lines(width, base.width) * lines(height, base.height));
+        if (width % base.width.texels != 0 || height % base.height.texels != 0) continue;  // no whole lines
+        EXPECT_EQ(own * per_line,
+                  static_cast<std::uint64_t>(width / blocks.side) * static_cast<unsigned>(height / blocks.side))
             << line_bytes << " " << blocks.bytes;
       }
 }
@@ -236,6 +260,11 @@ TEST(TextureUnit, ATextureSeenOneToOneTakesTheBytesOfItsBlocks) {
     EXPECT_EQ(misses_one_to_one(*in_blocks(64, 32, kAstc), line_bytes), blocks * 16 / line);
     EXPECT_EQ(misses_one_to_one(*in_blocks(64, 32, kEtc2Rgb), line_bytes), blocks * 8 / line);
     EXPECT_EQ(misses_one_to_one(*in_blocks(64, 32, kRgba8), line_bytes), blocks * 64 / line);
+    // Sides of lines divide 240 and 120.
+    for (const int side : {5, 6, 10, 12})
+      EXPECT_EQ(misses_one_to_one(*in_blocks(240, 120, {side, 16}), line_bytes),
+                static_cast<std::uint64_t>(240 / side * (120 / side)) * 16 / line)
+          << side;
   }
 }
 

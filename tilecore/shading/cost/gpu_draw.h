@@ -154,9 +154,14 @@ struct DrawConstants {
 };
 
 // No texture unit is told of lookups.
+struct LineSide {
+  int texels;
+  std::int32_t multiplier;
+  int shift;
+};
 struct TextureLayoutView {
   const std::int32_t *first_line, *lines_across;
-  int width_log2, height_log2;
+  LineSide width, height;
 };
 inline constexpr std::size_t kTextureSlots = scene::kMaterialTextureCount, kLookupLines = 8;
 struct LookupArrays {

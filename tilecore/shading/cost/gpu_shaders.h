@@ -10,6 +10,7 @@ namespace tessera::gpu_cost {
 
 using tilecore::DrawConstants;
 using tilecore::kLookupLines;
+using tilecore::LineSide;
 using tilecore::LookupArrays;
 using tilecore::TextureLayoutView;
 
@@ -321,18 +322,32 @@ __attribute__((always_inline, flatten)) inline void alpha_test(const TESSERA_CON
   });
 }
 
-// One vertex of a grid, in the image at each key.
+// A vertex in object space at a key: of a grid, or the mesh's own.
+template <Shader S>
+Vector3<Lane<true>> vertex_at(const DrawConstants& draw, const LaneInputs<Lane<true>>& in, std::size_t key) {
+  if (S.surface != Surface::kTriangles) return patch_point(draw, in, key).position;
+  const float* numbers = &draw.drawable->positions[key].data()->x;
+  const IntLane<true> at = in.vertex[0] * IntLane<true>(3);
+  return {gather(numbers, at), gather(numbers + 1, at), gather(numbers + 2, at)};
+}
+
+// One vertex, in the image at each key.
 template <Shader S>
 __attribute__((always_inline, flatten)) inline void domain_shader(const TESSERA_CONSTANT Uniforms& u, const Inputs& v) {
   using Real = Lane<true>;
   with_draw<S>(u, [&](const DrawConstants& draw) {
     const LaneInputs<Real> in = lane_inputs_of<Real>(v);
-    const Vector3<Real> open = patch_point(draw, in, 0).position;
-    const Point4<Real> at = placed4(draw.drawable->to_raster[0], open);
+    // A pixel shader of triangles needs none of these: its vertices come posed.
+    const auto placed_at = [&](const Vector3<Real>& point, std::size_t key) {
+      return placed4(S.surface == Surface::kTriangles ? matrix<Mat4>(u.to_raster[key]) : draw.drawable->to_raster[key],
+                     point);
+    };
+    const Vector3<Real> open = vertex_at<S>(draw, in, 0);
+    const Point4<Real> at = placed_at(open, 0);
     export_color(12, 15, at.x.v, at.y.v, at.z.v, at.w.v, false, false);
     if (S.motion == Motion::kStill) return;
-    const Vector3<Real> close = S.motion == Motion::kDeforming ? patch_point(draw, in, 1).position : open;
-    const Point4<Real> then = placed4(draw.drawable->to_raster[1], close);
+    const Vector3<Real> close = S.motion == Motion::kDeforming ? vertex_at<S>(draw, in, 1) : open;
+    const Point4<Real> then = placed_at(close, 1);
     export_color(13, 15, then.x.v, then.y.v, then.z.v, then.w.v, true, false);
   });
 }

@@ -131,8 +131,8 @@ def rows():
             for name, quads in derivatives.items():
                 whole(f"alpha_test/{surface}/{motion}/{name}",
                       Shader("alpha", surface=surface, motion=motion, base_color=True, quads=quads))
-    for surface in ("patch", "displaced_patch"):
-        for motion in kinds_of_motion(surface):
+    for surface in drawn:
+        for motion in MOTIONS:
             whole(f"domain/{surface}/{motion}", Shader("domain", surface=surface, motion=motion))
     return all_rows
 
