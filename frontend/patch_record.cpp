@@ -21,11 +21,19 @@ const Primitive& primitive_of(const scene::Assembly& assembly, const scene::Draw
       .primitives[static_cast<std::size_t>(drawable.primitive)];
 }
 
+// Whether the shader needs the tangents of vertices.
+bool reads_tangents(const scene::Material& material) {
+  return material.normal_texture.texture != nullptr || material.clearcoat.normal_texture.texture != nullptr ||
+         material.has(scene::MaterialEffect::kAnisotropy);
+}
+
 // Texture coordinates and colours.
 std::uint64_t plain_bytes(const Primitive& primitive, const scene::Material& material, bool displaced) {
   std::set<int> sets;
   for (const scene::TextureSlot* slot : material.slots())
     if (slot->texture != nullptr) sets.insert(slot->texcoord);
+  if (material.has(scene::MaterialEffect::kAnisotropy) && primitive.vertices.tangents.empty())
+    sets.insert(scene::tangent_slot(material).texcoord);
   if (displaced) sets.erase(material.displacement->texcoord);
   return sets.size() * kTexcoordBytes + (primitive.vertices.colors.empty() ? 0 : kColorBytes);
 }
@@ -69,7 +77,7 @@ std::uint64_t bound_record_bytes(const scene::FrameGeometry& frame, std::uint32_
 }
 
 std::uint64_t vertex_attribute_bytes(const Primitive& primitive, const scene::Material& material) {
-  return kFrameVectorBytes + (material.normal_texture.texture != nullptr ? kFrameVectorBytes : 0) +
+  return kFrameVectorBytes + (reads_tangents(material) ? kFrameVectorBytes : 0) +
          plain_bytes(primitive, material, false);
 }
 
@@ -83,7 +91,7 @@ std::uint64_t patch_attribute_bytes(const scene::Assembly& assembly, std::uint32
   const std::uint64_t keys = deforming ? 2 : 1;
   const std::uint64_t frame_vectors =
       (primitive.vertices.normals.empty() ? 0 : kFrameVectorBytes) +
-      (primitive.vertices.tangents.empty() || material.normal_texture.texture == nullptr ? 0 : kFrameVectorBytes);
+      (primitive.vertices.tangents.empty() || !reads_tangents(material) ? 0 : kFrameVectorBytes);
   return cluster_of(assembly, drawable, patch).vertex_count *
          (keys * frame_vectors + plain_bytes(primitive, material, false));
 }

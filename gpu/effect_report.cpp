@@ -89,6 +89,17 @@ void report_effects(const EffectSources& from, FrameEffects& effects, EffectReas
               settings.blending == EffectSwitch::kOff ? EffectMode::kOff : EffectMode::kAuto,
               who_has(blending, frame, "have a material that blends"), "");
 
+  for (std::size_t effect = 0; effect < scene::kMaterialEffectCount; ++effect) {
+    const std::string name(scene::kMaterialEffectNames[effect]);
+    const std::size_t asking =
+        count_drawables(frame, [&](const PosedDrawable& d) { return d.material->effects[effect]; });
+    if (asking == 0) continue;
+    // Shaders have it or not, draw by draw.
+    places[name] = {0, 0, from.maps.tiles.size()};
+    effects[name] = true;
+    reasons[name] = who_has(asking, frame, "have a material with it");
+  }
+
   const std::size_t procedures = count_drawables(frame, [](const PosedDrawable& d) { return d.procedure != nullptr; });
   const bool sampled = procedures > 0 && frame.request.procedures;
   const auto everywhere = [&](const char* name, bool runs, std::uint64_t tiles, const std::string& reason) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <initializer_list>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -16,6 +17,9 @@ namespace {
 using Features = ShaderFeatures;
 
 constexpr std::array<std::string_view, 4> kSurfaceNames = {"triangles", "patch", "displaced_patch", "computed"};
+constexpr std::array<std::string_view, Features::kLayers> kLayerNames = {
+    "glossy", "dielectric",   "coat",   "sheen",      "anisotropy",
+    "film",   "transmission", "volume", "dispersion", "spread"};
 constexpr std::array<std::string_view, 3> kMotionNames = {"still", "moving", "deforming"};
 constexpr std::array<std::string_view, Features::kLightKinds> kLightNames = {"directional", "point", "point_in_range",
                                                                              "spot", "spot_in_range"};
@@ -124,6 +128,34 @@ std::span<const ShaderCostRow> shader_cost_rows() {
   return kRows;
 }
 
+namespace {
+
+// Of a lit pixel shader: what extensions of its material add.
+void add_layers(const Features& f, std::string_view surface, std::string_view motion, std::string_view derivatives,
+                Sum& sum) {
+  if (!f.layered()) return;
+  const std::int32_t lights = std::accumulate(f.lights.begin(), f.lights.end(), 0);
+  const auto add = [&](std::string_view name) {
+    sum.add(row_of(joined({"add/layer_light", name})), lights);
+    if (name != "anisotropy") sum.add(row_of(joined({"add/layer", name})));
+  };
+  add("base");
+  for (std::size_t layer = 0; layer < Features::kLayers; ++layer)
+    if (f.layers[layer]) add(kLayerNames[layer]);
+  if (f.layer_textures > 0) sum.add(row_of(joined({"add/layer_texture", derivatives})), f.layer_textures);
+  const bool of_triangles = f.surface == Features::Surface::kTriangles;
+  const auto needed = f.surface == Features::Surface::kComputed ? std::string_view("triangles") : surface;
+  if (f.coat_normals)
+    sum.add(row_of(joined({"add/normal", needed, motion,
+                           of_triangles && f.normals == Features::Normals::kMappedAlongTangents ? "along_tangents"
+                                                                                                : "mapped"})));
+  if (f.has(Features::Layer::kAnisotropy))
+    sum.add(row_of(joined({"add/layer/anisotropy", needed, motion,
+                           f.normals == Features::Normals::kOfSurface ? "of_surface" : "mapped"})));
+}
+
+}  // namespace
+
 ShaderCost shader_cost(const ShaderFeatures& f) {
   const std::string_view surface = kSurfaceNames[static_cast<std::size_t>(f.surface)];
   const bool patch = f.surface == Features::Surface::kPatch || f.surface == Features::Surface::kDisplacedPatch;
@@ -152,6 +184,7 @@ ShaderCost shader_cost(const ShaderFeatures& f) {
       sum.add(row_of(joined({"add/light", kLightNames[kind], f.lights_move ? "moving" : "still"})), f.lights[kind]);
     }
   if (any_light) sum.add(row_of("add/lights"));
+  add_layers(f, surface, motion, derivatives, sum);
   return sum.total();
 }
 

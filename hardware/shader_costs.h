@@ -43,6 +43,30 @@ struct ShaderFeatures {
   static constexpr std::size_t kLightKinds = 5;
   std::array<std::uint16_t, kLightKinds> lights{};
   bool lights_move = false;
+  // What extensions of materials add (scene::MaterialEffect). A volume is one of what transmits, and what disperses has
+  // one.
+  enum class Layer : std::uint8_t {
+    kGlossy,
+    kDielectric,
+    kCoat,
+    kSheen,
+    kAnisotropy,
+    kFilm,
+    kTransmission,
+    kVolume,
+    kDispersion,
+    kSpread
+  };
+  static constexpr std::size_t kLayers = 10;
+  std::array<bool, kLayers> layers{};
+  std::uint8_t layer_textures = 0;  // of layers, the coat's normal map apart
+  bool coat_normals = false;
+  bool has(Layer layer) const { return layers[static_cast<std::size_t>(layer)]; }
+  bool layered() const {
+    for (const bool layer : layers)
+      if (layer) return true;
+    return false;
+  }
 
   bool operator==(const ShaderFeatures&) const = default;
 };

@@ -84,16 +84,16 @@ json materials_json(const Capture& capture) {
   json rows = json::array();
   for (const scene::Material& m : capture.materials) {
     json textures = json::object(), sources = json::object();
-    const auto add = [&](const char* name, const scene::TextureSlot& slot) {
-      if (!slot.texture) return;
-      textures[name] = {slot.texture->width(), slot.texture->height()};
-      sources[name] = source_json(slot.source);
-    };
-    add("base_color", m.base_color_texture);
-    add("metallic_roughness", m.metallic_roughness_texture);
-    add("normal", m.normal_texture);
-    add("occlusion", m.occlusion_texture);
-    add("emissive", m.emissive_texture);
+    const auto slots = m.slots();
+    for (std::size_t slot = 0; slot < slots.size(); ++slot) {
+      if (slots[slot]->texture == nullptr) continue;
+      const std::string name(scene::kMaterialTextureNames[slot]);
+      textures[name] = {slots[slot]->texture->width(), slots[slot]->texture->height()};
+      sources[name] = source_json(slots[slot]->source);
+    }
+    json effects = json::array();
+    for (std::size_t effect = 0; effect < scene::kMaterialEffectCount; ++effect)
+      if (m.effects[effect]) effects.push_back(scene::kMaterialEffectNames[effect]);
     if (m.displacement) {
       textures["displacement"] = {m.displacement->texture->levels()[0].width,
                                   m.displacement->texture->levels()[0].height};
@@ -103,6 +103,7 @@ json materials_json(const Capture& capture) {
                     {"alpha", alpha_name(m.alpha_mode)},
                     {"double_sided", m.double_sided},
                     {"unlit", m.unlit},
+                    {"effects", effects},
                     {"textures", textures},
                     {"texture_files", sources}});
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "scene/effect_numbers.h"
 #include "scene/pose.h"
 
 namespace tessera::scene {
@@ -13,7 +14,7 @@ constexpr double kFloatMax = static_cast<double>(std::numeric_limits<float>::max
 constexpr double kLeast = 1e-6;  // of what must be above zero
 
 bool is_of_material(AnimatedPath path) {
-  return path >= AnimatedPath::kBaseColor && path <= AnimatedPath::kTextureScale;
+  return path >= AnimatedPath::kBaseColor && path <= AnimatedPath::kEffectNumber;
 }
 bool is_of_camera(AnimatedPath path) { return path >= AnimatedPath::kFieldOfView && path <= AnimatedPath::kFar; }
 bool is_of_light(AnimatedPath path) { return path >= AnimatedPath::kLightColor; }
@@ -29,7 +30,15 @@ void for_each_value(const Capture& capture, double time, const Wanted& wanted, c
 float within(double value, double low, double high) { return static_cast<float>(std::clamp(value, low, high)); }
 
 void set_value(const AnimationChannel& channel, const std::vector<double>& v, Material& material) {
-  TextureSlot& slot = *material.slots()[static_cast<std::size_t>(channel.texture)];
+  const auto part = static_cast<std::size_t>(channel.part);
+  if (channel.path == AnimatedPath::kEffectNumber) {
+    const EffectNumber& number = effect_numbers()[part];
+    float* to = number.of(material);
+    for (int c = 0; c < number.components; ++c)
+      to[c] = within(v[static_cast<std::size_t>(c)], number.low, number.high);
+    return;
+  }
+  TextureSlot& slot = *material.slots()[part];
   const auto any = [](double value) { return within(value, -kFloatMax, kFloatMax); };
   switch (channel.path) {
     case AnimatedPath::kBaseColor:
@@ -42,7 +51,10 @@ void set_value(const AnimationChannel& channel, const std::vector<double>& v, Ma
       material.roughness = within(v[0], 0, 1);
       break;
     case AnimatedPath::kEmissive:
-      for (int c = 0; c < 3; ++c) material.emissive[c] = within(v[static_cast<std::size_t>(c)], 0, 1);
+      for (int c = 0; c < 3; ++c) material.emissive_factor[c] = within(v[static_cast<std::size_t>(c)], 0, 1);
+      break;
+    case AnimatedPath::kEmissiveStrength:
+      material.emissive_strength = within(v[0], 0, kFloatMax);
       break;
     case AnimatedPath::kAlphaCutoff:
       material.alpha_cutoff = within(v[0], 0, kFloatMax);
@@ -65,6 +77,8 @@ void set_value(const AnimationChannel& channel, const std::vector<double>& v, Ma
     default:
       break;
   }
+  if (channel.path == AnimatedPath::kEmissive || channel.path == AnimatedPath::kEmissiveStrength)
+    material.emissive = material.emissive_factor * material.emissive_strength;
   if (channel.path >= AnimatedPath::kTextureOffset) slot.transform = slot.shift.transform();
 }
 

@@ -131,11 +131,18 @@ class MaterialVariants {
       material.displacement.reset();
       changes |= kNoDisplacement;
     }
+    // Directions that nothing states: the surface stays as round as without them.
+    if (material.has(MaterialEffect::kAnisotropy) && lacks(tangent_slot(material).texcoord) &&
+        (primitive.vertices.tangents.empty() || primitive.kind != Primitive::Kind::kTriangles)) {
+      material.effects.reset(static_cast<std::size_t>(MaterialEffect::kAnisotropy));
+      changes |= kNoTangents;
+    }
     if (primitive.wire != Primitive::Wire::kSurface) {
       material.double_sided = true;
       changes |= kWire;
       if (primitive.vertices.normals.empty() && !material.unlit) {
         material.unlit = material.glows_unlit = true;
+        material.effects.reset();
         changes |= kGlow;
       }
     }
@@ -149,7 +156,8 @@ class MaterialVariants {
   }
 
  private:
-  static constexpr unsigned kNoDisplacement = 1u << 5, kWire = 1u << 6, kGlow = 1u << 7;
+  static constexpr unsigned kNoDisplacement = 1u << kMaterialTextureCount, kWire = kNoDisplacement << 1,
+                            kGlow = kNoDisplacement << 2, kNoTangents = kNoDisplacement << 3;
   Assembly& assembly_;
   const int default_ = static_cast<int>(assembly_.materials.size()) - 1;
   std::map<std::pair<std::size_t, unsigned>, int> variants_;

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "base/vec.h"
+#include "scene/material.h"
 #include "shaders_cpp/metallic_roughness.h"
 #include "shaders_cpp/procedures/declarations.h"
-#include "shaders_cpp/texture.h"
 
 namespace tessera::scene {
 
@@ -70,73 +70,7 @@ struct Mesh {
   std::vector<float> default_weights;  // of the morph targets
 };
 
-// ---- Materials --------------------------------------------------------------------------------------------------
-
-// What a texture is in the file.
-enum class TextureFormat : std::uint8_t { kPng, kJpeg, kWebp, kKtx2Etc1s, kKtx2Uastc };
-struct TextureSource {
-  TextureFormat format = TextureFormat::kPng;
-  int levels = 1;  // mip levels in the file
-};
-
-// KHR_texture_transform as a file has it: uv' = offset + R(rotation) * (scale * uv).
-struct TextureShift {
-  Vec2 offset{0.0f}, scale{1.0f};
-  float rotation = 0.0f;
-  shaders::TextureTransform transform() const {
-    const float c = std::cos(rotation), s = std::sin(rotation);
-    // Columns of R * S. The rotation is counter-clockwise as seen with v pointing down, R = [c s; -s c]; viewers agree
-    // on this and the Khronos test model asks for it, the GLSL in the extension's text turns the other way.
-    return {glm::mat2(c * scale[0], -s * scale[0], s * scale[1], c * scale[1]), offset};
-  }
-};
-
-// A texture as a material uses it.
-struct TextureSlot {
-  std::shared_ptr<const shaders::Texture> texture;  // null: factor only
-  TextureSource source;
-  shaders::Sampler sampler;
-  int texcoord = 0;
-  TextureShift shift;  // what `transform` is made from, for animations of it
-  shaders::TextureTransform transform;
-};
-
-enum class AlphaMode : std::uint8_t { kOpaque, kMask, kBlend };
-
-// TESSERA_displacement: offset along the unit normal = scale * height + bias, height from the red channel.
-struct Displacement {
-  std::shared_ptr<const shaders::ScalarTexture> texture;
-  TextureSource source;
-  shaders::Sampler sampler;
-  int texcoord = 0;
-  shaders::TextureTransform transform;
-  float scale = 1.0f;
-  float bias = 0.0f;
-};
-
-struct Material {
-  std::string name;
-  Vec4 base_color{1.0f};
-  float metallic = 1.0f, roughness = 1.0f;
-  Vec3 emissive{0.0f};
-  float normal_scale = 1.0f, occlusion_strength = 1.0f;
-  TextureSlot base_color_texture, metallic_roughness_texture, normal_texture, occlusion_texture, emissive_texture;
-  AlphaMode alpha_mode = AlphaMode::kOpaque;
-  float alpha_cutoff = 0.5f;
-  bool double_sided = false;
-  bool unlit = false;
-  bool glows_unlit = false;  // unlit, and its emission is added: points and lines without normals
-  std::optional<Displacement> displacement;
-
-  // By MaterialTexture.
-  std::array<TextureSlot*, 5> slots() {
-    return {&base_color_texture, &metallic_roughness_texture, &normal_texture, &occlusion_texture, &emissive_texture};
-  }
-  std::array<const TextureSlot*, 5> slots() const {
-    return {&base_color_texture, &metallic_roughness_texture, &normal_texture, &occlusion_texture, &emissive_texture};
-  }
-};
-enum class MaterialTexture : std::uint8_t { kBaseColor, kMetallicRoughness, kNormal, kOcclusion, kEmissive };
+// ---- Textures of KTX2 files -------------------------------------------------------------------------------------
 
 // A KTX2 image, and what the materials have of it. Which blocks stand for it in the emulated memory is the replay's
 // choice: scene/basis_textures.h makes them from the file.
@@ -215,12 +149,14 @@ enum class AnimatedPath : std::uint8_t {
   kMetallic,
   kRoughness,
   kEmissive,
+  kEmissiveStrength,
   kAlphaCutoff,
   kNormalScale,  // of a material
   kOcclusionStrength,
   kTextureOffset,
   kTextureRotation,
   kTextureScale,  // (of one of its textures)
+  kEffectNumber,  // of one of its extensions
   kFieldOfView,
   kXMag,
   kYMag,
@@ -236,7 +172,7 @@ enum class AnimatedPath : std::uint8_t {
 struct AnimationChannel {
   int node = kNone;                                       // of the paths of nodes
   int object = kNone;                                     // the material, camera or light of the others
-  MaterialTexture texture = MaterialTexture::kBaseColor;  // of the paths of a texture
+  int part = 0;                                           // of a material: its MaterialTexture, or one of effect_numbers()
   AnimatedPath path = AnimatedPath::kTranslation;
   Interpolation interpolation = Interpolation::kLinear;
   int components = 3;         // floats per value: 3, 4 or the number of morph targets

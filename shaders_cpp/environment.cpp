@@ -18,12 +18,15 @@ const std::array<Vec3, 3>& soft_box_axes() {
   return kAxes;
 }
 
-Vec3 Environment::diffuse(Vec3 normal) const { return glm_vector(studio_diffuse(plain(normal), intensity_)); }
+Vec3 Environment::diffuse(Vec3 normal) const { return glm_vector(surrounding_diffuse(surroundings_, plain(normal))); }
 
 Vec3 Environment::specular(Vec3 direction, float roughness) const {
-  return glm_vector(studio_specular(plain(direction), roughness, intensity_));
+  return glm_vector(surrounding_specular(surroundings_, plain(direction), roughness));
 }
 
-Vec3 Environment::background(Vec3 direction) const { return glm_vector(studio_background(direction.y, intensity_)); }
+Vec3 Environment::background(Vec3 direction) const {
+  if (surroundings_.kind == Surroundings::Kind::kUniform) return Vec3(surroundings_.intensity);
+  return glm_vector(studio_background(direction.y, surroundings_.intensity));
+}
 
 }  // namespace tessera::shaders

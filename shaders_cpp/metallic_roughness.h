@@ -8,6 +8,7 @@
 #include "base/vector3.h"
 #include "shaders_cpp/elementary.h"
 #include "shaders_cpp/environment.h"
+#include "shaders_cpp/surroundings.h"
 
 namespace tessera::shaders {
 

@@ -1,7 +1,7 @@
 // What pixel-shader invocations are made of, for the SIMD target in force; for kernel sources that use foreach_target.h.
 
 #include "shaders_cpp/bicubic-inl.h"
-#include "shaders_cpp/metallic_roughness.h"
+#include "shaders_cpp/layered_material.h"
 #include "shaders_cpp/texture.h"
 
 #if defined(TESSERA_SHADERS_CPP_SHADING_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -20,7 +20,9 @@ namespace HWY_NAMESPACE {
 // clang-format off
 #include "shaders_cpp/elementary.inc"
 #include "shaders_cpp/studio_light.inc"
+#include "shaders_cpp/surroundings.inc"
 #include "shaders_cpp/metallic_roughness.inc"
+#include "shaders_cpp/layered_material.inc"
 #include "shaders_cpp/texture_sampling.inc"
 // clang-format on
 

@@ -36,6 +36,7 @@ using shaders::Wrap;
 #include "shaders_cpp/bicubic.inc"
 #include "shaders_cpp/elementary.inc"
 #include "shaders_cpp/studio_light.inc"
+#include "shaders_cpp/surroundings.inc"
 #include "shaders_cpp/metallic_roughness.inc"
 #include "shaders_cpp/texture_sampling.inc"
 // clang-format on
@@ -53,7 +54,7 @@ tilecore::DrawConstants lit_draw(const CaptureInvocations& of, const scene::Pose
   tilecore::DrawConstants draw = tilecore::draw_constants(*of.frame, drawable);
   draw.lights.open = of.frame->lights[0];
   if (of.frame->moving_lights) draw.lights.close = of.frame->lights[1];
-  draw.environment = of.lighting.environment.intensity();
+  draw.surroundings = of.lighting.environment.surroundings();
   return draw;
 }
 

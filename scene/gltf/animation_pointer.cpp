@@ -1,10 +1,13 @@
 #include "scene/gltf/animation_pointer.h"
 
-#include <array>
 #include <charconv>
+#include <string>
 #include <string_view>
 
 #include <nlohmann/json.hpp>
+
+#include "scene/effect_numbers.h"
+#include "scene/gltf/material_textures.h"
 
 namespace tessera::scene::gltf {
 namespace {
@@ -28,6 +31,7 @@ constexpr Property kProperties[] = {
     {"/materials/#/pbrMetallicRoughness/metallicFactor", AnimatedPath::kMetallic, 1},
     {"/materials/#/pbrMetallicRoughness/roughnessFactor", AnimatedPath::kRoughness, 1},
     {"/materials/#/emissiveFactor", AnimatedPath::kEmissive, 3},
+    {"/materials/#/extensions/KHR_materials_emissive_strength/emissiveStrength", AnimatedPath::kEmissiveStrength, 1},
     {"/materials/#/alphaCutoff", AnimatedPath::kAlphaCutoff, 1},
     {"/materials/#/normalTexture/scale", AnimatedPath::kNormalScale, 1},
     {"/materials/#/occlusionTexture/strength", AnimatedPath::kOcclusionStrength, 1},
@@ -45,10 +49,12 @@ constexpr Property kProperties[] = {
     {"/extensions/KHR_lights_punctual/lights/#/spot/outerConeAngle", AnimatedPath::kOuterCone, 1},
 };
 
-// By MaterialTexture: where a material has them, and what KHR_texture_transform adds there.
-constexpr std::array<std::string_view, 5> kTextures = {
-    "/materials/#/pbrMetallicRoughness/baseColorTexture", "/materials/#/pbrMetallicRoughness/metallicRoughnessTexture",
-    "/materials/#/normalTexture", "/materials/#/occlusionTexture", "/materials/#/emissiveTexture"};
+// Where a material has a texture, and what KHR_texture_transform adds there.
+std::string texture_pattern(const MaterialTextureName& texture) {
+  std::string text = texture.extends() ? "/materials/#/extensions" : "/materials/#";
+  if (!texture.owner.empty()) text.append("/").append(texture.owner);
+  return text.append("/").append(texture.name);
+}
 constexpr Property kShifts[] = {
     {"/extensions/KHR_texture_transform/offset", AnimatedPath::kTextureOffset, 2},
     {"/extensions/KHR_texture_transform/rotation", AnimatedPath::kTextureRotation, 1},
@@ -98,14 +104,22 @@ std::optional<PointerTarget> resolve_pointer(const json& document, const std::st
       const std::optional<int> object = object_of(document, pointer, digits, place);
       if (!object) return std::nullopt;
       return PointerTarget{
-          property.path, *object, {}, property.components, is_defined(document, pointer, property.has_default)};
+          property.path, *object, 0, property.components, is_defined(document, pointer, property.has_default)};
     }
-  for (std::size_t slot = 0; slot < kTextures.size(); ++slot)
+  for (std::size_t number = 0; number < effect_numbers().size(); ++number) {
+    const EffectNumber& factor = effect_numbers()[number];
+    if (rest_behind(pointer, "/materials/#", digits) != factor.pointer) continue;
+    const std::optional<int> object = object_of(document, pointer, digits, place);
+    if (!object) return std::nullopt;
+    return PointerTarget{AnimatedPath::kEffectNumber, *object, static_cast<int>(number), factor.components,
+                         is_defined(document, pointer, true)};
+  }
+  for (std::size_t slot = 0; slot < kMaterialTextures.size(); ++slot)
     for (const Property& shift : kShifts)
-      if (rest_behind(pointer, kTextures[slot], digits) == shift.pointer) {
+      if (rest_behind(pointer, texture_pattern(kMaterialTextures[slot]), digits) == shift.pointer) {
         const std::optional<int> object = object_of(document, pointer, digits, place);
         if (!object) return std::nullopt;
-        return PointerTarget{shift.path, *object, static_cast<MaterialTexture>(slot), shift.components,
+        return PointerTarget{shift.path, *object, static_cast<int>(slot), shift.components,
                              is_defined(document, pointer, true)};
       }
   return std::nullopt;

@@ -14,7 +14,7 @@ namespace tessera::scene::gltf {
 struct PointerTarget {
   AnimatedPath path;
   int object;  // the node, material, camera or light
-  MaterialTexture texture;
+  int part;    // of a material: AnimationChannel::part
   int components;  // of a value; of weights 1
   bool defined;    // the document has the object that holds the property, and the property if it has no default
 };

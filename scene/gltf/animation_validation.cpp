@@ -15,8 +15,8 @@ namespace {
 
 using nlohmann::json;
 
-// What a channel moves, told apart from all else: path, object, texture.
-using Moved = std::tuple<AnimatedPath, std::size_t, MaterialTexture>;
+// What a channel moves, told apart from all else: path, object, part of it.
+using Moved = std::tuple<AnimatedPath, std::size_t, int>;
 
 const std::map<std::string, AnimatedPath>& node_paths() {
   static const std::map<std::string, AnimatedPath> kPaths = {{"translation", AnimatedPath::kTranslation},
@@ -70,7 +70,7 @@ std::optional<Moved> check_node_channel(const json& d, const json& channel, cons
   check_count(d, sampler, node == nullptr ? 1 : values_of(d, path, node->get<std::size_t>(), place.at("target")),
               place);
   if (node == nullptr) return std::nullopt;
-  return Moved{path, node->get<std::size_t>(), MaterialTexture::kBaseColor};
+  return Moved{path, node->get<std::size_t>(), 0};
 }
 
 // A channel of KHR_animation_pointer. Nothing where it is skipped.
@@ -107,7 +107,7 @@ std::optional<Moved> check_pointer_channel(const json& d, const json& channel, c
   const auto object = static_cast<std::size_t>(target->object);
   const bool of_node = target->path <= AnimatedPath::kVisible;
   check_count(d, sampler, of_node ? values_of(d, target->path, object, at) : 1, place);
-  return Moved{target->path, object, target->texture};
+  return Moved{target->path, object, target->part};
 }
 
 }  // namespace

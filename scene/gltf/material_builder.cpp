@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -216,6 +217,93 @@ Displacement displacement(TextureLibrary& library, const json& extension) {
   return out;
 }
 
+// The factor of an extension if it is there; how it changes the material's look is for effects_in_force() to say.
+Vec3 color_of(const json& extension, const char* name) {
+  const auto found = extension.find(name);
+  return found == extension.end() ? Vec3(1.0f) : Vec3((*found)[0], (*found)[1], (*found)[2]);
+}
+
+void read_specular_glossiness(TextureLibrary& library, const json& e, Material& out) {
+  using shaders::ColorSpace;
+  out.base_color = Vec4(1.0f);
+  if (const auto factor = e.find("diffuseFactor"); factor != e.end())
+    out.base_color = {(*factor)[0], (*factor)[1], (*factor)[2], (*factor)[3]};
+  out.base_color_texture = texture_slot(library, e, "diffuseTexture", ColorSpace::kSrgb);
+  out.metallic_roughness_texture = {};
+  SpecularGlossiness& to = out.specular_glossiness;
+  to.specular = color_of(e, "specularFactor");
+  to.glossiness = e.value("glossinessFactor", 1.0f);
+  to.texture = texture_slot(library, e, "specularGlossinessTexture", ColorSpace::kSrgb);
+}
+
+void read_coats(TextureLibrary& library, const json& material, Material& out) {
+  using shaders::ColorSpace;
+  const auto slot = [&](const json& e, const char* name, ColorSpace space = ColorSpace::kLinear) {
+    return texture_slot(library, e, name, space);
+  };
+  if (const json* e = find_extension(material, "KHR_materials_clearcoat")) {
+    const auto normal = e->find("clearcoatNormalTexture");
+    out.clearcoat = {e->value("clearcoatFactor", 0.0f),
+                     e->value("clearcoatRoughnessFactor", 0.0f),
+                     normal == e->end() ? 1.0f : normal->value("scale", 1.0f),
+                     slot(*e, "clearcoatTexture"),
+                     slot(*e, "clearcoatRoughnessTexture"),
+                     slot(*e, "clearcoatNormalTexture")};
+  }
+  if (const json* e = find_extension(material, "KHR_materials_sheen"))
+    out.sheen = {e->contains("sheenColorFactor") ? color_of(*e, "sheenColorFactor") : Vec3(0.0f),
+                 e->value("sheenRoughnessFactor", 0.0f), slot(*e, "sheenColorTexture", ColorSpace::kSrgb),
+                 slot(*e, "sheenRoughnessTexture")};
+  if (const json* e = find_extension(material, "KHR_materials_anisotropy"))
+    out.anisotropy = {e->value("anisotropyStrength", 0.0f), e->value("anisotropyRotation", 0.0f),
+                      slot(*e, "anisotropyTexture")};
+  if (const json* e = find_extension(material, "KHR_materials_iridescence"))
+    out.iridescence = {e->value("iridescenceFactor", 0.0f),
+                       e->value("iridescenceIor", 1.3f),
+                       e->value("iridescenceThicknessMinimum", 100.0f),
+                       e->value("iridescenceThicknessMaximum", 400.0f),
+                       slot(*e, "iridescenceTexture"),
+                       slot(*e, "iridescenceThicknessTexture")};
+}
+
+void read_transmission(TextureLibrary& library, const json& material, Material& out) {
+  using shaders::ColorSpace;
+  const auto slot = [&](const json& e, const char* name, ColorSpace space = ColorSpace::kLinear) {
+    return texture_slot(library, e, name, space);
+  };
+  if (const json* e = find_extension(material, "KHR_materials_transmission"))
+    out.transmission = {e->value("transmissionFactor", 0.0f), slot(*e, "transmissionTexture")};
+  if (const json* e = find_extension(material, "KHR_materials_volume")) {
+    out.volume.thickness = e->value("thicknessFactor", 0.0f);
+    out.volume.attenuation_distance = e->value("attenuationDistance", std::numeric_limits<float>::infinity());
+    out.volume.attenuation_color = color_of(*e, "attenuationColor");
+    out.volume.thickness_texture = slot(*e, "thicknessTexture");
+  }
+  if (const json* e = find_extension(material, "KHR_materials_dispersion"))
+    out.volume.dispersion = e->value("dispersion", 0.0f);
+  if (const json* e = find_extension(material, "KHR_materials_diffuse_transmission"))
+    out.diffuse_transmission = {e->value("diffuseTransmissionFactor", 0.0f),
+                                color_of(*e, "diffuseTransmissionColorFactor"), slot(*e, "diffuseTransmissionTexture"),
+                                slot(*e, "diffuseTransmissionColorTexture", ColorSpace::kSrgb)};
+}
+
+void add_effects(TextureLibrary& library, const json& material, Material& out) {
+  if (const json* e = find_extension(material, "KHR_materials_pbrSpecularGlossiness")) {
+    read_specular_glossiness(library, *e, out);
+    out.effects.set(static_cast<std::size_t>(MaterialEffect::kSpecularGlossiness));
+  }
+  if (const json* e = find_extension(material, "KHR_materials_ior")) out.dielectric.ior = e->value("ior", 1.5f);
+  if (const json* e = find_extension(material, "KHR_materials_specular")) {
+    out.dielectric.specular = e->value("specularFactor", 1.0f);
+    out.dielectric.specular_color = color_of(*e, "specularColorFactor");
+    out.dielectric.texture = texture_slot(library, *e, "specularTexture", shaders::ColorSpace::kLinear);
+    out.dielectric.color_texture = texture_slot(library, *e, "specularColorTexture", shaders::ColorSpace::kSrgb);
+  }
+  read_coats(library, material, out);
+  read_transmission(library, material, out);
+  out.effects |= effects_in_force(out);
+}
+
 Material build_material(TextureLibrary& library, const tinygltf::Material& model, const json& material) {
   static const json kNothing = json::object();
   const json& pbr = material.contains("pbrMetallicRoughness") ? material["pbrMetallicRoughness"] : kNothing;
@@ -225,7 +313,10 @@ Material build_material(TextureLibrary& library, const tinygltf::Material& model
   out.base_color = {factor[0], factor[1], factor[2], factor[3]};
   out.metallic = static_cast<float>(model.pbrMetallicRoughness.metallicFactor);
   out.roughness = static_cast<float>(model.pbrMetallicRoughness.roughnessFactor);
-  out.emissive = {model.emissiveFactor[0], model.emissiveFactor[1], model.emissiveFactor[2]};
+  out.emissive_factor = {model.emissiveFactor[0], model.emissiveFactor[1], model.emissiveFactor[2]};
+  if (const json* extension = find_extension(material, "KHR_materials_emissive_strength"))
+    out.emissive_strength = extension->value("emissiveStrength", 1.0f);
+  out.emissive = out.emissive_factor * out.emissive_strength;
   out.normal_scale = static_cast<float>(model.normalTexture.scale);
   out.occlusion_strength = static_cast<float>(model.occlusionTexture.strength);
   out.base_color_texture = texture_slot(library, pbr, "baseColorTexture", shaders::ColorSpace::kSrgb);
@@ -239,6 +330,7 @@ Material build_material(TextureLibrary& library, const tinygltf::Material& model
   out.alpha_cutoff = static_cast<float>(model.alphaCutoff);
   out.double_sided = model.doubleSided;
   out.unlit = find_extension(material, "KHR_materials_unlit") != nullptr;
+  if (!out.unlit) add_effects(library, material, out);
   if (const json* extension = find_extension(material, "TESSERA_displacement"))
     if (Displacement heights = displacement(library, *extension); heights.texture != nullptr)
       out.displacement = std::move(heights);

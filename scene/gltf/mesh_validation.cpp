@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "scene/gltf/accessor_layout.h"
+#include "scene/gltf/material_textures.h"
 #include "scene/gltf/subdivision_builder.h"
 #include "scene/gltf/validation_parts.h"
 
@@ -170,9 +171,10 @@ void check_material_texcoords(const json& d, const json& primitive, const Place&
       notes.violation(place, "it is drawn without those textures", "lacks TEXCOORD_{}, which its material {} reads",
                       set, index->get<std::size_t>());
   };
-  if (const json* pbr = find(material, "pbrMetallicRoughness"))
-    for (const char* name : {"baseColorTexture", "metallicRoughnessTexture"}) check(find(*pbr, name));
-  for (const char* name : {"normalTexture", "occlusionTexture", "emissiveTexture"}) check(find(material, name));
+  for (const MaterialTextureName& texture : kMaterialTextures)
+    if (const json* owner = owner_of(material, texture)) check(find(*owner, std::string(texture.name).c_str()));
+  if (const json* glossy = extension(material, "KHR_materials_pbrSpecularGlossiness"))
+    check(find(*glossy, "diffuseTexture"));
   if (const json* displacement = extension(material, "TESSERA_displacement")) check(&(*displacement)["texture"]);
 }
 

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/parallel.h"
+#include "scene/gltf/material_textures.h"
 #include "scene/gltf/meshopt_reader.h"
 
 namespace tessera::scene::gltf {
@@ -97,21 +98,23 @@ struct Wanted {
 
  private:
   void add_material(const json& material) {
-    using shaders::ColorSpace;
-    if (const auto pbr = material.find("pbrMetallicRoughness"); pbr != material.end()) {
-      add_texture(*pbr, "baseColorTexture", ColorSpace::kSrgb);
-      add_texture(*pbr, "metallicRoughnessTexture", ColorSpace::kLinear);
+    const bool unlit = find_extension(material, "KHR_materials_unlit") != nullptr,
+               glossy = !unlit && find_extension(material, "KHR_materials_pbrSpecularGlossiness") != nullptr;
+    for (const MaterialTextureName& texture : kMaterialTextures) {
+      // As the builder does: what replaces the core's texture, or what an unlit material does not have.
+      if ((glossy && texture.owner == "pbrMetallicRoughness") || (unlit && texture.extends())) continue;
+      if (const json* owner = owner_of(material, texture)) add_texture(*owner, texture.name, texture.space);
     }
-    add_texture(material, "normalTexture", ColorSpace::kLinear);
-    add_texture(material, "occlusionTexture", ColorSpace::kLinear);
-    add_texture(material, "emissiveTexture", ColorSpace::kSrgb);
+    if (glossy)
+      add_texture(*find_extension(material, "KHR_materials_pbrSpecularGlossiness"), "diffuseTexture",
+                  shaders::ColorSpace::kSrgb);
     if (const json* displacement = find_extension(material, "TESSERA_displacement"))
-      add_texture(*displacement, "texture", ColorSpace::kLinear, true);
+      add_texture(*displacement, "texture", shaders::ColorSpace::kLinear, true);
   }
 
   // The source that is taken first.
-  void add_texture(const json& owner, const char* name, shaders::ColorSpace space, bool heights = false) {
-    const auto info = owner.find(name);
+  void add_texture(const json& owner, std::string_view name, shaders::ColorSpace space, bool heights = false) {
+    const auto info = owner.find(std::string(name));
     if (info == owner.end()) return;
     const json& texture = document_.json["textures"][(*info)["index"].get<std::size_t>()];
     for (const char* extension : {"KHR_texture_basisu", "EXT_texture_webp"}) {

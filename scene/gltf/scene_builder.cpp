@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "scene/assembly.h"
 #include "scene/deform.h"
+#include "scene/effect_numbers.h"
 #include "scene/gltf/animation_pointer.h"
 #include "scene/gltf/builders.h"
 #include "scene/gltf/procedure_builder.h"
@@ -208,7 +209,7 @@ std::optional<AnimationChannel> channel_target(const Document& document, const j
     if (!target || !target->defined) return std::nullopt;
     channel.path = target->path;
     (target->path <= AnimatedPath::kVisible ? channel.node : channel.object) = target->object;
-    channel.texture = target->texture;
+    channel.part = target->part;
     channel.components = target->components;
     return channel;
   }
@@ -270,8 +271,8 @@ std::vector<Animation> build_animations(Document& document, const Capture& captu
 // glTF leaves open which animations play. The first does, and each further one that moves nothing already moved.
 std::vector<int> choose_animations(const std::vector<Animation>& animations) {
   std::vector<int> played;
-  const auto target = [](const AnimationChannel& c) { return std::tuple(c.path, c.node, c.object, c.texture); };
-  std::set<std::tuple<AnimatedPath, int, int, MaterialTexture>> moved;
+  const auto target = [](const AnimationChannel& c) { return std::tuple(c.path, c.node, c.object, c.part); };
+  std::set<std::tuple<AnimatedPath, int, int, int>> moved;
   for (std::size_t a = 0; a < animations.size(); ++a) {
     bool free = true;
     for (const AnimationChannel& channel : animations[a].channels) free = free && !moved.contains(target(channel));
@@ -280,6 +281,27 @@ std::vector<int> choose_animations(const std::vector<Animation>& animations) {
     played.push_back(static_cast<int>(a));
   }
   return played;
+}
+
+// What an animation turns on is there from the first frame on: shaders do not change from frame to frame.
+void settle_effects(Capture& capture) {
+  for (const int a : capture.played_animations)
+    for (const AnimationChannel& channel : capture.animations[static_cast<std::size_t>(a)].channels) {
+      if (channel.path != AnimatedPath::kEffectNumber) continue;
+      Material& material = capture.materials[static_cast<std::size_t>(channel.object)];
+      if (!material.unlit)
+        material.effects.set(static_cast<std::size_t>(effect_numbers()[static_cast<std::size_t>(channel.part)].effect));
+    }
+  // A volume is one of what transmits, and disperses; effects that are not there have no textures.
+  for (Material& m : capture.materials) {
+    const auto off = [&](MaterialEffect effect) { m.effects.reset(static_cast<std::size_t>(effect)); };
+    const bool transmits = m.has(MaterialEffect::kTransmission);
+    if (!transmits && !m.has(MaterialEffect::kDiffuseTransmission)) off(MaterialEffect::kVolume);
+    if (!transmits || !m.has(MaterialEffect::kVolume)) off(MaterialEffect::kDispersion);
+    const auto slots = m.slots();
+    for (auto slot = static_cast<std::size_t>(MaterialTexture::kSpecularGlossiness); slot < slots.size(); ++slot)
+      if (!is_read(m, static_cast<MaterialTexture>(slot))) slots[slot]->texture = nullptr;
+  }
 }
 
 std::vector<Camera> build_cameras(const Document& document) {
@@ -363,6 +385,7 @@ void build_scene(Document& document, Capture& capture) {
   check_joints(document, capture);
   capture.animations = build_animations(document, capture);
   capture.played_animations = choose_animations(capture.animations);
+  settle_effects(capture);
   capture.cameras = build_cameras(document);
   build_lights(document, capture);
   capture.settings = build_settings(document);

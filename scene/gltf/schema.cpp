@@ -157,6 +157,60 @@ Rule texture_info(const json& d, std::vector<Property> more = {}) {
   return object(std::move(properties));
 }
 
+// Of KHR_materials_ior: 0 stands for infinity.
+Rule index_of_refraction() {
+  return [](const json& value, const Place& place) {
+    number(0)(value, place);
+    if (const double ior = value.get<double>(); ior != 0 && ior < 1) place.refuse("is {}, must be 0 or at least 1", ior);
+  };
+}
+
+// KHR_materials_*.
+std::vector<Property> material_extensions(const json& d) {
+  const Rule texture = texture_info(d), share = number(0, 1), tint = numbers(3, 0);
+  return {
+      {"KHR_materials_anisotropy",
+       object({{"anisotropyStrength", share}, {"anisotropyRotation", number()}, {"anisotropyTexture", texture}})},
+      {"KHR_materials_clearcoat", object({{"clearcoatFactor", share},
+                                          {"clearcoatTexture", texture},
+                                          {"clearcoatRoughnessFactor", share},
+                                          {"clearcoatRoughnessTexture", texture},
+                                          {"clearcoatNormalTexture", texture_info(d, {{"scale", number()}})}})},
+      {"KHR_materials_diffuse_transmission", object({{"diffuseTransmissionFactor", share},
+                                                     {"diffuseTransmissionTexture", texture},
+                                                     {"diffuseTransmissionColorFactor", tint},
+                                                     {"diffuseTransmissionColorTexture", texture}})},
+      {"KHR_materials_dispersion", object({{"dispersion", number(0)}})},
+      {"KHR_materials_emissive_strength", object({{"emissiveStrength", number(0)}})},
+      {"KHR_materials_ior", object({{"ior", index_of_refraction()}})},
+      {"KHR_materials_iridescence", object({{"iridescenceFactor", share},
+                                            {"iridescenceTexture", texture},
+                                            {"iridescenceIor", number(1)},
+                                            {"iridescenceThicknessMinimum", number(0)},
+                                            {"iridescenceThicknessMaximum", number(0)},
+                                            {"iridescenceThicknessTexture", texture}})},
+      {"KHR_materials_pbrSpecularGlossiness", object({{"diffuseFactor", numbers(4, 0, 1)},
+                                                      {"diffuseTexture", texture},
+                                                      {"specularFactor", numbers(3, 0, 1)},
+                                                      {"glossinessFactor", share},
+                                                      {"specularGlossinessTexture", texture}})},
+      {"KHR_materials_sheen", object({{"sheenColorFactor", numbers(3, 0, 1)},
+                                      {"sheenColorTexture", texture},
+                                      {"sheenRoughnessFactor", share},
+                                      {"sheenRoughnessTexture", texture}})},
+      {"KHR_materials_specular", object({{"specularFactor", share},
+                                         {"specularTexture", texture},
+                                         {"specularColorFactor", tint},
+                                         {"specularColorTexture", texture}})},
+      {"KHR_materials_transmission", object({{"transmissionFactor", share}, {"transmissionTexture", texture}})},
+      {"KHR_materials_unlit", object({})},
+      {"KHR_materials_volume", object({{"thicknessFactor", number(0)},
+                                       {"thicknessTexture", texture},
+                                       {"attenuationDistance", number(0, kFloatMax, true)},
+                                       {"attenuationColor", numbers(3, 0, 1)}})},
+  };
+}
+
 Rule material_rule(const json& d) {
   const Rule pbr = object({
       {"baseColorFactor", numbers(4, 0, 1)},
@@ -165,6 +219,9 @@ Rule material_rule(const json& d) {
       {"roughnessFactor", number(0, 1)},
       {"metallicRoughnessTexture", texture_info(d)},
   });
+  std::vector<Property> extensions = material_extensions(d);
+  extensions.push_back({"TESSERA_displacement",
+                        object({{"texture", texture_info(d), kRequired}, {"scale", number()}, {"bias", number()}})});
   return object({
       {"name", text()},
       {"pbrMetallicRoughness", pbr},
@@ -175,10 +232,7 @@ Rule material_rule(const json& d) {
       {"alphaMode", choice({"OPAQUE", "MASK", "BLEND"})},
       {"alphaCutoff", number(0)},
       {"doubleSided", boolean()},
-      {"extensions",
-       object({{"KHR_materials_unlit", object({})},
-               {"TESSERA_displacement",
-                object({{"texture", texture_info(d), kRequired}, {"scale", number()}, {"bias", number()}})}})},
+      {"extensions", object(std::move(extensions))},
   });
 }
 

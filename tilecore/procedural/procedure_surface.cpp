@@ -131,7 +131,7 @@ ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting
   point.occlusion = 1.0f;
   point.emissive = as_stage(material.emissive);
   out.color = as_glm(shaders::shade_material(point, as_stage(surface.position), as_stage(normal), as_stage(view),
-                                             lights, lights.t, lighting.environment.intensity()));
+                                             lights, lights.t, lighting.environment.surroundings()));
   return out;
 }
 

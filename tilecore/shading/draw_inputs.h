@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "scene/frame_geometry.h"
+#include "shaders_cpp/layered_material.h"
 #include "tilecore/shading/texture_unit.h"
 
 namespace tessera::tilecore {
@@ -23,7 +24,14 @@ struct DrawConstants {
   float center_x = 0, center_y = 0, scale = 1;
   // Light.
   shaders::Lights lights;
-  float environment = 1;  // its intensity
+  shaders::Surroundings surroundings;
+  // Layers of the material, if it has any.
+  bool layered = false;
+  shaders::LayerFlags layers;
+  shaders::LayerConstants layer_constants;
+  float ior = 1.5f, reflectance = 0.04f;  // of a dielectric: relative index, reflectance at normal incidence
+  float anisotropy_cosine = 1.0f, anisotropy_sine = 0.0f;  // of its rotation
+  float volume_scale = 1.0f;  // world units of one of the mesh, mean over its axes
 };
 
 // Inputs of invocations, lane by lane. Lanes beyond the last invocation hold what some invocation has.
@@ -44,7 +52,8 @@ struct ShadedArrays {
   std::array<float*, 3> color{}, normal{};
   float* alpha = nullptr;
 };
-inline constexpr std::size_t kTextureSlots = 5, kLookupLines = 8;  // of each slot: two levels, four texels in each
+inline constexpr std::size_t kTextureSlots = scene::kMaterialTextureCount;
+inline constexpr std::size_t kLookupLines = 8;  // of each slot: two levels, four texels in each
 struct LookupArrays {
   std::array<const TextureLayoutView*, kTextureSlots> layout{};  // of slots with a texture; null: not told
   std::array<std::array<std::int32_t*, kLookupLines>, kTextureSlots> line{};

@@ -1,6 +1,7 @@
 #include "tilecore/shading/pixel_shader.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <tuple>
 
@@ -44,6 +45,8 @@ ShadedPoint shade_procedure_point(const FrameGeometry& frame, const Lighting& li
 }
 
 constexpr std::uint32_t kFree = 0xFFFFFFFFu;  // no bucket
+// Of an attenuation colour, over its distance; black would leave infinities.
+constexpr float kLeastTransmittance = 1e-6f;
 
 // Which segment of the shutter the lights are in at time t.
 int light_segment(const FrameGeometry& shutter, float t) {
@@ -55,6 +58,30 @@ float light_time(const FrameGeometry& shutter, int segment, float t) {
   return segment == 0 ? t : shutter.segment(segment).part.local(t);
 }
 
+// What a draw's layers are made of, for a material that has some.
+void set_layers(const Material& material, const Mat4& to_world, DrawConstants& draw) {
+  using Effect = scene::MaterialEffect;
+  draw.layered = material.effects.any();
+  if (!draw.layered) return;
+  draw.layers = {material.has(Effect::kClearcoat),    material.has(Effect::kSheen),
+                 material.has(Effect::kAnisotropy),   material.has(Effect::kIridescence),
+                 material.has(Effect::kTransmission), material.has(Effect::kVolume),
+                 material.has(Effect::kDispersion),   material.has(Effect::kDiffuseTransmission)};
+  draw.ior = material.dielectric.ior;
+  const float q = (draw.ior - 1.0f) / (draw.ior + 1.0f);
+  draw.reflectance = q * q;
+  draw.anisotropy_cosine = std::cos(material.anisotropy.rotation);
+  draw.anisotropy_sine = std::sin(material.anisotropy.rotation);
+  draw.volume_scale = std::cbrt(std::abs(glm::determinant(Mat3(to_world))));
+  const scene::Volume& volume = material.volume;
+  for (int c = 0; c < 3; ++c)
+    draw.layer_constants.absorption[c] = std::isfinite(volume.attenuation_distance)
+                                             ? -std::log2(std::max(volume.attenuation_color[c], kLeastTransmittance)) /
+                                                   volume.attenuation_distance
+                                             : 0.0f;
+  draw.layer_constants.dispersion = volume.dispersion;
+}
+
 DrawConstants lit_draw(const FrameGeometry& shutter, const FrameGeometry& segment, int lights_in,
                        const scene::PosedDrawable& drawable, const Lighting& lighting, bool quads) {
   DrawConstants draw = draw_constants(segment, drawable);
@@ -62,7 +89,8 @@ DrawConstants lit_draw(const FrameGeometry& shutter, const FrameGeometry& segmen
   const FrameGeometry& lit = shutter.segment(lights_in);
   draw.lights.open = lit.lights[0];
   if (shutter.moving_lights) draw.lights.close = lit.lights[1];
-  draw.environment = lighting.environment.intensity();
+  draw.surroundings = lighting.environment.surroundings();
+  set_layers(*draw.material, drawable.to_world[0], draw);
   return draw;
 }
 
@@ -205,7 +233,7 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
     const auto slots = draw.material->slots();
     for (std::size_t slot = 0; slot < kTextureSlots; ++slot) {
       if (slots[slot]->texture == nullptr ||
-          !one_lane::is_read(*draw.material, static_cast<scene::MaterialTexture>(slot)))
+          !scene::is_read(*draw.material, static_cast<scene::MaterialTexture>(slot)))
         continue;
       lookups.layout[slot] = &textures->memory()->layout(slots[slot]->texture.get());
       for (std::size_t line = 0; line < kLookupLines; ++line) lookups.line[slot][line] = lines_[slot][line].data();

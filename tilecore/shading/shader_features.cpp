@@ -22,6 +22,24 @@ std::size_t light_kind(const shaders::Light& light) {
   return (light.type == shaders::Light::Type::kPoint ? 1u : 3u) + (limited ? 1u : 0u);
 }
 
+// `reads`: whether a texture is there; it counts coordinates.
+template <class Reads>
+void add_layers(const scene::Material& material, const Reads& reads, ShaderFeatures& f) {
+  using Slot = scene::MaterialTexture;
+  // Enumerators of both are in the same order.
+  for (std::size_t effect = 0; effect < scene::kMaterialEffectCount; ++effect)
+    f.layers[effect] = material.effects[effect];
+  const auto slots = material.slots();
+  for (auto slot = static_cast<std::size_t>(Slot::kSpecularGlossiness); slot < slots.size(); ++slot) {
+    const auto which = static_cast<Slot>(slot);
+    if (!reads(*slots[slot], scene::is_read(material, which))) continue;
+    if (which == Slot::kClearcoatNormal)
+      f.coat_normals = true;
+    else
+      ++f.layer_textures;
+  }
+}
+
 }  // namespace
 
 ShaderFeatures material_features(const scene::Material& material) {
@@ -38,9 +56,11 @@ ShaderFeatures material_features(const scene::Material& material) {
   };
   f.base_color = reads(material.base_color_texture, true);
   if (reads(material.normal_texture, lit)) f.normals = ShaderFeatures::Normals::kMapped;
-  f.metallic_roughness = reads(material.metallic_roughness_texture, lit);
+  f.metallic_roughness = reads(material.metallic_roughness_texture,
+                               lit && !material.has(scene::MaterialEffect::kSpecularGlossiness));
   f.occlusion = reads(material.occlusion_texture, lit);
   f.emissive = reads(material.emissive_texture, lit || material.glows_unlit);
+  if (lit && material.effects.any()) add_layers(material, reads, f);
   f.coordinates = static_cast<std::uint8_t>(std::max<std::size_t>(read.size(), 1));
   return f;
 }

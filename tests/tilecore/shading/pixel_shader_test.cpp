@@ -46,6 +46,23 @@ scene::TextureSlot random_slot(Random& random, bool srgb) {
   return slot;
 }
 
+// Each layer with an even chance, half of its textures.
+void add_layers(Random& random, scene::Material& m) {
+  const auto unit = [&] { return random.uniform(0, 1); };
+  const auto color = [&] { return Vec3(unit(), unit(), unit()); };
+  m.specular_glossiness = {color(), unit(), random_slot(random, true)};
+  m.dielectric = {random.uniform(1, 2), unit(), color() * 2.0f, random_slot(random, false), random_slot(random, true)};
+  m.clearcoat = {unit(), unit(), 1.5f, random_slot(random, false), random_slot(random, false), random_slot(random, false)};
+  m.sheen = {color(), unit(), random_slot(random, true), random_slot(random, false)};
+  m.anisotropy = {unit(), random.uniform(-4, 4), random_slot(random, false)};
+  m.iridescence = {unit(), random.uniform(1, 2), 50, random.uniform(100, 900), random_slot(random, false),
+                   random_slot(random, false)};
+  m.transmission = {unit(), random_slot(random, false)};
+  m.volume = {unit(), random.uniform(0.1f, 2), color(), unit(), random_slot(random, false)};
+  m.diffuse_transmission = {unit(), color(), random_slot(random, false), random_slot(random, true)};
+  for (std::size_t effect = 0; effect < scene::kMaterialEffectCount; ++effect) m.effects[effect] = random.coin();
+}
+
 scene::Material random_material(Random& random, bool displaced) {
   scene::Material m;
   m.base_color = {random.uniform(0, 1), random.uniform(0, 1), random.uniform(0, 1), random.uniform(0, 1)};
@@ -60,6 +77,7 @@ scene::Material random_material(Random& random, bool displaced) {
   m.alpha_mode = static_cast<scene::AlphaMode>(random.integer(0, 2));
   m.unlit = random.integer(0, 5) == 0;
   m.glows_unlit = m.unlit && random.coin();
+  if (!m.unlit && random.coin()) add_layers(random, m);
   if (displaced) {
     std::vector<float> heights(64);
     for (float& h : heights) h = random.uniform(0, 1);

@@ -131,6 +131,10 @@ std::string whole_shader(const ShaderFeatures& f) {
   const std::array kinds = {"directional", "point", "point_in_range", "spot", "spot_in_range"};
   for (std::size_t kind = 0; kind < kinds.size(); ++kind)
     if (f.lights[kind] > 0) out << " lights=" << f.lights[kind] << " light=" << kinds[kind];
+  const std::array layers = {"glossy", "dielectric",   "coat",   "sheen",      "anisotropy",
+                             "film",   "transmission", "volume", "dispersion", "spread"};
+  flag("layered", f.layered()), flag("layer_texture", f.layer_textures > 0), flag("coat_normals", f.coat_normals);
+  for (std::size_t layer = 0; layer < layers.size(); ++layer) flag(layers[layer], f.layers[layer]);
   return out.str();
 }
 
@@ -160,6 +164,23 @@ TEST(ShaderCostsWhole, SumsAreCloseToShadersCompiledAtOnce) {
   ShaderFeatures unlit;
   unlit.unlit = unlit.base_color = unlit.vertex_colors = true;
   all.push_back(unlit);
+  using Layer = ShaderFeatures::Layer;
+  const auto with_layers = [&](ShaderFeatures plain, std::initializer_list<Layer> layers) {
+    for (const Layer layer : layers) plain.layers[static_cast<std::size_t>(layer)] = true;
+    all.push_back(plain);
+  };
+  ShaderFeatures still, textured, lit;
+  textured.quads = textured.base_color = textured.metallic_roughness = true, textured.normals = Normals::kMapped;
+  lit = textured;
+  lit.lights[0] = 2;
+  with_layers(still, {Layer::kDielectric, Layer::kCoat});
+  with_layers(still, {Layer::kSheen, Layer::kFilm});
+  with_layers(still, {Layer::kTransmission, Layer::kVolume, Layer::kDispersion});
+  with_layers(textured, {Layer::kAnisotropy, Layer::kCoat});
+  with_layers(lit, {Layer::kCoat, Layer::kSheen});
+  with_layers(lit, {Layer::kGlossy, Layer::kSpread});
+  textured.surface = Surface::kPatch, textured.layer_textures = 1;
+  with_layers(textured, {Layer::kCoat, Layer::kTransmission});
   std::vector<std::string> command = {"/usr/bin/env", "python3", kScript, "--clang", kClang, "--whole"};
   for (const ShaderFeatures& one : all) command.push_back(whole_shader(one));
   const test::ProcessResult made = test::run_process(command, {.seconds = 900});
@@ -198,6 +219,8 @@ std::vector<ShaderFeatures> with_one_more(const ShaderFeatures& f) {
   if (f.quads) more.push_back(f), more.back().quads = false;  // the surface's own derivatives are computed
   if (f.unlit) more.push_back(f), more.back().unlit = false;
   for (std::size_t kind = 0; kind < f.lights.size(); ++kind) more.push_back(f), ++more.back().lights[kind];
+  for (std::size_t layer = 0; layer < ShaderFeatures::kLayers && !f.unlit; ++layer)
+    more.push_back(f), more.back().layers[layer] = true;
   return more;
 }
 
@@ -222,6 +245,21 @@ TEST(ShaderCosts, AFeatureMoreNeverCostsLess) {
         }
       }
   EXPECT_GT(compared, 10000u);
+}
+
+// A material pays for no layer that it lacks.
+TEST(ShaderCosts, WithoutLayersNothingIsAdded) {
+  for (const auto& row : hardware::shader_cost_rows()) {
+    if (row.name.find("layer") == std::string_view::npos) continue;
+    EXPECT_TRUE(row.name.starts_with("add/layer")) << row.name;
+  }
+  ShaderFeatures f;
+  const ShaderCost plain = shader_cost(f);
+  EXPECT_EQ(plain, hardware::shader_cost_rows()[static_cast<std::size_t>(
+                       std::find_if(hardware::shader_cost_rows().begin(), hardware::shader_cost_rows().end(),
+                                    [](const auto& row) { return row.name == "lit/triangles/still"; }) -
+                       hardware::shader_cost_rows().begin())]
+                       .cost);
 }
 
 TEST(ShaderCosts, LookupsAreCountedOnce) {
@@ -388,6 +426,33 @@ TEST(ShaderFeatures, AreWhatTheShaderOfAMaterialReads) {
   material.glows_unlit = true;
   base.emissive = true, base.coordinates = 2;
   EXPECT_EQ(material_features(material), base);
+}
+
+TEST(ShaderFeatures, LayersReadTheirOwnTextures) {
+  const auto texture =
+      std::make_shared<const shaders::Texture>(std::vector<shaders::Texture::Level>{{1, 1, {255, 255, 255, 255}}},
+                                               shaders::ColorSpace::kLinear, shaders::TexelBlocks{});
+  scene::Material material;
+  for (scene::TextureSlot* slot : material.slots()) slot->texture = texture;
+  using Effect = scene::MaterialEffect;
+  const auto textures_with = [&](Effect effect) {
+    material.effects.reset();
+    material.effects.set(static_cast<std::size_t>(effect));
+    const ShaderFeatures f = material_features(material);
+    EXPECT_TRUE(f.layers[static_cast<std::size_t>(effect)]);
+    EXPECT_TRUE(f.layered());
+    return f;
+  };
+  const ShaderFeatures coat = textures_with(Effect::kClearcoat);
+  EXPECT_EQ(coat.layer_textures, 2);
+  EXPECT_TRUE(coat.coat_normals);
+  EXPECT_EQ(textures_with(Effect::kSheen).layer_textures, 2);
+  EXPECT_EQ(textures_with(Effect::kDielectric).layer_textures, 2);
+  EXPECT_EQ(textures_with(Effect::kAnisotropy).layer_textures, 1);
+  EXPECT_EQ(textures_with(Effect::kTransmission).layer_textures, 1);
+  const ShaderFeatures glossy = textures_with(Effect::kSpecularGlossiness);
+  EXPECT_EQ(glossy.layer_textures, 1);
+  EXPECT_FALSE(glossy.metallic_roughness) << "in place of it";
 }
 
 }  // namespace

@@ -7,9 +7,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include "base/vec.h"
-#include "shaders_cpp/metallic_roughness.h"
+#include "shaders_cpp/layered_material.h"
 
 namespace tessera::gpu_cost {
 
@@ -84,7 +85,7 @@ struct Displacement {
   float scale = 1.0f, bias = 0.0f;
 };
 enum class AlphaMode : std::uint8_t { kOpaque, kMask, kBlend };
-enum class MaterialTexture : std::uint8_t { kBaseColor, kMetallicRoughness, kNormal, kOcclusion, kEmissive };
+#include "scene/material_effects.inc"
 struct Material {
   Vec4 base_color{1.0f};
   float metallic = 1.0f, roughness = 1.0f;
@@ -99,6 +100,17 @@ struct Material {
     explicit operator bool() const { return there; }
     const Displacement& operator*() const { return value; }
   } displacement;
+  std::array<bool, kMaterialEffectCount> effects{};
+  SpecularGlossiness specular_glossiness;
+  Dielectric dielectric;
+  Clearcoat clearcoat;
+  Sheen sheen;
+  Anisotropy anisotropy;
+  Iridescence iridescence;
+  Transmission transmission;
+  Volume volume;
+  DiffuseTransmission diffuse_transmission;
+  bool has(MaterialEffect effect) const { return effects[static_cast<std::size_t>(effect)]; }
 };
 struct Primitive {
   enum class Kind : std::uint8_t { kTriangles, kBezierPatches, kProcedure };
@@ -134,7 +146,11 @@ struct DrawConstants {
   Vec3 eye_open{0.0f}, eye_close{0.0f};
   float center_x = 0, center_y = 0, scale = 1;
   shaders::Lights lights;
-  float environment = 1;
+  shaders::Surroundings surroundings;
+  bool layered = false;
+  shaders::LayerFlags layers;
+  shaders::LayerConstants layer_constants;
+  float ior = 1.5f, reflectance = 0.04f, anisotropy_cosine = 1.0f, anisotropy_sine = 0.0f, volume_scale = 1.0f;
 };
 
 // No texture unit is told of lookups.
@@ -147,7 +163,7 @@ struct TextureLayoutView {
   const std::int32_t *first_line, *lines_across;
   LineSide width, height;
 };
-inline constexpr std::size_t kTextureSlots = 5, kLookupLines = 8;
+inline constexpr std::size_t kTextureSlots = scene::kMaterialTextureCount, kLookupLines = 8;
 struct LookupArrays {
   std::array<const TextureLayoutView*, kTextureSlots> layout{};
   std::array<std::array<std::int32_t*, kLookupLines>, kTextureSlots> line{};

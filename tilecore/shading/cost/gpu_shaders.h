@@ -50,7 +50,12 @@ struct Uniforms {
   float to_raster[2][16], to_world[2][16], normal_to_world[2][9], camera[9], eye[3], center_x, center_y, scale;
   float base_color[4], alpha_cutoff, metallic, roughness, emissive[3], normal_scale, occlusion_strength, environment;
   float displacement_scale, displacement_bias;
-  TextureUniforms textures[6];
+  struct LayerUniforms {
+    float specular[3], glossiness, reflectance, coat, coat_roughness, coat_normal_scale, sheen[3], sheen_roughness;
+    float anisotropy, anisotropy_cosine, anisotropy_sine, film, film_ior, film_min, film_max;
+    float transmission, ior, thickness, volume_scale, absorption[3], dispersion, spread, spread_color[3];
+  } layers;
+  TextureUniforms textures[8];
   struct LightUniforms {
     float color[3], position[3], direction[3], range, cos_inner, cos_outer;
   } lights[2][2];  // at both keys
@@ -72,6 +77,10 @@ struct Shader {
   LightKind light = LightKind::kDirectional;
   bool light_moves = false;
   bool apart = false;  // emission has a texture coordinate of its own
+  // Layers: the material has some; which; a texture of the coat; its normal map.
+  bool layered = false, glossy = false, dielectric = false, coat = false, sheen = false, anisotropy = false, film = false,
+       transmission = false, volume = false, dispersion = false, spread = false, layer_texture = false,
+       coat_normals = false;
 };
 
 template <class Matrix>
@@ -126,6 +135,24 @@ void set_posed(const TESSERA_CONSTANT Uniforms& u, scene::PosedDrawable& posed) 
 }
 
 template <Shader S>
+void set_layers(const TESSERA_CONSTANT Uniforms& u, scene::Material& material) {
+  using Effect = scene::MaterialEffect;
+  const Uniforms::LayerUniforms TESSERA_CONSTANT& l = u.layers;
+  const auto has = [&](Effect effect, bool there) { material.effects[static_cast<std::size_t>(effect)] = there; };
+  has(Effect::kSpecularGlossiness, S.glossy), has(Effect::kDielectric, S.dielectric);
+  material.specular_glossiness.specular = material.dielectric.specular_color = vector(l.specular);
+  material.specular_glossiness.glossiness = material.dielectric.specular = l.glossiness;
+  material.clearcoat.factor = l.coat, material.clearcoat.roughness = l.coat_roughness;
+  material.clearcoat.normal_scale = l.coat_normal_scale;
+  material.sheen.color = vector(l.sheen), material.sheen.roughness = l.sheen_roughness;
+  material.anisotropy.strength = l.anisotropy;
+  material.iridescence.factor = l.film, material.iridescence.ior = l.film_ior;
+  material.iridescence.min_thickness = l.film_min, material.iridescence.max_thickness = l.film_max;
+  material.transmission.factor = l.transmission, material.volume.thickness = l.thickness;
+  material.diffuse_transmission.factor = l.spread, material.diffuse_transmission.color = vector(l.spread_color);
+}
+
+template <Shader S>
 void set_material(const TESSERA_CONSTANT Uniforms& u, scene::Material& material) {
   material.base_color = {u.base_color[0], u.base_color[1], u.base_color[2], u.base_color[3]};
   material.metallic = u.metallic, material.roughness = u.roughness;
@@ -141,6 +168,9 @@ void set_material(const TESSERA_CONSTANT Uniforms& u, scene::Material& material)
   slot(material.metallic_roughness_texture, 2, S.metallic_roughness, false);
   slot(material.occlusion_texture, 3, S.occlusion, false);
   slot(material.emissive_texture, 4, S.emissive, S.apart);
+  if (S.layered) set_layers<S>(u, material);
+  slot(material.clearcoat.texture, 6, S.layer_texture, false);
+  slot(material.clearcoat.normal_texture, 7, S.coat_normals, false);
   if (S.surface != Surface::kDisplacedPatch) return;
   scene::Displacement& displacement = material.displacement.value;
   set_slot(displacement, u.textures[5].image, u.textures[5].transform, 0, false);
@@ -153,7 +183,14 @@ void set_constants(const TESSERA_CONSTANT Uniforms& u, DrawConstants& draw) {
   draw.grid = S.surface == Surface::kPatch || S.surface == Surface::kDisplacedPatch, draw.quads = S.quads;
   draw.camera_to_world = matrix<Mat3>(u.camera);
   draw.center_x = u.center_x, draw.center_y = u.center_y, draw.scale = u.scale;
-  draw.environment = u.environment;
+  draw.surroundings.intensity = u.environment;
+  draw.layered = S.layered;
+  draw.layers = {S.coat, S.sheen, S.anisotropy, S.film, S.transmission, S.volume, S.dispersion, S.spread};
+  const Uniforms::LayerUniforms TESSERA_CONSTANT& l = u.layers;
+  draw.ior = l.ior, draw.reflectance = l.reflectance;
+  draw.anisotropy_cosine = l.anisotropy_cosine, draw.anisotropy_sine = l.anisotropy_sine;
+  draw.volume_scale = l.volume_scale;
+  draw.layer_constants.absorption = vector(l.absorption), draw.layer_constants.dispersion = l.dispersion;
 }
 
 // Calls `shade(draw)`.
@@ -256,7 +293,7 @@ __attribute__((always_inline, flatten)) inline void computed_shader(const TESSER
     m.emissive = constant_vector<Real>(draw.material->emissive);
     const Vector3<Real> out =
         S.unlit ? m.base_color
-                : stage::shade_material(m, s.position, normal, view, draw.lights, in.light_t, Real(draw.environment));
+                : stage::shade_material(m, s.position, normal, view, draw.lights, in.light_t, draw.surroundings);
     export_color(0, 15, out.x.v, out.y.v, out.z.v, 1.0f, true, true);
   });
 }

@@ -43,6 +43,7 @@ Vec4f gather4_level(std::int32_t mask, float u, float v, float lod, ImageResourc
                     std::int32_t) __asm("llvm.amdgcn.image.gather4.l.2d.v4f32.f32");
 float hardware_exp2(float) __asm("llvm.exp2.f32");
 float hardware_log2(float) __asm("llvm.log2.f32");
+float hardware_cos(float) __asm("llvm.cos.f32");
 
 namespace stage {
 
@@ -55,14 +56,18 @@ using shaders::kFloor;
 using shaders::kHorizonWidths;
 using shaders::kLobeFloats;
 using shaders::kMinRoughness;
+using shaders::kMinSheenRoughness;
 using shaders::kPi;
 using shaders::kSoftBoxes;
 using shaders::Light;
+using shaders::LayerConstants;
+using shaders::LayerFlags;
 using shaders::Lights;
 using shaders::lobe_numbers;
 using shaders::Sampler;
 using shaders::soft_box_axes;
 using shaders::SoftBox;
+using shaders::Surroundings;
 using shaders::TextureView;
 
 template <class Real>
@@ -74,13 +79,19 @@ Real real_log2(Real x) {
   return hardware_log2(x.v);
 }
 template <class Real>
+Real real_cos(Real x) {
+  return hardware_cos(x.v);
+}
+template <class Real>
 Real clamp_unit(Real x) {
   return real_min(real_max(x, Real(0.0f)), Real(1.0f));
 }
 
 // clang-format off
 #include "shaders_cpp/studio_light.inc"
+#include "shaders_cpp/surroundings.inc"
 #include "shaders_cpp/metallic_roughness.inc"
+#include "shaders_cpp/layered_material.inc"
 // clang-format on
 
 using shaders::bicubic_normal;

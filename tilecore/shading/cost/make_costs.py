@@ -42,8 +42,9 @@ LIGHTS = {"directional": "LightKind::kDirectional", "point": "LightKind::kPoint"
           "point_in_range": "LightKind::kPointInRange", "spot": "LightKind::kSpot",
           "spot_in_range": "LightKind::kSpotInRange"}
 ENUMS = {"surface": SURFACES, "motion": MOTIONS, "normals": NORMALS, "light": LIGHTS}
+LAYERS = ["glossy", "dielectric", "coat", "sheen", "anisotropy", "film", "transmission", "volume", "dispersion", "spread"]
 FIELDS = ["surface", "motion", "quads", "unlit", "colors", "base_color", "metallic_roughness", "occlusion", "emissive",
-          "normals", "lights", "light", "light_moves", "apart"]
+          "normals", "lights", "light", "light_moves", "apart", "layered"] + LAYERS + ["layer_texture", "coat_normals"]
 
 
 class Shader:
@@ -124,6 +125,7 @@ def rows():
         for name, moves in (("still", False), ("moving", True)):
             one = Shader(lights=1, light=light, light_moves=moves)
             added(f"light/{light}/{name}", one.but(lights=2), one)
+    add_layers(all_rows, added, drawn)
     for surface in drawn:
         for motion in kinds_of_motion(surface):
             for name, quads in derivatives.items():
@@ -133,6 +135,37 @@ def rows():
         for motion in MOTIONS:
             whole(f"domain/{surface}/{motion}", Shader("domain", surface=surface, motion=motion))
     return all_rows
+
+
+def add_layers(all_rows, added, drawn):
+    """What extensions of materials add, and what they add to each light."""
+    plain, layered = Shader(), Shader(layered=True)
+    # A volume is one of what transmits, and what disperses has a volume.
+    needs = {"volume": ["transmission"], "dispersion": ["transmission", "volume"]}
+
+    def per_light(name, with_it, without):
+        all_rows.append((f"add/layer_light/{name}", [with_it.but(lights=2), without.but(lights=1)],
+                         [with_it.but(lights=1), without.but(lights=2)]))
+
+    added("layer/base", layered, plain)
+    per_light("base", layered, plain)
+    for layer in LAYERS:
+        if layer == "anisotropy":
+            continue
+        without = layered.but(**{other: True for other in needs.get(layer, [])})
+        added(f"layer/{layer}", without.but(**{layer: True}), without)
+        per_light(layer, without.but(**{layer: True}), without)
+    # Along what the texture coordinate or the attribute says.
+    for surface in drawn:
+        for motion in kinds_of_motion(surface):
+            for normals in ("of_surface", "mapped"):
+                base = layered.but(surface=surface, motion=motion, base_color=True, quads=True, normals=normals)
+                added(f"layer/anisotropy/{surface}/{motion}/{normals}", base.but(anisotropy=True), base)
+    per_light("anisotropy", layered.but(base_color=True, quads=True, normals="mapped", anisotropy=True),
+              layered.but(base_color=True, quads=True, normals="mapped"))
+    for name, quads in {"quads": True, "surface": False}.items():
+        coat = layered.but(base_color=True, quads=quads, coat=True)
+        added(f"layer_texture/{name}", coat.but(layer_texture=True), coat)
 
 
 def run(command, text=None):

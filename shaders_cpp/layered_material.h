@@ -1,0 +1,38 @@
+#pragma once
+
+#include "shaders_cpp/metallic_roughness.h"
+
+namespace tessera::shaders {
+
+// Pixel shader of metallic-roughness materials with glTF's extensions: layers of clearcoat, sheen and the base, whose
+// reflectance, lobe and diffuse part extensions change (KHR_materials_*; formulas in layered_material.inc).
+//
+// Invariants (cited by the tests):
+//   LM1  Without any flag, with f0 and f90 of a dielectric of index 1.5, this is shade_material() but for rounding; where
+//        metalness lies between 0 and 1, lights see a mixture of both surfaces here, one of mixed reflectance there.
+//   LM2  In a uniform environment no material returns more than 1.02 of what arrives; one that absorbs nothing returns
+//        at least 0.9, and, without a coat or sheen, 0.98.
+
+// Which effects a material has; those of the base's reflectance and of the emission's factor are numbers of the base.
+struct LayerFlags {
+  bool coat = false, sheen = false, anisotropy = false, film = false;
+  bool transmission = false, volume = false, dispersion = false;  // the second of the first, the third of the second
+  bool spread = false;                                            // diffuse transmission
+
+  bool operator==(const LayerFlags&) const = default;
+};
+
+inline constexpr float kMinSheenRoughness = 0.07f;
+
+// The same for all points of a draw.
+struct LayerConstants {
+  Vec3 absorption{0.0f};  // -log2(attenuation colour) per unit of length
+  float dispersion = 0.0f;
+};
+
+namespace scalar {
+#include "shaders_cpp/layered_material.inc"
+}  // namespace scalar
+using namespace scalar;
+
+}  // namespace tessera::shaders
