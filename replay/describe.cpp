@@ -213,6 +213,9 @@ json describe_effects() {
        "resolve.desampling is adaptive and resolve.foveation_r0 is not 0", "resolve.foveation_r0"},
       {"frame_buffer_compression", "Finished pixels are compressed on their way to memory.", "frame",
        "the machine does", "frame_buffer.compression"},
+      {"specular_glossiness, dielectric, clearcoat, sheen, anisotropy, iridescence, transmission, volume, dispersion, "
+       "diffuse_transmission",
+       "Extensions of materials.", "drawable", "the material has it", ""},
       {"motion", "Samples see the scene at different times of the shutter.", kSubPatch,
        "the drawable moves on screen between shutter open and close, by the camera's motion or its own, and a vertex "
        "of the sub-patch may move by more than 1/256 pixel or 2^-16 of its depth",
