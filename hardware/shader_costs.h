@@ -18,7 +18,8 @@ namespace tessera::hardware {
 //
 // Invariants (cited by the tests):
 //   SHADE1  The table is what the compiler gives.
-//   SHADE2  A feature more never costs fewer vector operations or texture instructions. Scalar operations and
+//   SHADE2  A feature more never costs fewer vector operations or texture instructions, but for specular-glossiness,
+//           which comes in place of metalness. Scalar operations and
 //           registers may fall: constants of a uniform roughness are scalar ones, and compilers reorder.
 //   SHADE3  The sum of rows is within 5 % (vector operations) of a shader that is compiled whole; texture
 //           instructions are equal.

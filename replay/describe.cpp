@@ -112,10 +112,9 @@ const std::vector<Topic>& topics() {
        {{"name", "stage"}, {"kind", "kind"}, {"meaning", "meaning"}, {"parameters", "parameters"}}},
       {"effects",
        "Effects",
-       "Tessera simulates only the effects that a scene calls for. Each is decided as finely as the third column says, "
-       "and `stats.json` says of every frame which ran (`effects`), why or\n"
-       "why not (`effect_reasons`) and where (`effect_places`). What follows the table, how it is decided and what it "
-       "saves, is not generated.",
+       "Tessera simulates only the effects that a scene calls for. `stats.json` says of every frame which ran "
+       "(`effects`), why or\n"
+       "why not (`effect_reasons`) and where (`effect_places`). What follows the table is not generated.",
        {{"name", "effect"},
         {"meaning", "meaning"},
         {"decided", "decided for each"},

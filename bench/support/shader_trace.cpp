@@ -20,8 +20,11 @@ using shaders::kFloor;
 using shaders::kHorizonWidths;
 using shaders::kLobeFloats;
 using shaders::kMinRoughness;
+using shaders::kMinSheenRoughness;
 using shaders::kPi;
 using shaders::kSoftBoxes;
+using shaders::LayerConstants;
+using shaders::LayerFlags;
 using shaders::Light;
 using shaders::Lights;
 using shaders::lobe_numbers;
@@ -29,6 +32,7 @@ using shaders::MipFilter;
 using shaders::Sampler;
 using shaders::soft_box_axes;
 using shaders::SoftBox;
+using shaders::Surroundings;
 using shaders::TextureView;
 using shaders::Wrap;
 // Each needs those before it.
@@ -38,6 +42,7 @@ using shaders::Wrap;
 #include "shaders_cpp/studio_light.inc"
 #include "shaders_cpp/surroundings.inc"
 #include "shaders_cpp/metallic_roughness.inc"
+#include "shaders_cpp/layered_material.inc"
 #include "shaders_cpp/texture_sampling.inc"
 // clang-format on
 }  // namespace stage

@@ -508,7 +508,7 @@ TEST(EventModel, LanesAreBusyWithVerticesAndPixels) {
   EXPECT_DOUBLE_EQ(out.counts.domain.lanes_busy, 2 * 50.0);
   EXPECT_DOUBLE_EQ(out.busy[static_cast<std::size_t>(Stage::kShader)], 10 * 100 + 2 * 50.0);
   EXPECT_TRUE(path_adds_up(out.counts.path, out.schedule.cycles));
-  EXPECT_EQ(time_events(gpu, pixels_then_vertices(10, 64).work, out).bound_by, bound_of(Stage::kShader));
+  EXPECT_EQ(time_events(gpu, pixels_then_vertices(10, 64).work).timing.bound_by, bound_of(Stage::kShader));
 }
 
 // Signatures of inputs are hashed beside what the binner appends, those of colours beside what is resolved.

@@ -219,8 +219,10 @@ std::vector<ShaderFeatures> with_one_more(const ShaderFeatures& f) {
   if (f.quads) more.push_back(f), more.back().quads = false;  // the surface's own derivatives are computed
   if (f.unlit) more.push_back(f), more.back().unlit = false;
   for (std::size_t kind = 0; kind < f.lights.size(); ++kind) more.push_back(f), ++more.back().lights[kind];
+  // Specular-glossiness comes in place of metalness.
+  constexpr auto kGlossy = static_cast<std::size_t>(ShaderFeatures::Layer::kGlossy);
   for (std::size_t layer = 0; layer < ShaderFeatures::kLayers && !f.unlit; ++layer)
-    more.push_back(f), more.back().layers[layer] = true;
+    if (layer != kGlossy) more.push_back(f), more.back().layers[layer] = true;
   return more;
 }
 
