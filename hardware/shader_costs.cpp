@@ -18,8 +18,7 @@ using Features = ShaderFeatures;
 
 constexpr std::array<std::string_view, 4> kSurfaceNames = {"triangles", "patch", "displaced_patch", "computed"};
 constexpr std::array<std::string_view, Features::kLayers> kLayerNames = {
-    "glossy", "dielectric",   "coat",   "sheen",      "anisotropy",
-    "film",   "transmission", "volume", "dispersion", "spread"};
+    "glossy", "dielectric", "coat", "sheen", "anisotropy", "film", "transmission", "volume", "dispersion", "spread"};
 constexpr std::array<std::string_view, 3> kMotionNames = {"still", "moving", "deforming"};
 constexpr std::array<std::string_view, Features::kLightKinds> kLightNames = {"directional", "point", "point_in_range",
                                                                              "spot", "spot_in_range"};
@@ -146,9 +145,9 @@ void add_layers(const Features& f, std::string_view surface, std::string_view mo
   const bool of_triangles = f.surface == Features::Surface::kTriangles;
   const auto needed = f.surface == Features::Surface::kComputed ? std::string_view("triangles") : surface;
   if (f.coat_normals)
-    sum.add(row_of(joined({"add/normal", needed, motion,
-                           of_triangles && f.normals == Features::Normals::kMappedAlongTangents ? "along_tangents"
-                                                                                                : "mapped"})));
+    sum.add(row_of(
+        joined({"add/normal", needed, motion,
+                of_triangles && f.normals == Features::Normals::kMappedAlongTangents ? "along_tangents" : "mapped"})));
   if (f.has(Features::Layer::kAnisotropy))
     sum.add(row_of(joined({"add/layer/anisotropy", needed, motion,
                            f.normals == Features::Normals::kOfSurface ? "of_surface" : "mapped"})));

@@ -34,8 +34,7 @@ void set_value(const AnimationChannel& channel, const std::vector<double>& v, Ma
   if (channel.path == AnimatedPath::kEffectNumber) {
     const EffectNumber& number = effect_numbers()[part];
     float* to = number.of(material);
-    for (int c = 0; c < number.components; ++c)
-      to[c] = within(v[static_cast<std::size_t>(c)], number.low, number.high);
+    for (int c = 0; c < number.components; ++c) to[c] = within(v[static_cast<std::size_t>(c)], number.low, number.high);
     return;
   }
   TextureSlot& slot = *material.slots()[part];

@@ -170,9 +170,9 @@ enum class AnimatedPath : std::uint8_t {
 };
 
 struct AnimationChannel {
-  int node = kNone;                                       // of the paths of nodes
-  int object = kNone;                                     // the material, camera or light of the others
-  int part = 0;                                           // of a material: its MaterialTexture, or one of effect_numbers()
+  int node = kNone;    // of the paths of nodes
+  int object = kNone;  // the material, camera or light of the others
+  int part = 0;        // of a material: its MaterialTexture, or one of effect_numbers()
   AnimatedPath path = AnimatedPath::kTranslation;
   Interpolation interpolation = Interpolation::kLinear;
   int components = 3;         // floats per value: 3, 4 or the number of morph targets

@@ -1,9 +1,12 @@
 #include "scene/extensions.h"
 
-namespace tessera::scene {
+#include <utility>
 
-const std::vector<Extension>& supported_extensions() {
-  static const std::vector<Extension> kExtensions = {
+namespace tessera::scene {
+namespace {
+
+std::vector<Extension> shared_extensions() {
+  return {
       {"EXT_mesh_gpu_instancing", "node", "The node's mesh is drawn many times, at a transform each.", {}},
       {"EXT_meshopt_compression",
        "buffer view, buffer",
@@ -48,6 +51,12 @@ const std::vector<Extension>& supported_extensions() {
        "texture's source. The setting texture.basis_target chooses what memory holds of it.",
        {}},
       {"KHR_texture_transform", "texture info", "Offset, rotation and scale of texture coordinates.", {}},
+  };
+}
+
+// Tessera's own.
+std::vector<Extension> own_extensions() {
+  return {
       {"TESSERA_bezier_patches",
        "mesh primitive",
        "The primitive's vertices are control points of bicubic Bezier patches; its triangles draw the control cage.",
@@ -113,6 +122,16 @@ const std::vector<Extension>& supported_extensions() {
          "Chains of vertices whose edges are sharp: vertices, sharpness (0 to 10; 10, the default, is infinite)."},
         {"corners", "object[]", "", "none", "Sharp points: vertices, sharpness as for creases."}}},
   };
+}
+
+}  // namespace
+
+const std::vector<Extension>& supported_extensions() {
+  static const std::vector<Extension> kExtensions = [] {
+    std::vector<Extension> all = shared_extensions();
+    for (Extension& extension : own_extensions()) all.push_back(std::move(extension));
+    return all;
+  }();
   return kExtensions;
 }
 

@@ -130,9 +130,25 @@ inline constexpr std::array<std::string_view, kMaterialEffectCount> kMaterialEff
     "specular_glossiness", "dielectric",   "clearcoat", "sheen",      "anisotropy",
     "iridescence",         "transmission", "volume",    "dispersion", "diffuse_transmission"};
 inline constexpr std::array<std::string_view, kMaterialTextureCount> kMaterialTextureNames = {
-    "base_color", "metallic_roughness", "normal", "occlusion", "emissive", "specular_glossiness", "specular",
-    "specular_color", "clearcoat", "clearcoat_roughness", "clearcoat_normal", "sheen_color", "sheen_roughness",
-    "anisotropy", "iridescence", "iridescence_thickness", "transmission", "thickness", "diffuse_transmission",
+    "base_color",
+    "metallic_roughness",
+    "normal",
+    "occlusion",
+    "emissive",
+    "specular_glossiness",
+    "specular",
+    "specular_color",
+    "clearcoat",
+    "clearcoat_roughness",
+    "clearcoat_normal",
+    "sheen_color",
+    "sheen_roughness",
+    "anisotropy",
+    "iridescence",
+    "iridescence_thickness",
+    "transmission",
+    "thickness",
+    "diffuse_transmission",
     "diffuse_transmission_color"};
 
 // Whether the material's pixel shader reads a slot, if there is a texture.

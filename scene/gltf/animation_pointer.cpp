@@ -103,8 +103,8 @@ std::optional<PointerTarget> resolve_pointer(const json& document, const std::st
     if (rest_behind(pointer, property.pointer, digits) == "") {
       const std::optional<int> object = object_of(document, pointer, digits, place);
       if (!object) return std::nullopt;
-      return PointerTarget{
-          property.path, *object, 0, property.components, is_defined(document, pointer, property.has_default)};
+      return PointerTarget{property.path, *object, 0, property.components,
+                           is_defined(document, pointer, property.has_default)};
     }
   for (std::size_t number = 0; number < effect_numbers().size(); ++number) {
     const EffectNumber& factor = effect_numbers()[number];

@@ -13,8 +13,8 @@ namespace tessera::scene::gltf {
 // What a pointer of KHR_animation_pointer names, of what Tessera reads.
 struct PointerTarget {
   AnimatedPath path;
-  int object;  // the node, material, camera or light
-  int part;    // of a material: AnimationChannel::part
+  int object;      // the node, material, camera or light
+  int part;        // of a material: AnimationChannel::part
   int components;  // of a value; of weights 1
   bool defined;    // the document has the object that holds the property, and the property if it has no default
 };

@@ -161,7 +161,8 @@ Rule texture_info(const json& d, std::vector<Property> more = {}) {
 Rule index_of_refraction() {
   return [](const json& value, const Place& place) {
     number(0)(value, place);
-    if (const double ior = value.get<double>(); ior != 0 && ior < 1) place.refuse("is {}, must be 0 or at least 1", ior);
+    if (const double ior = value.get<double>(); ior != 0 && ior < 1)
+      place.refuse("is {}, must be 0 or at least 1", ior);
   };
 }
 

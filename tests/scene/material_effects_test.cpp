@@ -138,7 +138,8 @@ TEST(MaterialEffects, EachIsThereOnlyWhereItChangesSomething) {
       {{{"KHR_materials_ior", {{"ior", 0}}}}, {Effect::kDielectric}},
       {{{"KHR_materials_unlit", none}, {"KHR_materials_clearcoat", {{"clearcoatFactor", 1}}}}, {}},
   };
-  for (const auto& [extensions, effects] : cases) EXPECT_EQ(effects_of(material_with(extensions)), effects) << extensions;
+  for (const auto& [extensions, effects] : cases)
+    EXPECT_EQ(effects_of(material_with(extensions)), effects) << extensions;
 }
 
 TEST(MaterialEffects, WhatIsNotThereHasNoTextures) {

@@ -65,7 +65,7 @@ void for_each_view(const std::function<void(float roughness, float cosine)>& che
     for (const float c : kCosines) check(r, c);
 }
 
-// ---- LM1 --------------------------------------------------------------------------------------------------------
+// ---- LAYER1 --------------------------------------------------------------------------------------------------------
 
 TEST(LayeredMaterial, WithoutEffectsItIsThePlainMaterial) {
   Numbers random(7);
@@ -84,13 +84,14 @@ TEST(LayeredMaterial, WithoutEffectsItIsThePlainMaterial) {
     const Lights lights{std::span(&light, 1), {}, 0};
     const Surroundings studio;
     const auto nothing = [](const Vector&, const Vector&, float) { return grey(0); };
-    const Vector a = shade_layered(LayerFlags(), m, LayerConstants(), Vector{}, kUp, view, lights, 0.0f, studio, nothing),
+    const Vector a = shade_layered(LayerFlags(), m, LayerConstants(), Vector{}, kUp, view, lights, 0.0f, studio,
+                                   nothing),
                  b = shade_material(plain, Vector{}, kUp, view, lights, 0.0f, studio);
     for (const auto& [x, y] : {std::pair{a.x, b.x}, {a.y, b.y}, {a.z, b.z}}) EXPECT_NEAR(x, y, 2e-5f * (1 + y));
   }
 }
 
-// ---- LM2: the white furnace -------------------------------------------------------------------------------------
+// ---- LAYER2: the white furnace -------------------------------------------------------------------------------------
 
 TEST(LayeredMaterial, WhiteMetalAndWhiteDielectricKeepAllLight) {
   for_each_view([](float r, float c) {
@@ -134,8 +135,8 @@ TEST(LayeredMaterial, TheFurnaceSeesACoatThatTakesNothing) {
   const auto behind = [](const Vector&, const Vector&, float) { return grey(1); };
   const LayerShares<float> none{0, 0, 1};
   const LayerShares<float> coat = layer_shares({.coat = true}, m, at_angle(0.1f), 0.1f);
-  const Vector out = shade_layers_by_environment({.coat = true}, m, {coat.coat, none.sheen, none.below}, LayerConstants(), kUp, at_angle(0.1f),
-                                                 furnace(), behind);
+  const Vector out = shade_layers_by_environment({.coat = true}, m, {coat.coat, none.sheen, none.below},
+                                                 LayerConstants(), kUp, at_angle(0.1f), furnace(), behind);
   EXPECT_GT(out.x, 1.02f);
 }
 
@@ -144,7 +145,8 @@ TEST(LayeredMaterial, TheFurnaceSeesACoatThatTakesNothing) {
 // Fresnel's equations for unpolarised light: Schlick's approximation is exact head-on and at grazing angles.
 double exact_fresnel(double ior, double cosine) {
   const double sine2 = (1 - cosine * cosine) / (ior * ior), inside = std::sqrt(1 - sine2);
-  const double s = (cosine - ior * inside) / (cosine + ior * inside), p = (ior * cosine - inside) / (ior * cosine + inside);
+  const double s = (cosine - ior * inside) / (cosine + ior * inside),
+               p = (ior * cosine - inside) / (ior * cosine + inside);
   return 0.5 * (s * s + p * p);
 }
 
@@ -232,7 +234,8 @@ Vector airy(double f0, double ior, double thickness, double cosine) {
   const double cos2 = std::sqrt(1 - (1 - cosine * cosine) / (ior * ior));
   const auto schlick = [](double f, double c) { return f + (1 - f) * std::pow(1 - c, 5); };
   const double r12 = exact_fresnel(ior, cosine);
-  const double base = (1 + std::sqrt(f0)) / (1 - std::sqrt(f0)), p = (base - ior) / (base + ior), r23 = schlick(p * p, cos2);
+  const double base = (1 + std::sqrt(f0)) / (1 - std::sqrt(f0)), p = (base - ior) / (base + ior),
+               r23 = schlick(p * p, cos2);
   const double t = 1 - r12, r = std::sqrt(r12 * r23), shift = kPiDouble + (base < ior ? kPiDouble : 0);
   const double path = 2 * ior * thickness * cos2;
   const double several = t * t * r23 / (1 - r * r);
@@ -279,7 +282,8 @@ TEST(LayeredMaterial, FilmsInterfere) {
 
 TEST(LayeredMaterial, FilmsTakeF0BackFromTheirReflectance) {
   for (const float f0 : {0.0f, 0.04f, 0.5f, 1.0f})
-    for (const float cosine : {0.1f, 0.3f, 0.7f, 1.0f}) EXPECT_NEAR(f0_of(fresnel(f0, 1.0f, cosine), cosine), f0, 2e-5f);
+    for (const float cosine : {0.1f, 0.3f, 0.7f, 1.0f})
+      EXPECT_NEAR(f0_of(fresnel(f0, 1.0f, cosine), cosine), f0, 2e-5f);
 }
 
 // ---- Lobes ------------------------------------------------------------------------------------------------------

@@ -258,8 +258,8 @@ void DeferredShader::color_background(const TileJob& job, const TileSamples& sam
     for (std::size_t lane = count; lane % 16 != 0; ++lane)
       for (auto& values : view_points_) values[lane] = values[count - 1];
     view_rays_[static_cast<std::size_t>(segment)].background(
-        {x.data(), y.data(), t.data(), lens_u.data(), lens_v.data()}, count, job.lighting.environment.surroundings().intensity,
-        colors.data());
+        {x.data(), y.data(), t.data(), lens_u.data(), lens_v.data()}, count,
+        job.lighting.environment.surroundings().intensity, colors.data());
     for (std::size_t i = 0; i < count; ++i) sample_color_[seen[i]] = colors[i];
   }
 }

@@ -31,7 +31,7 @@ struct DrawConstants {
   shaders::LayerConstants layer_constants;
   float ior = 1.5f, reflectance = 0.04f;  // of a dielectric: relative index, reflectance at normal incidence
   float anisotropy_cosine = 1.0f, anisotropy_sine = 0.0f;  // of its rotation
-  float volume_scale = 1.0f;  // world units of one of the mesh, mean over its axes
+  float volume_scale = 1.0f;                               // world units of one of the mesh, mean over its axes
 };
 
 // Inputs of invocations, lane by lane. Lanes beyond the last invocation hold what some invocation has.

@@ -75,10 +75,10 @@ void set_layers(const Material& material, const Mat4& to_world, DrawConstants& d
   draw.volume_scale = std::cbrt(std::abs(glm::determinant(Mat3(to_world))));
   const scene::Volume& volume = material.volume;
   for (int c = 0; c < 3; ++c)
-    draw.layer_constants.absorption[c] = std::isfinite(volume.attenuation_distance)
-                                             ? -std::log2(std::max(volume.attenuation_color[c], kLeastTransmittance)) /
-                                                   volume.attenuation_distance
-                                             : 0.0f;
+    draw.layer_constants.absorption[c] =
+        std::isfinite(volume.attenuation_distance)
+            ? -std::log2(std::max(volume.attenuation_color[c], kLeastTransmittance)) / volume.attenuation_distance
+            : 0.0f;
   draw.layer_constants.dispersion = volume.dispersion;
 }
 
@@ -232,8 +232,7 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
   if (textures != nullptr) {
     const auto slots = draw.material->slots();
     for (std::size_t slot = 0; slot < kTextureSlots; ++slot) {
-      if (slots[slot]->texture == nullptr ||
-          !scene::is_read(*draw.material, static_cast<scene::MaterialTexture>(slot)))
+      if (slots[slot]->texture == nullptr || !scene::is_read(*draw.material, static_cast<scene::MaterialTexture>(slot)))
         continue;
       lookups.layout[slot] = &textures->memory()->layout(slots[slot]->texture.get());
       for (std::size_t line = 0; line < kLookupLines; ++line) lookups.line[slot][line] = lines_[slot][line].data();

@@ -56,8 +56,8 @@ ShaderFeatures material_features(const scene::Material& material) {
   };
   f.base_color = reads(material.base_color_texture, true);
   if (reads(material.normal_texture, lit)) f.normals = ShaderFeatures::Normals::kMapped;
-  f.metallic_roughness = reads(material.metallic_roughness_texture,
-                               lit && !material.has(scene::MaterialEffect::kSpecularGlossiness));
+  f.metallic_roughness =
+      reads(material.metallic_roughness_texture, lit && !material.has(scene::MaterialEffect::kSpecularGlossiness));
   f.occlusion = reads(material.occlusion_texture, lit);
   f.emissive = reads(material.emissive_texture, lit || material.glows_unlit);
   if (lit && material.effects.any()) add_layers(material, reads, f);

@@ -52,10 +52,15 @@ void add_layers(Random& random, scene::Material& m) {
   const auto color = [&] { return Vec3(unit(), unit(), unit()); };
   m.specular_glossiness = {color(), unit(), random_slot(random, true)};
   m.dielectric = {random.uniform(1, 2), unit(), color() * 2.0f, random_slot(random, false), random_slot(random, true)};
-  m.clearcoat = {unit(), unit(), 1.5f, random_slot(random, false), random_slot(random, false), random_slot(random, false)};
+  m.clearcoat = {
+      unit(), unit(), 1.5f, random_slot(random, false), random_slot(random, false), random_slot(random, false)};
   m.sheen = {color(), unit(), random_slot(random, true), random_slot(random, false)};
   m.anisotropy = {unit(), random.uniform(-4, 4), random_slot(random, false)};
-  m.iridescence = {unit(), random.uniform(1, 2), 50, random.uniform(100, 900), random_slot(random, false),
+  m.iridescence = {unit(),
+                   random.uniform(1, 2),
+                   50,
+                   random.uniform(100, 900),
+                   random_slot(random, false),
                    random_slot(random, false)};
   m.transmission = {unit(), random_slot(random, false)};
   m.volume = {unit(), random.uniform(0.1f, 2), color(), unit(), random_slot(random, false)};

@@ -257,11 +257,14 @@ TEST(ShaderCosts, WithoutLayersNothingIsAdded) {
   }
   ShaderFeatures f;
   const ShaderCost plain = shader_cost(f);
-  EXPECT_EQ(plain, hardware::shader_cost_rows()[static_cast<std::size_t>(
-                       std::find_if(hardware::shader_cost_rows().begin(), hardware::shader_cost_rows().end(),
-                                    [](const auto& row) { return row.name == "lit/triangles/still"; }) -
-                       hardware::shader_cost_rows().begin())]
-                       .cost);
+  EXPECT_EQ(
+      plain,
+      hardware::shader_cost_rows()[static_cast<std::size_t>(
+                                       std::find_if(hardware::shader_cost_rows().begin(),
+                                                    hardware::shader_cost_rows().end(),
+                                                    [](const auto& row) { return row.name == "lit/triangles/still"; }) -
+                                       hardware::shader_cost_rows().begin())]
+          .cost);
 }
 
 TEST(ShaderCosts, LookupsAreCountedOnce) {

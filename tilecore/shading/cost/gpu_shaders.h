@@ -78,8 +78,8 @@ struct Shader {
   bool light_moves = false;
   bool apart = false;  // emission has a texture coordinate of its own
   // Layers: the material has some; which; a texture of the coat; its normal map.
-  bool layered = false, glossy = false, dielectric = false, coat = false, sheen = false, anisotropy = false, film = false,
-       transmission = false, volume = false, dispersion = false, spread = false, layer_texture = false,
+  bool layered = false, glossy = false, dielectric = false, coat = false, sheen = false, anisotropy = false,
+       film = false, transmission = false, volume = false, dispersion = false, spread = false, layer_texture = false,
        coat_normals = false;
 };
 
