@@ -39,7 +39,7 @@ bool is_read(const Material& material, MaterialTexture slot) {
       return material.has(Effect::kSpecularGlossiness);
     case Slot::kSpecular:
     case Slot::kSpecularColor:
-      return material.has(Effect::kDielectric);
+      return material.has(Effect::kDielectric) && !material.has(Effect::kSpecularGlossiness);
     case Slot::kClearcoat:
     case Slot::kClearcoatRoughness:
     case Slot::kClearcoatNormal:

@@ -91,6 +91,8 @@ class GpuKeys(TypedDict, total=False):
     shader__costs: Literal["constant", "compiled"]  # With machine.timing=events: what a warp takes of the lanes and of the registers, the constants of shader.operations, shader.surface_operations and shader.registers, or what LLVM compiles its material's shader to for gfx1030.
     shader__operations: float  # 1 to 1e+06 operations. Operations of one pixel-shader invocation on one lane.
     shader__surface_operations: float  # 0 to 1e+06 operations. Operations of one pixel-shader invocation that evaluates its patch again, besides.
+    tessellator__domain_shading: Literal["unit", "lanes"]  # Where vertices are evaluated: in a unit of the tessellator, at tessellator.vertices_per_clk; or on the shader's lanes, as warps that go before those of pixels and look heights up in the texture unit. Vertices that are on chip go through tessellator.transforms_per_clk either way.
+    shader__domain_operations: float  # 1 to 1e+06 operations. With tessellator.domain_shading=lanes and constant costs: operations of one vertex on one lane.
     texture__texels_per_clk: float  # 0.000976562 to 65536 texels/clk. Bilinear lookups of a core's texture unit; a trilinear one is two.
     tilecore__blends_per_clk: float  # 0.000976562 to 65536 layers/clk. Blended layers of samples that a core composes.
     resolve__pixels_per_clk: float  # 0.000976562 to 65536 pixels/clk. Pixels that a core's resolve unit finishes.
@@ -114,6 +116,7 @@ class GpuKeys(TypedDict, total=False):
     machine__caches: Literal["empty", "warm"]  # With machine.timing=events: what L2 and texture caches hold when a frame begins, nothing or what the frame before left.
     tilecore__queue_items: int  # 1 to 1024 sub-patches. Sub-patches that may wait between one unit of a core and the next.
     tilecore__fetched_lines: int  # 1 to 65536 lines. Lines of records and heights that a core has asked for and not yet got.
+    frontend__fetched_lines: int  # 1 to 65536 lines. Lines of tables of heights that the front end has asked the L2 for and not yet got.
     resolve__store_bytes: int  # 64 to 1.04858e+06 bytes. Written bytes of a core that wait for the memory before its resolve unit does.
     texture__requests: int  # 1 to 4096 lines. Lines that a core's texture cache has asked the L2 for and not yet got.
     texture__latency_clk: float  # 0 to 10000 clk. Time of a lookup that hits the texture cache.
@@ -160,6 +163,10 @@ class GpuKeys(TypedDict, total=False):
     frontend__depth_tests_per_clk: float  # 0.000976562 to 65536 blocks/clk. Blocks whose farthest depth the front end compares with the nearest one of a bound.
     energy__reprojected_block_pj: float  # 0 to 1e+09 pJ. Block of the previous frame's depths put where the view at hand has it.
     energy__depth_test_pj: float  # 0 to 1e+09 pJ. Block's farthest depth compared with the nearest one of a bound.
+    binner__signature_bytes_per_clk: float  # 0.000976562 to 65536 bytes/clk. With tile.rendering_elimination: bytes that the binner hashes, beside what it appends and tests.
+    resolve__signature_bytes_per_clk: float  # 0.000976562 to 65536 bytes/clk. With frame_buffer.transaction_elimination: bytes of stored colours that a core hashes, beside resolving them.
+    energy__signature_byte_pj: float  # 0 to 1e+09 pJ. Byte hashed for a tile's signature.
+    area__signature_mm2: float  # 0 to 1e+06 mm2. Hashing units of the eliminations that are on for each byte in a clock.
     triangle_setup__triangles_per_clk: float  # 0.000976562 to 65536 triangles/clk. With --baselines: triangles that a machine which bins or draws them culls and sets up behind its vertex shader.
     energy__triangle_setup_pj: float  # 0 to 1e+09 pJ. The same for one triangle.
 

@@ -42,12 +42,12 @@ class RoundTimer {
   std::chrono::steady_clock::time_point start_;
 };
 
-// All figures of a frame but zeros, and the size of the capture's files.
+// All numbers of a frame but zeros, and the size of the capture's files.
 std::map<std::string, Figure> figures_of(const gpu::FrameResult& frame, const scene::Capture& capture) {
   std::map<std::string, Figure> figures;
   figures["capture.file_bytes"] = capture.file_bytes;
   for (const auto& [name, value] : frame_values(frame_json(frame)))
-    if (value != 0) {
+    if (value.is_number() && value != 0) {
       if (value.is_number_float())
         figures[name] = value.get<double>();
       else

@@ -302,6 +302,9 @@ void add_effects(TextureLibrary& library, const json& material, Material& out) {
   read_coats(library, material, out);
   read_transmission(library, material, out);
   out.effects |= effects_in_force(out);
+  // It says itself how much a dielectric reflects.
+  if (out.has(MaterialEffect::kSpecularGlossiness))
+    out.effects.reset(static_cast<std::size_t>(MaterialEffect::kDielectric));
 }
 
 Material build_material(TextureLibrary& library, const tinygltf::Material& model, const json& material) {

@@ -172,13 +172,13 @@ TEST(AnimationPointer, IntegersAreValuesToo) {
 
 TEST(AnimationPointer, WhatIsNotReadIsSkippedWithOneNote) {
   GltfAsset asset =
-      animated<float>("/materials/0/extensions/KHR_materials_clearcoat/clearcoatFactor", "SCALAR", {0, 1});
+      animated<float>("/materials/0/extensions/KHR_materials_subsurface/subsurfaceFactor", "SCALAR", {0, 1});
   json more = asset.document["animations"][1];
   more["channels"][0]["target"]["extensions"]["KHR_animation_pointer"]["pointer"] = "/nodes/0/weights/0";
   asset.document["animations"].push_back(more);
   const Capture capture = read(asset, true);
   EXPECT_THAT(capture.notices, ElementsAre(testing::AllOf(HasSubstr("channels of what is not read are skipped"),
-                                                          HasSubstr("clearcoatFactor"), HasSubstr("and 1 more"))));
+                                                          HasSubstr("subsurfaceFactor"), HasSubstr("and 1 more"))));
   EXPECT_TRUE(capture.animations[1].channels.empty() && capture.animations[2].channels.empty());
   EXPECT_THAT(read(animated<float>("/materials/1/normalTexture/scale", "SCALAR", {0, 1})).notices,
               ElementsAre(HasSubstr("which the asset does not have")));

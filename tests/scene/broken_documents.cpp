@@ -34,7 +34,8 @@ BrokenClass asset_and_extensions() {
               edited("extension_required", "/extensionsRequired", {"EXT_structural_metadata"}, "",
                      "EXT_structural_metadata"),
               edited("extensions_required", "/extensionsRequired",
-                     {"KHR_lights_punctual", "KHR_materials_sheen", "MADE_up"}, "", "KHR_materials_sheen, MADE_up"),
+                     {"KHR_lights_punctual", "KHR_materials_subsurface", "MADE_up"}, "",
+                     "KHR_materials_subsurface, MADE_up"),
               edited("extension_name_of_controls", "/extensionsRequired", {"A\nB\x1b[31m"}, "", "A\\x0AB"),
               edited("extensions_required_a_text", "/extensionsRequired", "KHR_lights_punctual"),
           }};
