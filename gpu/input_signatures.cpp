@@ -51,10 +51,11 @@ void add_material(Crc64& crc, const scene::Material& material) {
   for (const float number : {material.metallic, material.roughness, material.normal_scale, material.occlusion_strength,
                              material.alpha_cutoff})
     crc.add_value(number);
-  scene::Material moved = material;
-  if (material.effects.any())
+  if (material.effects.any()) {
+    scene::Material factors = material;
     for (const scene::EffectNumber& number : scene::effect_numbers())
-      crc.add_values(std::span<const float>(number.of(moved), static_cast<std::size_t>(number.components)));
+      crc.add_values(std::span<const float>(number.of(factors), static_cast<std::size_t>(number.components)));
+  }
   for (const scene::TextureSlot* slot : material.slots()) {
     add_matrix(crc, slot->transform.matrix);
     add_span(crc, std::span(&slot->transform.offset, 1));
