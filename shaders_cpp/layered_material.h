@@ -11,7 +11,7 @@ namespace tessera::shaders {
 //   LAYER1  Without any flag, with f0 and f90 of a dielectric of index 1.5, this is shade_material() but for rounding; where
 //        metalness lies between 0 and 1, lights see a mixture of both surfaces here, one of mixed reflectance there.
 //   LAYER2  In a uniform environment no material returns more than 1.02 of what arrives; one that absorbs nothing returns
-//        at least 0.9, and, without a coat or sheen, 0.98.
+//        at least 0.9 in its brightest channel, and, without any flag, 0.98.
 
 // Which effects a material has; those of the base's reflectance and of the emission's factor are numbers of the base.
 struct LayerFlags {
