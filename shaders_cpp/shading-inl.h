@@ -2,6 +2,7 @@
 
 #include "shaders_cpp/bicubic-inl.h"
 #include "shaders_cpp/layered_material.h"
+#include "shaders_cpp/radiance_image.h"
 #include "shaders_cpp/texture.h"
 
 #if defined(TESSERA_SHADERS_CPP_SHADING_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -19,11 +20,12 @@ namespace HWY_NAMESPACE {
 // Each needs those before it.
 // clang-format off
 #include "shaders_cpp/elementary.inc"
+#include "shaders_cpp/texture_sampling.inc"
+#include "shaders_cpp/radiance_image.inc"
 #include "shaders_cpp/studio_light.inc"
 #include "shaders_cpp/surroundings.inc"
 #include "shaders_cpp/metallic_roughness.inc"
 #include "shaders_cpp/layered_material.inc"
-#include "shaders_cpp/texture_sampling.inc"
 // clang-format on
 
 }  // namespace HWY_NAMESPACE

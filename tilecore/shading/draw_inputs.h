@@ -5,6 +5,7 @@
 
 #include "scene/frame_geometry.h"
 #include "shaders_cpp/layered_material.h"
+#include "shaders_cpp/radiance_image.h"
 #include "tilecore/shading/texture_unit.h"
 
 namespace tessera::tilecore {
@@ -32,6 +33,8 @@ struct DrawConstants {
   float ior = 1.5f, reflectance = 0.04f;  // of a dielectric: relative index, reflectance at normal incidence
   float anisotropy_cosine = 1.0f, anisotropy_sine = 0.0f;  // of its rotation
   float volume_scale = 1.0f;                               // world units of one of the mesh, mean over its axes
+  // What is behind surfaces that transmit, a pixel a texel; none: they show the environment.
+  shaders::RadianceView behind;
 };
 
 // Inputs of invocations, lane by lane. Lanes beyond the last invocation hold what some invocation has.
@@ -52,11 +55,15 @@ struct ShadedArrays {
   std::array<float*, 3> color{}, normal{};
   float* alpha = nullptr;
 };
-inline constexpr std::size_t kTextureSlots = scene::kMaterialTextureCount;
+// Lookups in images of radiance, by number behind the slots of the material: what a surface and its coat mirror, and what
+// is seen through it, in one or, where it disperses, in three colours.
+enum class ImageLookup : std::uint8_t { kMirrored, kCoat, kBehind, kBehindGreen, kBehindBlue };
+inline constexpr std::size_t kTextureSlots = scene::kMaterialTextureCount, kLookupSlots = kTextureSlots + 5;
+constexpr std::size_t slot_of(ImageLookup lookup) { return kTextureSlots + static_cast<std::size_t>(lookup); }
 inline constexpr std::size_t kLookupLines = 8;  // of each slot: two levels, four texels in each
 struct LookupArrays {
-  std::array<const TextureLayoutView*, kTextureSlots> layout{};  // of slots with a texture; null: not told
-  std::array<std::array<std::int32_t*, kLookupLines>, kTextureSlots> line{};
+  std::array<const TextureLayoutView*, kLookupSlots> layout{};  // of slots with a texture; null: not told
+  std::array<std::array<std::int32_t*, kLookupLines>, kLookupSlots> line{};
 };
 
 }  // namespace tessera::tilecore

@@ -278,7 +278,7 @@ void PixelShader::finish_warps(std::size_t first_warp, std::size_t end, std::siz
     const std::size_t lines = textures != nullptr ? textures->request_count() : 0;
     const std::uint64_t texels = textures != nullptr ? textures->counters().texels : 0;
     if (textures != nullptr)
-      for (std::size_t slot = 0; slot < kTextureSlots; ++slot)
+      for (std::size_t slot = 0; slot < kLookupSlots; ++slot)
         if (lookups.layout[slot] != nullptr)
           textures->fetch_warp(lookups.line[slot], begin - first, warp_ends_[w] - begin);
     if (!keep_warps_) continue;

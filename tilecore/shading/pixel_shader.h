@@ -104,7 +104,7 @@ class PixelShader {
   std::array<std::array<std::int32_t, kBatch>, 4> vertex_;
   std::array<std::array<float, kBatch>, 7> input_;
   std::array<std::array<float, kBatch>, 7> output_;
-  std::array<std::array<std::array<std::int32_t, kBatch>, kLookupLines>, kTextureSlots> lines_;
+  std::array<std::array<std::array<std::int32_t, kBatch>, kLookupLines>, kLookupSlots> lines_;
   std::uint64_t warps_ = 0;
   SurfaceWork surface_work_;
   bool keep_warps_ = false;

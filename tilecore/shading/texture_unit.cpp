@@ -26,29 +26,31 @@ LineSide line_side(int texels) {
   return {texels, odd == 3 ? 43691 : 26215, 17 + power};
 }
 
-TextureMemory::TextureMemory(std::span<const scene::Material> materials, std::int64_t line_bytes)
+TextureMemory::TextureMemory(std::span<const scene::Material> materials, std::int64_t line_bytes,
+                             std::span<const shaders::RadianceImage* const> images)
     : line_bytes_(line_bytes) {
   for (const scene::Material& m : materials)
-    for (const scene::TextureSlot* slot : m.slots()) add(*slot);
+    for (const scene::TextureSlot* slot : m.slots())
+      if (slot->texture != nullptr) add(*slot->texture, slot->texture->blocks());
+  for (const shaders::RadianceImage* image : images) add(*image, shaders::RadianceImage::kBlocks);
   if (lines_ >= std::numeric_limits<std::int32_t>::max())
     throw LimitError("the textures have more cache lines than 31 bits can number");
 }
 
-void TextureMemory::add(const scene::TextureSlot& slot) {
-  if (slot.texture == nullptr) return;
-  const auto [found, fresh] = layouts_.try_emplace(slot.texture.get());
+template <class Image>
+void TextureMemory::add(const Image& image, shaders::TexelBlocks blocks) {
+  if (image.level_count() == 0) return;
+  const auto [found, fresh] = layouts_.try_emplace(&image);
   if (!fresh) return;
-  const shaders::TexelBlocks blocks = slot.texture->blocks();
-  TESSERA_CHECK(std::max(slot.texture->width(), slot.texture->height()) < 1 << 15, "texels are numbered with 15 bits");
+  TESSERA_CHECK(std::max(image.width(), image.height()) < 1 << 15, "texels are numbered with 15 bits");
   const int blocks_log2 = log2_of(line_bytes_ / blocks.bytes);
   const LineSide width = line_side(blocks.side << (blocks_log2 + 1) / 2),
                  height = line_side(blocks.side << blocks_log2 / 2);
-  for (int level = 0; level < slot.texture->level_count(); ++level) {
+  for (int level = 0; level < image.level_count(); ++level) {
     const auto lines = [](int texels, const LineSide& side) {
       return static_cast<std::uint64_t>((texels + side.texels - 1) / side.texels);
     };
-    const std::uint64_t across = lines(slot.texture->width(level), width),
-                        down = lines(slot.texture->height(level), height);
+    const std::uint64_t across = lines(image.width(level), width), down = lines(image.height(level), height);
     found->second.first_line.push_back(static_cast<std::int32_t>(lines_));
     found->second.lines_across.push_back(static_cast<std::int32_t>(across));
     lines_ += across * down;

@@ -10,6 +10,7 @@
 #include "base/counter.h"
 #include "memory/line_cache.h"
 #include "scene/capture.h"
+#include "shaders_cpp/radiance_image.h"
 #include "shaders_cpp/texture.h"
 
 namespace tessera::tilecore {
@@ -40,15 +41,19 @@ struct TextureLayoutView {
 //   TX4  A line holds line_bytes / block bytes blocks.
 class TextureMemory {
  public:
-  // `materials`: those that frames are drawn with.
-  TextureMemory(std::span<const scene::Material> materials, std::int64_t line_bytes);
+  // `materials`: those that frames are drawn with. `images`: others that shaders read; without levels: none.
+  TextureMemory(std::span<const scene::Material> materials, std::int64_t line_bytes,
+                std::span<const shaders::RadianceImage* const> images = {});
 
-  // Of a texture of the materials.
+  // Of a texture of the materials, or of an image.
   const TextureLayoutView& layout(const shaders::Texture* texture) const { return layouts_.at(texture).view; }
+  const TextureLayoutView& layout(const shaders::RadianceImage* image) const { return layouts_.at(image).view; }
   std::uint64_t lines() const { return lines_; }
 
  private:
-  void add(const scene::TextureSlot& slot);
+  // An image with levels of its own, or the texture of a slot, once each.
+  template <class Image>
+  void add(const Image& image, shaders::TexelBlocks blocks);
 
   std::int64_t line_bytes_;
   std::uint64_t lines_ = 0;
@@ -56,7 +61,7 @@ class TextureMemory {
     std::vector<std::int32_t> first_line, lines_across;
     TextureLayoutView view{};
   };
-  std::unordered_map<const shaders::Texture*, Layout> layouts_;
+  std::unordered_map<const void*, Layout> layouts_;
 };
 
 // What the texture unit of a core and its texture cache (L1) did.

@@ -38,6 +38,11 @@ struct TextureView {
   bool quads = false;  // the hardware takes derivatives within quads
 };
 using HeightView = TextureView;
+struct RadianceView {
+  const TESSERA_CONSTANT gpu_cost::ImageConstants* image;
+  const std::int32_t *width, *height;
+  int levels;
+};
 struct Sampler {};
 // Slots with one number of a coordinate have one transform, too.
 template <class T>
@@ -151,6 +156,7 @@ struct DrawConstants {
   shaders::LayerFlags layers;
   shaders::LayerConstants layer_constants;
   float ior = 1.5f, reflectance = 0.04f, anisotropy_cosine = 1.0f, anisotropy_sine = 0.0f, volume_scale = 1.0f;
+  shaders::RadianceView behind;
 };
 
 // No texture unit is told of lookups.
@@ -163,10 +169,13 @@ struct TextureLayoutView {
   const std::int32_t *first_line, *lines_across;
   LineSide width, height;
 };
-inline constexpr std::size_t kTextureSlots = scene::kMaterialTextureCount, kLookupLines = 8;
+enum class ImageLookup : std::uint8_t { kMirrored, kCoat, kBehind, kBehindGreen, kBehindBlue };
+inline constexpr std::size_t kTextureSlots = scene::kMaterialTextureCount, kLookupSlots = kTextureSlots + 5,
+                             kLookupLines = 8;
+constexpr std::size_t slot_of(ImageLookup lookup) { return kTextureSlots + static_cast<std::size_t>(lookup); }
 struct LookupArrays {
-  std::array<const TextureLayoutView*, kTextureSlots> layout{};
-  std::array<std::array<std::int32_t*, kLookupLines>, kTextureSlots> line{};
+  std::array<const TextureLayoutView*, kLookupSlots> layout{};
+  std::array<std::array<std::int32_t*, kLookupLines>, kLookupSlots> line{};
 };
 
 }  // namespace tessera::tilecore

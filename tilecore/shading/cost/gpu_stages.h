@@ -64,6 +64,7 @@ using shaders::LayerFlags;
 using shaders::Light;
 using shaders::Lights;
 using shaders::lobe_numbers;
+using shaders::RadianceView;
 using shaders::Sampler;
 using shaders::soft_box_axes;
 using shaders::SoftBox;
@@ -126,6 +127,12 @@ ColorOf<Real> sample_texture(const TextureView& texture, const Sampler&, Real u,
   const Vec4f c = texture.quads ? sample_quads(15, u.v, v.v, resource, sampler, false, 0, 0)
                                 : sample_level(15, u.v, v.v, lod.v, resource, sampler, false, 0, 0);
   return {c.x, c.y, c.z, c.w};
+}
+
+template <class Real, class Int>
+Vector3<Real> sample_radiance(const RadianceView& image, Real u, Real v, Real lod, LookupTexels<Int>&) {
+  const Vec4f c = sample_level(7, u.v, v.v, lod.v, image.image->resource, image.image->sampler, false, 0, 0);
+  return {c.x, c.y, c.z};
 }
 
 template <class Real>
