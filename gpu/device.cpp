@@ -1,11 +1,15 @@
 #include "gpu/device.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "base/error.h"
+#include "base/round_up.h"
 #include "gpu/tile_memory.h"
 #include "gpu/view_inputs.h"
 #include "tilecore/procedural/sampling_controller.h"
@@ -17,12 +21,23 @@ namespace {
 // be the same.
 constexpr std::size_t kDrawablesToKeep = std::size_t{1} << 16;
 
+// What is seen through surfaces is seen by every pixel.
+constexpr const char* kWholeFrames = "surfaces transmit: any of their pixels may show any pixel of what is behind";
+
 // The resolve unit's settings, of which the seed is that of the samples. Throws UsageError when they do not fit.
-tilecore::ResolveSettings resolve_settings(const RunSettings& settings) {
+tilecore::ResolveSettings resolve_settings(const RunSettings& settings, bool transmits) {
   tilecore::ResolveSettings resolve = settings.resolve;
+  if (transmits) resolve.desampling = tilecore::Desampling::kOff;
   resolve.dither.seed = settings.sampling.seed;
   check_resolve(resolve);
   return resolve;
+}
+
+shaders::RadianceImage image_behind(const scene::Assembly& assembly, const RenderRequest& request) {
+  if (!transmits(assembly)) return {};
+  if (request.region != IntRect{0, 0, request.width, request.height})
+    throw UsageError(fmt::format("a region of the frame: {}", kWholeFrames));
+  return shaders::RadianceImage(shaders::RadianceImage::mip_chain({request.width, request.height}));
 }
 
 GpuConfiguration with_tile_memory(GpuConfiguration gpu, const RunSettings& settings) {
@@ -39,11 +54,13 @@ Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfigu
       gpu_(with_tile_memory(gpu, settings)),
       settings_(settings),
       request_(request),
-      texture_memory_(scene_.assembly.materials, gpu.line_bytes()),
+      behind_(image_behind(scene_.assembly, request)),
+      texture_memory_(scene_.assembly.materials, gpu.line_bytes(),
+                      std::array<const shaders::RadianceImage*, 1>{&behind_}),
       displacement_memory_(scene_.assembly.materials, gpu.line_bytes(), texture_memory_.lines()),
       record_memory_(scene_.assembly, gpu.line_bytes(), displacement_memory_.end()),
       camera_(frame_camera(prepared_->capture, settings, request.width, request.height)),
-      resolve_(resolve_settings(settings)),
+      resolve_(resolve_settings(settings, behind_.level_count() > 0)),
       pipeline_(gpu_, scene_.pyramids) {
   for (const double offset : {0.0, settings.stereo.eye_separation}) {
     if (!eyes_.empty() && offset == 0) break;
@@ -51,6 +68,16 @@ Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfigu
     eyes_.back().camera.eye_offset = offset;
   }
   if (eyes_.size() > 1) eyes_[0].sequence.serve_other_eye();
+}
+
+std::uint64_t Device::scene_color_bytes() const {
+  std::uint64_t bytes = 0;
+  for (int level = 0; level < behind_.level_count(); ++level)
+    bytes += round_up(static_cast<std::uint64_t>(shaders::RadianceImage::kBlocks.bytes) *
+                          static_cast<std::uint64_t>(behind_.width(level)) *
+                          static_cast<std::uint64_t>(behind_.height(level)),
+                      static_cast<std::uint64_t>(gpu_.memory.burst_bytes));
+  return bytes;
 }
 
 void Device::set_observer(ViewObserver* observer) {
@@ -79,7 +106,7 @@ tilecore::FrameStore Device::frame_store() const {
 }
 
 tilecore::TileJob Device::make_job(const scene::FrameGeometry& frame, const binner::TileGrid& grid,
-                                   const tilecore::SamplePattern& pattern) const {
+                                   const tilecore::SamplePattern& pattern) {
   tilecore::TileJob job;
   job.frame = &frame;
   job.grid = &grid;
@@ -108,6 +135,7 @@ tilecore::TileJob Device::make_job(const scene::FrameGeometry& frame, const binn
   if (settings_.output.machine_model)
     job.textures = {&texture_memory_, gpu_.caches.texture_bytes, gpu_.caches.texture_ways, gpu_.line_bytes()};
   job.store = frame_store();
+  if (behind_.level_count() > 0) job.lighting.behind = job.behind = &behind_;
   return job;
 }
 
@@ -194,7 +222,9 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& 
   job.procedures = procedures.get();
   if (resolve_.desampling != tilecore::Desampling::kOff)
     job.resolve = &begin_resolve(frame, eye, *geometry, left, result);
-  const bool guesses = gpu_.frontend.previous_depth_culling && left == nullptr;
+  else if (settings_.resolve.desampling != tilecore::Desampling::kOff)
+    result.effect_reasons["desampling"] = kWholeFrames;
+  const bool guesses = gpu_.frontend.previous_depth_culling && left == nullptr && job.behind == nullptr;
   std::optional<frontend::CoarseDepth> guess;
   if (guesses && last_depth_ && last_frame_ == frame - 1)
     guess = frontend::reproject(*last_depth_, geometry->projection, geometry->views[0]);

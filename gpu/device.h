@@ -33,7 +33,8 @@ struct RenderRequest {
 // The machine put together: sends frames of a capture through front end, binner, tile cores and resolve. Images and
 // counters do not depend on the number of threads; nor on frames before, but for frontend.previous_depth_culling,
 // frame_buffer.transaction_elimination and tile.rendering_elimination (counters) and resolve.desampling=adaptive (both),
-// which look at the frame rendered before when that was the one before. Devices share nothing that changes: several may
+// which look at the frame rendered before when that was the one before. Where a surface transmits, frames are whole ones,
+// without desampling, previous_depth_culling and rendering_elimination: any tile may see what is in any other. Devices share nothing that changes: several may
 // render at once, each on a thread of its own.
 class Device {
  public:
@@ -41,6 +42,7 @@ class Device {
   Device(const scene::Capture& capture, const GpuConfiguration& gpu, const RunSettings& settings,
          const RenderRequest& request)
       : Device(std::make_shared<const PreparedCapture>(capture), gpu, settings, request) {}
+  // Throws UsageError when a region is asked for of frames in which a surface transmits.
   Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfiguration& gpu, const RunSettings& settings,
          const RenderRequest& request);
 
@@ -66,6 +68,8 @@ class Device {
   // Whether the camera was made up because the capture has none.
   bool automatic_camera() const { return camera_.node == scene::kNone; }
   const scene::Assembly& assembly() const { return scene_.assembly; }
+  // Of the image of what is behind surfaces that transmit, all levels.
+  std::uint64_t scene_color_bytes() const;
   // Cache lines of all textures, displacement maps last.
   std::uint64_t texture_lines() const { return displacement_memory_.end(); }
   // And of records for the pixel shader.
@@ -85,7 +89,7 @@ class Device {
 
   scene::FrameRequest frame_request(int frame) const;
   tilecore::TileJob make_job(const scene::FrameGeometry& frame, const binner::TileGrid& grid,
-                             const tilecore::SamplePattern& pattern) const;
+                             const tilecore::SamplePattern& pattern);
   // What the frame before leaves to this one, where tiles may be eliminated.
   void begin_elimination(int frame, Eye& eye, tilecore::TileJob& job) const;
   void end_elimination(Eye& eye, const FrameResult& result) const;
@@ -106,6 +110,7 @@ class Device {
   GpuConfiguration gpu_;
   RunSettings settings_;
   RenderRequest request_;
+  shaders::RadianceImage behind_;  // without levels where nothing transmits
   tilecore::TextureMemory texture_memory_;
   DisplacementMemory displacement_memory_;
   RecordMemory record_memory_;

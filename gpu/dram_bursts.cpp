@@ -100,7 +100,7 @@ memory::AddressMap address_map(const Device& renderer, const GpuConfiguration& g
                              renderer.record_lines() * static_cast<std::uint64_t>(gpu.line_bytes()),
                              renderer.texture_lines() * static_cast<std::uint64_t>(gpu.line_bytes()),
                              tilecore::TileStore::frame_bytes(renderer.frame_store(), request.region),
-                             grid.tile_count(), samples * of_sample, signatures.bytes()});
+                             grid.tile_count(), samples * of_sample, signatures.bytes(), renderer.scene_color_bytes()});
 }
 
 }  // namespace tessera::gpu

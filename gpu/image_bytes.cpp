@@ -1,16 +1,22 @@
 #include "gpu/image_bytes.h"
 
+#include <algorithm>
+
 namespace tessera::gpu {
 
-std::uint64_t image_bytes(const RenderRequest& request, const RunSettings& settings, const GpuConfiguration& gpu) {
+std::uint64_t image_bytes(const RenderRequest& request, const RunSettings& settings, const GpuConfiguration& gpu,
+                          const scene::Capture& capture) {
   const bool desampling = settings.resolve.desampling != tilecore::Desampling::kOff;
   const bool stereo = settings.stereo.eye_separation > 0;
   const unsigned before = (gpu.frame_buffer.transaction_elimination ? 16u : 0u) +
                           (gpu.tile.rendering_elimination ? (request.auxiliary ? 40u : 16u) : 0u);
   const std::uint64_t per_pixel =
       (request.auxiliary ? 64u : 32u) + (request.resolve_auxiliary ? 28u : 0u) + (desampling ? 50u : 0u) + before;
+  const bool transmits = std::any_of(capture.materials.begin(), capture.materials.end(), [](const scene::Material& m) {
+    return m.has(scene::MaterialEffect::kTransmission);
+  });
   return static_cast<std::uint64_t>(request.region.width()) * static_cast<std::uint64_t>(request.region.height()) *
-         per_pixel * (stereo ? 2 : 1);
+         (per_pixel * (stereo ? 2 : 1) + (transmits ? 16u : 0u));
 }
 
 }  // namespace tessera::gpu

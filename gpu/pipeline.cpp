@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "gpu/view_inputs.h"
 #include "tilecore/resolve/resolve_unit.h"
 
 namespace tessera::gpu {
@@ -68,6 +69,27 @@ void Pipeline::second_pass(const ViewRun& run, TileScheduler& scheduler, binner:
   run.result.targets.coarse_depth = std::move(depth);
 }
 
+bool Pipeline::render_tiles(const ViewRun& run, TileScheduler& scheduler, const binner::TileGrid& grid,
+                            const std::vector<frontend::BoundedSubPatch>& sub_patches, bool binned) {
+  std::vector<frontend::BoundedSubPatch> behind, transmissive;
+  if (run.job.behind != nullptr)
+    for (const frontend::BoundedSubPatch& piece : sub_patches)
+      (transmits(run.job.frame->drawable_of(piece.base_patch)) ? transmissive : behind).push_back(piece);
+  if (transmissive.empty()) {
+    scheduler.render(sub_patches, {}, binned);
+    return true;
+  }
+  std::vector<bool> open(grid.tile_count(), false);
+  for (const frontend::BoundedSubPatch& piece : transmissive) {
+    const IntRect tiles = grid.covered(piece.bounds);
+    for (int row = tiles.y0; row < tiles.y1; ++row)
+      for (int column = tiles.x0; column < tiles.x1; ++column) open[grid.index(column, row)] = true;
+  }
+  scheduler.render_behind(behind, open);
+  scheduler.render_transmissive(transmissive, open);
+  return false;
+}
+
 void Pipeline::collect(const ViewRun& run, const binner::Binner& binner, const tilecore::TessellationCache& cache) {
   FrameCounters& counters = run.result.counters;
   tessera::merge(counters.tessellation, cache.counters());
@@ -120,7 +142,7 @@ void Pipeline::render(const ViewRun& run, const PreviousDepth& previous) {
   tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator.cache_bytes),
                                     gpu_.tessellator.cache_eviction, *job.grid, order);
   TileScheduler scheduler(run, cores_, binner, order, cache);
-  scheduler.render(front_end.sub_patches, {}, binned);
+  const bool all_binned = render_tiles(run, scheduler, binner.grid(), front_end.sub_patches, binned);
   if (previous.store) second_pass(run, scheduler, binner, front_end);
   if (job.resolve != nullptr) {
     if (job.resolve->settings.reach == tilecore::StencilReach::kNeighbours) scheduler.finish_across_tiles();
@@ -139,7 +161,7 @@ void Pipeline::render(const ViewRun& run, const PreviousDepth& previous) {
   // Lists that a partial render emptied are no more, and a second pass belongs to its frame.
   if (kept_.pose == 0)
     kept_.clear();
-  else if (result.counters.binner.partial_renders > 0)
+  else if (!all_binned || result.counters.binner.partial_renders > 0)
     kept_.binner.reset();
   else
     kept_.binned = true;

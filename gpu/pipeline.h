@@ -46,6 +46,9 @@ class Pipeline {
   static std::vector<bool> tiles_again(const binner::TileGrid& grid, const frontend::CoarseDepth& depth,
                                        const std::vector<frontend::BoundedSubPatch>& visible,
                                        frontend::PreviousDepthCounters& counters);
+  // All of the front end's sub-patches; true: the lists hold all of them.
+  static bool render_tiles(const ViewRun& run, TileScheduler& scheduler, const binner::TileGrid& grid,
+                           const std::vector<frontend::BoundedSubPatch>& sub_patches, bool binned);
   void collect(const ViewRun& run, const binner::Binner& binner, const tilecore::TessellationCache& cache);
 
   const GpuConfiguration& gpu_;

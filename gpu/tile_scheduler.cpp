@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/check.h"
+#include "base/round_up.h"
 #include "base/thread_clock.h"
 
 namespace tessera::gpu {
@@ -41,10 +42,10 @@ void for_each_tile(const binner::TileGrid& grid, int group_side, const Visit& vi
 
 struct TileScheduler::Round {
   WorkRecorder::Round work;
-  std::vector<SharedUse> shared;                 // per tile
-  std::vector<tilecore::TileState>& unfinished;  // empty but for partial renders
-  bool last;                                     // no partial render follows
-  std::vector<bool> unchanged;                   // tiles that are not rendered; empty: none
+  std::vector<SharedUse> shared;  // per tile
+  const Pass& pass;
+  bool last;                    // of the pass: no partial render follows
+  std::vector<bool> unchanged;  // tiles that are not rendered; empty: none
 };
 
 TileScheduler::TileScheduler(const ViewRun& run, PerThread<tilecore::TileCore>& cores, binner::Binner& binner,
@@ -65,7 +66,7 @@ void TileScheduler::render_tile(Round& round, std::size_t t, bool& first_of_grou
   SharedUse& shared = round.shared[t];
   for (const binner::QueueEntry& entry : entries) shared.records.push_back(entry.record);
   tilecore::TileState fresh;
-  tilecore::TileState& state = round.unfinished.empty() ? fresh : round.unfinished[t];
+  tilecore::TileState& state = unfinished_.empty() ? fresh : unfinished_[t];
   if (round.last || !entries.empty()) {
     if (state.started) core.load_state(job, state);
     if (run_.record != nullptr)
@@ -78,13 +79,26 @@ void TileScheduler::render_tile(Round& round, std::size_t t, bool& first_of_grou
     shared.hidden = core.take_hidden();
     count_tessellations(shared.tessellations, counts);
     work.begin_shading();
-    shared.finished = round.last;
     if (round.last)
-      shared.stored = core.finish(job, tile, state, run_.result.targets, std::exchange(first_of_group, false));
+      finish_tile(round, t, state, shared, std::exchange(first_of_group, false));
     else
       core.store_state(job, state);
   }
-  count_work(work.end(job, round.last), counts);
+  count_work(work.end(job, shared.finished), counts);
+}
+
+void TileScheduler::finish_tile(const Round& round, std::size_t t, tilecore::TileState& state, SharedUse& shared,
+                                bool first_of_group) {
+  const std::vector<bool>& open = round.pass.open;
+  tilecore::TileCore& core = cores_.local();
+  if (!open.empty() && open[t]) {
+    core.finish_behind(run_.job, state, first_of_group);
+    return;
+  }
+  shared.finished = true;
+  shared.stored = core.finish(run_.job, static_cast<binner::TileIndex>(t), state, run_.result.targets, first_of_group,
+                              !open.empty());
+  if (!unfinished_.empty()) state = {};
 }
 
 std::vector<bool> TileScheduler::compare_inputs(bool complete) {
@@ -161,36 +175,38 @@ void TileScheduler::share(Round& round) {
                                         use.tessellations.end());
   }
   share_signatures(round);
+  if (round.last && !round.pass.open.empty()) share_behind(round.work, 0, true);
   result.counters.ledger += records.ledger();
 }
 
-void TileScheduler::render(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& only,
-                           bool binned) {
+void TileScheduler::render_pass(std::span<const frontend::BoundedSubPatch> sub_patches, const Pass& pass) {
   const tilecore::TileJob& job = run_.job;
   const int group_side = tiles_together(job);
   const binner::TileIndex tile_count = binner_.grid().tile_count();
-  std::vector<tilecore::TileState> unfinished;
+  const bool whole = pass.only.empty() && pass.open.empty();
   binner::Binner::Cursor cursor;
   if (run_.record != nullptr) run_.record->entries.resize(tile_count);
-  for (bool done = false; !done;) {
+  if (!pass.open.empty()) unfinished_.resize(tile_count);
+  for (bool first = true, done = false; !done; first = false) {
     {
       const StageTimer timer(run_.result, "bin");
-      done = binned || binner_.run(*job.frame, sub_patches, cursor);
+      done = pass.binned || binner_.run(*job.frame, sub_patches, cursor);
     }
     std::vector<bool> unchanged;
-    if (run_.inputs != nullptr && only.empty()) unchanged = compare_inputs(done && unfinished.empty());
-    Round round{run_.recorder.begin_round(binner_, order_), {}, unfinished, done, std::move(unchanged)};
+    if (run_.inputs != nullptr && pass.only.empty()) unchanged = compare_inputs(whole && done && first);
+    Round round{run_.recorder.begin_round(binner_, order_), {}, pass, done, std::move(unchanged)};
     const StageTimer timer(run_.result, "tiles");
     round.shared.resize(tile_count);
     if (!done) {
       ++run_.result.counters.binner.partial_renders;
-      unfinished.resize(tile_count);
+      unfinished_.resize(tile_count);
     }
     PerThread<double> busy_seconds;
     if (run_.progress != nullptr)
-      run_.progress->begin(only.empty() ? tile_count : static_cast<std::size_t>(std::ranges::count(only, true)));
+      run_.progress->begin(pass.only.empty() ? tile_count
+                                             : static_cast<std::size_t>(std::ranges::count(pass.only, true)));
     for_each_tile(binner_.grid(), group_side, [&](std::size_t tile, bool& first_of_group) {
-      if (!only.empty() && !only[tile]) return;
+      if (!pass.only.empty() && !pass.only[tile]) return;
       const BusyTimer busy(busy_seconds.local());
       if (!round.unchanged.empty() && round.unchanged[tile])
         run_.inputs->keep_images(binner_.grid().pixels(static_cast<binner::TileIndex>(tile)), run_.result.targets);
@@ -202,6 +218,54 @@ void TileScheduler::render(std::span<const frontend::BoundedSubPatch> sub_patche
     busy_seconds.for_each([&](double seconds) { run_.result.stage_seconds["tile_threads"] += seconds; });
     share(round);
     if (!done) empty_lists();
+  }
+  if (pass.open.empty()) unfinished_.clear();
+}
+
+void TileScheduler::render_transmissive(std::span<const frontend::BoundedSubPatch> sub_patches,
+                                        const std::vector<bool>& open) {
+  empty_lists();
+  reduce_behind();
+  render_pass(sub_patches, {open, {}, false});
+}
+
+void TileScheduler::reduce_behind() {
+  const StageTimer timer(run_.result, "reduce");
+  shaders::RadianceImage& image = *run_.job.behind;
+  for (int level = 1; level < image.level_count(); ++level)
+    parallel_for(static_cast<std::size_t>(image.height(level)), [&](std::size_t row) {
+      const int y = static_cast<int>(row);
+      image.reduce(level, {0, y, image.width(level), y + 1});
+    });
+  WorkRecorder::Round round = run_.recorder.begin_round(binner_, order_);
+  parallel_for(binner_.grid().tile_count(), [&](std::size_t t) {
+    tilecore::TileCore& core = cores_.local();
+    WorkRecorder::Tile work = round.tile(t, core);
+    core.count_reduced(run_.job, static_cast<binner::TileIndex>(t));
+    count_work(work.end(run_.job, false), run_.result.maps.tiles[t]);
+  });
+  // A level lies behind the one above; each is read once, when the next one is made.
+  for (int level = 0; level < image.level_count(); ++level) {
+    if (level > 0) share_behind(round, level, true);
+    if (level + 1 < image.level_count()) share_behind(round, level, false);
+  }
+}
+
+void TileScheduler::share_behind(WorkRecorder::Round& round, int level, bool write) {
+  const shaders::RadianceImage& image = *run_.job.behind;
+  constexpr auto kTexelBytes = static_cast<std::uint64_t>(shaders::RadianceImage::kBlocks.bytes);
+  TileArray texels{memory::Unit::kResolve, memory::Purpose::kSceneColor, write};
+  for (int above = 0; above < level; ++above)
+    texels.base += round_up(
+        kTexelBytes * static_cast<std::uint64_t>(image.width(above)) * static_cast<std::uint64_t>(image.height(above)),
+        run_.job.burst_bytes);
+  std::uint64_t offset = 0;
+  for (const binner::TileIndex tile : order_.tiles()) {
+    const IntRect part = tilecore::reduced_by(image, level, binner_.grid().pixels(tile));
+    const std::uint64_t bytes =
+        kTexelBytes * static_cast<std::uint64_t>(part.width()) * static_cast<std::uint64_t>(part.height());
+    round.move(tile, texels, offset, bytes);
+    offset += bytes;
   }
 }
 

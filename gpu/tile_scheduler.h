@@ -34,7 +34,8 @@ inline int tiles_together(const tilecore::TileJob& job) {
 }
 
 // Gives tiles to the tile cores, in rounds: the binner fills the parameter buffer, all tiles render what their lists
-// hold. A buffer that was too small leads to a round of partial renders and to a further round.
+// hold. A buffer that was too small leads to a round of partial renders and to a further round. What transmits is
+// rendered in a pass of its own.
 //
 // Groups of shading_cache.group tiles go to any thread, the tiles of a group one after the other to the same, row by
 // row. Counters and images depend on neither: what tiles share they use in the machine's order (tilecore.tile_order).
@@ -45,7 +46,16 @@ class TileScheduler {
 
   // Bins, renders and finishes tiles: all of them, or those that `only` marks. `binned`: the lists hold all already.
   void render(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& only,
-              bool binned = false);
+              bool binned = false) {
+    render_pass(sub_patches, {only, {}, binned});
+  }
+
+  // Where something transmits: what does not, in all tiles, then what does, in those that `open` marks. In between, the
+  // image of what is behind is finished.
+  void render_behind(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& open) {
+    render_pass(sub_patches, {{}, open, false});
+  }
+  void render_transmissive(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& open);
 
   // Of all tiles, and the sub-patch table.
   void empty_lists();
@@ -61,6 +71,19 @@ class TileScheduler {
 
  private:
   struct Round;
+  // `only`: the tiles that are rendered, `open`: those of them that are not finished but keep their states. Empty: all;
+  // none.
+  struct Pass {
+    std::vector<bool> only, open;
+    bool binned = false;
+  };
+  void render_pass(std::span<const frontend::BoundedSubPatch> sub_patches, const Pass& pass);
+  // Smaller levels of the image of what is behind.
+  void reduce_behind();
+  // What the tiles' parts of a level of it move.
+  void share_behind(WorkRecorder::Round& round, int level, bool write);
+  void finish_tile(const Round& round, std::size_t tile, tilecore::TileState& state, SharedUse& shared,
+                   bool first_of_group);
   void render_tile(Round& round, std::size_t tile, bool& first_of_group);
   // Which tiles need not be rendered; empty: all do. `complete`: the lists hold all sub-patches.
   std::vector<bool> compare_inputs(bool complete);
@@ -76,7 +99,8 @@ class TileScheduler {
   binner::Binner& binner_;
   const tilecore::TileOrder& order_;
   tilecore::TessellationCache& cache_;
-  std::uint32_t records_before_ = 0;  // of the sub-patch tables that were emptied
+  std::uint32_t records_before_ = 0;             // of the sub-patch tables that were emptied
+  std::vector<tilecore::TileState> unfinished_;  // by tile; empty but for partial renders, and between two passes
 };
 
 }  // namespace tessera::gpu

@@ -1,5 +1,7 @@
 #include "gpu/view_inputs.h"
 
+#include <algorithm>
+
 #include "tilecore/visibility/ray_effects.h"
 
 namespace tessera::gpu {
@@ -34,6 +36,17 @@ scene::FrameRequest frame_request(const scene::Capture& capture, const GpuConfig
   request.blending = settings.effects.blending != EffectSwitch::kOff;
   request.procedures = settings.effects.procedures != EffectSwitch::kOff;
   return request;
+}
+
+bool transmits(const scene::PosedDrawable& drawable) {
+  return drawable.procedure == nullptr && drawable.material->has(scene::MaterialEffect::kTransmission);
+}
+
+bool transmits(const scene::Assembly& assembly) {
+  return std::any_of(assembly.drawables.begin(), assembly.drawables.end(), [&](const scene::Drawable& d) {
+    return d.kind != scene::Primitive::Kind::kProcedure &&
+           assembly.materials[static_cast<std::size_t>(d.material)].has(scene::MaterialEffect::kTransmission);
+  });
 }
 
 tilecore::Lighting frame_lighting(const scene::Capture& capture) {

@@ -217,10 +217,11 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   const bool floats = job.resolve != nullptr && job.resolve->settings.weights == tilecore::StencilWeights::kFloat;
   work.hashed_bytes = counted.store.signature_bytes;
   work.resolve_operations = counted.desampling.velocity_evaluations + counted.desampling.pixels_advected +
-                            counted.desampling.stencil_taps * (floats ? 4 : 1);
+                            counted.desampling.stencil_taps * (floats ? 4 : 1) + counted.transmission.texels_reduced;
+  work.pixels = counted.transmission.pixels_kept;
   if (finished) {
     const IntRect pixels = job.grid->pixels(static_cast<binner::TileIndex>(tile_));
-    work.pixels = static_cast<std::uint64_t>(pixels.width()) * static_cast<std::uint64_t>(pixels.height());
+    work.pixels += static_cast<std::uint64_t>(pixels.width()) * static_cast<std::uint64_t>(pixels.height());
   }
   work.dram_bytes = timing::phase_bytes(ledger);
   if (recorder_.keep_items_) take_items(ledger);

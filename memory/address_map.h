@@ -19,7 +19,7 @@ class AddressMap {
   struct Sizes {
     std::uint64_t patch_data = 0, attributes = 0, textures = 0, frame_buffer = 0;  // bytes
     std::uint64_t tiles = 0, tile_state = 0;  // tiles; most bytes of the state of one
-    std::uint64_t signatures = 0;
+    std::uint64_t signatures = 0, scene_color = 0;
   };
   explicit AddressMap(const Sizes& sizes) : tile_state_((sizes.tile_state + 255) / 256 * 256) {
     std::array<std::uint64_t, kPurposeCount> bytes;
@@ -30,6 +30,7 @@ class AddressMap {
     of(Purpose::kTexture) = sizes.textures;
     of(Purpose::kFrameBuffer) = sizes.frame_buffer;
     of(Purpose::kSignatures) = sizes.signatures;
+    of(Purpose::kSceneColor) = sizes.scene_color;
     of(Purpose::kTileState) = sizes.tiles * tile_state_;
     std::uint64_t next = 0;
     for (std::size_t p = 0; p < kPurposeCount; ++p) {

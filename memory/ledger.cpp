@@ -10,8 +10,8 @@ std::string_view name(Unit unit) {
 
 std::string_view name(Purpose purpose) {
   static constexpr std::array<std::string_view, kPurposeCount> kNames = {
-      "patch_data", "tile_queue",    "tile_state", "frame_buffer", "texture",   "history",
-      "neighbours", "sampling_maps", "attributes", "coarse_depth", "signatures"};
+      "patch_data", "tile_queue",    "tile_state", "frame_buffer", "texture",    "history",
+      "neighbours", "sampling_maps", "attributes", "coarse_depth", "signatures", "scene_color"};
   return kNames[static_cast<std::size_t>(purpose)];
 }
 
@@ -28,7 +28,8 @@ std::string_view meaning(Purpose purpose) {
       "records of base patches and what else materials read of their vertices, for the pixel shader, by lines of the "
       "L2",
       "farthest depths of blocks, which the next frame's front end guesses by, and what it deferred",
-      "signatures of tiles, of their colours or of what they are rendered from"};
+      "signatures of tiles, of their colours or of what they are rendered from",
+      "what is behind surfaces that transmit, and its smaller levels, when it is made; they are read as a texture"};
   return kMeanings[static_cast<std::size_t>(purpose)];
 }
 

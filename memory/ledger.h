@@ -20,11 +20,12 @@ enum class Purpose : std::uint8_t {
   kSamplingMaps,
   kAttributes,
   kCoarseDepth,
-  kSignatures
+  kSignatures,
+  kSceneColor
 };
 
 inline constexpr std::size_t kUnitCount = 5;
-inline constexpr std::size_t kPurposeCount = 11;
+inline constexpr std::size_t kPurposeCount = 12;
 
 std::string_view name(Unit unit);
 std::string_view name(Purpose purpose);

@@ -187,7 +187,7 @@ class ReplayCommand final : public Command {
     {
       FrameWriter images({out_, aux_, exposure, settings.output.exr_compression});
       std::optional<gpu::Device> second;
-      if (renders_two_at_once(gpu, settings, request, last - first, limits.max_bytes))
+      if (renders_two_at_once(capture, gpu, settings, request, last - first, limits.max_bytes))
         second.emplace(prepared, gpu, settings, request);
       const std::vector<gpu::Device*> devices = second ? std::vector{&renderer, &*second} : std::vector{&renderer};
       Progress progress(static_cast<std::size_t>(last - first), quiet_, [&] { return tiles_done(devices); });
@@ -348,7 +348,7 @@ class ReplayCommand final : public Command {
     if (!history_.empty() && settings.stereo.eye_separation > 0)
       throw UsageError("--history is of one eye; stereo.eye_separation asks for two");
     // A frame's images are written while the next frame is rendered.
-    const std::uint64_t bytes = gpu::image_bytes(request, settings, gpu) * (several_frames ? 2 : 1);
+    const std::uint64_t bytes = gpu::image_bytes(request, settings, gpu, capture) * (several_frames ? 2 : 1);
     if (bytes > max_bytes)
       throw LimitError(fmt::format("{}: images of {}x{} need {} bytes, --max-memory allows {}",
                                    escape_control(capture_), request.region.width(), request.region.height(), bytes,
@@ -359,11 +359,12 @@ class ReplayCommand final : public Command {
   // [measured] With two threads, frames of one thread each are no faster than frames of both, one after the other.
   static constexpr std::size_t kThreadsForTwoFrames = 4;
   // Two frames at once, while the images of a third are written.
-  bool renders_two_at_once(const gpu::GpuConfiguration& gpu, const gpu::RunSettings& settings,
-                           const gpu::RenderRequest& request, int frames, std::uint64_t max_bytes) const {
+  bool renders_two_at_once(const scene::Capture& capture, const gpu::GpuConfiguration& gpu,
+                           const gpu::RunSettings& settings, const gpu::RenderRequest& request, int frames,
+                           std::uint64_t max_bytes) const {
     return frames > 1 && thread_count() >= kThreadsForTwoFrames && !baselines_ &&
            gpu::frames_are_independent(gpu, settings, request) &&
-           gpu::image_bytes(request, settings, gpu) <= max_bytes / 3;
+           gpu::image_bytes(request, settings, gpu, capture) <= max_bytes / 3;
   }
 
   FrameRange frame_range(const scene::Capture& capture) const {

@@ -59,13 +59,13 @@ Vec3 RadianceImage::texel(int level, int x, int y) const {
   return {from[0], from[1], from[2]};
 }
 
-void RadianceImage::reduce(int level, int row0, int row1) {
+void RadianceImage::reduce(int level, IntRect texels) {
   const int above = level - 1;
   const float area = static_cast<float>(width(above)) / static_cast<float>(width(level)) *
                      static_cast<float>(height(above)) / static_cast<float>(height(level));
-  for (int y = row0; y < row1; ++y) {
+  for (int y = texels.y0; y < texels.y1; ++y) {
     const Covered rows = covered(y, height(level), height(above));
-    for (int x = 0; x < width(level); ++x) {
+    for (int x = texels.x0; x < texels.x1; ++x) {
       const Covered columns = covered(x, width(level), width(above));
       Vec3 sum(0.0f);
       for (int row = rows.first; row <= rows.last; ++row) {

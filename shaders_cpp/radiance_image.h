@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "base/rect.h"
 #include "base/vec.h"
 #include "base/vector3.h"
 #include "shaders_cpp/texture.h"
@@ -52,9 +53,9 @@ class RadianceImage {
   // What is negative or no number becomes 0, what is too large kLargest. Texels may be set by several threads.
   void set(int level, int x, int y, const Vec3& radiance);
   Vec3 texel(int level, int x, int y) const;
-  // Rows [row0, row1) of a level: each texel the area-weighted mean of what it covers in the level above, summed row by
+  // Texels of a level, but the first: each the area-weighted mean of what it covers in the level above, summed row by
   // row in single precision.
-  void reduce(int level, int row0, int row1);
+  void reduce(int level, IntRect texels);
 
   RadianceView view() const { return {texels_.data(), width_.data(), height_.data(), first_.data(), level_count()}; }
 

@@ -147,7 +147,8 @@ CoreCounters TileCore::take_counters() {
           visibility_.take_ray_counters(), sampler_.take_counters(),
           shader_.take_counters(),         shader_.textures().take_counters(),
           resolve_.take_counters(),        std::exchange(resolve_counters_, {}),
-          store_.take_compression(),       store_.take_counters()};
+          store_.take_compression(),       store_.take_counters(),
+          std::exchange(transmission_, {})};
 }
 memory::Ledger TileCore::take_ledger() {
   ledger_ += resolve_.take_ledger();
@@ -403,6 +404,24 @@ void TileCore::finish_deferred(const TileJob& job, binner::TileIndex tile, Frame
   resolve_seconds_ += thread_seconds() - start;
 }
 
+void TileCore::finish_behind(const TileJob& job, const TileState& state, bool first_of_group) {
+  const IntRect pixels = samples_.pixels;
+  TESSERA_CHECK(state.started, "a tile is finished right after its last entries");
+  shader_.count_drawables(drawables_);
+  shader_.shade_opaque(job, samples_, state, first_of_group, *job.behind);
+  transmission_.pixels_kept += static_cast<std::uint64_t>(pixels.width() * pixels.height());
+  ++transmission_.tiles_stored;
+  store_state(job, state);
+}
+
+void TileCore::count_reduced(const TileJob& job, binner::TileIndex tile) {
+  for (int level = 1; level < job.behind->level_count(); ++level) {
+    // What it reads is what it makes of the level before, or, of the first, its pixels.
+    const IntRect above = reduced_by(*job.behind, level - 1, job.grid->pixels(tile));
+    transmission_.texels_reduced += static_cast<std::uint64_t>(above.width() * above.height());
+  }
+}
+
 void TileCore::store_coarse_depth(TileState& state, frontend::CoarseDepth& depth) {
   const IntRect& tile = samples_.pixels;
   const IntRect blocks = frontend::CoarseDepth::blocks_of(tile, depth.block_pixels);
@@ -417,7 +436,7 @@ void TileCore::store_coarse_depth(TileState& state, frontend::CoarseDepth& depth
 }
 
 bool TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets,
-                      bool first_of_group) {
+                      bool first_of_group, bool keep_behind) {
   const IntRect pixels = job.grid->pixels(tile);
   TESSERA_CHECK(state.started && samples_.pixels == pixels, "a tile is finished right after its last entries");
   shader_.count_drawables(drawables_);
@@ -425,7 +444,8 @@ bool TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
   if (job.resolve != nullptr) {
     open = finish_desampled(job, state, targets, first_of_group);
   } else {
-    shader_.shade(job, samples_, state, first_of_group);
+    shader_.shade(job, samples_, state, first_of_group, {}, keep_behind ? job.behind : nullptr);
+    if (keep_behind) transmission_.pixels_kept += static_cast<std::uint64_t>(pixels.width() * pixels.height());
     resolve_multisample(
         {shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes, false},
         targets.color, resolve_counters_, ledger_);

@@ -17,6 +17,7 @@
 #include "tilecore/resolve/resolve_unit.h"
 #include "tilecore/resolve/tile_store.h"
 #include "tilecore/shading/deferred_shader.h"
+#include "tilecore/shading/transmission.h"
 #include "tilecore/tessellation/mesh_store.h"
 #include "tilecore/tessellation/tessellation_cache.h"
 #include "tilecore/tile_job.h"
@@ -55,6 +56,7 @@ struct CoreCounters {
   ResolveCounters resolve;
   CompressionCounters compression;
   StoreCounters store;
+  TransmissionCounters transmission;
 };
 
 // Calls visit(a's, b's) for each of its counter structs.
@@ -70,6 +72,7 @@ void for_each_unit(A& a, B& b, const Visit& visit) {
   visit(a.resolve, b.resolve);
   visit(a.compression, b.compression);
   visit(a.store, b.store);
+  visit(a.transmission, b.transmission);
 }
 inline void merge(CoreCounters& into, const CoreCounters& from) {
   for_each_unit(into, from, [](auto& to, const auto& of) { tessera::merge(to, of); });
@@ -90,8 +93,13 @@ class TileCore {
   // Shades, blends, resolves and writes the pixels of the tile that render_entries was last called for.
   // `first_of_group` false: this core finished another tile of the same group and frame right before; its shading cache
   // is not emptied. False: transaction elimination, its pixels were not written.
+  // `keep_behind`: also leaves what is opaque in job.behind.
   bool finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets,
-              bool first_of_group = true);
+              bool first_of_group = true, bool keep_behind = false);
+  // Instead, of a tile in which something transmits: leaves what is opaque in job.behind, and stores the state.
+  void finish_behind(const TileJob& job, const TileState& state, bool first_of_group);
+  // Charges the tile for its part of job.behind's smaller levels.
+  void count_reduced(const TileJob& job, binner::TileIndex tile);
 
   // With job.resolve and stencils that reach into neighbouring tiles: fills what was left open. When all tiles are
   // finished.
@@ -189,6 +197,7 @@ class TileCore {
   SamplingController sampler_;
   TileCoreCounters counters_;
   ResolveCounters resolve_counters_;
+  TransmissionCounters transmission_;
   memory::Ledger ledger_;
   std::vector<TessellationRequest> tessellations_;
   std::vector<SubPatchName> hidden_;

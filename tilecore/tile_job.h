@@ -46,6 +46,7 @@ struct TileJob {
   int box_bits = 32;                          // precision of the boxes of cells
   FrameStore store;                           // of finished pixels
   ResolveFrame* resolve = nullptr;            // desampling; null: every pixel is shaded
+  shaders::RadianceImage* behind = nullptr;   // as lighting.behind, to be filled; null: nothing transmits
 };
 
 // Whether anything may be seen elsewhere than where it rests: state then says where that is.

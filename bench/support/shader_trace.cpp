@@ -29,6 +29,7 @@ using shaders::Light;
 using shaders::Lights;
 using shaders::lobe_numbers;
 using shaders::MipFilter;
+using shaders::RadianceView;
 using shaders::Sampler;
 using shaders::soft_box_axes;
 using shaders::SoftBox;
@@ -39,11 +40,12 @@ using shaders::Wrap;
 // clang-format off
 #include "shaders_cpp/bicubic.inc"
 #include "shaders_cpp/elementary.inc"
+#include "shaders_cpp/texture_sampling.inc"
+#include "shaders_cpp/radiance_image.inc"
 #include "shaders_cpp/studio_light.inc"
 #include "shaders_cpp/surroundings.inc"
 #include "shaders_cpp/metallic_roughness.inc"
 #include "shaders_cpp/layered_material.inc"
-#include "shaders_cpp/texture_sampling.inc"
 // clang-format on
 }  // namespace stage
 

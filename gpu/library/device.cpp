@@ -35,7 +35,7 @@ gpu::RenderRequest render_request(const scene::Capture& capture, const gpu::RunS
   request.resolve_auxiliary = request.error = options.resolve_auxiliary;
   if (options.resolve_auxiliary && settings.resolve.desampling == tilecore::Desampling::kOff)
     throw UsageError("resolve_auxiliary needs resolve.desampling to be another than off");
-  const std::uint64_t bytes = gpu::image_bytes(request, settings, gpu);
+  const std::uint64_t bytes = gpu::image_bytes(request, settings, gpu, capture);
   if (bytes > options.max_image_bytes)
     throw LimitError(fmt::format("images of {}x{} need {} bytes, max_image_bytes allows {}", request.region.width(),
                                  request.region.height(), bytes, options.max_image_bytes));

@@ -53,7 +53,7 @@ Surroundings furnace() { return {Surroundings::Kind::kUniform, 1.0f}; }
 
 // `light`: all that arrives from behind.
 Vector in_furnace(const LayerFlags& flags, LayeredPoint<float> m, float cosine, const LayerConstants& constants = {}) {
-  const auto behind = [](const Vector&, const Vector&, float) { return grey(1); };
+  const auto behind = [](std::size_t, const Vector&, const Vector&, float) { return grey(1); };
   return shade_layered(flags, m, constants, Vector{}, kUp, at_angle(cosine), Lights(), 0.0f, furnace(), behind);
 }
 
@@ -83,7 +83,7 @@ TEST(LayeredMaterial, WithoutEffectsItIsThePlainMaterial) {
     light.color = Vec3(2.0f), light.direction = glm::normalize(Vec3(random.unit() - 0.5f, random.unit() - 0.5f, -0.7f));
     const Lights lights{std::span(&light, 1), {}, 0};
     const Surroundings studio;
-    const auto nothing = [](const Vector&, const Vector&, float) { return grey(0); };
+    const auto nothing = [](std::size_t, const Vector&, const Vector&, float) { return grey(0); };
     const Vector a = shade_layered(LayerFlags(), m, LayerConstants(), Vector{}, kUp, view, lights, 0.0f, studio,
                                    nothing),
                  b = shade_material(plain, Vector{}, kUp, view, lights, 0.0f, studio);
@@ -132,7 +132,7 @@ TEST(LayeredMaterial, LayersKeepNearlyAllLight) {
 TEST(LayeredMaterial, TheFurnaceSeesACoatThatTakesNothing) {
   LayeredPoint<float> m = white_point(0.3f);
   m.coat = 1;
-  const auto behind = [](const Vector&, const Vector&, float) { return grey(1); };
+  const auto behind = [](std::size_t, const Vector&, const Vector&, float) { return grey(1); };
   const LayerShares<float> none{0, 0, 1};
   const LayerShares<float> coat = layer_shares({.coat = true}, m, at_angle(0.1f), 0.1f);
   const Vector out = shade_layers_by_environment({.coat = true}, m, {coat.coat, none.sheen, none.below},
@@ -205,7 +205,7 @@ TEST(LayeredMaterial, DispersionSpreadsIndicesAroundTheMaterials) {
   LayeredPoint<float> m = white_point(0);
   m.transmission = 1, m.thickness = 1;
   std::vector<float> indices;
-  const auto behind = [&](const Vector&, const Vector& direction, float) {
+  const auto behind = [&](std::size_t, const Vector&, const Vector& direction, float) {
     indices.push_back(std::hypot(at_angle(0.5f).x, at_angle(0.5f).y) / std::hypot(direction.x, direction.y));
     return grey(1);
   };

@@ -6,6 +6,8 @@
 #include <limits>
 #include <tuple>
 
+#include "tilecore/resolve/multisample_resolve.h"
+
 namespace tessera::tilecore {
 namespace {
 
@@ -21,7 +23,7 @@ bool sees_opaque(const std::uint32_t* patch, int spp) {
 
 }  // namespace
 
-void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache,
+void DeferredShader::begin(const TileJob& job, const TileSamples& samples, bool empty_cache,
                            std::span<const std::uint8_t> runs) {
   runs_ = runs;
   pixel_invocations_.assign(samples.count / static_cast<std::size_t>(samples.spp), 0);
@@ -40,12 +42,35 @@ void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileS
   invocations_.clear();
   pixel_of_invocation_.clear();
   quads_ = 0;
+}
+
+void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache,
+                           std::span<const std::uint8_t> runs, shaders::RadianceImage* behind) {
+  begin(job, samples, empty_cache, runs);
   collect_opaque(job, samples, state);
   opaque_ = invocations_.size();
   collect_layers(job, samples, state);
   run_warps(job);
   color_samples(job, samples);
+  if (behind != nullptr) keep_behind(samples, *behind);
   blend_layers(job, state);
+}
+
+void DeferredShader::shade_opaque(const TileJob& job, const TileSamples& samples, const TileState& state,
+                                  bool empty_cache, shaders::RadianceImage& behind) {
+  begin(job, samples, empty_cache, {});
+  collect_opaque(job, samples, state);
+  opaque_ = invocations_.size();
+  run_warps(job);
+  color_samples(job, samples);
+  keep_behind(samples, behind);
+}
+
+void DeferredShader::keep_behind(const TileSamples& samples, shaders::RadianceImage& image) const {
+  std::size_t first = 0;
+  for (int y = samples.pixels.y0; y < samples.pixels.y1; ++y)
+    for (int x = samples.pixels.x0; x < samples.pixels.x1; ++x, first += static_cast<std::size_t>(samples.spp))
+      image.set(0, x, y, Vec3(mean_of_samples(&sample_color_[first], &sample_coverage_[first], samples.spp)));
 }
 
 // ---- Pixel-shader invocations -----------------------------------------------------------------------------------

@@ -58,7 +58,10 @@ class DeferredShader {
   // right half, and each run is taken near the middle of its half (with shading.rate=pixel or primitive; per sample and
   // from the cache, this is the same as 1).
   void shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache = true,
-             std::span<const std::uint8_t> runs = {});
+             std::span<const std::uint8_t> runs = {}, shaders::RadianceImage* behind = nullptr);
+  // Leaves in `behind` the pixels of what is opaque, each the mean of its samples, as shade() does if it is not null.
+  void shade_opaque(const TileJob& job, const TileSamples& samples, const TileState& state, bool empty_cache,
+                    shaders::RadianceImage& behind);
 
   // Until the next call, what shade() does is also counted for the drawable it is done for; every drawable of the frame
   // has its place in `drawables`. Empty: not counted.
@@ -117,6 +120,8 @@ class DeferredShader {
   static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
   static constexpr std::size_t kBackgroundBatch = 256;
 
+  void begin(const TileJob& job, const TileSamples& samples, bool empty_cache, std::span<const std::uint8_t> runs);
+  void keep_behind(const TileSamples& samples, shaders::RadianceImage& image) const;
   // First which invocations there are, then all of them in warps, then what samples see of them.
   void collect_opaque(const TileJob& job, const TileSamples& samples, const TileState& state);
   // Pixels that are shaded together: one, or the 2x2 of a quad.

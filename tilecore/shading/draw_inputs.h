@@ -35,6 +35,7 @@ struct DrawConstants {
   float volume_scale = 1.0f;                               // world units of one of the mesh, mean over its axes
   // What is behind surfaces that transmit, a pixel a texel; none: they show the environment.
   shaders::RadianceView behind;
+  float behind_u = 0, behind_v = 0, behind_levels = 0;  // texture coordinates of a pixel; log2 of its width
 };
 
 // Inputs of invocations, lane by lane. Lanes beyond the last invocation hold what some invocation has.

@@ -59,7 +59,7 @@ float light_time(const FrameGeometry& shutter, int segment, float t) {
 }
 
 // What a draw's layers are made of, for a material that has some.
-void set_layers(const Material& material, const Mat4& to_world, DrawConstants& draw) {
+void set_layers(const Material& material, const Mat4& to_world, const Lighting& lighting, DrawConstants& draw) {
   using Effect = scene::MaterialEffect;
   draw.layered = material.effects.any();
   if (!draw.layered) return;
@@ -80,6 +80,11 @@ void set_layers(const Material& material, const Mat4& to_world, DrawConstants& d
             ? -std::log2(std::max(volume.attenuation_color[c], kLeastTransmittance)) / volume.attenuation_distance
             : 0.0f;
   draw.layer_constants.dispersion = volume.dispersion;
+  if (!draw.layers.transmission || lighting.behind == nullptr) return;
+  draw.behind = lighting.behind->view();
+  draw.behind_u = 1.0f / static_cast<float>(lighting.behind->width());
+  draw.behind_v = 1.0f / static_cast<float>(lighting.behind->height());
+  draw.behind_levels = std::log2(static_cast<float>(lighting.behind->width()));
 }
 
 DrawConstants lit_draw(const FrameGeometry& shutter, const FrameGeometry& segment, int lights_in,
@@ -90,7 +95,7 @@ DrawConstants lit_draw(const FrameGeometry& shutter, const FrameGeometry& segmen
   draw.lights.open = lit.lights[0];
   if (shutter.moving_lights) draw.lights.close = lit.lights[1];
   draw.surroundings = lighting.environment.surroundings();
-  set_layers(*draw.material, drawable.to_world[0], draw);
+  set_layers(*draw.material, drawable.to_world[0], lighting, draw);
   return draw;
 }
 
@@ -230,13 +235,17 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
   out.alpha = output_[6].data();
   LookupArrays lookups;
   if (textures != nullptr) {
-    const auto slots = draw.material->slots();
-    for (std::size_t slot = 0; slot < kTextureSlots; ++slot) {
-      if (slots[slot]->texture == nullptr || !scene::is_read(*draw.material, static_cast<scene::MaterialTexture>(slot)))
-        continue;
-      lookups.layout[slot] = &textures->memory()->layout(slots[slot]->texture.get());
+    const auto tell = [&](std::size_t slot, const TextureLayoutView& layout) {
+      lookups.layout[slot] = &layout;
       for (std::size_t line = 0; line < kLookupLines; ++line) lookups.line[slot][line] = lines_[slot][line].data();
-    }
+    };
+    const auto slots = draw.material->slots();
+    for (std::size_t slot = 0; slot < kTextureSlots; ++slot)
+      if (slots[slot]->texture != nullptr && scene::is_read(*draw.material, static_cast<scene::MaterialTexture>(slot)))
+        tell(slot, textures->memory()->layout(slots[slot]->texture.get()));
+    if (draw.behind.levels > 0)
+      for (std::size_t color = 0; color < (draw.layers.dispersion ? 3u : 1u); ++color)
+        tell(slot_of(ImageLookup::kBehind) + color, textures->memory()->layout(lighting.behind));
   }
   std::size_t warp = 0;
   for (std::size_t first = 0; first < order.size();) {

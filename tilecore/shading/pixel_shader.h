@@ -9,6 +9,7 @@
 
 #include "scene/frame_geometry.h"
 #include "shaders_cpp/environment.h"
+#include "shaders_cpp/radiance_image.h"
 #include "tilecore/shading/draw_inputs.h"
 #include "tilecore/shading/surface.h"
 #include "tilecore/shading/texture_unit.h"
@@ -19,6 +20,9 @@ namespace tessera::tilecore {
 // Light of the whole frame.
 struct Lighting {
   shaders::Environment environment;
+  // What is behind surfaces that transmit, a texel a pixel of the frame, and smaller levels; null: they show the
+  // environment.
+  const shaders::RadianceImage* behind = nullptr;
 };
 
 struct ShadedPoint {

@@ -157,6 +157,7 @@ struct DrawConstants {
   shaders::LayerConstants layer_constants;
   float ior = 1.5f, reflectance = 0.04f, anisotropy_cosine = 1.0f, anisotropy_sine = 0.0f, volume_scale = 1.0f;
   shaders::RadianceView behind;
+  float behind_u = 0, behind_v = 0, behind_levels = 0;
 };
 
 // No texture unit is told of lookups.

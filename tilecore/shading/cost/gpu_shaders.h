@@ -9,9 +9,11 @@
 namespace tessera::gpu_cost {
 
 using tilecore::DrawConstants;
+using tilecore::ImageLookup;
 using tilecore::kLookupLines;
 using tilecore::LineSide;
 using tilecore::LookupArrays;
+using tilecore::slot_of;
 using tilecore::TextureLayoutView;
 
 #include "tilecore/shading/lane_shader.inc"
@@ -55,6 +57,10 @@ struct Uniforms {
     float anisotropy, anisotropy_cosine, anisotropy_sine, film, film_ior, film_min, film_max;
     float transmission, ior, thickness, volume_scale, absorption[3], dispersion, spread, spread_color[3];
   } layers;
+  struct BehindUniforms {
+    float scale_u, scale_v, levels;
+    ImageConstants image;
+  } behind;
   TextureUniforms textures[8];
   struct LightUniforms {
     float color[3], position[3], direction[3], range, cos_inner, cos_outer;
@@ -191,6 +197,8 @@ void set_constants(const TESSERA_CONSTANT Uniforms& u, DrawConstants& draw) {
   draw.anisotropy_cosine = l.anisotropy_cosine, draw.anisotropy_sine = l.anisotropy_sine;
   draw.volume_scale = l.volume_scale;
   draw.layer_constants.absorption = vector(l.absorption), draw.layer_constants.dispersion = l.dispersion;
+  if (S.transmission) draw.behind.levels = 1, draw.behind.image = &u.behind.image;
+  draw.behind_u = u.behind.scale_u, draw.behind_v = u.behind.scale_v, draw.behind_levels = u.behind.levels;
 }
 
 // Calls `shade(draw)`.

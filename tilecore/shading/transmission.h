@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+
+#include "base/counter.h"
+#include "base/rect.h"
+#include "shaders_cpp/radiance_image.h"
+
+namespace tessera::tilecore {
+
+// What transmits is drawn in a second pass over an image of everything else: its pixels before blending, written by the
+// tiles in a first pass, and smaller levels of them, each half as wide and high, through which rough surfaces look.
+//
+// Invariants (cited by the tests):
+//   TR1  The image, and so the frame, is the same for any tile size, tile order and number of threads.
+//   TR2  A frame without anything that transmits is rendered in one pass, without the image.
+
+// What that takes beside passes.
+struct TransmissionCounters {
+  std::uint64_t pixels_kept = 0;
+  std::uint64_t texels_reduced = 0;
+  std::uint64_t tiles_stored = 0;
+};
+
+// Texels of a level that a tile makes: those that begin in it. `pixels`: of the tile.
+inline IntRect reduced_by(const shaders::RadianceImage& image, int level, IntRect pixels) {
+  const auto first = [](int pixel, int texels, int all) {
+    return static_cast<int>((std::int64_t{pixel} * texels + all - 1) / all);
+  };
+  const int width = image.width(level), height = image.height(level);
+  return {first(pixels.x0, width, image.width()), first(pixels.y0, height, image.height()),
+          first(pixels.x1, width, image.width()), first(pixels.y1, height, image.height())};
+}
+
+}  // namespace tessera::tilecore
+
+namespace tessera {
+
+template <>
+inline constexpr bool kAbsentWhenIdle<tilecore::TransmissionCounters> = true;
+
+template <>
+inline constexpr auto kCounterFields<tilecore::TransmissionCounters> =
+    std::to_array<CounterField<tilecore::TransmissionCounters>>({
+        {"transmission.pixels_kept", &tilecore::TransmissionCounters::pixels_kept, Combine::kSum, "pixels",
+         "Pixels resolved, before blending, for the image of what is behind surfaces that transmit.", ""},
+        {"transmission.texels_reduced", &tilecore::TransmissionCounters::texels_reduced, Combine::kSum, "texels",
+         "Texels of that image that were added up to make the level below.", ""},
+        {"transmission.tiles_stored", &tilecore::TransmissionCounters::tiles_stored, Combine::kSum, "tiles",
+         "Tiles whose samples were stored after the first pass and loaded for the second one.", ""},
+    });
+TESSERA_COUNTERS_COVER(tilecore::TransmissionCounters);
+
+}  // namespace tessera
