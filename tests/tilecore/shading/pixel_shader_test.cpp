@@ -113,9 +113,19 @@ scene::Primitive random_mesh(Random& random, int material) {
   return p;
 }
 
+shaders::RadianceImage random_image(Random& random) {
+  shaders::RadianceImage image(shaders::RadianceImage::mip_chain({random.integer(1, 60), random.integer(1, 40)}));
+  for (int level = 0; level < image.level_count(); ++level)
+    for (int y = 0; y < image.height(level); ++y)
+      for (int x = 0; x < image.width(level); ++x)
+        image.set(level, x, y, {random.uniform(0, 9), random.uniform(0, 9), random.uniform(0, 9)});
+  return image;
+}
+
 // Drawables of both kinds under lights of all kinds, with everything that moves or does not.
 struct ShaderScene : TestFrame {
   std::vector<Invocation> invocations;
+  shaders::RadianceImage behind;
   Lighting lighting{shaders::Environment(0.8f)};
 
   explicit ShaderScene(std::uint32_t seed, bool quads = false) {
@@ -148,6 +158,9 @@ struct ShaderScene : TestFrame {
     if (random.coin()) test::add_motion(*capture, static_cast<int>(capture->nodes.size()) - 1, {0.3, 0.1, 0});
     pose();
     for (int k = 0; k < 300; ++k) add_invocation(random, quads);
+    if (seed % 4 == 3) return;
+    behind = random_image(random);
+    lighting.behind = &behind;
   }
 
  private:
@@ -242,7 +255,8 @@ TEST(PixelShader, WARP2DrawsTakeAsManyWarpsAsTheirInvocationsFill) {
 TEST(PixelShader, TX1AWarpAsksForTheLinesOfItsLanesOnce) {
   for (std::uint32_t seed = 0; seed < 20; ++seed) {
     const ShaderScene scene(seed);
-    const TextureMemory memory(scene.capture->materials, 64);
+    const shaders::RadianceImage* const images[] = {&scene.behind};
+    const TextureMemory memory(scene.capture->materials, 64, images);
     const TextureUnit::Settings settings{&memory, 1 << 20, 16, 64};
     PixelShader shader;
     std::vector<ShadedPoint> points(scene.invocations.size());
