@@ -266,6 +266,7 @@ void Device::render_right_eye(int frame, const scene::FrameGeometry& left, Frame
   for (const auto& [stage, seconds] : right.stage_seconds) result.stage_seconds[stage] += seconds;
   result.counters.merge(right.counters);
   result.maps.add(right.maps);
+  result.materials.add(right.materials);
   merge(result.drawables, right.drawables);
   if (result.model && right.model) {  // one eye after the other
     result.model->timing.accumulate(right.model->timing);
@@ -283,7 +284,7 @@ FrameResult Device::render(int frame) {
   // Before the right eye, which reads the left one's finished frame as its history.
   if (desampled) eyes_[0].sequence.finish();
   if (eyes_.size() > 1) render_right_eye(frame, *left, result);
-  report_effects({*left, settings_, result.counters, result.maps, eyes_.size() > 1,
+  report_effects({*left, settings_, result.counters, result.maps, result.materials, eyes_.size() > 1,
                   gpu_.frame_buffer.compression != tilecore::FrameBufferCompression::kNone},
                  result.effects, result.effect_reasons, result.effect_places);
   if (desampled) eyes_[0].sequence.keep_pose(std::move(left));

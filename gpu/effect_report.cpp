@@ -52,6 +52,12 @@ std::string who_has(std::size_t drawables, const scene::FrameGeometry& frame, co
 
 }  // namespace
 
+void MaterialPlaces::add(const MaterialPlaces& view) {
+  for (std::size_t effect = 0; effect < sub_patches.size(); ++effect) sub_patches[effect] += view.sub_patches[effect];
+  if (tiles.empty()) tiles.resize(view.tiles.size());
+  for (std::size_t t = 0; t < view.tiles.size(); ++t) tiles[t] |= view.tiles[t];
+}
+
 void report_effects(const EffectSources& from, FrameEffects& effects, EffectReasons& reasons,
                     FrameEffectPlaces& places) {
   const scene::FrameGeometry& frame = from.frame;
@@ -94,9 +100,11 @@ void report_effects(const EffectSources& from, FrameEffects& effects, EffectReas
     const std::size_t asking =
         count_drawables(frame, [&](const PosedDrawable& d) { return d.material->effects[effect]; });
     if (asking == 0) continue;
-    // Shaders have it or not, draw by draw.
-    places[name] = {0, 0, from.maps.tiles.size()};
-    effects[name] = true;
+    const auto tiles =
+        static_cast<std::uint64_t>(std::count_if(from.materials.tiles.begin(), from.materials.tiles.end(),
+                                                 [&](const scene::MaterialEffects& drawn) { return drawn[effect]; }));
+    places[name] = {from.materials.sub_patches[effect], 0, tiles};
+    effects[name] = tiles > 0;
     reasons[name] = who_has(asking, frame, "have a material with it");
   }
 

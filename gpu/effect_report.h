@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "gpu/resolve_sequence.h"
 #include "gpu/settings.h"
@@ -24,12 +26,22 @@ struct EffectPlaces {
 };
 using FrameEffectPlaces = std::map<std::string, EffectPlaces>;
 
+// Where effects of materials (scene::MaterialEffect) were drawn.
+struct MaterialPlaces {
+  std::array<std::uint64_t, scene::kMaterialEffectCount> sub_patches{};  // sent to the binner
+  std::vector<scene::MaterialEffects> tiles;  // by tile: of the sub-patches in its lists; empty: of none
+
+  // Of a further view of the same frame.
+  void add(const MaterialPlaces& view);
+};
+
 // What a frame is described from, when it is finished.
 struct EffectSources {
   const scene::FrameGeometry& frame;  // of the left or only eye
   const RunSettings& settings;
   const FrameCounters& counters;
   const TileMaps& maps;
+  const MaterialPlaces& materials;
   bool stereo, compressed;
 };
 

@@ -39,6 +39,7 @@ struct FrameResult {
   double seconds = 0;
   std::optional<MachineModel> model;  // with output.machine_model
   TileMaps maps{};
+  MaterialPlaces materials{};
   DrawableCosts drawables{};
 };
 

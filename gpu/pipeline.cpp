@@ -90,6 +90,18 @@ bool Pipeline::render_tiles(const ViewRun& run, TileScheduler& scheduler, const 
   return false;
 }
 
+void Pipeline::find_materials(const ViewRun& run, const std::vector<frontend::BoundedSubPatch>& sub_patches) {
+  const std::vector<scene::Material>& materials = run.job.frame->assembly->materials;
+  if (std::ranges::none_of(materials, [](const scene::Material& m) { return m.effects.any(); })) return;
+  MaterialPlaces& places = run.result.materials;
+  for (const frontend::BoundedSubPatch& piece : sub_patches) {
+    const scene::MaterialEffects& effects = run.job.frame->drawable_of(piece.base_patch).material->effects;
+    if (effects.none()) continue;
+    for (std::size_t effect = 0; effect < effects.size(); ++effect) places.sub_patches[effect] += effects[effect];
+    if (places.tiles.empty()) places.tiles.resize(run.job.grid->tile_count());
+  }
+}
+
 void Pipeline::collect(const ViewRun& run, const binner::Binner& binner, const tilecore::TessellationCache& cache) {
   FrameCounters& counters = run.result.counters;
   tessera::merge(counters.tessellation, cache.counters());
@@ -136,6 +148,7 @@ void Pipeline::render(const ViewRun& run, const PreviousDepth& previous) {
     kept_.binner->buffer().limit(&budget);
   }
   binner::Binner& binner = *kept_.binner;
+  find_materials(run, front_end.sub_patches);
   if (previous.store) result.targets.coarse_depth = depths_to_store(gpu_, job);
   result.maps = TileMaps(*job.grid);
   const tilecore::TileOrder order(gpu_.tilecore.tile_order, *job.grid, tiles_together(job));

@@ -49,6 +49,8 @@ class Pipeline {
   // All of the front end's sub-patches; true: the lists hold all of them.
   static bool render_tiles(const ViewRun& run, TileScheduler& scheduler, const binner::TileGrid& grid,
                            const std::vector<frontend::BoundedSubPatch>& sub_patches, bool binned);
+  // Counts the sub-patches whose materials have effects; tiles mark their own.
+  static void find_materials(const ViewRun& run, const std::vector<frontend::BoundedSubPatch>& sub_patches);
   void collect(const ViewRun& run, const binner::Binner& binner, const tilecore::TessellationCache& cache);
 
   const GpuConfiguration& gpu_;

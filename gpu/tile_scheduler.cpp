@@ -65,6 +65,9 @@ void TileScheduler::render_tile(Round& round, std::size_t t, bool& first_of_grou
   core.charge(ledger);
   SharedUse& shared = round.shared[t];
   for (const binner::QueueEntry& entry : entries) shared.records.push_back(entry.record);
+  if (std::vector<scene::MaterialEffects>& drawn = run_.result.materials.tiles; !drawn.empty())
+    for (const binner::QueueEntry& entry : entries)
+      drawn[t] |= job.frame->drawable_of(entry.base_patch).material->effects;
   tilecore::TileState fresh;
   tilecore::TileState& state = unfinished_.empty() ? fresh : unfinished_[t];
   if (round.last || !entries.empty()) {

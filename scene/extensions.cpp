@@ -38,7 +38,7 @@ std::vector<Extension> shared_extensions() {
       {"KHR_materials_specular", "material", "Strength and colour of a dielectric's reflections.", {}},
       {"KHR_materials_transmission",
        "material",
-       "The environment is seen through the surface, tinted and blurred; other surfaces behind it are not.",
+       "What is behind the surface is seen through it, tinted and blurred: all that is opaque and does not transmit.",
        {}},
       {"KHR_materials_unlit", "material", "Base colour is shown as it is.", {}},
       {"KHR_materials_volume", "material", "What transmits refracts and absorbs by its thickness.", {}},

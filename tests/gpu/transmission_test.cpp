@@ -269,6 +269,10 @@ TEST(Transmission, ThePassesAreCharged) {
   const memory::Traffic state = frame.counters.ledger.traffic(Unit::kTilecore, Purpose::kTileState);
   EXPECT_GT(frame.counters.transmission.tiles_stored, 0u);
   EXPECT_LT(frame.counters.transmission.tiles_stored, 6u) << "of 3 x 2 tiles";
+  const EffectPlaces& places = frame.effect_places.at("transmission");
+  EXPECT_GT(places.sub_patches, 0u);
+  EXPECT_GT(places.tiles, 0u);
+  EXPECT_LE(places.tiles, frame.counters.transmission.tiles_stored) << "lists are exact, what is stored is bounded";
   EXPECT_GT(state.written_bytes, 0u);
   EXPECT_EQ(state.read_bytes, state.written_bytes);
   // Panes read the image as a texture; the board's is small.
