@@ -85,6 +85,9 @@ void Device::set_observer(ViewObserver* observer) {
     throw UsageError(
         "baselines render and write every tile; to be compared with them the machine needs "
         "tile.rendering_elimination=false and frame_buffer.transaction_elimination=false");
+  if (observer != nullptr && behind_.level_count() > 0)
+    throw UsageError(
+        "baselines draw frames in one pass; of a capture in which surfaces transmit they would leave one out");
   observer_ = observer;
 }
 

@@ -54,8 +54,8 @@ class Device {
   // Of the frame in hand; may be read on any thread.
   const WorkProgress& progress() const { return progress_; }
 
-  // Null: nobody. It must outlive the device or the next call. Throws UsageError where tiles are eliminated: who compares
-  // machines sees one that renders and writes all tiles.
+  // Null: nobody. It must outlive the device or the next call. Throws UsageError where tiles are eliminated, and where
+  // surfaces transmit: who compares machines sees one that renders and writes all tiles in one pass.
   void set_observer(ViewObserver* observer);
 
   // What the frame rendered last leaves to the next, with resolve.desampling=adaptive; and to go on from that of
