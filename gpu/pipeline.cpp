@@ -86,6 +86,11 @@ bool Pipeline::render_tiles(const ViewRun& run, TileScheduler& scheduler, const 
       for (int column = tiles.x0; column < tiles.x1; ++column) open[grid.index(column, row)] = true;
   }
   scheduler.render_behind(behind, open);
+  // The lists still hold what is behind, unless a partial render emptied them.
+  if (run.result.counters.binner.partial_renders > 0) {
+    scheduler.empty_lists();
+    transmissive.insert(transmissive.begin(), behind.begin(), behind.end());
+  }
   scheduler.render_transmissive(transmissive, open);
   return false;
 }

@@ -42,7 +42,8 @@ void for_each_tile(const binner::TileGrid& grid, int group_side, const Visit& vi
 
 struct TileScheduler::Round {
   WorkRecorder::Round work;
-  std::vector<SharedUse> shared;  // per tile
+  std::vector<SharedUse> shared;                 // per tile
+  std::vector<tilecore::TileState>& unfinished;  // empty but for partial renders
   const Pass& pass;
   bool last;                    // of the pass: no partial render follows
   std::vector<bool> unchanged;  // tiles that are not rendered; empty: none
@@ -69,7 +70,7 @@ void TileScheduler::render_tile(Round& round, std::size_t t, bool& first_of_grou
     for (const binner::QueueEntry& entry : entries)
       drawn[t] |= job.frame->drawable_of(entry.base_patch).material->effects;
   tilecore::TileState fresh;
-  tilecore::TileState& state = unfinished_.empty() ? fresh : unfinished_[t];
+  tilecore::TileState& state = round.unfinished.empty() ? fresh : round.unfinished[t];
   if (round.last || !entries.empty()) {
     if (state.started) core.load_state(job, state);
     if (run_.record != nullptr)
@@ -95,13 +96,12 @@ void TileScheduler::finish_tile(const Round& round, std::size_t t, tilecore::Til
   const std::vector<bool>& open = round.pass.open;
   tilecore::TileCore& core = cores_.local();
   if (!open.empty() && open[t]) {
-    core.finish_behind(run_.job, state, first_of_group);
+    core.finish_behind(run_.job, static_cast<binner::TileIndex>(t), state, first_of_group);
     return;
   }
   shared.finished = true;
   shared.stored = core.finish(run_.job, static_cast<binner::TileIndex>(t), state, run_.result.targets, first_of_group,
                               !open.empty());
-  if (!unfinished_.empty()) state = {};
 }
 
 std::vector<bool> TileScheduler::compare_inputs(bool complete) {
@@ -189,20 +189,20 @@ void TileScheduler::render_pass(std::span<const frontend::BoundedSubPatch> sub_p
   const bool whole = pass.only.empty() && pass.open.empty();
   binner::Binner::Cursor cursor;
   if (run_.record != nullptr) run_.record->entries.resize(tile_count);
-  if (!pass.open.empty()) unfinished_.resize(tile_count);
-  for (bool first = true, done = false; !done; first = false) {
+  std::vector<tilecore::TileState> unfinished;
+  for (bool done = false; !done;) {
     {
       const StageTimer timer(run_.result, "bin");
       done = pass.binned || binner_.run(*job.frame, sub_patches, cursor);
     }
     std::vector<bool> unchanged;
-    if (run_.inputs != nullptr && pass.only.empty()) unchanged = compare_inputs(whole && done && first);
-    Round round{run_.recorder.begin_round(binner_, order_), {}, pass, done, std::move(unchanged)};
+    if (run_.inputs != nullptr && pass.only.empty()) unchanged = compare_inputs(whole && done && unfinished.empty());
+    Round round{run_.recorder.begin_round(binner_, order_), {}, unfinished, pass, done, std::move(unchanged)};
     const StageTimer timer(run_.result, "tiles");
     round.shared.resize(tile_count);
     if (!done) {
       ++run_.result.counters.binner.partial_renders;
-      unfinished_.resize(tile_count);
+      unfinished.resize(tile_count);
     }
     PerThread<double> busy_seconds;
     if (run_.progress != nullptr)
@@ -222,14 +222,6 @@ void TileScheduler::render_pass(std::span<const frontend::BoundedSubPatch> sub_p
     share(round);
     if (!done) empty_lists();
   }
-  if (pass.open.empty()) unfinished_.clear();
-}
-
-void TileScheduler::render_transmissive(std::span<const frontend::BoundedSubPatch> sub_patches,
-                                        const std::vector<bool>& open) {
-  empty_lists();
-  reduce_behind();
-  render_pass(sub_patches, {open, {}, false});
 }
 
 void TileScheduler::reduce_behind() {

@@ -50,12 +50,15 @@ class TileScheduler {
     render_pass(sub_patches, {only, {}, binned});
   }
 
-  // Where something transmits: what does not, in all tiles, then what does, in those that `open` marks. In between, the
-  // image of what is behind is finished.
+  // Where something transmits: what does not, in all tiles, of which `open` marks those that are not finished; then, once
+  // the image of what is behind has its smaller levels, these again with all that the lists hold.
   void render_behind(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& open) {
     render_pass(sub_patches, {{}, open, false});
   }
-  void render_transmissive(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& open);
+  void render_transmissive(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& open) {
+    reduce_behind();
+    render_pass(sub_patches, {open, {}, false});
+  }
 
   // Of all tiles, and the sub-patch table.
   void empty_lists();
@@ -71,8 +74,7 @@ class TileScheduler {
 
  private:
   struct Round;
-  // `only`: the tiles that are rendered, `open`: those of them that are not finished but keep their states. Empty: all;
-  // none.
+  // `only`: the tiles that are rendered; `open`: those that leave what is behind and are not finished. Empty: all; none.
   struct Pass {
     std::vector<bool> only, open;
     bool binned = false;
@@ -99,8 +101,7 @@ class TileScheduler {
   binner::Binner& binner_;
   const tilecore::TileOrder& order_;
   tilecore::TessellationCache& cache_;
-  std::uint32_t records_before_ = 0;             // of the sub-patch tables that were emptied
-  std::vector<tilecore::TileState> unfinished_;  // by tile; empty but for partial renders, and between two passes
+  std::uint32_t records_before_ = 0;  // of the sub-patch tables that were emptied
 };
 
 }  // namespace tessera::gpu

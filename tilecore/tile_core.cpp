@@ -404,14 +404,13 @@ void TileCore::finish_deferred(const TileJob& job, binner::TileIndex tile, Frame
   resolve_seconds_ += thread_seconds() - start;
 }
 
-void TileCore::finish_behind(const TileJob& job, const TileState& state, bool first_of_group) {
-  const IntRect pixels = samples_.pixels;
-  TESSERA_CHECK(state.started, "a tile is finished right after its last entries");
+void TileCore::finish_behind(const TileJob& job, binner::TileIndex tile, const TileState& state, bool first_of_group) {
+  const IntRect pixels = job.grid->pixels(tile);
+  TESSERA_CHECK(state.started && samples_.pixels == pixels, "a tile is finished right after its last entries");
   shader_.count_drawables(drawables_);
   shader_.shade_opaque(job, samples_, state, first_of_group, *job.behind);
   transmission_.pixels_kept += static_cast<std::uint64_t>(pixels.width() * pixels.height());
-  ++transmission_.tiles_stored;
-  store_state(job, state);
+  ++transmission_.tiles_again;
 }
 
 void TileCore::count_reduced(const TileJob& job, binner::TileIndex tile) {

@@ -96,8 +96,8 @@ class TileCore {
   // `keep_behind`: also leaves what is opaque in job.behind.
   bool finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets,
               bool first_of_group = true, bool keep_behind = false);
-  // Instead, of a tile in which something transmits: leaves what is opaque in job.behind, and stores the state.
-  void finish_behind(const TileJob& job, const TileState& state, bool first_of_group);
+  // Instead, of a tile that will be rendered again with what transmits: leaves what is opaque in job.behind.
+  void finish_behind(const TileJob& job, binner::TileIndex tile, const TileState& state, bool first_of_group);
   // Charges the tile for its part of job.behind's smaller levels.
   void count_reduced(const TileJob& job, binner::TileIndex tile);
 

@@ -9,7 +9,9 @@
 namespace tessera::tilecore {
 
 // What transmits is drawn in a second pass over an image of everything else: its pixels before blending, written by the
-// tiles in a first pass, and smaller levels of them, each half as wide and high, through which rough surfaces look.
+// tiles in a first pass, and smaller levels of them, each half as wide and high, through which rough surfaces look. Tiles
+// in which something transmits are rendered from their lists again: to store and load their samples takes more, 40 bytes
+// a sample against the few that lists and records of patches have for a pixel.
 //
 // Invariants (cited by the tests):
 //   TR1  The image, and so the frame, is the same for any tile size, tile order and number of threads.
@@ -19,7 +21,7 @@ namespace tessera::tilecore {
 struct TransmissionCounters {
   std::uint64_t pixels_kept = 0;
   std::uint64_t texels_reduced = 0;
-  std::uint64_t tiles_stored = 0;
+  std::uint64_t tiles_again = 0;
 };
 
 // Texels of a level that a tile makes: those that begin in it. `pixels`: of the tile.
@@ -46,8 +48,8 @@ inline constexpr auto kCounterFields<tilecore::TransmissionCounters> =
          "Pixels resolved, before blending, for the image of what is behind surfaces that transmit.", ""},
         {"transmission.texels_reduced", &tilecore::TransmissionCounters::texels_reduced, Combine::kSum, "texels",
          "Texels of that image that were added up to make the level below.", ""},
-        {"transmission.tiles_stored", &tilecore::TransmissionCounters::tiles_stored, Combine::kSum, "tiles",
-         "Tiles whose samples were stored after the first pass and loaded for the second one.", ""},
+        {"transmission.tiles_again", &tilecore::TransmissionCounters::tiles_again, Combine::kSum, "tiles",
+         "Tiles that were rendered in both passes, because something that transmits may touch them.", ""},
     });
 TESSERA_COUNTERS_COVER(tilecore::TransmissionCounters);
 
