@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "gpu/view_inputs.h"
 #include "tilecore/resolve/resolve_unit.h"
+#include "tilecore/shading/transmission.h"
 
 namespace tessera::gpu {
 
@@ -74,7 +74,7 @@ bool Pipeline::render_tiles(const ViewRun& run, TileScheduler& scheduler, const 
   std::vector<frontend::BoundedSubPatch> behind, transmissive;
   if (run.job.behind != nullptr)
     for (const frontend::BoundedSubPatch& piece : sub_patches)
-      (transmits(run.job.frame->drawable_of(piece.base_patch)) ? transmissive : behind).push_back(piece);
+      (tilecore::transmits(run.job.frame->drawable_of(piece.base_patch)) ? transmissive : behind).push_back(piece);
   if (transmissive.empty()) {
     scheduler.render(sub_patches, {}, binned);
     return true;

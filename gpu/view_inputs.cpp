@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "tilecore/shading/transmission.h"
 #include "tilecore/visibility/ray_effects.h"
 
 namespace tessera::gpu {
@@ -38,14 +39,9 @@ scene::FrameRequest frame_request(const scene::Capture& capture, const GpuConfig
   return request;
 }
 
-bool transmits(const scene::PosedDrawable& drawable) {
-  return drawable.procedure == nullptr && drawable.material->has(scene::MaterialEffect::kTransmission);
-}
-
 bool transmits(const scene::Assembly& assembly) {
-  return std::any_of(assembly.drawables.begin(), assembly.drawables.end(), [&](const scene::Drawable& d) {
-    return d.kind != scene::Primitive::Kind::kProcedure &&
-           assembly.materials[static_cast<std::size_t>(d.material)].has(scene::MaterialEffect::kTransmission);
+  return std::any_of(assembly.drawables.begin(), assembly.drawables.end(), [&](const scene::Drawable& drawable) {
+    return tilecore::transmits(drawable, assembly.materials[static_cast<std::size_t>(drawable.material)]);
   });
 }
 

@@ -18,8 +18,7 @@ scene::CameraChoice frame_camera(const scene::Capture& capture, const RunSetting
 scene::FrameRequest frame_request(const scene::Capture& capture, const GpuConfiguration& gpu,
                                   const RunSettings& settings, int width, int height, int frame);
 
-// Whether a surface shows what is behind it, and whether any of a scene's does: those of procedures do not.
-bool transmits(const scene::PosedDrawable& drawable);
+// Whether any surface shows what is behind it.
 bool transmits(const scene::Assembly& assembly);
 
 // Its light, and what is behind everything: a colour, or nothing for the environment.

@@ -8,6 +8,7 @@
 #include "base/check.h"
 #include "base/parallel.h"
 #include "reference/reference_kernel.h"
+#include "tilecore/shading/transmission.h"
 
 namespace tessera::reference {
 namespace {
@@ -263,6 +264,24 @@ std::vector<Image> means(const scene::FrameGeometry& frame, const ReferenceReque
   return images;
 }
 
+std::vector<Image> render_segments(const scene::FrameGeometry& frame, const ReferenceRequest& request, bool behind) {
+  Sums sums;
+  const int count = static_cast<int>(frame.segments.size());
+  for (int segment = count == 0 ? 0 : 1; segment <= count; ++segment)
+    add_samples(ReferenceScene(frame, segment, behind), request, sums);
+  return means(frame, request, sums);
+}
+
+shaders::RadianceImage levels_of(const Image& pixels) {
+  shaders::RadianceImage image(shaders::RadianceImage::mip_chain({pixels.width, pixels.height}));
+  for (int y = 0; y < pixels.height; ++y)
+    for (int x = 0; x < pixels.width; ++x)
+      image.set(0, x, y, {pixels.at(x, y)[0], pixels.at(x, y)[1], pixels.at(x, y)[2]});
+  for (int level = 1; level < image.level_count(); ++level)
+    image.reduce(level, {0, 0, image.width(level), image.height(level)});
+  return image;
+}
+
 }  // namespace
 
 std::vector<Image> render_reference(const ReferenceScene& scene, const ReferenceRequest& request) {
@@ -272,11 +291,12 @@ std::vector<Image> render_reference(const ReferenceScene& scene, const Reference
 }
 
 std::vector<Image> render_reference(const scene::FrameGeometry& frame, const ReferenceRequest& request) {
-  Sums sums;
-  const int count = static_cast<int>(frame.segments.size());
-  for (int segment = count == 0 ? 0 : 1; segment <= count; ++segment)
-    add_samples(ReferenceScene(frame, segment), request, sums);
-  return means(frame, request, sums);
+  if (std::ranges::none_of(frame.drawables, [](const auto& drawable) { return tilecore::transmits(drawable); }))
+    return render_segments(frame, request, false);
+  const shaders::RadianceImage behind = levels_of(render_segments(frame, request, true).back());
+  ReferenceRequest lit = request;
+  lit.lighting.behind = &behind;
+  return render_segments(frame, lit, false);
 }
 
 double rms_difference(const Image& a, const Image& b) {

@@ -29,7 +29,8 @@ struct ReferenceRequest {
 // three channels, the mean over a pixel's samples. The pixel shader is the machine's (a stage is part of the scene), in
 // single precision, at parameters that are found in double. One image per number of samples asked for. The same bits
 // for any number of threads and any instruction set.
-// A scene of a motion segment gives what the samples in its part of the shutter add to the mean.
+// A scene of a motion segment gives what the samples in its part of the shutter add to the mean. What transmits shows
+// request.lighting.behind; of a frame, an image of what is behind it that is made first, of as many samples.
 std::vector<Image> render_reference(const ReferenceScene& scene, const ReferenceRequest& request);
 // Of a frame, segment by segment where its motion has some.
 std::vector<Image> render_reference(const scene::FrameGeometry& frame, const ReferenceRequest& request);

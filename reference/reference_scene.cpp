@@ -10,6 +10,7 @@
 #include "scene/wires.h"
 #include "shaders_cpp/bicubic.h"
 #include "shaders_cpp/procedures/procedures.h"
+#include "tilecore/shading/transmission.h"
 
 namespace tessera::reference {
 namespace {
@@ -102,7 +103,7 @@ double cost_of(const std::array<ReferenceScene::Box, 2>& boxes, bool orthographi
 
 }  // namespace
 
-ReferenceScene::ReferenceScene(const FrameGeometry& frame_in, int segment)
+ReferenceScene::ReferenceScene(const FrameGeometry& frame_in, int segment, bool behind)
     : frame(frame_in),
       posed(frame_in.segment(segment)),
       center_x(posed.projection.center_x),
@@ -116,7 +117,12 @@ ReferenceScene::ReferenceScene(const FrameGeometry& frame_in, int segment)
   drawable_to_raster_.resize(frame.drawables.size());
   place_drawables(frame);
   if (segment != 0) place_drawables(posed);
-  for (std::size_t patch = 0; patch < assembly.patch_count(); ++patch) add_patch(static_cast<std::uint32_t>(patch));
+  for (std::uint32_t patch = 0; patch < assembly.patch_count(); ++patch) {
+    const PosedDrawable& drawable = frame.drawable_of(patch);
+    if (behind && (tilecore::transmits(drawable) || drawable.material->alpha_mode == scene::AlphaMode::kBlend))
+      continue;
+    add_patch(patch);
+  }
   for (const Leaf& leaf : leaves) leaf_boxes_.push_back(leaf_boxes(leaf));
   if (!leaves.empty()) {
     std::vector<std::uint32_t> order(leaves.size());

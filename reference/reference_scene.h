@@ -52,7 +52,8 @@ struct ReferenceScene {
 
   // `frame_in` must outlive it, and is posed with grids as fine as the reference is wanted. A frame with motion segments
   // has a scene for each of them (1 on): what moves by segments moves by that one, what does not is cut off at its ends.
-  explicit ReferenceScene(const scene::FrameGeometry& frame_in, int segment = 0);
+  // `behind`: only what is seen behind surfaces that transmit, which is neither these nor what blends.
+  explicit ReferenceScene(const scene::FrameGeometry& frame_in, int segment = 0, bool behind = false);
 
   const scene::FrameGeometry& frame;  // of the whole shutter
   const scene::FrameGeometry& posed;  // of the segment: camera, and what is curved

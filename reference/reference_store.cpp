@@ -18,6 +18,7 @@
 #include "gpu/view_inputs.h"
 #include "reference/reference_renderer.h"
 #include "shaders_cpp/tone_map.h"
+#include "tilecore/shading/transmission.h"
 
 namespace tessera::reference {
 namespace {
@@ -48,7 +49,10 @@ struct PosedReference {
     scene = std::make_unique<ReferenceScene>(*frame, frame->segments.empty() ? 0 : 1);
   }
   std::vector<Image> render(const ReferenceRequest& request) const {
-    return frame->segments.empty() ? render_reference(*scene, request) : render_reference(*frame, request);
+    const bool whole = frame->segments.empty() && std::ranges::none_of(frame->drawables, [](const auto& drawable) {
+                         return tilecore::transmits(drawable);
+                       });
+    return whole ? render_reference(*scene, request) : render_reference(*frame, request);
   }
   std::unique_ptr<scene::FrameGeometry> frame;
   std::unique_ptr<ReferenceScene> scene;

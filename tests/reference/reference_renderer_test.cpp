@@ -302,6 +302,36 @@ TEST(Reference, WithTheMachinesSamplesDiffersByItsArithmeticAlone) {
   }
 }
 
+// A ball of glass before a board of two colours: the same image of what is behind it, but for half precision.
+TEST(Reference, ShowsWhatIsBehindGlassAsTheMachineDoes) {
+  for (const float roughness : {0.0f, 0.5f}) {
+    Capture capture;
+    scene::Material red, blue, glass;
+    red.unlit = blue.unlit = true;
+    red.base_color = {0.9f, 0.1f, 0.1f, 1}, blue.base_color = {0.1f, 0.2f, 0.9f, 1};
+    glass.metallic = 0, glass.roughness = roughness;
+    glass.transmission.factor = 1, glass.volume.thickness = 0.7f;
+    for (const auto effect : {scene::MaterialEffect::kTransmission, scene::MaterialEffect::kVolume})
+      glass.effects[static_cast<std::size_t>(effect)] = true;
+    for (const auto& [x, material] : {std::pair{-2.0f, &red}, {0.0f, &blue}})
+      test::add_node(capture, test::patches(test::flat_patch({x, -2, 0}, {2, 0, 0}, {0, 4, 0}),
+                                            test::add_material(capture, *material)));
+    const int ball =
+        test::add_node(capture, test::closed_patches(test::add_material(capture, glass)), DVec3(-0.2, 0.1, 1.5));
+    test::add_motion(capture, ball, {2, 0, 0});
+    test::add_camera(capture, {0, 0, 6});
+    capture.settings.frame_rate = 8;
+    const Posed posed(capture, 96, 54, 0, 3.0);
+    const tilecore::SamplePattern pattern(tilecore::SamplingSettings{});
+    ReferenceRequest request = posed.request({});
+    request.pattern = &pattern;
+    const Image machine = machine_image(capture, 96, 54, 0, 4), same = render_reference(*posed.frame, request).front();
+    EXPECT_GT(shown_psnr(same, machine), 38) << roughness;
+    // The twin: glass that shows the environment.
+    EXPECT_LT(shown_psnr(render_reference(ReferenceScene(*posed.frame), request).front(), machine), 30) << roughness;
+  }
+}
+
 TEST(Reference, DrawsPointsLinesAndHiddenNodesAsTheMachineDoes) {
   Capture capture;
   test::Random random(9);

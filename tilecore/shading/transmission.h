@@ -4,6 +4,7 @@
 
 #include "base/counter.h"
 #include "base/rect.h"
+#include "scene/frame_geometry.h"
 #include "shaders_cpp/radiance_image.h"
 
 namespace tessera::tilecore {
@@ -16,6 +17,14 @@ namespace tessera::tilecore {
 // Invariants (cited by the tests):
 //   TR1  The image, and so the frame, is the same for any tile size, tile order and number of threads.
 //   TR2  A frame without anything that transmits is rendered in one pass, without the image.
+
+// Whether a surface shows what is behind it. Those of procedures do not.
+inline bool transmits(const scene::Drawable& drawable, const scene::Material& material) {
+  return drawable.kind != scene::Primitive::Kind::kProcedure && material.has(scene::MaterialEffect::kTransmission);
+}
+inline bool transmits(const scene::PosedDrawable& drawable) {
+  return transmits(*drawable.drawable, *drawable.material);
+}
 
 // What that takes beside passes.
 struct TransmissionCounters {
