@@ -4,14 +4,18 @@
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
+#include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfOutputFile.h>
+#include <ImfStdIO.h>
 #include <half.h>
 
 #include <algorithm>
-#include <fstream>
+#include <cstring>
 #include <map>
+#include <stdexcept>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -42,16 +46,32 @@ void to_half(const ExrChannel& channel, std::size_t first, std::vector<half>& va
 // Rows that are compressed together, at most; so many are made halves at a time.
 constexpr int kRowsAtOnce = 32;
 
+// A file in memory.
+class MemoryStream : public Imf::IStream {
+ public:
+  explicit MemoryStream(std::span<const std::uint8_t> bytes) : Imf::IStream("EXR"), bytes_(bytes) {}
+  bool read(char to[], int count) override {
+    const auto size = static_cast<std::uint64_t>(std::max(count, 0));
+    if (at_ > bytes_.size() || size > bytes_.size() - at_) throw std::runtime_error("ends early");
+    std::memcpy(to, bytes_.data() + at_, size);
+    at_ += size;
+    return at_ < bytes_.size();
+  }
+  std::uint64_t tellg() override { return at_; }
+  void seekg(std::uint64_t at) override { at_ = at; }
+
+ private:
+  std::span<const std::uint8_t> bytes_;
+  std::uint64_t at_ = 0;
+};
+
 // OpenEXR 3.1 allocates what the header's attributes ask for before it looks at the file behind it. So the header is
 // walked first: every attribute inside the file, an image within the limits, no more channels than the file's length
 // allows.
 class HeaderWalk {
  public:
-  explicit HeaderWalk(const std::filesystem::path& source) : name_(source.string()), in_(source, std::ios::binary) {
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(source, ignored) || !in_) throw InputError(name_, "", "cannot be read");
-    left_ = std::filesystem::file_size(source);
-  }
+  HeaderWalk(Imf::IStream& in, std::uint64_t size, std::string name)
+      : name_(std::move(name)), before_(name_.empty() ? "" : name_ + ": "), in_(in), left_(size) {}
 
   void check(const ImageLimits& limits) {
     constexpr std::uint32_t kMagic = 20000630, kParts = 0x1000;
@@ -109,7 +129,7 @@ class HeaderWalk {
       throw InputError(name_, attribute, fmt::format("has {} bytes, a {} has {}", size, type, known->second));
     if (type == "chlist") {
       if (size > kMaxChannelBytes)
-        throw LimitError(fmt::format("{}: channels of {} bytes, the limit is {}", name_, size, kMaxChannelBytes));
+        throw LimitError(fmt::format("{}channels of {} bytes, the limit is {}", before_, size, kMaxChannelBytes));
       while (!text().empty()) skip(16);
     } else if (type == "preview") {
       const std::uint64_t width = word(), height = word();
@@ -124,13 +144,13 @@ class HeaderWalk {
   static constexpr std::uint32_t kMaxChannelBytes = 4096;  // some two hundred channels
 
   void read(char* bytes, std::size_t count) {
-    if (count > left_ || !in_.read(bytes, static_cast<std::streamsize>(count)))
-      throw InputError(name_, "", "ends inside its header");
+    if (count > left_) throw InputError(name_, "", "ends inside its header");
+    in_.read(bytes, static_cast<int>(count));
     left_ -= count;
   }
   void skip(std::uint64_t count) {
     if (count > left_) throw InputError(name_, "", "ends inside its header");
-    in_.seekg(static_cast<std::streamoff>(count), std::ios::cur);
+    in_.seekg(in_.tellg() + count);
     left_ -= count;
   }
   std::uint32_t word() {
@@ -154,7 +174,7 @@ class HeaderWalk {
     if (width < 1 || height < 1) throw InputError(name_, "dataWindow", "is empty");
     if (width > limits.max_side || height > limits.max_side ||
         static_cast<std::uint64_t>(width * height) > limits.max_pixels)
-      throw LimitError(fmt::format("{}: {}x{} pixels exceed the limit of {} a side and {} in all", name_, width, height,
+      throw LimitError(fmt::format("{}{}x{} pixels exceed the limit of {} a side and {} in all", before_, width, height,
                                    limits.max_side, limits.max_pixels));
   }
 
@@ -162,13 +182,52 @@ class HeaderWalk {
     const std::uint64_t width = word(), height = word();
     const auto side = static_cast<std::uint64_t>(limits.max_side);
     if (width > side || height > side || width * height > limits.max_pixels)
-      throw LimitError(fmt::format("{}: tiles of {}x{} pixels exceed the limits of an image", name_, width, height));
+      throw LimitError(fmt::format("{}tiles of {}x{} pixels exceed the limits of an image", before_, width, height));
   }
 
-  std::string name_;
-  std::ifstream in_;
-  std::uint64_t left_ = 0;
+  std::string name_, before_;  // messages begin with
+  Imf::IStream& in_;
+  std::uint64_t left_;
 };
+
+// As read_exr(), of a stream of `size` bytes that messages call `name`.
+Image read_stream(Imf::IStream& stream, std::uint64_t size, const std::string& name, const ImageLimits& limits,
+                  const ChargeBytes& charge) {
+  HeaderWalk(stream, size, name).check(limits);
+  stream.seekg(0);
+  Imf::InputFile input(stream, 1);
+  const Imath::Box2i window = input.header().dataWindow();
+  const long width = static_cast<long>(window.max.x) - window.min.x + 1;
+  const long height = static_cast<long>(window.max.y) - window.min.y + 1;
+  if (width < 1 || height < 1) throw InputError(name, "dataWindow", "is empty");
+  if (width > limits.max_side || height > limits.max_side ||
+      static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) > limits.max_pixels)
+    throw LimitError(fmt::format("{}{}{}x{} pixels exceed the limit of {} a side and {} in all", name,
+                                 name.empty() ? "" : ": ", width, height, limits.max_side, limits.max_pixels));
+  const bool alpha = input.header().channels().findChannel("A") != nullptr;
+  for (const char* channel : {"R", "G", "B"})
+    if (input.header().channels().findChannel(channel) == nullptr)
+      throw InputError(name, "channels", fmt::format("has no channel {}", channel));
+  // The image, and rows or tiles of it on the way.
+  if (charge) charge(static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * (alpha ? 32 : 24));
+
+  Image image(static_cast<int>(width), static_cast<int>(height), alpha ? 4 : 3);
+  const std::size_t x_stride = sizeof(float) * static_cast<std::size_t>(image.channels);
+  const std::size_t y_stride = x_stride * static_cast<std::size_t>(width);
+  Imf::FrameBuffer frame_buffer;
+  for (int c = 0; c < image.channels; ++c) {
+    // OpenEXR addresses pixels from (0, 0), wherever the data window lies: as integers, because that address may be
+    // no pointer's.
+    const std::uintptr_t origin = reinterpret_cast<std::uintptr_t>(image.values.data() + c) -
+                                  x_stride * static_cast<std::size_t>(static_cast<std::ptrdiff_t>(window.min.x)) -
+                                  y_stride * static_cast<std::size_t>(static_cast<std::ptrdiff_t>(window.min.y));
+    frame_buffer.insert(std::string(1, "RGBA"[c]),
+                        Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(origin), x_stride, y_stride));
+  }
+  input.setFrameBuffer(frame_buffer);
+  input.readPixels(window.min.y, window.max.y);
+  return image;
+}
 
 }  // namespace
 
@@ -212,45 +271,35 @@ void write_exr(const std::filesystem::path& target, int width, int height, const
 }
 
 Image read_exr(const std::filesystem::path& source, const ImageLimits& limits) {
-  HeaderWalk(source).check(limits);
+  const std::string name = source.string();
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(source, ignored)) throw InputError(name, "", "cannot be read");
   try {
-    Imf::InputFile input(source.c_str(), 1);
-    const Imath::Box2i window = input.header().dataWindow();
-    const long width = static_cast<long>(window.max.x) - window.min.x + 1;
-    const long height = static_cast<long>(window.max.y) - window.min.y + 1;
-    if (width < 1 || height < 1) throw InputError(source.string(), "dataWindow", "is empty");
-    if (width > limits.max_side || height > limits.max_side ||
-        static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) > limits.max_pixels)
-      throw LimitError(fmt::format("{}: {}x{} pixels exceed the limit of {} a side and {} in all", source.string(),
-                                   width, height, limits.max_side, limits.max_pixels));
-    const bool alpha = input.header().channels().findChannel("A") != nullptr;
-    for (const char* name : {"R", "G", "B"})
-      if (input.header().channels().findChannel(name) == nullptr)
-        throw InputError(source.string(), "channels", fmt::format("has no channel {}", name));
-
-    Image image(static_cast<int>(width), static_cast<int>(height), alpha ? 4 : 3);
-    const std::size_t x_stride = sizeof(float) * static_cast<std::size_t>(image.channels);
-    const std::size_t y_stride = x_stride * static_cast<std::size_t>(width);
-    Imf::FrameBuffer frame_buffer;
-    for (int c = 0; c < image.channels; ++c) {
-      // OpenEXR addresses pixels from (0, 0), wherever the data window lies: as integers, because that address may be
-      // no pointer's.
-      const std::uintptr_t origin = reinterpret_cast<std::uintptr_t>(image.values.data() + c) -
-                                    x_stride * static_cast<std::size_t>(static_cast<std::ptrdiff_t>(window.min.x)) -
-                                    y_stride * static_cast<std::size_t>(static_cast<std::ptrdiff_t>(window.min.y));
-      frame_buffer.insert(std::string(1, "RGBA"[c]),
-                          Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(origin), x_stride, y_stride));
-    }
-    input.setFrameBuffer(frame_buffer);
-    input.readPixels(window.min.y, window.max.y);
-    return image;
+    Imf::StdIFStream stream(source.c_str());
+    return read_stream(stream, std::filesystem::file_size(source), name, limits, {});
   } catch (const InputError&) {
     throw;
   } catch (const LimitError&) {
     throw;
   } catch (const std::exception& error) {
-    throw InputError(source.string(), "", error.what());
+    throw InputError(name, "", error.what());
   }
+}
+
+bool decode_exr(std::span<const std::uint8_t> bytes, const ImageLimits& limits, Image& image, std::string& fault,
+                const ChargeBytes& charge) {
+  try {
+    MemoryStream stream(bytes);
+    image = read_stream(stream, bytes.size(), "", limits, charge);
+    return true;
+  } catch (const InputError& error) {
+    fault = error.place().empty() ? error.fault() : fmt::format("{} {}", error.place(), error.fault());
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& error) {
+    fault = error.what();
+  }
+  return false;
 }
 
 }  // namespace tessera

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,10 @@ void write_exr(const std::filesystem::path& target, int width, int height, const
 // Reads R, G, B (and A when present) (of the first part) as linear floats. Throws InputError when the file is not such
 // an EXR, LimitError when it is larger than the limits, before its pixels are allocated.
 Image read_exr(const std::filesystem::path& source, const ImageLimits& limits = {});
+
+// The same of the bytes of a file, as decode_image(): false with the fault in words, LimitError.
+bool decode_exr(std::span<const std::uint8_t> bytes, const ImageLimits& limits, Image& image, std::string& fault,
+                const ChargeBytes& charge = {});
 
 template <>
 inline constexpr auto kEnumWords<ExrCompression> = std::to_array<std::string_view>({"piz", "zip", "zips", "rle",

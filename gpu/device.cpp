@@ -1,7 +1,6 @@
 #include "gpu/device.h"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <utility>
@@ -12,6 +11,7 @@
 #include "base/round_up.h"
 #include "gpu/tile_memory.h"
 #include "gpu/view_inputs.h"
+#include "shaders_cpp/environment_image.h"
 #include "tilecore/procedural/sampling_controller.h"
 
 namespace tessera::gpu {
@@ -40,6 +40,14 @@ shaders::RadianceImage image_behind(const scene::Assembly& assembly, const Rende
   return shaders::RadianceImage(shaders::RadianceImage::mip_chain({request.width, request.height}));
 }
 
+// What shaders read besides textures.
+std::vector<const shaders::RadianceImage*> shader_images(const shaders::RadianceImage& behind,
+                                                         const scene::Capture& capture) {
+  std::vector<const shaders::RadianceImage*> images{&behind};
+  if (capture.environment_image != nullptr) images.push_back(&capture.environment_image->levels());
+  return images;
+}
+
 GpuConfiguration with_tile_memory(GpuConfiguration gpu, const RunSettings& settings) {
   grow_tile_memory(gpu, settings);
   return gpu;
@@ -55,8 +63,7 @@ Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfigu
       settings_(settings),
       request_(request),
       behind_(image_behind(scene_.assembly, request)),
-      texture_memory_(scene_.assembly.materials, gpu.line_bytes(),
-                      std::array<const shaders::RadianceImage*, 1>{&behind_}),
+      texture_memory_(scene_.assembly.materials, gpu.line_bytes(), shader_images(behind_, prepared_->capture)),
       displacement_memory_(scene_.assembly.materials, gpu.line_bytes(), texture_memory_.lines()),
       record_memory_(scene_.assembly, gpu.line_bytes(), displacement_memory_.end()),
       camera_(frame_camera(prepared_->capture, settings, request.width, request.height)),
@@ -287,9 +294,10 @@ FrameResult Device::render(int frame) {
   // Before the right eye, which reads the left one's finished frame as its history.
   if (desampled) eyes_[0].sequence.finish();
   if (eyes_.size() > 1) render_right_eye(frame, *left, result);
-  report_effects({*left, settings_, result.counters, result.maps, result.materials, eyes_.size() > 1,
-                  gpu_.frame_buffer.compression != tilecore::FrameBufferCompression::kNone},
-                 result.effects, result.effect_reasons, result.effect_places);
+  report_effects(
+      {*left, settings_, result.counters, result.maps, result.materials, prepared_->capture.environment_image.get(),
+       eyes_.size() > 1, gpu_.frame_buffer.compression != tilecore::FrameBufferCompression::kNone},
+      result.effects, result.effect_reasons, result.effect_places);
   if (desampled) eyes_[0].sequence.keep_pose(std::move(left));
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;

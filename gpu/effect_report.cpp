@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "gpu/frame_counters.h"
+#include "shaders_cpp/environment_image.h"
 
 namespace tessera::gpu {
 namespace {
@@ -121,6 +122,9 @@ void report_effects(const EffectSources& from, FrameEffects& effects, EffectReas
              procedures == 0 ? "the capture has no procedure"
              : !sampled      ? "effects.procedures=off"
                              : who_has(procedures, frame, "are procedures"));
+  if (from.environment != nullptr)
+    everywhere("environment_image", true, all,
+               fmt::format("TESSERA_capture.environment is an image {} pixels wide", from.environment->source_width()));
   everywhere("stereo", from.stereo, all, from.stereo ? "stereo.eye_separation is not 0" : "stereo.eye_separation is 0");
   everywhere("frame_buffer_compression", from.compressed, all,
              from.compressed ? "the machine compresses its frame buffer" : "frame_buffer.compression=none");

@@ -42,6 +42,7 @@ struct EffectSources {
   const FrameCounters& counters;
   const TileMaps& maps;
   const MaterialPlaces& materials;
+  const shaders::EnvironmentImage* environment;  // null: there is no image
   bool stereo, compressed;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "shaders_cpp/environment_image.h"
 #include "tilecore/shading/transmission.h"
 #include "tilecore/visibility/ray_effects.h"
 
@@ -47,7 +48,11 @@ bool transmits(const scene::Assembly& assembly) {
 
 tilecore::Lighting frame_lighting(const scene::Capture& capture) {
   // An asset with lights of its own keeps a little of the environment, so that nothing is black.
-  return {shaders::Environment(capture.settings.environment.value_or(capture.lights.empty() ? 1.0f : 0.3f))};
+  const float intensity = capture.settings.environment.value_or(capture.lights.empty() ? 1.0f : 0.3f);
+  tilecore::Lighting lighting;
+  lighting.environment =
+      shaders::Environment({capture.settings.environment_kind, intensity, capture.environment_image.get()});
+  return lighting;
 }
 
 std::optional<Vec3> frame_background(const scene::Capture& capture) {

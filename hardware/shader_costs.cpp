@@ -153,6 +153,15 @@ void add_layers(const Features& f, std::string_view surface, std::string_view mo
                            f.normals == Features::Normals::kOfSurface ? "of_surface" : "mapped"})));
 }
 
+// Of a lit pixel shader: what an image of the environment adds, and takes.
+void add_environment(const Features& f, Sum& sum) {
+  if (!f.environment_image) return;
+  sum.add(
+      row_of(f.metallic_roughness ? "add/environment/roughness_of_texture" : "add/environment/roughness_of_factor"));
+  if (f.has(Features::Layer::kCoat)) sum.add(row_of("add/environment/coat"));
+  if (f.has(Features::Layer::kSpread)) sum.add(row_of("add/environment/spread"));
+}
+
 }  // namespace
 
 ShaderCost shader_cost(const ShaderFeatures& f) {
@@ -184,6 +193,7 @@ ShaderCost shader_cost(const ShaderFeatures& f) {
     }
   if (any_light) sum.add(row_of("add/lights"));
   add_layers(f, surface, motion, derivatives, sum);
+  add_environment(f, sum);
   return sum.total();
 }
 

@@ -19,7 +19,7 @@ namespace tessera::hardware {
 // Invariants (cited by the tests):
 //   SHADE1  The table is what the compiler gives.
 //   SHADE2  A feature more never costs fewer vector operations or texture instructions, but for specular-glossiness,
-//           which comes in place of metalness. Scalar operations and
+//           which comes in place of metalness, and an environment's image, in place of the built-in one. Scalar operations and
 //           registers may fall: constants of a uniform roughness are scalar ones, and compilers reorder.
 //   SHADE3  The sum of rows is within 5 % (vector operations) of a shader that is compiled whole; texture
 //           instructions are equal.
@@ -44,6 +44,7 @@ struct ShaderFeatures {
   static constexpr std::size_t kLightKinds = 5;
   std::array<std::uint16_t, kLightKinds> lights{};
   bool lights_move = false;
+  bool environment_image = false;  // in place of the built-in one
   // What extensions of materials add (scene::MaterialEffect). A volume is one of what transmits, and what disperses has
   // one.
   enum class Layer : std::uint8_t {

@@ -208,6 +208,8 @@ json describe_effects() {
       {"displacement", "Vertices of Bezier patches move along the normal by a texture.", kSubPatch,
        "the material has TESSERA_displacement, and its offset is not zero all over the sub-patch",
        "effects.displacement"},
+      {"environment_image", "An image lights the scene from all around.", "frame",
+       "TESSERA_capture.environment names one", ""},
       {"foveation", "Blocks far from the focus get fewer samples.", "frame, block",
        "resolve.desampling is adaptive and resolve.foveation_r0 is not 0", "resolve.foveation_r0"},
       {"frame_buffer_compression", "Finished pixels are compressed on their way to memory.", "frame",

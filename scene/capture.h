@@ -14,6 +14,11 @@
 #include "scene/material.h"
 #include "shaders_cpp/metallic_roughness.h"
 #include "shaders_cpp/procedures/declarations.h"
+#include "shaders_cpp/surroundings.h"
+
+namespace tessera::shaders {
+class EnvironmentImage;
+}
 
 namespace tessera::scene {
 
@@ -224,7 +229,8 @@ struct CaptureSettings {
   int first_frame = 0, frame_count = 1;
   int camera_node = kNone;  // kNone: the first camera in the scene, or automatic framing
   float exposure = 1.0f;
-  std::optional<float> environment;  // intensity; unset: 1, or 0.3 when the file has lights
+  shaders::Surroundings::Kind environment_kind = shaders::Surroundings::Kind::kStudio;
+  std::optional<float> environment;  // intensity; unset: 1, or 0.3 of the studio's when the file has lights
   std::optional<Vec3> background;    // linear colour; unset: the environment
   bool declared = false;             // false: the file says nothing, these are defaults
 };
@@ -250,6 +256,7 @@ struct Capture {
   std::vector<shaders::Light> lights;             // colour, cone and range; placed by their nodes
   std::vector<LightParameters> light_parameters;  // of each light
   CaptureSettings settings;
+  std::shared_ptr<const shaders::EnvironmentImage> environment_image;  // of an environment that is one
   std::vector<std::string> extensions_used, extensions_unread;  // as the file says; all that the reader passes over
   std::vector<std::string> notices;                             // what the reader skipped or assumed, for people
 };

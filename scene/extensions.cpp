@@ -75,8 +75,9 @@ std::vector<Extension> own_extensions() {
         {"frames", "object", "frames", "{first: 0, count: 1}", "Range of frames that a replay renders."},
         {"camera", "integer", "node", "first camera", "Node whose camera takes the image."},
         {"exposure", "number", "", "1", "Factor on light before the tone map of PNG files; EXR files do not change."},
-        {"environment", "number", "", "1, or 0.3 with lights",
-         "Brightness of the built-in studio environment; 0 turns it off."},
+        {"environment", "number, string or object", "", "1, or 0.3 with lights",
+         "Brightness of the built-in studio; or \"uniform\"; or the URI of an equirectangular EXR or HDR image; or an "
+         "object: image, bufferView or uniform, intensity, rotation."},
         {"background", "number[3]", "linear RGB", "the environment", "Colour behind everything."}}},
       {"TESSERA_clusters",
        "mesh primitive",

@@ -1,13 +1,17 @@
 #pragma once
 
+#include <concepts>
+
 #include "base/vec.h"
 #include "base/vector3.h"
+#include "shaders_cpp/environment_map.h"
 #include "shaders_cpp/surroundings.h"
 
 namespace tessera::shaders {
 
 // The light that every scene has unless its capture turns it off: at first a studio of a bright ceiling, a darker floor and
-// three soft boxes (studio.h), analytic so that it needs no image and can be blurred as much as a rough surface asks.
+// three soft boxes (studio.h), analytic so that it needs no image and can be blurred as much as a rough surface asks; or
+// a uniform one, or an image (environment_image.h), which must outlive this.
 // World directions, +y up. Radiance in linear light; 1 is the brightness of a white diffuse surface in full light.
 class Environment {
  public:
@@ -25,7 +29,19 @@ class Environment {
   // What the camera sees behind everything.
   Vec3 background(Vec3 direction) const;
 
+  // As the shading of one point asks for it (metallic_roughness.inc).
+  template <std::same_as<float> Real>
+  Vector3<Real> diffuse(const Vector3<Real>& normal) const {
+    return light_on(normal);
+  }
+  Vector3<float> reflected(const Vector3<float>& direction, float roughness) const;
+  Vector3<float> reflected_by_coat(const Vector3<float>& direction, float roughness) const {
+    return reflected(direction, roughness);
+  }
+
  private:
+  Vector3<float> light_on(const Vector3<float>& normal) const;
+
   Surroundings surroundings_;
 };
 

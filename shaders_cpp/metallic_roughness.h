@@ -7,7 +7,6 @@
 #include "base/vec.h"
 #include "base/vector3.h"
 #include "shaders_cpp/elementary.h"
-#include "shaders_cpp/environment.h"
 #include "shaders_cpp/surroundings.h"
 
 namespace tessera::shaders {

@@ -1,6 +1,7 @@
 // What pixel-shader invocations are made of, for the SIMD target in force; for kernel sources that use foreach_target.h.
 
 #include "shaders_cpp/bicubic-inl.h"
+#include "shaders_cpp/environment_map.h"
 #include "shaders_cpp/layered_material.h"
 #include "shaders_cpp/radiance_image.h"
 #include "shaders_cpp/texture.h"
@@ -24,6 +25,7 @@ namespace HWY_NAMESPACE {
 #include "shaders_cpp/radiance_image.inc"
 #include "shaders_cpp/studio_light.inc"
 #include "shaders_cpp/surroundings.inc"
+#include "shaders_cpp/environment_map.inc"
 #include "shaders_cpp/metallic_roughness.inc"
 #include "shaders_cpp/layered_material.inc"
 // clang-format on

@@ -27,7 +27,7 @@ struct SubPatchItem {
 
 // One warp of the pixel shader, in the order in which they are packed.
 struct WarpItem {
-  std::uint32_t lanes = 0;        // with an invocation
+  std::uint32_t lanes = 0;        // with an invocation; 0: lookups of what is behind everything, and nothing else
   std::uint32_t evaluates = 0;    // 1: its lanes evaluate their patch again
   std::uint32_t clocks = 0;       // of a lane for its compiled shader (hardware/shader_costs.h)
   std::uint32_t registers = 0;    // of a lane, likewise

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "bench/support/traced_lanes.h"
+#include "shaders_cpp/environment_map.h"
 #include "tilecore/shading/scalar_lanes.h"
 
 namespace tessera::bench::traced {
@@ -13,12 +14,16 @@ namespace tessera::bench::traced {
 // The shaders on these lanes, then what calls them.
 namespace stage {
 using shaders::EnvironmentLobes;
+using shaders::EnvironmentMap;
 using shaders::HeightView;
 using shaders::kCeiling;
 using shaders::kDiffuseRow;
+using shaders::kFirstMapRoughness;
 using shaders::kFloor;
 using shaders::kHorizonWidths;
 using shaders::kLobeFloats;
+using shaders::kMapInside;
+using shaders::kMapLevels;
 using shaders::kMinRoughness;
 using shaders::kMinSheenRoughness;
 using shaders::kPi;
@@ -44,6 +49,7 @@ using shaders::Wrap;
 #include "shaders_cpp/radiance_image.inc"
 #include "shaders_cpp/studio_light.inc"
 #include "shaders_cpp/surroundings.inc"
+#include "shaders_cpp/environment_map.inc"
 #include "shaders_cpp/metallic_roughness.inc"
 #include "shaders_cpp/layered_material.inc"
 // clang-format on

@@ -25,6 +25,7 @@
 #include "scene/gltf/accessor_layout.h"
 #include "scene/gltf/container.h"
 #include "scene/gltf/document.h"
+#include "scene/gltf/environment_builder.h"
 #include "scene/gltf/meshopt_reader.h"
 #include "scene/gltf/schema.h"
 #include "scene/gltf/validation.h"
@@ -339,7 +340,15 @@ void refuse_unknown_references(const json& value, const gltf::Place& place, bool
 void attach_settings(json& d, const PackOptions& options) {
   if (!options.capture_settings.is_null() && !options.capture_settings.empty()) {
     json& settings = d["extensions"]["TESSERA_capture"];
-    for (const auto& [key, value] : options.capture_settings.items()) settings[key] = value;
+    for (const auto& [key, value] : options.capture_settings.items()) {
+      if (key != "environment" || !settings.contains(key) || settings[key].is_number()) {
+        settings[key] = value;
+        continue;
+      }
+      // It stays what it is, with another brightness.
+      settings[key] = gltf::environment_settings(d);
+      settings[key]["intensity"] = value;
+    }
     add_extension(d, "extensionsUsed", "TESSERA_capture");
   }
   if (!options.aperture_radius && !options.focus_distance) return;
@@ -353,6 +362,21 @@ void attach_settings(json& d, const PackOptions& options) {
       throw UsageError("--focus needs --aperture, or a camera that has a lens already");
   }
   add_extension(d, "extensionsUsed", "TESSERA_lens");
+}
+
+// An environment's image moves into the chunk, as it is.
+void move_environment(gltf::Document& document, json& d, BinaryChunk& chunk) {
+  json environment = gltf::environment_settings(d);
+  if (environment.contains("bufferView")) {
+    environment["bufferView"] = chunk.copy_view(environment["bufferView"].get<std::size_t>());
+  } else if (environment.contains("image")) {
+    const gltf::Place place = document.root.at("extensions").at("TESSERA_capture").at("environment");
+    environment["bufferView"] = chunk.add(document.resources.file(environment["image"].get<std::string>(), place));
+    environment.erase("image");
+  } else {
+    return;
+  }
+  d["extensions"]["TESSERA_capture"]["environment"] = std::move(environment);
 }
 
 bool any_in_cluster_order(const json& d) {
@@ -475,6 +499,7 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   report.ktx2_images = images.ktx2;
   list_extensions(out, chunk, draco > 0, images);
   attach_settings(out, options);
+  move_environment(document, out, chunk);
   if (out["meshes"].empty()) out.erase("meshes");
   out.erase("buffers");
   out.erase("bufferViews");

@@ -36,6 +36,8 @@ class Resources {
   Bytes buffer_view(std::size_t index);
   // The encoded bytes of an image.
   Bytes image(std::size_t index);
+  // The bytes behind a URI that stands at `place`.
+  Bytes file(const std::string& uri, const Place& place) { return uri_bytes(uri, place); }
 
   // Bytes that are there without reading or decoding anything now; nothing otherwise. `range`: a view without
   // compression, or a compression.

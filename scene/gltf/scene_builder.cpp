@@ -11,6 +11,7 @@
 #include "scene/effect_numbers.h"
 #include "scene/gltf/animation_pointer.h"
 #include "scene/gltf/builders.h"
+#include "scene/gltf/environment_builder.h"
 #include "scene/gltf/procedure_builder.h"
 
 namespace tessera::scene::gltf {
@@ -365,7 +366,6 @@ CaptureSettings build_settings(const Document& document) {
   }
   settings.camera_node = extension->value("camera", kNone);
   settings.exposure = extension->value("exposure", 1.0f);
-  if (extension->contains("environment")) settings.environment = (*extension)["environment"].get<float>();
   if (extension->contains("background")) {
     const json& c = (*extension)["background"];
     settings.background = Vec3(c[0].get<float>(), c[1].get<float>(), c[2].get<float>());
@@ -389,6 +389,7 @@ void build_scene(Document& document, Capture& capture) {
   capture.cameras = build_cameras(document);
   build_lights(document, capture);
   capture.settings = build_settings(document);
+  build_environment(document, capture);
 }
 
 }  // namespace tessera::scene::gltf

@@ -357,6 +357,24 @@ Rule light_rule() {
   });
 }
 
+Rule environment_rule(const json& d) {
+  const Rule names = object({
+      {"image", text()},
+      {"bufferView", index_of(d, "bufferViews")},
+      {"uniform", boolean()},
+      {"intensity", number(0, 1e6)},
+      {"rotation", number(-1e6, 1e6)},
+  });
+  return [=](const json& value, const Place& place) {
+    if (value.is_number()) return number(0, 1e6)(value, place);
+    if (value.is_string()) return;
+    if (!value.is_object()) place.refuse("is neither a number, a text nor an object");
+    names(value, place);
+    if (int{value.contains("image")} + int{value.contains("bufferView")} + int{value.value("uniform", false)} > 1)
+      place.refuse("names more than one of image, bufferView and uniform");
+  };
+}
+
 Rule capture_settings_rule(const json& d) {
   return object({
       {"resolution", list(integer(1, 16384), 2, 2)},
@@ -365,7 +383,7 @@ Rule capture_settings_rule(const json& d) {
       {"frames", object({{"first", integer(0, 1e8)}, {"count", integer(1, 1e8)}})},
       {"camera", index_of(d, "nodes")},
       {"exposure", number(0, 1e6, true)},
-      {"environment", number(0, 1e6)},
+      {"environment", environment_rule(d)},
       {"background", numbers(3, 0)},
   });
 }

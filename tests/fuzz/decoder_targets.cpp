@@ -4,8 +4,8 @@
 namespace tessera::fuzz {
 
 std::span<const Target> targets() {
-  static const Target kTargets[] = {kCaptureTarget, kDracoTarget, kMeshoptTarget, kImageTarget,
-                                    kWebpTarget,    kExrTarget,   kHistoryTarget, kKtx2Target};
+  static const Target kTargets[] = {kCaptureTarget, kDracoTarget,    kMeshoptTarget, kImageTarget, kWebpTarget,
+                                    kExrTarget,     kRadianceTarget, kHistoryTarget, kKtx2Target};
   return kTargets;
 }
 

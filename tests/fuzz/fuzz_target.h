@@ -61,7 +61,7 @@ void write_scratch(const std::filesystem::path& file, std::string_view text);
 // Targets, by the file that has them.
 extern const Target kCaptureTarget, kDracoTarget, kMeshoptTarget, kReplayTarget;               // a file each
 extern const Target kStudyTarget, kMachineTarget, kOptionTarget, kResultTarget, kPointTarget;  // text_targets.cpp
-extern const Target kImageTarget, kWebpTarget, kExrTarget, kHistoryTarget;                     // image_targets.cpp
+extern const Target kImageTarget, kWebpTarget, kExrTarget, kRadianceTarget, kHistoryTarget;    // image_targets.cpp
 extern const Target kKtx2Target;                                                               // ktx2_target.cpp
 
 }  // namespace tessera::fuzz

@@ -8,11 +8,13 @@
 #include "base/exr_file.h"
 #include "base/image_codec.h"
 #include "base/image_metrics.h"
+#include "base/radiance_codec.h"
 #include "base/webp_codec.h"
 #include "shaders_cpp/tone_map.h"
 #include "tests/fuzz/document_mutator.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/support/captures.h"
+#include "tests/support/radiance_files.h"
 #include "tilecore/resolve/history.h"
 
 namespace tessera::fuzz {
@@ -245,6 +247,55 @@ std::size_t mutate_exr(std::uint8_t* data, std::size_t size, std::size_t max_siz
   return size;
 }
 
+// ---- Radiance in memory -----------------------------------------------------------------------------------------
+
+void decode_light(Bytes input) {
+  ImageLimits limits;
+  limits.max_pixels = kMaxPixels;
+  Image image;
+  std::string fault;
+  std::uint64_t charged = 0;
+  const auto charge = [&](std::uint64_t bytes) {
+    charged = bytes;
+    if (bytes > kMaxBytes) throw LimitError("too much");
+  };
+  expect_answer([&] {
+    if (!decode_radiance(input, limits, image, fault, charge)) {
+      require(!fault.empty(), "an image is refused without a word");
+      return;
+    }
+    require(image.width > 0 && image.height > 0 && image.channels >= 3, "an image without pixels was accepted");
+    require(image.values.size() * sizeof(float) <= charged, "an image takes more than was charged");
+  });
+}
+
+std::vector<std::string> radiance_files() {
+  std::vector<std::string> all = exr_files();
+  for (const int width : {1, 8, 40}) {
+    Image image(width, 1 + width / 2, 3);
+    for (std::size_t i = 0; i < image.values.size(); ++i) image.values[i] = static_cast<float>(i / 7) * 0.3f;
+    all.push_back(test::hdr_file(image));
+    // Rows that are not flat: a run, and bytes one by one.
+    std::string packed = fmt::format("#?RADIANCE\n\n+Y 2 +X {}\n", width);
+    for (int y = 0; y < 2 && width >= 8; ++y) {
+      packed += {2, 2, 0, static_cast<char>(width)};
+      for (int channel = 0; channel < 4; ++channel)
+        packed += {static_cast<char>(128 + width - 3), 100, 3, 1, 2, static_cast<char>(channel)};
+    }
+    all.push_back(packed);
+  }
+  return all;
+}
+
+// The header's words stay most of the time.
+std::size_t mutate_radiance(std::uint8_t* data, std::size_t size, std::size_t max_size, Generator& random) {
+  if (size < 2 || data[0] != '#') return mutate_exr(data, size, max_size, random);
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  const std::size_t head = text.find(" +X ");
+  if (head == std::string_view::npos || random() % 8 == 0) return mutate_bytes(data, size, max_size);
+  return mutate_tail(data, head + random() % 8, size, max_size);
+}
+
 // ---- Histories --------------------------------------------------------------------------------------------------
 
 void restore(Bytes input) {
@@ -300,6 +351,9 @@ const Target kImageTarget{"image", "any bytes as a PNG or JPEG", 8 << 10, decode
 const Target kWebpTarget{"webp", "any bytes as a WebP", 4 << 10, decode, webp_images, mutate_webp};
 const Target kExrTarget{"exr",     "any bytes as an EXR that `compare` reads", 8 << 10, read_exr_bytes, exr_files,
                         mutate_exr};
+const Target kRadianceTarget{"radiance",     "any bytes as an EXR or HDR that lights a capture",
+                             8 << 10,        decode_light,
+                             radiance_files, mutate_radiance};
 const Target kHistoryTarget{"history", "any bytes as a history that `replay --history` goes on from",
                             16 << 10,  restore,
                             histories, mutate_history};

@@ -13,6 +13,7 @@
 #include "reference/reference_renderer.h"
 #include "scene/capture_reader.h"
 #include "tests/support/captures.h"
+#include "tests/support/environments.h"
 
 namespace tessera::reference {
 namespace {
@@ -157,6 +158,17 @@ Capture everything() {
   test::add_camera(capture, DVec3(0), camera);
   test::add_turn(capture, static_cast<int>(capture.nodes.size()) - 1, {0.1f, 1, 0}, 0.5f);
   return capture;
+}
+
+// An image around it all: the machine and the reference look the same one up.
+TEST(Bias, NothingInTheLightOfAnImageIsBiased) {
+  Capture capture = everything();
+  capture.settings.environment_kind = shaders::Surroundings::Kind::kImage;
+  capture.settings.environment = 0.5f;
+  capture.environment_image = test::noisy_environment(24, 1);
+  const Bias bias = measure(capture, 0, exact_keys());
+  for (const double channel : bias.machine.image) EXPECT_LT(std::abs(channel), 3.0);
+  EXPECT_LT(bias.machine.pixels_beyond_three, bias.random.pixels_beyond_three + 0.005);
 }
 
 TEST(Bias, NothingOfAllEffectsAtOnceIsBiasedAndTwoMotionKeysAreCaught) {

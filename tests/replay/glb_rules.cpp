@@ -154,6 +154,8 @@ class Rules {
     }
     for (const json& i : list_of(d_, "images"))
       if (i.contains("bufferView")) users_[i["bufferView"]].insert("image");
+    const json::json_pointer environment("/extensions/TESSERA_capture/environment/bufferView");
+    if (d_.contains(environment)) users_[d_[environment]].insert("environment");
   }
 
   void view(std::size_t v) {

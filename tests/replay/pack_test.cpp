@@ -12,6 +12,9 @@
 #include "gpu/device.h"
 #include "shaders_cpp/tone_map.h"
 #include "tests/replay/pack_sources.h"
+#include "tests/support/environments.h"
+#include "tests/support/gltf_asset.h"
+#include "tests/support/radiance_files.h"
 
 namespace tessera::replay {
 namespace {
@@ -173,6 +176,31 @@ TEST(Pack, SettingsReplaceThoseOfTheAssetMemberByMember) {
   EXPECT_EQ(after.settings.frame_rate, 24.0);
   EXPECT_EQ(after.settings.exposure, 0.5f);
   EXPECT_EQ(after.cameras[0].lens.focus_distance, 3.0f);
+}
+
+TEST(Pack, AnEnvironmentsImageMovesInside) {
+  const std::string sky = hdr_file(sky_image(8, [](const DVec3& d) { return DVec3(1.0 + d.y, 1.0, 2.0); }));
+  const std::string uri = "data:;base64," + base64(bytes_of(sky));
+  for (const json& form : {json(uri), json({{"image", uri}, {"rotation", 0.5}})})
+    for (const bool darker : {false, true}) {
+      GltfSource source = animated_grid();
+      source.document["extensions"]["TESSERA_capture"] = {{"environment", form}};
+      source.document["extensionsUsed"].push_back("TESSERA_capture");
+      PackOptions options;
+      if (darker) options.capture_settings = {{"environment", 0.25}};
+      const Packed p(source, options);
+      const json environment = p.parts.document["extensions"]["TESSERA_capture"]["environment"];
+      ASSERT_TRUE(environment.contains("bufferView"));
+      EXPECT_FALSE(environment.contains("image"));
+      EXPECT_EQ(environment.value("rotation", 0.0), form.is_object() ? 0.5 : 0.0);
+      const json view = p.parts.document["bufferViews"][environment["bufferView"].get<std::size_t>()];
+      EXPECT_EQ(p.parts.binary.substr(view.value("byteOffset", std::size_t{0}), view["byteLength"]), sky);
+      const scene::Capture after = p.after();
+      EXPECT_NE(after.environment_image, nullptr);
+      EXPECT_EQ(after.settings.environment, darker ? 0.25f : 1.0f) << "brightness of what it is";
+      pack_capture(p.target, p.folder / "again.glb", {});
+      EXPECT_EQ(read_text(p.folder / "again.glb"), p.bytes);
+    }
 }
 
 TEST(Pack, SettingsThatNoCaptureMayHaveAreRefusedUnderTheTargetsName) {

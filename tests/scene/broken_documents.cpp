@@ -413,6 +413,11 @@ BrokenClass capture_settings() {
               edit("camera_out_of_range", "/camera", 99),
               edit("exposure_zero", "/exposure", 0),
               edit("environment_negative", "/environment", -1),
+              edit("environment_a_list", "/environment", {1, 2}),
+              edit("environment_without_file", "/environment", "none.hdr"),
+              edit("environment_no_image", "/environment", {{"bufferView", 0}}),
+              edit("environment_view_out_of_range", "/environment", {{"bufferView", 99}}, "/environment/bufferView"),
+              edit("environment_of_two_kinds", "/environment", {{"uniform", true}, {"bufferView", 0}}),
               edit("background_of_texts", "/background", {"red", "green", "blue"}),
           }};
 }

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "shaders_cpp/environment.h"
 #include "shaders_cpp/layered_material.h"
 
 namespace tessera::shaders {
@@ -49,7 +50,7 @@ LayeredPoint<float> metal_point(float roughness) {
   return m;
 }
 
-Surroundings furnace() { return {Surroundings::Kind::kUniform, 1.0f}; }
+Environment furnace() { return Environment(Surroundings{Surroundings::Kind::kUniform, 1.0f}); }
 
 // `light`: all that arrives from behind.
 Vector in_furnace(const LayerFlags& flags, LayeredPoint<float> m, float cosine, const LayerConstants& constants = {}) {
@@ -82,7 +83,7 @@ TEST(LayeredMaterial, WithoutEffectsItIsThePlainMaterial) {
     Light light;
     light.color = Vec3(2.0f), light.direction = glm::normalize(Vec3(random.unit() - 0.5f, random.unit() - 0.5f, -0.7f));
     const Lights lights{std::span(&light, 1), {}, 0};
-    const Surroundings studio;
+    const Environment studio;
     const auto nothing = [](std::size_t, const Vector&, const Vector&, float) { return grey(0); };
     const Vector a = shade_layered(LayerFlags(), m, LayerConstants(), Vector{}, kUp, view, lights, 0.0f, studio,
                                    nothing),

@@ -277,7 +277,7 @@ TEST(Environment, WhiteMetalIsAsBrightAsRandomWalksBetweenItsFacets) {
       const auto plain = [](const DVec3& a) {
         return Vector3<float>{static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)};
       };
-      const Vector3<float> light = shade_material(white, {}, plain(normal), plain(view), {}, 0.0f, Surroundings());
+      const Vector3<float> light = shade_material(white, {}, plain(normal), plain(view), {}, 0.0f, Environment());
       return mean(DVec3(light.x, light.y, light.z));
     };
     MicrofacetWalk walk(roughness, 7);

@@ -5,6 +5,7 @@
 
 #include "scene/procedure_patch.h"
 #include "shaders_cpp/procedures/procedures.h"
+#include "tilecore/shading/scalar_lanes.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -101,7 +102,8 @@ void fill_procedure(const FrameGeometry& frame, std::uint32_t patch, Vec2 parame
 }
 
 ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting, const shaders::Lights& lights,
-                            const SurfaceLocation& at, const Surface& surface, const Vec3& view) {
+                            const SurfaceLocation& at, const Surface& surface, const Vec3& view,
+                            const LookupArrays& lookups, std::size_t lane) {
   const scene::Material& material = *surface.drawable->material;
   if (frame.request.draw_lines) return {at.triangle == SurfaceLocation::kLine ? kInk : kPaper, 1.0f, surface.normal};
   const ProcedurePatch patch = scene::procedure_patch(frame, at.patch);
@@ -130,8 +132,9 @@ ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting
   point.roughness = material.roughness;
   point.occlusion = 1.0f;
   point.emissive = as_stage(material.emissive);
+  const one_lane::LaneSurroundings<float> around{lighting.environment.surroundings(), lookups, lane};
   out.color = as_glm(shaders::shade_material(point, as_stage(surface.position), as_stage(normal), as_stage(view),
-                                             lights, lights.t, lighting.environment.surroundings()));
+                                             lights, lights.t, around));
   return out;
 }
 

@@ -17,8 +17,9 @@ shaders::SurfaceProgram surface_program(const scene::FrameGeometry& frame, const
 // Fills position, tangents, normal and raster point; parameters are those of the base patch. No attributes.
 void fill_procedure(const scene::FrameGeometry& frame, std::uint32_t patch, Vec2 parameters, float t, Surface& surface);
 
-// Texture and shading of a point that fill_procedure made.
+// Texture and shading of a point that fill_procedure made. What it looks up is told as that of lane `lane`.
 ShadedPoint shade_procedure(const scene::FrameGeometry& frame, const Lighting& lighting, const shaders::Lights& lights,
-                            const SurfaceLocation& at, const Surface& surface, const Vec3& view);
+                            const SurfaceLocation& at, const Surface& surface, const Vec3& view,
+                            const LookupArrays& lookups, std::size_t lane);
 
 }  // namespace tessera::tilecore

@@ -256,6 +256,14 @@ void DeferredShader::color_background(const TileJob& job, const TileSamples& sam
   auto& [x, y, t, lens_u, lens_v] = view_points_;
   std::array<std::uint32_t, kBackgroundBatch> seen;
   std::array<Vec3, kBackgroundBatch> colors;
+  const shaders::Surroundings& around = job.lighting.environment.surroundings();
+  const bool told = around.kind == shaders::Surroundings::Kind::kImage && textures_.active();
+  LookupArrays lookups;
+  if (told) {
+    constexpr std::size_t kSlot = slot_of(ImageLookup::kMirrored);
+    lookups.layout[kSlot] = &textures_.memory()->layout(around.image->radiance);
+    for (std::size_t line = 0; line < kLookupLines; ++line) lookups.line[kSlot][line] = background_lines_[line].data();
+  }
   int last_pixel = -1;
   const SamplePattern::LensPoint* lenses = nullptr;  // of its samples
   for (std::size_t next = 0; next < behind_.size();) {
@@ -283,8 +291,8 @@ void DeferredShader::color_background(const TileJob& job, const TileSamples& sam
     for (std::size_t lane = count; lane % 16 != 0; ++lane)
       for (auto& values : view_points_) values[lane] = values[count - 1];
     view_rays_[static_cast<std::size_t>(segment)].background(
-        {x.data(), y.data(), t.data(), lens_u.data(), lens_v.data()}, count,
-        job.lighting.environment.surroundings().intensity, colors.data());
+        {x.data(), y.data(), t.data(), lens_u.data(), lens_v.data()}, count, around, lookups, colors.data());
+    if (told) pixel_shader_.look_up(lookups, ImageLookup::kMirrored, count, textures_, job.warp_lanes);
     for (std::size_t i = 0; i < count; ++i) sample_color_[seen[i]] = colors[i];
   }
 }

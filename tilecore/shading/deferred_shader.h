@@ -185,6 +185,7 @@ class DeferredShader {
   std::vector<ViewRays> view_rays_;          // of the whole shutter, of its segments
   std::vector<std::uint32_t> behind_;        // samples that see nothing opaque
   std::array<std::array<float, kBackgroundBatch>, 5> view_points_;  // as ViewRays::Points
+  std::array<std::array<std::int32_t, kBackgroundBatch>, kLookupLines> background_lines_;
   std::vector<SharedLayer> shared_layers_;
   std::vector<std::uint32_t> shared_of_;
   std::vector<LayerQuad> layer_quads_;

@@ -38,10 +38,13 @@ Vec3 towards_viewer(const FrameGeometry& frame, const Surface& surface, float t)
       one_lane::towards_viewer<float>(draw_constants(frame, *surface.drawable), in, one_lane_surface(surface)));
 }
 
-ShadedPoint shade_procedure_point(const FrameGeometry& frame, const Lighting& lighting, const shaders::Lights& lights,
-                                  const SurfaceLocation& at) {
+// Its lookups are told as those of lane `lane`.
+ShadedPoint shade_procedure_point(const FrameGeometry& shutter, const Lighting& lighting, const Invocation& invocation,
+                                  const LookupArrays& lookups, std::size_t lane) {
+  const auto [frame, at] = in_segment(shutter, invocation.at);
   const Surface surface = evaluate_surface(frame, at);
-  return shade_procedure(frame, lighting, lights, at, surface, towards_viewer(frame, surface, at.t));
+  return shade_procedure(frame, lighting, shutter.lights_at(invocation.light_time), at, surface,
+                         towards_viewer(frame, surface, at.t), lookups, lane);
 }
 
 constexpr std::uint32_t kFree = 0xFFFFFFFFu;  // no bucket
@@ -99,9 +102,17 @@ DrawConstants lit_draw(const FrameGeometry& shutter, const FrameGeometry& segmen
   return draw;
 }
 
+// Whether a material's shader looks at an image of what lies all around.
+bool looks_around(const Lighting& lighting, const Material& material) {
+  return lighting.environment.surroundings().kind == shaders::Surroundings::Kind::kImage && !material.unlit;
+}
+
 // What every warp of a draw has.
-timing::WarpItem item_of(const FrameGeometry& frame, const scene::PosedDrawable& drawable, bool quads) {
-  const hardware::ShaderCost cost = hardware::shader_cost(draw_features(frame, drawable, quads));
+timing::WarpItem item_of(const FrameGeometry& frame, const scene::PosedDrawable& drawable, const Lighting& lighting,
+                         bool quads) {
+  hardware::ShaderFeatures features = draw_features(frame, drawable, quads);
+  features.environment_image = looks_around(lighting, *drawable.material);
+  const hardware::ShaderCost cost = hardware::shader_cost(features);
   timing::WarpItem item;
   item.evaluates = has_grid(drawable) ? 1 : 0;
   item.clocks = static_cast<std::uint32_t>(hardware::lane_clocks(cost));
@@ -115,8 +126,7 @@ timing::WarpItem item_of(const FrameGeometry& frame, const scene::PosedDrawable&
 ShadedPoint shade_point(const FrameGeometry& shutter, const Lighting& lighting, const Invocation& invocation) {
   const auto [frame, at] = in_segment(shutter, invocation.at);
   const scene::PosedDrawable& drawable = frame.drawable_of(at.patch);
-  if (drawable.procedure != nullptr)
-    return shade_procedure_point(frame, lighting, shutter.lights_at(invocation.light_time), at);
+  if (drawable.procedure != nullptr) return shade_procedure_point(shutter, lighting, invocation, LookupArrays(), 0);
   const int lights_in = light_segment(shutter, invocation.light_time);
   const DrawConstants draw = lit_draw(shutter, frame, lights_in, drawable, lighting, invocation.partner_x != 0);
   one_lane::LaneInputs<float> in = lane_inputs(frame, drawable, at);
@@ -217,10 +227,20 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
   warp_ends_.push_back(order.size());
   warps_ += warp_ends_.size();
   if (has_grid(drawable)) surface_work_.warps += warp_ends_.size(), surface_work_.evaluations += order.size();
-  const timing::WarpItem item = keep_warps_ ? item_of(frame, drawable, quads) : timing::WarpItem();
+  const timing::WarpItem item = keep_warps_ ? item_of(frame, drawable, lighting, quads) : timing::WarpItem();
   if (drawable.procedure != nullptr) {
-    for (const std::uint32_t i : order) points[i] = shade_point(shutter, lighting, invocations[i]);
-    finish_warps(0, warp_ends_.size(), 0, item, LookupArrays(), textures);
+    LookupArrays lookups;
+    if (textures != nullptr && looks_around(lighting, *drawable.material))
+      tell(slot_of(ImageLookup::kMirrored),
+           textures->memory()->layout(lighting.environment.surroundings().image->radiance), lookups);
+    shade_batches(order.size(), item, lookups, textures, [&](std::size_t first, std::size_t count) {
+      // Not every model of shading looks anything up.
+      for (auto& lines : lines_[slot_of(ImageLookup::kMirrored)]) std::fill_n(lines.begin(), count, -1);
+      for (std::size_t lane = 0; lane < count; ++lane) {
+        const std::uint32_t i = order[first + lane];
+        points[i] = shade_procedure_point(shutter, lighting, invocations[i], lookups, lane);
+      }
+    });
     return;
   }
 
@@ -233,25 +253,8 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
   ShadedArrays out;
   for (std::size_t c = 0; c < 3; ++c) out.color[c] = output_[c].data(), out.normal[c] = output_[3 + c].data();
   out.alpha = output_[6].data();
-  LookupArrays lookups;
-  if (textures != nullptr) {
-    const auto tell = [&](std::size_t slot, const TextureLayoutView& layout) {
-      lookups.layout[slot] = &layout;
-      for (std::size_t line = 0; line < kLookupLines; ++line) lookups.line[slot][line] = lines_[slot][line].data();
-    };
-    const auto slots = draw.material->slots();
-    for (std::size_t slot = 0; slot < kTextureSlots; ++slot)
-      if (slots[slot]->texture != nullptr && scene::is_read(*draw.material, static_cast<scene::MaterialTexture>(slot)))
-        tell(slot, textures->memory()->layout(slots[slot]->texture.get()));
-    if (draw.behind.levels > 0)
-      for (std::size_t color = 0; color < (draw.layers.dispersion ? 3u : 1u); ++color)
-        tell(slot_of(ImageLookup::kBehind) + color, textures->memory()->layout(lighting.behind));
-  }
-  std::size_t warp = 0;
-  for (std::size_t first = 0; first < order.size();) {
-    const std::size_t first_warp = warp;
-    while (warp < warp_ends_.size() && warp_ends_[warp] - first <= kBatch) ++warp;
-    const std::size_t count = warp_ends_[warp - 1] - first;
+  const LookupArrays lookups = textures != nullptr ? lookups_of(draw, lighting, *textures) : LookupArrays();
+  shade_batches(order.size(), item, lookups, textures, [&](std::size_t first, std::size_t count) {
     for (std::size_t lane = 0; lane < count; ++lane) {
       const Invocation& v = invocations[order[first + lane]];
       SurfaceLocation at = v.at;
@@ -276,6 +279,42 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
       point.normal = {output_[3][lane], output_[4][lane], output_[5][lane]};
       point.alpha = output_[6][lane];
     }
+  });
+}
+
+void PixelShader::tell(std::size_t slot, const TextureLayoutView& layout, LookupArrays& lookups) {
+  lookups.layout[slot] = &layout;
+  for (std::size_t line = 0; line < kLookupLines; ++line) lookups.line[slot][line] = lines_[slot][line].data();
+}
+
+LookupArrays PixelShader::lookups_of(const DrawConstants& draw, const Lighting& lighting, const TextureUnit& textures) {
+  LookupArrays lookups;
+  const auto slots = draw.material->slots();
+  for (std::size_t slot = 0; slot < kTextureSlots; ++slot)
+    if (slots[slot]->texture != nullptr && scene::is_read(*draw.material, static_cast<scene::MaterialTexture>(slot)))
+      tell(slot, textures.memory()->layout(slots[slot]->texture.get()), lookups);
+  const auto tell_behind = [&](const shaders::RadianceView& image) {
+    for (std::size_t color = 0; color < (draw.layers.dispersion ? 3u : 1u); ++color)
+      tell(slot_of(ImageLookup::kBehind) + color, textures.memory()->layout(image), lookups);
+  };
+  if (draw.behind.levels > 0) tell_behind(draw.behind);
+  if (!looks_around(lighting, *draw.material)) return lookups;
+  const shaders::RadianceView& around = draw.surroundings.image->radiance;
+  tell(slot_of(ImageLookup::kMirrored), textures.memory()->layout(around), lookups);
+  if (draw.layers.coat) tell(slot_of(ImageLookup::kCoat), textures.memory()->layout(around), lookups);
+  if (draw.layers.transmission && draw.behind.levels == 0) tell_behind(around);
+  return lookups;
+}
+
+template <class Shade>
+void PixelShader::shade_batches(std::size_t count_of_draw, const timing::WarpItem& item, const LookupArrays& lookups,
+                                TextureUnit* textures, const Shade& shade_batch) {
+  std::size_t warp = 0;
+  for (std::size_t first = 0; first < count_of_draw;) {
+    const std::size_t first_warp = warp;
+    while (warp < warp_ends_.size() && warp_ends_[warp] - first <= kBatch) ++warp;
+    const std::size_t count = warp_ends_[warp - 1] - first;
+    shade_batch(first, count);
     finish_warps(first_warp, warp, first, item, lookups, textures);
     first += count;
   }
@@ -296,6 +335,19 @@ void PixelShader::finish_warps(std::size_t first_warp, std::size_t end, std::siz
     if (textures == nullptr) continue;
     item.texels = static_cast<std::uint32_t>(textures->counters().texels - texels);
     item.texel_lines = static_cast<std::uint32_t>(textures->request_count() - lines);
+  }
+}
+
+void PixelShader::look_up(const LookupArrays& lookups, ImageLookup slot, std::size_t count, TextureUnit& textures,
+                          std::size_t warp_lanes) {
+  for (std::size_t first = 0; first < count; first += warp_lanes) {
+    const std::size_t lines = textures.request_count();
+    const std::uint64_t texels = textures.counters().texels;
+    textures.fetch_warp(lookups.line[slot_of(slot)], first, std::min(warp_lanes, count - first));
+    if (!keep_warps_) continue;
+    timing::WarpItem& item = warp_items_.emplace_back();
+    item.texels = static_cast<std::uint32_t>(textures.counters().texels - texels);
+    item.texel_lines = static_cast<std::uint32_t>(textures.request_count() - lines);
   }
 }
 

@@ -68,6 +68,10 @@ class PixelShader {
   void shade(const scene::FrameGeometry& frame, const Lighting& lighting, std::span<const Invocation> invocations,
              std::span<ShadedPoint> points, TextureUnit* textures = nullptr, std::size_t warp_lanes = 32);
 
+  // Tells `textures` of `count` lookups in a slot that no invocation makes, as many at a time as a warp has lanes.
+  void look_up(const LookupArrays& lookups, ImageLookup slot, std::size_t count, TextureUnit& textures,
+               std::size_t warp_lanes);
+
   // From now on, what each warp does is kept. False: no more.
   void keep_warps(bool keep) { keep_warps_ = keep, warp_items_.clear(); }
   std::vector<timing::WarpItem> take_warp_items() { return std::exchange(warp_items_, {}); }
@@ -95,6 +99,13 @@ class PixelShader {
   void shade_draw_of(const scene::FrameGeometry& frame, const Lighting& lighting,
                      std::span<const Invocation> invocations, std::span<std::uint32_t> order,
                      std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes);
+  // Where what lanes look up in a slot is told.
+  void tell(std::size_t slot, const TextureLayoutView& layout, LookupArrays& lookups);
+  LookupArrays lookups_of(const DrawConstants& draw, const Lighting& lighting, const TextureUnit& textures);
+  // Calls shade_batch(first, count) for whole warps of the draw, as many as there is room for, and finishes them.
+  template <class Shade>
+  void shade_batches(std::size_t count_of_draw, const timing::WarpItem& item, const LookupArrays& lookups,
+                     TextureUnit* textures, const Shade& shade_batch);
   // Tells `textures` of the lookups of warps [first_warp, end) and keeps what they do; invocation `first` of the draw is
   // lane 0 of `lookups`.
   void finish_warps(std::size_t first_warp, std::size_t end, std::size_t first, const timing::WarpItem& of_draw,

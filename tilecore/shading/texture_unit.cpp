@@ -31,16 +31,16 @@ TextureMemory::TextureMemory(std::span<const scene::Material> materials, std::in
     : line_bytes_(line_bytes) {
   for (const scene::Material& m : materials)
     for (const scene::TextureSlot* slot : m.slots())
-      if (slot->texture != nullptr) add(*slot->texture, slot->texture->blocks());
-  for (const shaders::RadianceImage* image : images) add(*image, shaders::RadianceImage::kBlocks);
+      if (slot->texture != nullptr) add(*slot->texture, slot->texture.get(), slot->texture->blocks());
+  for (const shaders::RadianceImage* image : images) add(*image, image->view().texels, shaders::RadianceImage::kBlocks);
   if (lines_ >= std::numeric_limits<std::int32_t>::max())
     throw LimitError("the textures have more cache lines than 31 bits can number");
 }
 
 template <class Image>
-void TextureMemory::add(const Image& image, shaders::TexelBlocks blocks) {
+void TextureMemory::add(const Image& image, const void* key, shaders::TexelBlocks blocks) {
   if (image.level_count() == 0) return;
-  const auto [found, fresh] = layouts_.try_emplace(&image);
+  const auto [found, fresh] = layouts_.try_emplace(key);
   if (!fresh) return;
   TESSERA_CHECK(std::max(image.width(), image.height()) < 1 << 15, "texels are numbered with 15 bits");
   const int blocks_log2 = log2_of(line_bytes_ / blocks.bytes);

@@ -47,13 +47,14 @@ class TextureMemory {
 
   // Of a texture of the materials, or of an image.
   const TextureLayoutView& layout(const shaders::Texture* texture) const { return layouts_.at(texture).view; }
-  const TextureLayoutView& layout(const shaders::RadianceImage* image) const { return layouts_.at(image).view; }
+  const TextureLayoutView& layout(const shaders::RadianceImage* image) const { return layout(image->view()); }
+  const TextureLayoutView& layout(const shaders::RadianceView& image) const { return layouts_.at(image.texels).view; }
   std::uint64_t lines() const { return lines_; }
 
  private:
-  // An image with levels of its own, or the texture of a slot, once each.
+  // An image with levels of its own, or the texture of a slot, once each; found by `key`.
   template <class Image>
-  void add(const Image& image, shaders::TexelBlocks blocks);
+  void add(const Image& image, const void* key, shaders::TexelBlocks blocks);
 
   std::int64_t line_bytes_;
   std::uint64_t lines_ = 0;

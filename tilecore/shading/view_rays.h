@@ -4,6 +4,8 @@
 #include <cstddef>
 
 #include "scene/frame_geometry.h"
+#include "shaders_cpp/surroundings.h"
+#include "tilecore/shading/draw_inputs.h"
 
 namespace tessera::tilecore {
 
@@ -21,9 +23,10 @@ class ViewRays {
   struct Points {
     const float *x, *y, *t, *lens_u, *lens_v;
   };
-  // Environment(intensity).background(direction()) of each of `count` points, with the same bits, on SIMD lanes.
-  // `colors` reaches to the next multiple of 16, too.
-  void background(const Points& points, std::size_t count, float intensity, Vec3* colors) const;
+  // Environment(around).background(direction()) of each of `count` points, with the same bits, on SIMD lanes. `colors`
+  // reaches to the next multiple of 16, too. Lookups in an image are those of the slot kMirrored.
+  void background(const Points& points, std::size_t count, const shaders::Surroundings& around,
+                  const LookupArrays& lookups, Vec3* colors) const;
 
  private:
   friend struct ViewRaysKernel;

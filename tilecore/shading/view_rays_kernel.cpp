@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <limits>
 
+#include "shaders_cpp/environment_map.h"
 #include "shaders_cpp/studio.h"
 #include "tilecore/shading/view_rays.h"
 
@@ -7,7 +9,7 @@
 #define HWY_TARGET_INCLUDE "tilecore/shading/view_rays_kernel.cpp"
 #include <hwy/foreach_target.h>
 
-#include "base/simd-inl.h"
+#include "shaders_cpp/shading-inl.h"
 
 #ifndef TESSERA_TILECORE_SHADING_VIEW_RAYS_KERNEL_CPP_
 #define TESSERA_TILECORE_SHADING_VIEW_RAYS_KERNEL_CPP_
@@ -30,9 +32,11 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::tilecore::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
+namespace stage = shaders::HWY_NAMESPACE;
 using shaders::kCeiling;
 using shaders::kFloor;
 using tessera::HWY_NAMESPACE::FloatLanes;
+using tessera::HWY_NAMESPACE::IntLanes;
 using tessera::HWY_NAMESPACE::real_max;
 using tessera::HWY_NAMESPACE::real_min;
 using tessera::HWY_NAMESPACE::Vector3;
@@ -43,6 +47,7 @@ Real clamp_unit(Real x) {
 }
 
 #include "shaders_cpp/background.inc"
+#include "tilecore/shading/lane_lookups.inc"
 
 using D = hn::ScalableTag<double>;
 using F = hn::Rebind<float, D>;
@@ -66,8 +71,12 @@ HWY_INLINE V at_time(V constant, V linear, V quadratic, V t) {
   return hn::Add(constant, hn::Mul(t, hn::Add(linear, hn::Mul(t, quadratic))));
 }
 
-// y of ViewRays::direction().
-HWY_INLINE hn::Vec<F> heights(const ViewRaysKernel& rays, const ViewRays::Points& points, std::size_t i) {
+// ViewRays::direction(); what of it is not used is not computed.
+struct UnitDirection {
+  hn::Vec<F> x, y, z;
+};
+
+HWY_INLINE UnitDirection directions(const ViewRaysKernel& rays, const ViewRays::Points& points, std::size_t i) {
   const D d;
   const F f;
   const scene::Projection& p = rays.projection;
@@ -92,18 +101,43 @@ HWY_INLINE hn::Vec<F> heights(const ViewRaysKernel& rays, const ViewRays::Points
   const V length2 = hn::Add(hn::Add(hn::Mul(world.x, world.x), hn::Mul(world.y, world.y)), hn::Mul(world.z, world.z));
   const auto known =
       hn::And(hn::Gt(length2, hn::Zero(d)), hn::Le(length2, hn::Set(d, std::numeric_limits<double>::max())));
-  return hn::DemoteTo(f, hn::IfThenElseZero(known, hn::Div(world.y, hn::Sqrt(length2))));
+  const V length = hn::Sqrt(length2);
+  return {hn::DemoteTo(f, hn::IfThenElseZero(known, hn::Div(world.x, length))),
+          hn::DemoteTo(f, hn::IfThenElseZero(known, hn::Div(world.y, length))),
+          hn::DemoteTo(f, hn::IfThenElse(known, hn::Div(world.z, length), hn::Set(d, -1.0)))};
 }
 
-void Background(const ViewRaysKernel& rays, const ViewRays::Points& points, std::size_t count, float intensity,
-                Vec3* colors) {
+void StudioBackground(const ViewRaysKernel& rays, const ViewRays::Points& points, std::size_t count, float intensity,
+                      Vec3* colors) {
   const F f;
   const FloatLanes::D d;
   alignas(64) float height[hn::MaxLanes(FloatLanes::D())];
   for (std::size_t i = 0; i < count; i += FloatLanes::count()) {
     for (std::size_t k = 0; k < FloatLanes::count(); k += hn::Lanes(f))
-      hn::StoreU(heights(rays, points, i + k), f, height + k);
+      hn::StoreU(directions(rays, points, i + k).y, f, height + k);
     const Vector3<FloatLanes> color = studio_background(FloatLanes::load(height), FloatLanes(intensity));
+    hn::StoreInterleaved3(color.x.v, color.y.v, color.z.v, d, &colors[i].x);
+  }
+}
+
+void ImageBackground(const ViewRaysKernel& rays, const ViewRays::Points& points, std::size_t count,
+                     const shaders::Surroundings& around, const LookupArrays& lookups, Vec3* colors) {
+  const F f;
+  const FloatLanes::D d;
+  alignas(64) float x[hn::MaxLanes(FloatLanes::D())], y[hn::MaxLanes(FloatLanes::D())],
+      z[hn::MaxLanes(FloatLanes::D())];
+  for (std::size_t i = 0; i < count; i += FloatLanes::count()) {
+    for (std::size_t k = 0; k < FloatLanes::count(); k += hn::Lanes(f)) {
+      const UnitDirection direction = directions(rays, points, i + k);
+      hn::StoreU(direction.x, f, x + k), hn::StoreU(direction.y, f, y + k), hn::StoreU(direction.z, f, z + k);
+    }
+    const stage::MapPoint<FloatLanes> at =
+        stage::environment_point(Vector3<FloatLanes>{FloatLanes::load(x), FloatLanes::load(y), FloatLanes::load(z)});
+    stage::LookupTexels<IntLanes> texels;
+    const Vector3<FloatLanes> color =
+        stage::sample_radiance<FloatLanes, IntLanes>(around.image->radiance, at.u, at.v, FloatLanes(0.0f), texels) *
+        FloatLanes(around.intensity);
+    store_lookup(lookups, slot_of(ImageLookup::kMirrored), texels, i);
     hn::StoreInterleaved3(color.x.v, color.y.v, color.z.v, d, &colors[i].x);
   }
 }
@@ -114,10 +148,22 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace tessera::tilecore {
 
-HWY_EXPORT(Background);
+HWY_EXPORT(StudioBackground);
+HWY_EXPORT(ImageBackground);
 
-void ViewRays::background(const Points& points, std::size_t count, float intensity, Vec3* colors) const {
-  HWY_DYNAMIC_DISPATCH(Background)(ViewRaysKernel(*this), points, count, intensity, colors);
+void ViewRays::background(const Points& points, std::size_t count, const shaders::Surroundings& around,
+                          const LookupArrays& lookups, Vec3* colors) const {
+  switch (around.kind) {
+    case shaders::Surroundings::Kind::kStudio:
+      HWY_DYNAMIC_DISPATCH(StudioBackground)(ViewRaysKernel(*this), points, count, around.intensity, colors);
+      break;
+    case shaders::Surroundings::Kind::kUniform:
+      std::fill_n(colors, count, Vec3(around.intensity));
+      break;
+    case shaders::Surroundings::Kind::kImage:
+      HWY_DYNAMIC_DISPATCH(ImageBackground)(ViewRaysKernel(*this), points, count, around, lookups, colors);
+      break;
+  }
 }
 
 }  // namespace tessera::tilecore

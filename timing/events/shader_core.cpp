@@ -64,6 +64,7 @@ void ShaderCore::shade_vertices(std::uint32_t number, const SubPatchItem& item, 
 
 double ShaderCore::cycles(std::uint32_t warp, bool first_part) const {
   const WarpItem& item = items_->warps[warp];
+  if (item.lanes == 0) return 0;
   const double operations = rates_.compiled ? item.clocks * rates_.compiled_clk
                                             : rates_.operations + (item.evaluates != 0 ? rates_.surface_operations : 0);
   const double all = operations * rates_.warp_lanes / rates_.lanes;
@@ -80,7 +81,9 @@ double ShaderCore::domain_cycles(const DomainWarp& warp) const {
 }
 
 double ShaderCore::pixel_registers(std::uint32_t warp) const {
-  return register_bytes(rates_.compiled ? items_->warps[warp].registers : rates_.registers);
+  const WarpItem& item = items_->warps[warp];
+  if (item.lanes == 0) return 0;
+  return register_bytes(rates_.compiled ? item.registers : rates_.registers);
 }
 
 double ShaderCore::domain_registers(const SubPatchItem& item) const {

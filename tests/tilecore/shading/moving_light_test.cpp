@@ -11,6 +11,7 @@
 #include "base/image_metrics.h"
 #include "base/simd_targets.h"
 #include "shaders_cpp/environment.h"
+#include "tests/support/environments.h"
 #include "tests/tilecore/pixel_scene.h"
 #include "tilecore/shading/view_rays.h"
 
@@ -104,6 +105,10 @@ TEST(ViewRays, AreWhereFarPointsOfTheSceneAre) {
 
 TEST(ViewRays, EveryInstructionSetSeesTheBackgroundOfSinglePoints) {
   test::Random random(8);
+  const auto image = test::noisy_environment(16, 3);
+  using Kind = shaders::Surroundings::Kind;
+  const std::array<shaders::Surroundings, 3> surroundings = {
+      {{Kind::kStudio, 1.7f}, {Kind::kUniform, 0.3f}, {Kind::kImage, 1.7f, image.get()}}};
   for (const bool turns : {false, true})
     for (const bool orthographic : {false, true}) {
       TestFrame scene;
@@ -117,7 +122,6 @@ TEST(ViewRays, EveryInstructionSetSeesTheBackgroundOfSinglePoints) {
         test::add_turn(*scene.capture, static_cast<int>(scene.capture->nodes.size()) - 1, {0.3f, 1, 0.2f}, 0.8f);
       scene.pose();
       const ViewRays rays(*scene.frame);
-      const shaders::Environment environment(1.7f);
       constexpr std::size_t kPoints = 64;
       std::array<std::array<float, kPoints>, 5> at;
       for (std::size_t i = 0; i < kPoints; ++i) {
@@ -128,13 +132,15 @@ TEST(ViewRays, EveryInstructionSetSeesTheBackgroundOfSinglePoints) {
       for (const std::string& target : simd_target_names()) {
         force_simd_target(target);
         for (const std::size_t count : {std::size_t{1}, std::size_t{17}, kPoints}) {
-          std::array<Vec3, kPoints> colors;
-          rays.background({at[0].data(), at[1].data(), at[2].data(), at[3].data(), at[4].data()}, count, 1.7f,
-                          colors.data());
-          for (std::size_t i = 0; i < count; ++i)
-            ASSERT_EQ(colors[i],
-                      environment.background(rays.direction(at[0][i], at[1][i], at[2][i], at[3][i], at[4][i])))
-                << target << ", point " << i;
+          for (const shaders::Surroundings& around : surroundings) {
+            std::array<Vec3, kPoints> colors;
+            rays.background({at[0].data(), at[1].data(), at[2].data(), at[3].data(), at[4].data()}, count, around,
+                            LookupArrays(), colors.data());
+            for (std::size_t i = 0; i < count; ++i)
+              ASSERT_EQ(colors[i], shaders::Environment(around).background(
+                                       rays.direction(at[0][i], at[1][i], at[2][i], at[3][i], at[4][i])))
+                  << target << ", point " << i;
+          }
         }
       }
     }

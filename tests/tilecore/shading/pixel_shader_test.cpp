@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/simd_targets.h"
+#include "tests/support/environments.h"
 #include "tests/tilecore/support.h"
 #include "tilecore/shading/pixel_shader.h"
 
@@ -128,6 +129,11 @@ struct ShaderScene : TestFrame {
   shaders::RadianceImage behind;
   Lighting lighting{shaders::Environment(0.8f)};
 
+  static const shaders::EnvironmentImage& sky() {
+    static const auto kSky = test::noisy_environment(20, 5);
+    return *kSky;
+  }
+
   explicit ShaderScene(std::uint32_t seed, bool quads = false) {
     Random random(seed);
     for (int n = 0; n < 4; ++n) {
@@ -160,7 +166,10 @@ struct ShaderScene : TestFrame {
     for (int k = 0; k < 300; ++k) add_invocation(random, quads);
     if (seed % 4 == 3) return;
     behind = random_image(random);
-    lighting.behind = &behind;
+    if (seed % 5 != 4) lighting.behind = &behind;
+    using Kind = shaders::Surroundings::Kind;
+    if (seed % 3 == 1) lighting.environment = shaders::Environment({Kind::kImage, 0.8f, &sky()});
+    if (seed % 6 == 3) lighting.environment = shaders::Environment({Kind::kUniform, 0.8f, nullptr});
   }
 
  private:
@@ -255,7 +264,7 @@ TEST(PixelShader, WARP2DrawsTakeAsManyWarpsAsTheirInvocationsFill) {
 TEST(PixelShader, TX1AWarpAsksForTheLinesOfItsLanesOnce) {
   for (std::uint32_t seed = 0; seed < 20; ++seed) {
     const ShaderScene scene(seed);
-    const shaders::RadianceImage* const images[] = {&scene.behind};
+    const shaders::RadianceImage* const images[] = {&scene.behind, &ShaderScene::sky().levels()};
     const TextureMemory memory(scene.capture->materials, 64, images);
     const TextureUnit::Settings settings{&memory, 1 << 20, 16, 64};
     PixelShader shader;

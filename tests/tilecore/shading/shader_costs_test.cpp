@@ -128,6 +128,7 @@ std::string whole_shader(const ShaderFeatures& f) {
   flag("quads", f.quads), flag("unlit", f.unlit), flag("colors", f.vertex_colors), flag("base_color", f.base_color);
   flag("metallic_roughness", f.metallic_roughness), flag("occlusion", f.occlusion), flag("emissive", f.emissive);
   flag("apart", f.coordinates > 1), flag("light_moves", f.lights_move);
+  flag("environment_image", f.environment_image);
   const std::array kinds = {"directional", "point", "point_in_range", "spot", "spot_in_range"};
   for (std::size_t kind = 0; kind < kinds.size(); ++kind)
     if (f.lights[kind] > 0) out << " lights=" << f.lights[kind] << " light=" << kinds[kind];

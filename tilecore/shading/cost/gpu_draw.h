@@ -43,6 +43,10 @@ struct RadianceView {
   const std::int32_t *width, *height;
   int levels;
 };
+struct EnvironmentMap {
+  RadianceView radiance;
+  std::array<Vec3, 9> diffuse;
+};
 struct Sampler {};
 // Slots with one number of a coordinate have one transform, too.
 template <class T>

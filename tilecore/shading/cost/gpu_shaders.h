@@ -65,6 +65,10 @@ struct Uniforms {
   struct LightUniforms {
     float color[3], position[3], direction[3], range, cos_inner, cos_outer;
   } lights[2][2];  // at both keys
+  struct AroundUniforms {
+    float diffuse[9][3];
+    ImageConstants image;
+  } around;
 };
 
 enum class Surface { kTriangles, kPatch, kDisplacedPatch, kComputed };
@@ -87,6 +91,7 @@ struct Shader {
   bool layered = false, glossy = false, dielectric = false, coat = false, sheen = false, anisotropy = false,
        film = false, transmission = false, volume = false, dispersion = false, spread = false, layer_texture = false,
        coat_normals = false;
+  bool environment_image = false;
 };
 
 template <class Matrix>
@@ -190,6 +195,7 @@ void set_constants(const TESSERA_CONSTANT Uniforms& u, DrawConstants& draw) {
   draw.camera_to_world = matrix<Mat3>(u.camera);
   draw.center_x = u.center_x, draw.center_y = u.center_y, draw.scale = u.scale;
   draw.surroundings.intensity = u.environment;
+  if (S.environment_image) draw.surroundings.kind = shaders::Surroundings::Kind::kImage;
   draw.layered = S.layered;
   draw.layers = {S.coat, S.sheen, S.anisotropy, S.film, S.transmission, S.volume, S.dispersion, S.spread};
   const Uniforms::LayerUniforms TESSERA_CONSTANT& l = u.layers;
@@ -217,8 +223,12 @@ __attribute__((always_inline)) inline void with_draw(const TESSERA_CONSTANT Unif
   std::array<shaders::Light, 2> open, close;
   for (std::size_t i = 0; i < 2; ++i)
     open[i] = light_of(u.lights[0][i], S.light), close[i] = light_of(u.lights[1][i], S.light);
+  shaders::EnvironmentMap around{};
+  around.radiance.image = &u.around.image;
+  for (std::size_t i = 0; i < 9; ++i) around.diffuse[i] = vector(u.around.diffuse[i]);
   DrawConstants draw;
   set_constants<S>(u, draw);
+  draw.surroundings.image = &around;
   draw.drawable = &posed, draw.material = &material;
   constexpr auto kCount = static_cast<std::size_t>(S.lights);
   draw.lights.open = {open.data(), kCount};
@@ -299,9 +309,10 @@ __attribute__((always_inline, flatten)) inline void computed_shader(const TESSER
                     v.blue * draw.material->base_color.z};
     m.metallic = draw.material->metallic, m.roughness = draw.material->roughness, m.occlusion = Real(1.0f);
     m.emissive = constant_vector<Real>(draw.material->emissive);
+    const LookupArrays lookups;
+    const LaneSurroundings<Real> around{draw.surroundings, lookups, 0};
     const Vector3<Real> out =
-        S.unlit ? m.base_color
-                : stage::shade_material(m, s.position, normal, view, draw.lights, in.light_t, draw.surroundings);
+        S.unlit ? m.base_color : stage::shade_material(m, s.position, normal, view, draw.lights, in.light_t, around);
     export_color(0, 15, out.x.v, out.y.v, out.z.v, 1.0f, true, true);
   });
 }

@@ -49,12 +49,16 @@ namespace stage {
 
 using shaders::ControlPoints;
 using shaders::EnvironmentLobes;
+using shaders::EnvironmentMap;
 using shaders::HeightView;
 using shaders::kCeiling;
 using shaders::kDiffuseRow;
+using shaders::kFirstMapRoughness;
 using shaders::kFloor;
 using shaders::kHorizonWidths;
 using shaders::kLobeFloats;
+using shaders::kMapInside;
+using shaders::kMapLevels;
 using shaders::kMinRoughness;
 using shaders::kMinSheenRoughness;
 using shaders::kPi;
@@ -88,9 +92,25 @@ Real clamp_unit(Real x) {
   return real_min(real_max(x, Real(0.0f)), Real(1.0f));
 }
 
+template <class Int>
+struct LevelTexels {
+  Int level = -1, column0, column1, row0, row1;
+};
+template <class Int>
+struct LookupTexels {
+  LevelTexels<Int> fine, coarse;
+};
+// One image instruction, filters included.
+template <class Real, class Int>
+Vector3<Real> sample_radiance(const RadianceView& image, Real u, Real v, Real lod, LookupTexels<Int>&) {
+  const Vec4f c = sample_level(7, u.v, v.v, lod.v, image.image->resource, image.image->sampler, false, 0, 0);
+  return {c.x, c.y, c.z};
+}
+
 // clang-format off
 #include "shaders_cpp/studio_light.inc"
 #include "shaders_cpp/surroundings.inc"
+#include "shaders_cpp/environment_map.inc"
 #include "shaders_cpp/metallic_roughness.inc"
 #include "shaders_cpp/layered_material.inc"
 // clang-format on
@@ -107,14 +127,6 @@ struct ColorOf {
   Real r, g, b, a;
 };
 template <class Int>
-struct LevelTexels {
-  Int level = -1, column0, column1, row0, row1;
-};
-template <class Int>
-struct LookupTexels {
-  LevelTexels<Int> fine, coarse;
-};
-template <class Int>
 Int number_of(const std::int32_t* table, Int at) {
   return table[first_lane(at)];
 }
@@ -127,12 +139,6 @@ ColorOf<Real> sample_texture(const TextureView& texture, const Sampler&, Real u,
   const Vec4f c = texture.quads ? sample_quads(15, u.v, v.v, resource, sampler, false, 0, 0)
                                 : sample_level(15, u.v, v.v, lod.v, resource, sampler, false, 0, 0);
   return {c.x, c.y, c.z, c.w};
-}
-
-template <class Real, class Int>
-Vector3<Real> sample_radiance(const RadianceView& image, Real u, Real v, Real lod, LookupTexels<Int>&) {
-  const Vec4f c = sample_level(7, u.v, v.v, lod.v, image.image->resource, image.image->sampler, false, 0, 0);
-  return {c.x, c.y, c.z};
 }
 
 template <class Real>

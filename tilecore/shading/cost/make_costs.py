@@ -44,7 +44,7 @@ LIGHTS = {"directional": "LightKind::kDirectional", "point": "LightKind::kPoint"
 ENUMS = {"surface": SURFACES, "motion": MOTIONS, "normals": NORMALS, "light": LIGHTS}
 LAYERS = ["glossy", "dielectric", "coat", "sheen", "anisotropy", "film", "transmission", "volume", "dispersion", "spread"]
 FIELDS = ["surface", "motion", "quads", "unlit", "colors", "base_color", "metallic_roughness", "occlusion", "emissive",
-          "normals", "lights", "light", "light_moves", "apart", "layered"] + LAYERS + ["layer_texture", "coat_normals"]
+          "normals", "lights", "light", "light_moves", "apart", "layered"] + LAYERS + ["layer_texture", "coat_normals", "environment_image"]
 
 
 class Shader:
@@ -126,6 +126,7 @@ def rows():
             one = Shader(lights=1, light=light, light_moves=moves)
             added(f"light/{light}/{name}", one.but(lights=2), one)
     add_layers(all_rows, added, drawn)
+    add_environment(all_rows, added)
     for surface in drawn:
         for motion in kinds_of_motion(surface):
             for name, quads in derivatives.items():
@@ -166,6 +167,18 @@ def add_layers(all_rows, added, drawn):
     for name, quads in {"quads": True, "surface": False}.items():
         coat = layered.but(base_color=True, quads=quads, coat=True)
         added(f"layer_texture/{name}", coat.but(layer_texture=True), coat)
+
+
+def add_environment(all_rows, added):
+    """What an image of the environment adds: a lookup in place of the built-in one's arithmetic."""
+    plain, textured = Shader(), Shader(quads=True, metallic_roughness=True)
+    added("environment/roughness_of_factor", plain.but(environment_image=True), plain)
+    added("environment/roughness_of_texture", textured.but(environment_image=True), textured)
+    layered = Shader(layered=True)
+    for layer in ("coat", "spread"):
+        with_it = layered.but(**{layer: True})
+        all_rows.append((f"add/environment/{layer}", [with_it.but(environment_image=True), layered],
+                         [with_it, layered.but(environment_image=True)]))
 
 
 def run(command, text=None):
