@@ -25,7 +25,7 @@ const std::vector<RegisteredExtension>& extension_registry() {
       {"KHR_materials_transmission", kRatified, "The environment is seen through it; other surfaces behind it are not.",
        "MaterialEffects"},
       {"KHR_materials_unlit", kRatified, "All of it.", "CaptureMaterials"},
-      {"KHR_materials_variants", kRatified, "Variants; the default materials are drawn.", ""},
+      {"KHR_materials_variants", kRatified, "All of it: --variant chooses.", "MaterialVariants"},
       {"KHR_materials_volume", kRatified, "Refraction of the environment, absorption by thickness.", "MaterialEffects"},
       {"KHR_mesh_quantization", kRatified, "All of it.", "CaptureAccessors"},
       {"KHR_texture_basisu", kRatified, "All of it: ETC1S and UASTC, with mip levels.", "TextureBasisu"},
