@@ -431,6 +431,11 @@ Rule document_rule(const json& d) {
       {"asset", object({{"version", text(), kRequired}, {"minVersion", text()}}), kRequired},
       {"extensionsUsed", list(text())},
       {"extensionsRequired", list(text())},
+      // Before what points into it.
+      {"extensions", object({{"KHR_lights_punctual", object({{"lights", list(light_rule()), kRequired}})},
+                             {"KHR_materials_variants",
+                              object({{"variants", list(object({{"name", text(), kRequired}})), kRequired}})},
+                             {"TESSERA_capture", capture_settings_rule(d)}})},
       {"accessors", list(accessor_rule(d))},
       {"animations", list(animation_rule(d))},
       {"buffers", list(buffer_rule())},
@@ -451,10 +456,6 @@ Rule document_rule(const json& d) {
                     {"source", index_of(d, "images")},
                     {"extensions", object({{"EXT_texture_webp", object({{"source", index_of(d, "images")}})},
                                            {"KHR_texture_basisu", object({{"source", index_of(d, "images")}})}})}}))},
-      {"extensions", object({{"KHR_lights_punctual", object({{"lights", list(light_rule()), kRequired}})},
-                             {"KHR_materials_variants",
-                              object({{"variants", list(object({{"name", text(), kRequired}})), kRequired}})},
-                             {"TESSERA_capture", capture_settings_rule(d)}})},
   });
 }
 
