@@ -459,10 +459,12 @@ TEST(CompareCommand, AMaskLimitsTheFiguresToWhatItCovers) {
   write_png(folder / "half.png", half);
   write_png(folder / "alpha.png", alpha);
   write_png(folder / "none.png", none);
-  write_png(folder / "small.png", Image8(4, 4, 3));
+  Image8 small(4, 4, 3);
+  small.values.assign(small.values.size(), 255);
+  write_png(folder / "small.png", small);
   const auto compare = [&](const char* a, const char* b, const char* mask) {
-    return run_tessera({"compare", (folder / a).string(), (folder / b).string(), "--json", "--mask",
-                        (folder / mask).string()});
+    return run_tessera(
+        {"compare", (folder / a).string(), (folder / b).string(), "--json", "--mask", (folder / mask).string()});
   };
   const json all = json::parse(
       run_tessera({"compare", (folder / "black.png").string(), (folder / "half.png").string(), "--json"}).output);
