@@ -67,6 +67,20 @@ void check_shapes(const Image& a, const Image& b) {
   TESSERA_CHECK(a.same_shape(b) && a.channels == 3 && !a.values.empty(), "images to compare have one shape");
 }
 
+// Calls `each` with the number of every pixel that counts and returns how many there are.
+template <class F>
+std::size_t for_covered(const Image& image, const Image* covered, const F& each) {
+  const std::size_t pixels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+  if (covered != nullptr)
+    TESSERA_CHECK(covered->width == image.width && covered->height == image.height && covered->channels == 1,
+                  "what is covered has the size of the images");
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < pixels; ++i)
+    if (covered == nullptr || covered->values[i] > 0) ++count, each(i);
+  TESSERA_CHECK(covered == nullptr || count > 0, "some pixel is covered");
+  return count;
+}
+
 // ---- Colour spaces of FLIP -------------------------------------------------------------------------------------
 
 using Triple = std::array<double, 3>;
@@ -246,26 +260,30 @@ double redistribute(double error, double max_error) {
 
 }  // namespace
 
-double psnr(const Image& a, const Image& b) {
+double psnr(const Image& a, const Image& b, const Image* covered) {
   check_shapes(a, b);
   double sum = 0;
-  for (std::size_t i = 0; i < a.values.size(); ++i) {
-    const double d = static_cast<double>(a.values[i]) - static_cast<double>(b.values[i]);
-    sum += d * d;
-  }
+  const std::size_t count = for_covered(a, covered, [&](std::size_t pixel) {
+    for (std::size_t i = 3 * pixel; i < 3 * pixel + 3; ++i) {
+      const double d = static_cast<double>(a.values[i]) - static_cast<double>(b.values[i]);
+      sum += d * d;
+    }
+  });
   if (sum == 0) return std::numeric_limits<double>::infinity();
-  return -10.0 * std::log10(sum / static_cast<double>(a.values.size()));
+  return -10.0 * std::log10(sum / static_cast<double>(3 * count));
 }
 
-double max_difference(const Image& a, const Image& b) {
+double max_difference(const Image& a, const Image& b, const Image* covered) {
   check_shapes(a, b);
   double largest = 0;
-  for (std::size_t i = 0; i < a.values.size(); ++i)
-    largest = std::max(largest, std::abs(static_cast<double>(a.values[i]) - static_cast<double>(b.values[i])));
+  for_covered(a, covered, [&](std::size_t pixel) {
+    for (std::size_t i = 3 * pixel; i < 3 * pixel + 3; ++i)
+      largest = std::max(largest, std::abs(static_cast<double>(a.values[i]) - static_cast<double>(b.values[i])));
+  });
   return largest;
 }
 
-double mssim(const Image& a, const Image& b) {
+double mssim(const Image& a, const Image& b, const Image* covered) {
   check_shapes(a, b);
   constexpr double kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03, kSigma = 1.5;
   Kernel window;
@@ -288,13 +306,13 @@ double mssim(const Image& a, const Image& b) {
               square_b = convolve(product(lb, lb), window, window);
   const Plane cross = convolve(product(la, lb), window, window);
   double sum = 0;
-  for (std::size_t i = 0; i < cross.values.size(); ++i) {
+  const std::size_t count = for_covered(a, covered, [&](std::size_t i) {
     const double ma = mean_a.values[i], mb = mean_b.values[i];
     const double va = square_a.values[i] - ma * ma, vb = square_b.values[i] - mb * mb;
     const double covariance = cross.values[i] - ma * mb;
     sum += (2 * ma * mb + kC1) * (2 * covariance + kC2) / ((ma * ma + mb * mb + kC1) * (va + vb + kC2));
-  }
-  return sum / static_cast<double>(cross.values.size());
+  });
+  return sum / static_cast<double>(count);
 }
 
 Image flip_map(const Image& reference, const Image& test, double pixels_per_degree) {
@@ -317,10 +335,11 @@ Image flip_map(const Image& reference, const Image& test, double pixels_per_degr
   return map;
 }
 
-double mean_value(const Image& map) {
+double mean_value(const Image& map, const Image* covered) {
   double sum = 0;
-  for (const float v : map.values) sum += static_cast<double>(v);
-  return map.values.empty() ? 0.0 : sum / static_cast<double>(map.values.size());
+  const std::size_t count =
+      for_covered(map, covered, [&](std::size_t i) { sum += static_cast<double>(map.values[i]); });
+  return count == 0 ? 0.0 : sum / static_cast<double>(count);
 }
 
 }  // namespace tessera

@@ -5,17 +5,19 @@
 namespace tessera {
 
 // Differences between two images of the same size, 3 channels, display-referred sRGB values in [0, 1].
-// All functions are symmetric but for FLIP's maps, deterministic, and expect equal shapes (checked).
+// All functions are symmetric but for FLIP's maps, deterministic, and expect equal shapes (checked). `covered`, where
+// given, is an image of one channel and the same size (checked): only pixels where it is above 0 count, at least one
+// (checked). What lies around them still counts as far as windows and filters reach.
 
 // Peak signal-to-noise ratio in dB over all channels; infinity for equal images.
-double psnr(const Image& a, const Image& b);
+double psnr(const Image& a, const Image& b, const Image* covered = nullptr);
 
 // Largest absolute difference of any channel.
-double max_difference(const Image& a, const Image& b);
+double max_difference(const Image& a, const Image& b, const Image* covered = nullptr);
 
 // Mean structural similarity of the luma (Wang et al. 2004: Gaussian window of 11x11, sigma 1.5, K1 = 0.01,
 // K2 = 0.03). At the border the window reads the nearest pixel, so that every pixel counts.
-double mssim(const Image& a, const Image& b);
+double mssim(const Image& a, const Image& b, const Image* covered = nullptr);
 
 // Pixels per degree of visual angle at which the published FLIP figures are stated: 0.7 m from a screen 0.7 m and
 // 3840 pixels wide.
@@ -26,6 +28,6 @@ inline constexpr double kFlipPixelsPerDegree = 67.0206432766;
 Image flip_map(const Image& reference, const Image& test, double pixels_per_degree = kFlipPixelsPerDegree);
 
 // Mean of a one-channel map.
-double mean_value(const Image& map);
+double mean_value(const Image& map, const Image* covered = nullptr);
 
 }  // namespace tessera

@@ -1,6 +1,7 @@
 #include <mutex>
 #include <optional>
 #include <tuple>
+#include <utility>
 
 #include "python/bindings.h"
 
@@ -91,14 +92,16 @@ std::unique_ptr<SharedDevice> make_device(const Scene& scene, const py::object& 
 void add_scene(py::module_& module) {
   py::class_<Scene>(module, "Scene", "A capture: what is drawn, and how its file wants it to be drawn. Immutable.")
       .def(py::init([](const std::filesystem::path& file, std::uint64_t max_bytes, std::uint64_t max_file_bytes,
-                       bool strict) {
+                       bool strict, std::optional<std::string> variant) {
              const py::gil_scoped_release unlocked;
-             return Scene(file, {max_bytes, max_file_bytes, strict});
+             return Scene(file, {max_bytes, max_file_bytes, strict, std::move(variant)});
            }),
            py::arg("file"), py::kw_only(), py::arg("max_bytes") = ReadLimits().max_bytes,
            py::arg("max_file_bytes") = ReadLimits().max_file_bytes, py::arg("strict") = false,
+           py::arg("variant") = py::none(),
            "Reads any glTF 2.0 asset (.gltf or .glb). What glTF forbids although its meaning is clear is one of the "
-           "notices, or raises where strict. Raises InputError, LimitError, SystemError.")
+           "notices, or raises where strict. variant: whose materials are drawn, one of variants. Raises InputError, "
+           "UsageError for an unknown variant, LimitError, SystemError.")
       .def_property_readonly("file", [](const Scene& scene) { return scene.file().string(); })
       .def_property_readonly("width", &Scene::width, "Of the image that the file asks for, in pixels.")
       .def_property_readonly("height", &Scene::height)
@@ -110,6 +113,7 @@ void add_scene(py::module_& module) {
                 .attr("range")(scene.first_frame(), scene.first_frame() + scene.frame_count());
           },
           "The frames that the file asks for, as a range.")
+      .def_property_readonly("variants", &Scene::variants, "Names of the file's variants of materials.")
       .def_property_readonly("notices", &Scene::notices, "What the reader skipped or assumed, one line each.");
 }
 

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstring>
 #include <new>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,6 +56,19 @@ std::string unknown_command(const std::vector<std::string>& known, const std::st
 void add_strict_flag(CLI::App& app, bool& strict) {
   app.add_flag("--strict", strict,
                "Refuse what the glTF specification forbids also where its meaning is clear, instead of a note");
+}
+
+void add_variant_option(CLI::App& app, std::optional<std::string>& variant) {
+  app.add_option("--variant", variant,
+                 "Draw this variant's materials (KHR_materials_variants; `tessera inspect` lists the names)")
+      ->type_name("NAME");
+}
+
+std::string variant_argument(const std::optional<std::string>& variant) {
+  if (!variant) return "";
+  std::string text = " --variant '";
+  for (const char c : *variant) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
 }
 
 int run_command_line(int argc, char** argv, std::span<const CommandEntry> entries) {

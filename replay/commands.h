@@ -1,6 +1,8 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <string>
 
 namespace CLI {
 class App;
@@ -18,6 +20,10 @@ class Command {
 
 // --strict, of every command that reads captures: sets scene::CaptureLimits::strict.
 void add_strict_flag(CLI::App& app, bool& strict);
+// --variant, of commands that draw one capture: sets scene::CaptureLimits::variant.
+void add_variant_option(CLI::App& app, std::optional<std::string>& variant);
+// " --variant 'NAME'", as a shell takes it; nothing without a variant.
+std::string variant_argument(const std::optional<std::string>& variant);
 
 std::unique_ptr<Command> make_replay_command(CLI::App& app);
 std::unique_ptr<Command> make_time_command(CLI::App& app);

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <set>
 
 #include <fmt/format.h>
@@ -25,6 +26,14 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
+DecodedImage read_image(const fs::path& file) {
+  DecodedImage decoded;
+  std::string fault;
+  if (!decode_image(read_whole_file(file, 1ull << 30, file.string()), {}, decoded, fault))
+    throw InputError(file.string(), "", fault);
+  return decoded;
+}
+
 // An image as it looks on a display: sRGB values in [0, 1], three channels. EXR files are tone mapped.
 Image read_display(const fs::path& file) {
   if (file.extension() == ".exr") {
@@ -34,10 +43,7 @@ Image read_display(const fs::path& file) {
                    [](std::uint8_t v) { return static_cast<float>(v) / 255.0f; });
     return out;
   }
-  DecodedImage decoded;
-  std::string fault;
-  if (!decode_image(read_whole_file(file, 1ull << 30, file.string()), {}, decoded, fault))
-    throw InputError(file.string(), "", fault);
+  const DecodedImage decoded = read_image(file);
   Image out(decoded.width(), decoded.height(), 3);
   for (int y = 0; y < out.height; ++y)
     for (int x = 0; x < out.width; ++x)
@@ -55,21 +61,44 @@ Image8 heat_map(const Image& flip) {
   return out;
 }
 
-json compare_images(const fs::path& a, const fs::path& b, const std::string& map_file) {
+void check_same_size(const Image& image, const fs::path& file, const Image& first, const fs::path& a) {
+  if (image.width != first.width || image.height != first.height)
+    throw InputError(
+        file.string(), "",
+        fmt::format("is {}x{} pixels, {} is {}x{}", image.width, image.height, a.string(), first.width, first.height));
+}
+
+// 1 where a mask covers a pixel: where its alpha, or of an image without alpha any channel, is above 0.
+Image read_mask(const fs::path& file) {
+  const DecodedImage decoded = read_image(file);
+  const int channels = decoded.channels();
+  const bool has_alpha = channels == 2 || channels == 4;
+  Image out(decoded.width(), decoded.height(), 1);
+  for (int y = 0; y < out.height; ++y)
+    for (int x = 0; x < out.width; ++x)
+      for (int c = has_alpha ? channels - 1 : 0; c < channels; ++c)
+        if (decoded.unorm(x, y, c) > 0) out.at(x, y)[0] = 1;
+  if (std::all_of(out.values.begin(), out.values.end(), [](float v) { return v == 0; }))
+    throw InputError(file.string(), "", "covers no pixel");
+  return out;
+}
+
+json compare_images(const fs::path& a, const fs::path& b, const std::string& map_file, const std::string& mask_file) {
   const Image first = read_display(a), second = read_display(b);
-  if (!first.same_shape(second))
-    throw InputError(b.string(), "",
-                     fmt::format("is {}x{} pixels, {} is {}x{}", second.width, second.height, a.string(), first.width,
-                                 first.height));
+  check_same_size(second, b, first, a);
+  std::optional<Image> mask;
+  if (!mask_file.empty()) check_same_size(mask.emplace(read_mask(mask_file)), mask_file, first, a);
+  const Image* const covered = mask ? &*mask : nullptr;
   const Image flip = flip_map(first, second);
   if (!map_file.empty()) {
     OutputFile file(map_file);
     file.write(encode_png(heat_map(flip)));
     file.commit();
   }
-  const double p = psnr(first, second);
-  json row = {
-      {"ssim", mssim(first, second)}, {"flip", mean_value(flip)}, {"max_difference", max_difference(first, second)}};
+  const double p = psnr(first, second, covered);
+  json row = {{"ssim", mssim(first, second, covered)},
+              {"flip", mean_value(flip, covered)},
+              {"max_difference", max_difference(first, second, covered)}};
   row["psnr_db"] = std::isinf(p) ? json() : json(p);  // null: identical
   return row;
 }
@@ -94,7 +123,7 @@ json compare_folders(const fs::path& a, const fs::path& b) {
       names.insert(entry.path().filename());
   for (const fs::path& name : names) {
     if (!fs::exists(b / name)) continue;
-    json row = compare_images(a / name, b / name, "");
+    json row = compare_images(a / name, b / name, "", "");
     row["frame"] = name.stem().string();
     out["frames"].push_back(row);
   }
@@ -139,6 +168,10 @@ class CompareCommand final : public Command {
     app.add_option("B", b_, "What is compared with it")->required()->type_name("B");
     app.add_flag("--json", json_, "As JSON");
     app.add_option("--flip-map", map_, "Write the FLIP error of two images as a heat map")->type_name("FILE.png");
+    app.add_option("--mask", mask_,
+                   "Measure only the pixels of two images that this one covers: those with an alpha above 0, without "
+                   "alpha those that are not black")
+        ->type_name("FILE");
     app.footer(
         "PSNR, mean SSIM and mean FLIP of what a display shows (EXR files are tone mapped first); max is the largest "
         "difference of any channel in [0, 1].\n"
@@ -148,12 +181,13 @@ class CompareCommand final : public Command {
     const bool folders = fs::is_directory(a_);
     if (folders != fs::is_directory(b_)) throw UsageError("compare: give two images or two folders");
     if (folders && !map_.empty()) throw UsageError("--flip-map: is for two images");
+    if (folders && !mask_.empty()) throw UsageError("--mask: is for two images");
     if (!map_.empty()) check_output_file(map_);
     if (beside_outputs({map_}) != stdout) throw UsageError("--flip-map: standard output is for the figures");
     json report;
     {
       const LongStep step("comparing", LongStep::quiet_without_terminal());
-      report = folders ? compare_folders(a_, b_) : compare_images(a_, b_, map_);
+      report = folders ? compare_folders(a_, b_) : compare_images(a_, b_, map_, mask_);
     }
     if (json_) {
       fmt::print("{}\n", json_text(report, 2));
@@ -167,7 +201,7 @@ class CompareCommand final : public Command {
   }
 
  private:
-  std::string a_, b_, map_;
+  std::string a_, b_, map_, mask_;
   bool json_ = false;
 };
 

@@ -174,6 +174,7 @@ json inspect(const Capture& capture) {
           {"skins", capture.skins.size()},
           {"cameras", cameras},
           {"lights", capture.lights.size()},
+          {"variants", capture.variants},
           {"settings",
            {{"declared", s.declared},
             {"resolution", {s.width, s.height}},
@@ -210,6 +211,11 @@ void print_table(const json& j) {
   }
   if (j["cameras"].empty()) fmt::print("  camera      none: the scene is framed automatically\n");
   fmt::print("  lights      {}\n", j["lights"].dump());
+  if (!j["variants"].empty()) {
+    std::vector<std::string> names;
+    for (const json& name : j["variants"]) names.push_back(quoted(name));
+    fmt::print("  variants    {}\n", fmt::join(names, ", "));
+  }
   for (const json& m : j["meshes"]) {
     fmt::print("  mesh        {}: {} vertices", quoted(m["name"]), m["vertices"].dump());
     if (m["triangles"] != 0) fmt::print(", {} triangles", m["triangles"].dump());

@@ -88,6 +88,7 @@ class ReplayCommand final : public Command {
         ->type_name("GIB")
         ->capture_default_str();
     add_strict_flag(app, strict_);
+    add_variant_option(app, variant_);
     app.add_option("--trace", trace_, "Write when each unit did what, for Perfetto or chrome://tracing (JSON)")
         ->type_name("FILE");
     app.add_option("--trace-frames", trace_frames_,
@@ -153,12 +154,13 @@ class ReplayCommand final : public Command {
     limits.max_bytes =
         static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 1073741824.0);
     limits.strict = strict_;
+    limits.variant = variant_;
     std::optional<LongStep> step(std::in_place, "reading " + escape_control(capture_), quiet_);
     const scene::Capture capture = scene::read_capture(capture_, limits);
     step.reset();
     const auto [first, last] = frame_range(capture);
     const gpu::RenderRequest request = render_request(capture, settings, gpu, limits.max_bytes, last - first > 1);
-    repeat_failures_with(fmt::format("tessera replay {}", capture_));
+    repeat_failures_with(fmt::format("tessera replay {}{}", capture_, variant_argument(variant_)));
     check_output_folder(out_, {"frame_*.exr", "frame_*.png", "tiles_*.json", "stats.json", "stats.csv", "baselines.csv",
                                "report.html"});
 
@@ -396,7 +398,7 @@ class ReplayCommand final : public Command {
   std::string capture_, frames_, size_, gpu_ = "mid-mobile", region_, out_ = "out";
   std::string trace_, trace_frames_, trace_tiles_, dram_trace_, record_;
   std::vector<std::string> sets_, aux_;
-  std::optional<std::string> spp_, seed_;
+  std::optional<std::string> spp_, seed_, variant_;
   std::string history_, save_history_;
   double dram_clock_mhz_ = 800;
   std::optional<std::uint32_t> dram_transaction_;

@@ -36,6 +36,8 @@ Statistics::Statistics(const scene::Capture& capture, const gpu::GpuConfiguratio
   head_["schema"] = "tessera.stats/1";
   head_["capture"] = {
       {"file", capture.file.filename().string()}, {"bytes", capture.file_bytes}, {"notices", capture.notices}};
+  if (capture.variant != scene::kNone)
+    head_["capture"]["variant"] = capture.variants[static_cast<std::size_t>(capture.variant)];
   head_["gpu"] = gpu::gpu_json(gpu);
   head_["gpu_notices"] = nlohmann::json::array();
   head_["settings"] = settings_json(settings);

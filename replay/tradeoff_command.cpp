@@ -108,6 +108,7 @@ class TradeoffCommand final : public Command {
         ->type_name("GIB")
         ->capture_default_str();
     add_strict_flag(app, strict_);
+    add_variant_option(app, variant_);
     app.add_flag("--quiet", quiet_, "No progress, no table");
     app.footer(
         "What accuracy costs: every knob that buys accuracy is turned, one at a time, and each setting's error against "
@@ -132,7 +133,7 @@ class TradeoffCommand final : public Command {
     const CheapestWanted wanted{read_cost(), max_flip_, min_psnr_};
     check_output_folder(
         out_, {"tradeoff.json", "tradeoff.csv", "report.html", "reference/*.json", "reference/*.exr", "points/*.json"});
-    repeat_failures_with(fmt::format("tessera tradeoff {}", capture_));
+    repeat_failures_with(fmt::format("tessera tradeoff {}{}", capture_, variant_argument(variant_)));
     install_stop_handler();
     const TradeoffResult result = run_tradeoff(options);
     std::optional<CheapestAnswer> answer;
@@ -178,6 +179,7 @@ class TradeoffCommand final : public Command {
     options.joint = listed_names(joint_ == "usual" ? kUsualJoint : joint_);
     options.max_points = static_cast<std::size_t>(max_points_);
     options.strict = strict_;
+    options.variant = variant_;
     options.max_bytes =
         static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 1073741824.0);
     options.quiet = quiet_;
@@ -214,6 +216,7 @@ class TradeoffCommand final : public Command {
   std::string capture_, out_, size_ = "640x360", gpu_ = "mid-mobile", knobs_, joint_, cost_ = "cycles";
   std::vector<std::string> sets_;
   std::optional<double> frame_, max_flip_, min_psnr_;
+  std::optional<std::string> variant_;
   int run_ = 6, rounds_ = 3, samples_ = 1024, max_points_ = 400;
   double edge_ = 1.0, max_memory_gib_ = 4;
   unsigned threads_ = 0;

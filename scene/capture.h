@@ -255,6 +255,8 @@ struct Capture {
   std::vector<Camera> cameras;
   std::vector<shaders::Light> lights;             // colour, cone and range; placed by their nodes
   std::vector<LightParameters> light_parameters;  // of each light
+  std::vector<std::string> variants;              // KHR_materials_variants: their names
+  int variant = kNone;                            // the one whose materials the primitives have, of `variants`
   CaptureSettings settings;
   std::shared_ptr<const shaders::EnvironmentImage> environment_image;  // of an environment that is one
   std::vector<std::string> extensions_used, extensions_unread;  // as the file says; all that the reader passes over

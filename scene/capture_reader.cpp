@@ -17,6 +17,7 @@
 #include "scene/gltf/read_ahead.h"
 #include "scene/gltf/schema.h"
 #include "scene/gltf/validation.h"
+#include "scene/gltf/variants.h"
 
 namespace tessera::scene {
 
@@ -75,6 +76,7 @@ Capture read_capture(const std::filesystem::path& file, const CaptureLimits& lim
   const gltf::Place root(name);
   gltf::check_schema(json, root);
   gltf::charge_objects(json, budget);
+  const int variant = gltf::choose_variant(json, limits.variant, root);
   gltf::validate_links(json, root, notes);
   check_claims(json, budget);
 
@@ -85,6 +87,8 @@ Capture read_capture(const std::filesystem::path& file, const CaptureLimits& lim
   gltf::read_ahead(document);
   Capture capture;
   capture.file = file;
+  capture.variants = gltf::variant_names(document.json);
+  capture.variant = variant;
   gltf::build_materials(document, capture);
   capture.meshes = gltf::build_meshes(document);
   gltf::build_scene(document, capture);

@@ -14,7 +14,8 @@ namespace tessera::scene {
 // Throws InputError (file, JSON pointer or byte offset, fault) for anything that glTF forbids and that could change
 // the image, and LimitError when a limit would be exceeded. Harmless oddities load: weights that do not sum to 1,
 // longer buffers, strided animation data, unused objects. What glTF forbids although it has one meaning loads with one
-// of Capture::notices, and is refused with CaptureLimits::strict.
+// of Capture::notices, and is refused with CaptureLimits::strict. Throws UsageError, which lists the variants, where the
+// file lacks CaptureLimits::variant.
 Capture read_capture(const std::filesystem::path& file, const CaptureLimits& limits = {});
 
 }  // namespace tessera::scene

@@ -26,7 +26,7 @@ const std::vector<RegisteredExtension>& extension_registry() {
        "What is opaque, as it is in the image, is seen through it; what transmits or blends is not.",
        "MaterialEffects"},
       {"KHR_materials_unlit", kRatified, "All of it.", "CaptureMaterials"},
-      {"KHR_materials_variants", kRatified, "Variants; the default materials are drawn.", ""},
+      {"KHR_materials_variants", kRatified, "All of it: --variant chooses.", "MaterialVariants"},
       {"KHR_materials_volume", kRatified, "Refraction within the image, absorption by thickness.", "MaterialEffects"},
       {"KHR_mesh_quantization", kRatified, "All of it.", "CaptureAccessors"},
       {"KHR_texture_basisu", kRatified, "All of it: ETC1S and UASTC, with mip levels.", "TextureBasisu"},

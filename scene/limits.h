@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -17,12 +18,14 @@
 
 namespace tessera::scene {
 
-// What reading a capture may cost. Every allocation whose size a file decides is charged before it is made.
+// How a capture is read, and what that may cost. Every allocation whose size a file decides is charged before it is made.
 struct CaptureLimits {
   std::uint64_t max_bytes = 4ull << 30;       // decoded data of one capture, all together
   std::uint64_t max_file_bytes = 2ull << 30;  // any one file
   ImageLimits image{};
   bool strict = false;  // refuse what glTF forbids also where it has one meaning, instead of a note
+  // KHR_materials_variants: whose materials are drawn, by name; without, those that the primitives name themselves.
+  std::optional<std::string> variant{};
 };
 
 // What a budget refuses. Its message names the file.

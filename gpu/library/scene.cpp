@@ -13,6 +13,7 @@ scene::CaptureLimits reader_limits(const ReadLimits& limits) {
   out.max_bytes = limits.max_bytes;
   out.max_file_bytes = limits.max_file_bytes;
   out.strict = limits.strict;
+  out.variant = limits.variant;
   return out;
 }
 
@@ -27,6 +28,7 @@ int Scene::height() const { return content_->capture.settings.height; }
 int Scene::first_frame() const { return content_->capture.settings.first_frame; }
 int Scene::frame_count() const { return content_->capture.settings.frame_count; }
 double Scene::frame_rate() const { return content_->capture.settings.frame_rate; }
+const std::vector<std::string>& Scene::variants() const { return content_->capture.variants; }
 const std::vector<std::string>& Scene::notices() const { return content_->capture.notices; }
 
 }  // namespace tessera

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,12 +11,15 @@
 
 namespace tessera {
 
-// What reading a file may cost; more is refused with a LimitError before it is allocated.
+// How a file is read, and what that may cost; more is refused with a LimitError before it is allocated.
 struct ReadLimits {
   std::uint64_t max_bytes = 4ull << 30;       // decoded data of one scene, all together
   std::uint64_t max_file_bytes = 2ull << 30;  // any one file
   // What glTF forbids is an InputError also where its meaning is clear; else it is one of Scene::notices().
   bool strict = false;
+  // KHR_materials_variants: whose materials are drawn, by name, one of Scene::variants(); without, those that the file
+  // draws by itself. A name that the file lacks is a UsageError that lists its names.
+  std::optional<std::string> variant{};
 };
 
 // A capture: what is drawn, and how its file wants it to be drawn. Immutable; copies share one content, and any number
@@ -23,7 +27,7 @@ struct ReadLimits {
 class TESSERA_API Scene {
  public:
   // Reads any glTF 2.0 asset (.gltf or .glb). The file is not trusted.
-  // Throws InputError for what glTF forbids, LimitError, SystemError.
+  // Throws InputError for what glTF forbids, UsageError for an unknown variant, LimitError, SystemError.
   explicit Scene(const std::filesystem::path& file, const ReadLimits& limits = {});
 
   const std::filesystem::path& file() const;
@@ -34,6 +38,8 @@ class TESSERA_API Scene {
   int first_frame() const;
   int frame_count() const;
   double frame_rate() const;  // per second
+  // Names of the file's variants of materials; empty where it has none.
+  const std::vector<std::string>& variants() const;
   // What the reader skipped or assumed, for people; one line each.
   const std::vector<std::string>& notices() const;
 

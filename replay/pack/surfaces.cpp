@@ -15,6 +15,7 @@
 #include "replay/pack/quad_pairing.h"
 #include "scene/gltf/builders.h"
 #include "scene/gltf/subdivision_builder.h"
+#include "scene/gltf/variants.h"
 #include "scene/subdivision/control_cage.h"
 
 namespace tessera::replay {
@@ -228,6 +229,14 @@ double two_digits(double value) {
   return std::stod(fmt::format("{:.2g}", std::round(value / unit) * unit));
 }
 
+// The primitive's own, and those that variants give it.
+std::set<std::size_t> materials_of(const json& primitive) {
+  std::set<std::size_t> numbers = {primitive["material"].get<std::size_t>()};
+  if (const json* variants = gltf::find_extension(primitive, gltf::kVariants))
+    for (const json& mapping : (*variants)["mappings"]) numbers.insert(mapping["material"].get<std::size_t>());
+  return numbers;
+}
+
 void displace_surfaces(EditedAsset& asset, const SurfaceOptions::Displace& options, SurfaceReport& report) {
   const Displaced surfaces = find_surfaces(asset);
   if (surfaces.primitives.empty())
@@ -242,16 +251,17 @@ void displace_surfaces(EditedAsset& asset, const SurfaceOptions::Displace& optio
       if (!fresh) fresh = materials.size(), materials.push_back(json::object());
       (*primitive)["material"] = *fresh;
     }
-    const auto number = (*primitive)["material"].get<std::size_t>();
-    json& material = materials[number];
-    const json info = heights.texture_info(material, number);
-    const std::string set = fmt::format("TEXCOORD_{}", info.value("texCoord", 0));
-    if (!(*primitive)["attributes"].contains(set))
-      throw UsageError(fmt::format("--displace: a mesh of material {} lacks {}", number, set));
-    material["extensions"][kDisplacement] = {{"texture", info},
-                                             {"scale", options.scale.value_or(two_digits(0.02 * surfaces.extent))},
-                                             {"bias", options.bias.value_or(0.0)}};
-    displaced.insert(number);
+    for (const std::size_t number : materials_of(*primitive)) {
+      json& material = materials[number];
+      const json info = heights.texture_info(material, number);
+      const std::string set = fmt::format("TEXCOORD_{}", info.value("texCoord", 0));
+      if (!(*primitive)["attributes"].contains(set))
+        throw UsageError(fmt::format("--displace: a mesh of material {} lacks {}", number, set));
+      material["extensions"][kDisplacement] = {{"texture", info},
+                                               {"scale", options.scale.value_or(two_digits(0.02 * surfaces.extent))},
+                                               {"bias", options.bias.value_or(0.0)}};
+      displaced.insert(number);
+    }
   }
   report.displaced_materials = displaced.size();
   asset.use_extension(kDisplacement);

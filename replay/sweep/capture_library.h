@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,9 +23,10 @@ std::string capture_fingerprint(const std::filesystem::path& file);
 // before it asks for the next.
 class CaptureLibrary {
  public:
-  // Decoded data of a capture may take `max_bytes`.
-  CaptureLibrary(std::vector<std::filesystem::path> files, std::uint64_t max_bytes, bool strict = false)
-      : files_(std::move(files)), max_bytes_(max_bytes), strict_(strict) {}
+  // Decoded data of a capture may take `max_bytes`. `variant`: scene::CaptureLimits::variant, of all of them.
+  CaptureLibrary(std::vector<std::filesystem::path> files, std::uint64_t max_bytes, bool strict = false,
+                 std::optional<std::string> variant = {})
+      : files_(std::move(files)), max_bytes_(max_bytes), strict_(strict), variant_(std::move(variant)) {}
 
   struct Loaded {
     std::shared_ptr<const scene::Capture> capture;  // outlives what is prepared from it
@@ -44,6 +46,7 @@ class CaptureLibrary {
   std::vector<std::filesystem::path> files_;
   std::uint64_t max_bytes_;
   bool strict_;
+  std::optional<std::string> variant_;
   std::mutex mutex_;
   std::condition_variable released_;
   std::size_t current_ = kNone, users_ = 0, loads_ = 0;

@@ -22,8 +22,8 @@ using nlohmann::json;
 using scene::gltf::Place;
 namespace fs = std::filesystem;
 
-const std::vector<std::string> kMembers = {"title", "captures", "frames",    "size",     "gpu",  "settings",
-                                           "axes",  "columns",  "baselines", "pictures", "split"};
+const std::vector<std::string> kMembers = {"title", "captures", "frames",    "size",     "gpu",   "settings",
+                                           "axes",  "columns",  "baselines", "pictures", "split", "variant"};
 
 const std::string& text_of(const json& value, const Place& place) {
   if (!value.is_string()) place.refuse("is not a text");
@@ -163,6 +163,7 @@ Study read_study(const fs::path& file, std::uint64_t max_points) {
   };
   with("title", [&](const json& value, const Place& where) { study.title = text_of(value, where); });
   with("captures", [&](const json& value, const Place& where) { read_captures(value, where, study); });
+  with("variant", [&](const json& value, const Place& where) { study.variant = text_of(value, where); });
   with("frames", [&](const json& value, const Place& where) {
     study.frames = at_place(where, [&] { return parse_frames("frames", text_of(value, where)); });
   });

@@ -28,6 +28,7 @@ struct Study {
   std::string title;
   std::vector<std::string> capture_names;       // as written in the file
   std::vector<std::filesystem::path> captures;  // the same, found from the folder of the file
+  std::optional<std::string> variant;           // of all captures: scene::CaptureLimits::variant
   std::optional<FrameRange> frames;             // else those of each capture
   std::optional<ImageSize> size;                // else that of each capture
   std::string gpu = "mid-mobile";               // preset, or a file found from the folder of the study

@@ -38,6 +38,7 @@ json manifest_json(const Study& study, const std::vector<SweepPoint>& points) {
   // What every point has in common, axes deferred: that of the first one.
   const PointConfiguration first = configure_point(study, std::vector<std::uint32_t>(study.axes.size(), 0));
   out["first_point"] = {{"gpu", gpu::gpu_json(first.gpu)}, {"settings", gpu::settings_json(first.settings)}};
+  if (study.variant) out["variant"] = *study.variant;
   if (study.frames) out["frames"] = {study.frames->first, study.frames->last};
   if (first.size) out["first_point"]["size"] = {first.size->width, first.size->height};
   return out;

@@ -89,6 +89,7 @@ struct KnobResult {
 
 struct TradeoffResult {
   std::string capture;
+  std::optional<std::string> variant;  // of its materials
   int frame = 0, first_frame = 0, width = 0, height = 0, rounds = 0;
   std::string arguments;  // of --set
   gpu::RunSettings settings;

@@ -48,6 +48,7 @@ class Tradeoff {
     scene::CaptureLimits limits;
     limits.max_bytes = options_.max_bytes;
     limits.strict = options_.strict;
+    limits.variant = options_.variant;
     PackedCaptures captures(options_.capture, limits);
     const gpu::PreparedCapture& prepared = *captures.original();
     place(prepared.capture);
@@ -67,6 +68,7 @@ class Tradeoff {
     }
     const Image* const color = reference ? &reference->color : nullptr;
     TradeoffResult out{.capture = options_.capture.filename().string(),
+                       .variant = options_.variant,
                        .frame = place_.frame,
                        .first_frame = place_.first_frame,
                        .width = options_.width,
@@ -121,6 +123,7 @@ class Tradeoff {
     place_.first_frame = std::max(0, place_.frame - options_.run + 1);
     place_.rounds = options_.rounds;
     place_.inputs = capture_fingerprint(options_.capture) + program_fingerprint();
+    if (options_.variant) place_.inputs += " variant " + *options_.variant;
   }
 
   Row make_row(const std::string& label, const KeyValues& values, bool in_double, const Packing& packing,

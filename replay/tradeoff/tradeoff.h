@@ -27,7 +27,8 @@ struct TradeoffOptions {
   std::vector<std::string> joint;  // knobs that are turned together as well
   std::size_t max_points = 400;    // of the joint search
   std::uint64_t max_bytes = std::uint64_t{4} << 30;
-  bool strict = false;  // scene::CaptureLimits::strict
+  bool strict = false;                 // scene::CaptureLimits::strict
+  std::optional<std::string> variant;  // scene::CaptureLimits::variant
   bool quiet = false;
 };
 

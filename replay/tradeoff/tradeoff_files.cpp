@@ -125,6 +125,7 @@ json tradeoff_json(const TradeoffResult& tradeoff, const std::optional<CheapestA
               {"reference", tradeoff.reference ? reference::reference_info_json(*tradeoff.reference) : json()},
               {"knobs", knobs},
               {"stopped", tradeoff.stopped}};
+  if (tradeoff.variant) out["variant"] = *tradeoff.variant;
   if (cheapest) out["cheapest"] = cheapest_json(*cheapest);
   return out;
 }

@@ -252,7 +252,25 @@ Rule subdivision_rule() {
   });
 }
 
+// Index into what an extension lists beside the document's arrays.
+Rule index_below(std::size_t count, const char* what) {
+  return [=](const json& value, const Place& place) {
+    integer(0)(value, place);
+    if (value.get<double>() >= static_cast<double>(count))
+      place.refuse("points at {} {}, there are {}", what, value.get<std::int64_t>(), count);
+  };
+}
+
+// Elements of a list of an extension of the document, as far as it is one.
+std::size_t extension_count(const json& d, const char* pointer) {
+  const json::json_pointer list(pointer);
+  return d.is_object() && d.contains(list) && d.at(list).is_array() ? d.at(list).size() : 0;
+}
+
 Rule mesh_rule(const json& d) {
+  const Rule variant = index_below(extension_count(d, "/extensions/KHR_materials_variants/variants"), "variant");
+  const Rule mapping =
+      object({{"variants", list(variant), kRequired}, {"material", index_of(d, "materials"), kRequired}});
   const Rule attributes = map_of(index_of(d, "accessors"));
   const Rule primitive = object({
       {"attributes", attributes, kRequired},
@@ -263,6 +281,7 @@ Rule mesh_rule(const json& d) {
       {"extensions",
        object({{"KHR_draco_mesh_compression", object({{"bufferView", index_of(d, "bufferViews"), kRequired},
                                                       {"attributes", map_of(integer()), kRequired}})},
+               {"KHR_materials_variants", object({{"mappings", list(mapping), kRequired}})},
                {"TESSERA_bezier_patches", object({{"count", integer(1), kRequired}})},
                {"TESSERA_clusters", object({{"maxVertices", integer(3), kRequired},
                                             {"maxTriangles", integer(1), kRequired},
@@ -295,12 +314,8 @@ Rule camera_rule() {
   });
 }
 
-Rule node_rule(const json& d, std::size_t light_count) {
-  const Rule light = [light_count](const json& value, const Place& place) {
-    integer(0)(value, place);
-    if (value.get<double>() >= static_cast<double>(light_count))
-      place.refuse("points at light {}, there are {}", value.get<std::int64_t>(), light_count);
-  };
+Rule node_rule(const json& d) {
+  const Rule light = index_below(extension_count(d, "/extensions/KHR_lights_punctual/lights"), "light");
   return object({
       {"name", text()},
       {"camera", index_of(d, "cameras")},
@@ -424,9 +439,6 @@ Rule buffer_rule() {
 }
 
 Rule document_rule(const json& d) {
-  const json::json_pointer lights("/extensions/KHR_lights_punctual/lights");
-  const std::size_t light_count =
-      d.is_object() && d.contains(lights) && d.at(lights).is_array() ? d.at(lights).size() : 0;
   const Rule sampler = object({
       {"magFilter", one_of({9728, 9729})},
       {"minFilter", one_of({9728, 9729, 9984, 9985, 9986, 9987})},
@@ -437,6 +449,11 @@ Rule document_rule(const json& d) {
       {"asset", object({{"version", text(), kRequired}, {"minVersion", text()}}), kRequired},
       {"extensionsUsed", list(text())},
       {"extensionsRequired", list(text())},
+      // Before what points into it.
+      {"extensions", object({{"KHR_lights_punctual", object({{"lights", list(light_rule()), kRequired}})},
+                             {"KHR_materials_variants",
+                              object({{"variants", list(object({{"name", text(), kRequired}})), kRequired}})},
+                             {"TESSERA_capture", capture_settings_rule(d)}})},
       {"accessors", list(accessor_rule(d))},
       {"animations", list(animation_rule(d))},
       {"buffers", list(buffer_rule())},
@@ -445,7 +462,7 @@ Rule document_rule(const json& d) {
       {"images", list(object({{"uri", text()}, {"mimeType", text()}, {"bufferView", index_of(d, "bufferViews")}}))},
       {"materials", list(material_rule(d))},
       {"meshes", list(mesh_rule(d))},
-      {"nodes", list(node_rule(d, light_count))},
+      {"nodes", list(node_rule(d))},
       {"samplers", list(sampler)},
       {"scene", index_of(d, "scenes")},
       {"scenes", list(object({{"name", text()}, {"nodes", list(index_of(d, "nodes"))}}))},
@@ -457,8 +474,6 @@ Rule document_rule(const json& d) {
                     {"source", index_of(d, "images")},
                     {"extensions", object({{"EXT_texture_webp", object({{"source", index_of(d, "images")}})},
                                            {"KHR_texture_basisu", object({{"source", index_of(d, "images")}})}})}}))},
-      {"extensions", object({{"KHR_lights_punctual", object({{"lights", list(light_rule()), kRequired}})},
-                             {"TESSERA_capture", capture_settings_rule(d)}})},
   });
 }
 

@@ -18,6 +18,7 @@
 #include "scene/gltf/meshopt_reader.h"
 #include "scene/gltf/procedure_builder.h"
 #include "scene/gltf/validation_parts.h"
+#include "scene/gltf/variants.h"
 
 namespace tessera::scene::gltf {
 namespace validation {
@@ -363,6 +364,7 @@ void validate_links(const nlohmann::json& d, const Place& root, Notes& notes) {
   check_images(d, root);
   check_node_graph(d, root, notes);
   check_meshes(d, root, notes);
+  check_variants(d, root, notes);
   check_skins(d, root, notes);
   check_animations(d, root, notes);
   check_cameras(d, root);

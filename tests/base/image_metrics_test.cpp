@@ -164,6 +164,35 @@ TEST(Flip, AnEdgeThatDisappearsCountsMoreThanItsColourAlone) {
   EXPECT_GT(beside, 1.1f * map.at(4, 16)[0]);
 }
 
+// The whole of the figures is made of those of the parts; what is not covered changes none of them.
+TEST(CoveredPixels, AloneCount) {
+  const Image a = noisy(24, 16, 21), b = noisy(24, 16, 22), flip = flip_map(a, b);
+  Image left(24, 16, 1), right(24, 16, 1), one(24, 16, 1);
+  std::size_t count = 0;
+  for (int y = 0; y < 16; ++y)
+    for (int x = 0; x < 24; ++x) {
+      const bool in = hash32(5, static_cast<std::uint32_t>(24 * y + x)) % 3 == 0;
+      (in ? left : right).at(x, y)[0] = 0.01f;
+      count += in ? 1 : 0;
+    }
+  const double share = static_cast<double>(count) / (24 * 16);
+  const auto whole = [&](double of_left, double of_right) { return share * of_left + (1 - share) * of_right; };
+  const auto square = [](double decibel) { return std::pow(10, -decibel / 10); };
+  EXPECT_NEAR(whole(mean_value(flip, &left), mean_value(flip, &right)), mean_value(flip), 1e-12);
+  EXPECT_NEAR(whole(mssim(a, b, &left), mssim(a, b, &right)), mssim(a, b), 1e-12);
+  EXPECT_NEAR(whole(square(psnr(a, b, &left)), square(psnr(a, b, &right))), square(psnr(a, b)), 1e-12);
+  EXPECT_EQ(std::max(max_difference(a, b, &left), max_difference(a, b, &right)), max_difference(a, b));
+  EXPECT_NE(mean_value(flip, &left), mean_value(flip));
+  one.at(7, 3)[0] = 1;
+  EXPECT_EQ(mean_value(flip, &one), static_cast<double>(flip.at(7, 3)[0]));
+  EXPECT_EQ(max_difference(a, b, &one), [&] {
+    double largest = 0;
+    for (std::size_t c = 0; c < 3; ++c)
+      largest = std::max(largest, std::abs(static_cast<double>(a.at(7, 3)[c]) - static_cast<double>(b.at(7, 3)[c])));
+    return largest;
+  }());
+}
+
 TEST(MaxDifference, FindsTheOneWorstChannel) {
   Image a = flat(4, 4, 0.1f, 0.2f, 0.3f), b = a;
   b.at(2, 1)[1] = 0.95f;

@@ -35,7 +35,13 @@ void read(Bytes input) {
   limits.max_bytes = kMaxBytes;
   limits.max_file_bytes = kMaxBytes;
   limits.image.max_pixels = kMaxBytes / 8;
-  expect_answer([&] { require_sound(scene::read_capture(capture_file(), limits)); });
+  expect_answer([&] {
+    const scene::Capture capture = scene::read_capture(capture_file(), limits);
+    require_sound(capture);
+    if (capture.variants.empty()) return;
+    limits.variant = capture.variants.back();
+    require_sound(scene::read_capture(capture_file(), limits));
+  });
 }
 
 std::vector<std::string> seeds() {

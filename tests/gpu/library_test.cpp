@@ -86,6 +86,14 @@ TEST(Library, RefusalsAreExceptionsOfOneHierarchy) {
   EXPECT_THROW(frame.patches(), tessera::UsageError);
 }
 
+TEST(Library, AnUnknownVariantIsWrongUsage) {
+  EXPECT_TRUE(tessera::Scene(kCapture).variants().empty());
+  tessera::ReadLimits limits;
+  limits.variant = "gold";
+  EXPECT_THROW(tessera::Scene(kCapture, limits), tessera::UsageError);
+  EXPECT_THAT(message_of([&] { tessera::Scene scene(kCapture, limits); }), HasSubstr("no variant 'gold' in "));
+}
+
 TEST(Library, AFrameOutlivesItsDeviceAndScene) {
   const tessera::Frame frame =
       tessera::Device(tessera::Scene(kCapture), tessera::Gpu("small"), {}, small_frame()).render(14);

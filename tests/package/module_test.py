@@ -67,6 +67,9 @@ class Errors(unittest.TestCase):
             tessera.Scene("missing.glb")
         with self.assertRaises(tessera.LimitError):
             tessera.Scene(CAPTURE, max_bytes=1000)
+        with self.assertRaisesRegex(tessera.UsageError, "no variant 'gold' in .*, which has none"):
+            tessera.Scene(CAPTURE, variant="gold")
+        self.assertEqual(tessera.Scene(CAPTURE).variants, [])
         with self.assertRaises(tessera.UsageError):
             device(region=(0, 0, 97, 1))
         with self.assertRaises(TypeError):

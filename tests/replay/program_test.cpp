@@ -447,6 +447,37 @@ TEST(CompareCommand, MeasuresImagesAndFolders) {
   EXPECT_EQ(run_tessera({"compare", a + "/stats.json", b + "/frame_0000.png"}).status, 3);
 }
 
+TEST(CompareCommand, AMaskLimitsTheFiguresToWhatItCovers) {
+  const test::TemporaryFolder folder;
+  Image8 black(8, 4, 3), half(8, 4, 3), alpha(8, 4, 4), none(8, 4, 4);
+  for (int y = 0; y < 4; ++y)
+    for (int x = 0; x < 8; ++x) {
+      if (x < 4) half.at(x, y)[1] = 255;
+      if (x < 4) alpha.at(x, y)[3] = 1;
+    }
+  write_png(folder / "black.png", black);
+  write_png(folder / "half.png", half);
+  write_png(folder / "alpha.png", alpha);
+  write_png(folder / "none.png", none);
+  Image8 small(4, 4, 3);
+  small.values.assign(small.values.size(), 255);
+  write_png(folder / "small.png", small);
+  const auto compare = [&](const char* a, const char* b, const char* mask) {
+    return run_tessera(
+        {"compare", (folder / a).string(), (folder / b).string(), "--json", "--mask", (folder / mask).string()});
+  };
+  const json all = json::parse(
+      run_tessera({"compare", (folder / "black.png").string(), (folder / "half.png").string(), "--json"}).output);
+  for (const char* mask : {"alpha.png", "half.png"}) {
+    const json covered = json::parse(compare("black.png", "half.png", mask).output);
+    EXPECT_NEAR(covered["psnr_db"].get<double>(), all["psnr_db"].get<double>() - 10 * std::log10(2), 1e-9);
+    EXPECT_GT(covered["flip"], all["flip"]);
+  }
+  EXPECT_THAT(compare("black.png", "half.png", "none.png").errors, HasSubstr("none.png: covers no pixel"));
+  EXPECT_THAT(compare("black.png", "half.png", "small.png").errors, HasSubstr("small.png: is 4x4 pixels"));
+  EXPECT_EQ(run_tessera({"compare", folder.path().string(), folder.path().string(), "--mask", "x.png"}).status, 2);
+}
+
 // Statistics are input like any other: a member that is missing or of another type is the file's fault, not the
 // program's.
 TEST(CompareCommand, DamagedStatisticsEndWithStatus3) {

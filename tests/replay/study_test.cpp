@@ -146,6 +146,7 @@ TEST(PointHash, CoversEverythingThatAResultFollowsFrom) {
   const std::string plain = first_hash(json::object());
   const std::vector<json> changes = {{{"frames", "1:2"}},
                                      {{"size", "33x32"}},
+                                     {{"variant", "red"}},
                                      {{"gpu", "large"}},
                                      {{"settings", {{"sampling.seed", 1}}}},
                                      {{"settings", {{"tile.width", 64}}}},

@@ -285,6 +285,55 @@ BrokenClass materials() {
           }};
 }
 
+// everything_asset() with two variants, "plain" and "dressed", after an edit of `pointer`.
+BrokenCapture variant(std::string name, const std::string& pointer, json value, std::string place = "",
+                      std::string fault = "") {
+  if (place.empty()) place = pointer;
+  return damaged(
+      std::move(name),
+      [=](GltfAsset& a) {
+        a.document["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "plain"}}, {{"name", "dressed"}}};
+        a.document["meshes"][0]["primitives"][0]["extensions"]["KHR_materials_variants"]["mappings"] = {
+            {{"variants", {0}}, {"material", 0}}, {{"variants", {1}}, {"material", 1}}};
+        a.document[json::json_pointer(pointer)] = value;
+      },
+      std::move(place), std::move(fault));
+}
+
+BrokenClass variants() {
+  const std::string at = "/extensions/KHR_materials_variants", mapping = "/meshes/0/primitives/0" + at + "/mappings/1";
+  return {
+      "VariantsBroken",
+      {
+          variant("variants_an_object", at + "/variants", json::object(), "", "is not an array"),
+          variant("variants_missing", at, json::object(), "", "lacks the property 'variants'"),
+          variant("variant_a_text", at + "/variants/1", "dressed"),
+          variant("variant_without_a_name", at + "/variants/1", json::object(), "", "'name'"),
+          variant("variant_name_a_number", at + "/variants/1/name", 1),
+          variant("mappings_an_object", "/meshes/0/primitives/0/extensions/KHR_materials_variants/mappings",
+                  json::object(), "", "is not an array"),
+          variant("mappings_missing", "/meshes/0/primitives/0/extensions/KHR_materials_variants", json::object(), "",
+                  "'mappings'"),
+          variant("mapping_a_number", mapping, 1),
+          variant("mapping_without_variants", mapping, {{"material", 1}}, "", "'variants'"),
+          variant("mapping_without_a_material", mapping, {{"variants", {1}}}, "", "'material'"),
+          variant("mapped_variants_a_number", mapping + "/variants", 1, "", "is not an array"),
+          variant("mapped_variant_out_of_range", mapping + "/variants/0", 2, "", "points at variant 2, there are 2"),
+          variant("mapped_variant_negative", mapping + "/variants/0", -1),
+          variant("mapped_variant_a_fraction", mapping + "/variants/0", 0.5),
+          variant("mapped_variant_a_name", mapping + "/variants/0", "dressed"),
+          variant("mapped_material_out_of_range", mapping + "/material", 2, "", "points at materials[2]"),
+          variant("mapped_material_a_text", mapping + "/material", "ware"),
+          variant("variants_mapped_but_not_listed", at + "/variants", json::array(),
+                  "/meshes/0/primitives/0/extensions/KHR_materials_variants/mappings/0/variants/0",
+                  "points at variant 0, there are 0"),
+          variant("variant_of_two_materials", mapping + "/variants", {1, 0}, mapping + "/variants/1",
+                  "gives variant 0 material 1, a mapping before gives it material 0"),
+          strictly(variant("variant_mapped_twice", mapping + "/variants", {1, 1}, mapping + "/variants/1",
+                           "is variant 1, which has a mapping already")),
+      }};
+}
+
 BrokenClass node_graph() {
   return {"NodeGraphThatIsNoForest",
           {
@@ -425,9 +474,16 @@ BrokenClass capture_settings() {
 }  // namespace
 
 std::vector<BrokenClass> broken_documents() {
-  return {asset_and_extensions(), wrong_types(), ranges(),
-          sparse_accessors(),     meshes(),      materials(),
-          node_graph(),           animations(),  cameras_and_lights(),
+  return {asset_and_extensions(),
+          wrong_types(),
+          ranges(),
+          sparse_accessors(),
+          meshes(),
+          materials(),
+          variants(),
+          node_graph(),
+          animations(),
+          cameras_and_lights(),
           capture_settings()};
 }
 

@@ -1,0 +1,87 @@
+// docs/materials.md: its table is the command's, its images are there and current, its models credited.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "base/image_codec.h"
+#include "base/image_metrics.h"
+#include "base/whole_file.h"
+#include "tests/support/captures.h"
+#include "tests/support/csv_rows.h"
+#include "tests/support/process.h"
+#include "tests/support/temporary_folder.h"
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+using test::csv_rows;
+using test::read_text;
+using testing::HasSubstr;
+
+const fs::path kMaterialsFolder = fs::path(TESSERA_SOURCE_DIR) / "docs" / "images" / "materials";
+constexpr int kGalleryWidth = 480, kGalleryHeight = 270;
+
+TEST(MaterialsPage, ItsTableIsThatOfTheCommand) {
+  const std::string page = read_text(fs::path(TESSERA_SOURCE_DIR) / "docs" / "materials.md"),
+                    credits = read_text(kMaterialsFolder / "CREDITS.md");
+  const std::size_t begin = page.find("<!-- models -->"), end = page.find("<!-- end models -->");
+  ASSERT_LT(begin, end);
+  std::string table = "<!-- models -->\n| model | FLIP | Tessera, three.js, FLIP |\n|---|---:|---|\n";
+  std::uintmax_t bytes = 0;
+  for (const auto& row : csv_rows(kMaterialsFolder / "materials.csv")) {
+    const std::string& name = row.at("model");
+    table += "| " + name + " | " + row.at("flip") + " | ![" + name + "](images/materials/" + name + ".webp) |\n";
+    EXPECT_GT(std::stod(row.at("flip")), 0) << name;
+    EXPECT_LT(std::stod(row.at("flip")), 1) << name;
+    EXPECT_THAT(credits, HasSubstr("| " + name + " |"));
+    bytes += fs::file_size(kMaterialsFolder / (name + ".webp"));
+  }
+  EXPECT_EQ(page.substr(begin, end - begin), table) << "run docs/images/materials/make.sh";
+  EXPECT_LT(bytes, 1500000u);
+}
+
+// The part of an image from `x0` on, as wide as one of the gallery.
+Image gallery_part(const fs::path& file, int x0) {
+  DecodedImage decoded;
+  std::string fault;
+  EXPECT_TRUE(decode_image(read_whole_file(file, 1u << 24, file.string()), {}, decoded, fault)) << file << fault;
+  Image out(kGalleryWidth, kGalleryHeight, 3);
+  if (decoded.width() < x0 + kGalleryWidth || decoded.height() != kGalleryHeight) {
+    ADD_FAILURE() << file << " is " << decoded.width() << "x" << decoded.height();
+    return out;
+  }
+  for (int y = 0; y < out.height; ++y)
+    for (int x = 0; x < out.width; ++x)
+      for (int c = 0; c < 3; ++c) out.at(x, y)[static_cast<std::size_t>(c)] = decoded.unorm(x0 + x, y, c);
+  return out;
+}
+
+// Ours is the left one of each image, but for what WebP loses.
+TEST(MaterialsPage, ItsImagesAreThoseOfReplays) {
+  const auto assets = test::assets_folder();
+  const fs::path models = assets ? assets->parent_path() / "materials" : fs::path();
+  if (!assets || !fs::is_directory(models)) GTEST_SKIP() << "no folder of models of materials beside TESSERA_ASSETS";
+  if (!fs::exists("/usr/bin/python3")) GTEST_SKIP() << "no python3";
+  for (const std::string name : {"ClearCoatTest", "SpecularTest", "AnisotropyStrengthTest"}) {
+    const test::TemporaryFolder out;
+    const std::string copy = (out / "copy.glb").string();
+    ASSERT_EQ(test::run_process({"/usr/bin/python3", (kMaterialsFolder / "camera.py").string(),
+                                 (models / (name + ".glb")).string(), copy, "1.77778"})
+                  .status,
+              0);
+    const test::ProcessResult r = test::run_tessera(
+        {"replay", copy, "--size", "480x270", "--spp", "16", "--no-report", "--quiet", "--out", out.path().string()});
+    ASSERT_EQ(r.status, 0) << r.errors;
+    const Image now = gallery_part(out / "frame_0000.png", 0);
+    const fs::path committed = kMaterialsFolder / (name + ".webp");
+    EXPECT_GT(psnr(now, gallery_part(committed, 0)), 32) << name << ": run docs/images/materials/make.sh";
+    EXPECT_GT(psnr(now, gallery_part(committed, 0)), psnr(now, gallery_part(committed, kGalleryWidth + 6)) + 3)
+        << name << ": the reference beside it is another image";
+  }
+}
+
+}  // namespace
+}  // namespace tessera
