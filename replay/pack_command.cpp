@@ -106,9 +106,7 @@ class PackCommand final : public Command {
         ->group(group);
     app.add_option("--frames", frames_, "Frames that a replay renders, B not included")->type_name("A:B")->group(group);
     app.add_option("--exposure", exposure_, "Factor on light before the PNG's tone map")->type_name("X")->group(group);
-    app.add_option("--environment", environment_, "Brightness of the environment")
-        ->type_name("X")
-        ->group(group);
+    app.add_option("--environment", environment_, "Brightness of the environment")->type_name("X")->group(group);
     app.add_option("--aperture", options_.aperture_radius,
                    "Radius of the lens of every camera, in scene units; 0 is a pinhole")
         ->type_name("R")

@@ -263,16 +263,16 @@ Vec3 through_lobe(const std::vector<Mip>& mips, std::span<const LobeSample> samp
 
 int side_of_first(int source_height) {
   const auto wanted =
-      static_cast<unsigned>(std::clamp(source_height, EnvironmentImage::kLeastSide, EnvironmentImage::kMostSide));
+      static_cast<unsigned>(std::clamp(source_height, EnvironmentImage::kMinSide, EnvironmentImage::kMaxSide));
   return static_cast<int>(std::bit_ceil(wanted));
 }
 
 // Side without the border, at most, and samples of a texel's lobe: [measured] of a step between 0 and 1 levels are within
 // 0.05 of the integral, the two first ones; 0.03 from the third on.
 struct LevelPlan {
-  int most_side, samples;
+  int max_side, samples;
 };
-constexpr std::array<LevelPlan, kMapLevels> kPlan = {{{EnvironmentImage::kMostSide, 1},
+constexpr std::array<LevelPlan, kMapLevels> kPlan = {{{EnvironmentImage::kMaxSide, 1},
                                                       {512, 64},
                                                       {256, 96},
                                                       {256, 128},
@@ -283,7 +283,7 @@ constexpr std::array<LevelPlan, kMapLevels> kPlan = {{{EnvironmentImage::kMostSi
                                                       {32, 2048}}};
 const LevelPlan& plan_of(int level) { return kPlan[static_cast<std::size_t>(level)]; }
 
-int side_of(int level, int first) { return std::min(first, plan_of(level).most_side); }
+int side_of(int level, int first) { return std::min(first, plan_of(level).max_side); }
 int border_of(int side) { return side / 32; }
 
 std::vector<RadianceImage::Size> level_sizes(int first) {

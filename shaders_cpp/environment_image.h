@@ -13,7 +13,7 @@ namespace tessera::shaders {
 // Directions are those of three.js' EquirectangularReflectionMapping: a world direction (x, y, z) of unit length is seen
 // at column (atan2(z, x) / (2 pi) + 1/2) * width and row (1/2 - asin(y) / pi) * height: +x in the middle, +y at the top.
 //
-// Level 0 has about as many texels as the image, kLeastSide to kMostSide a side. The others hold the image through GGX
+// Level 0 has about as many texels as the image, kMinSide to kMaxSide a side. The others hold the image through GGX
 // lobes seen head-on, shadowing included, as the built-in studio's rows do; between them lookups are linear. [measured]
 // Half of what the mixed lobe and the true one differ by, over all directions, is at most 0.045, and 0.028 from roughness
 // 0.5 on: of a scene between 0 and 1 no more is wrong. Light on diffuse surfaces is what nine spherical harmonics hold
@@ -26,7 +26,7 @@ namespace tessera::shaders {
 //   ENV3  The same image gives the same bits for any number of threads.
 class EnvironmentImage : public EnvironmentMap {
  public:
-  static constexpr int kLeastSide = 64, kMostSide = 1024;  // of level 0 without its border
+  static constexpr int kMinSide = 64, kMaxSide = 1024;  // of level 0 without its border
 
   // `image`: at least three channels, twice as wide as high; what is negative or no number counts as 0, what is larger
   // than RadianceImage::kLargest as that. `rotation`: radians by which it is turned about +y, counterclockwise seen

@@ -1,4 +1,4 @@
-// What transmits, in a pass over an image of everything else: closed forms of what is seen through it, the same picture
+// What transmits, in a pass over an image of everything else: closed forms of what is seen through it, the same image
 // for any tiles, and what the passes cost.
 #include <gtest/gtest.h>
 

@@ -517,11 +517,13 @@ TEST(DescribeCommand, NamesExactlyTheCountersThatStatisticsHold) {
       run_tessera({"replay", capture("workshop"), "--size", "16x16", "--quiet", "--out", (out / "procedures").string()})
           .status,
       0);
-  // A triangle at three places.
+  // A triangle at three places, through which one sees.
   test::write_text(out / "instances.gltf",
-                   R"({"asset":{"version":"2.0"},"extensionsUsed":["EXT_mesh_gpu_instancing"],"scenes":[{"nodes":[0]}],
+                   R"({"asset":{"version":"2.0"},"extensionsUsed":["EXT_mesh_gpu_instancing",
+      "KHR_materials_transmission"],"scenes":[{"nodes":[0]}],
       "nodes":[{"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":0}}}}],
-      "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+      "materials":[{"extensions":{"KHR_materials_transmission":{"transmissionFactor":1}}}],
+      "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],
       "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
       "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,
       "uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
