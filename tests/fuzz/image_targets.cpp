@@ -292,8 +292,9 @@ std::size_t mutate_radiance(std::uint8_t* data, std::size_t size, std::size_t ma
   if (size < 2 || data[0] != '#') return mutate_exr(data, size, max_size, random);
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   const std::size_t head = text.find(" +X ");
-  if (head == std::string_view::npos || random() % 8 == 0) return mutate_bytes(data, size, max_size);
-  return mutate_tail(data, head + random() % 8, size, max_size);
+  const std::size_t first = head + random() % 8;
+  if (head == std::string_view::npos || first >= size || random() % 8 == 0) return mutate_bytes(data, size, max_size);
+  return mutate_tail(data, first, size, max_size);
 }
 
 // ---- Histories --------------------------------------------------------------------------------------------------
