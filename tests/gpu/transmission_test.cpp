@@ -155,7 +155,7 @@ TEST(Transmission, ARefractedRayEndsWhereSnellsLawSays) {
         const Vec3 seen = pixel(with, x, y), left = pixel(without, static_cast<int>(whole), y),
                    right = pixel(without, static_cast<int>(whole) + 1, y);
         const Vec3 there = glm::mix(left, right, static_cast<float>(part));
-        for (int c = 0; c < 3; ++c) difference += double{std::abs(seen[c] / 0.95f - there[c])};
+        for (int c = 0; c < 3; ++c) difference += static_cast<double>(std::abs(seen[c] / 0.95f - there[c]));
       }
     if (difference < least) least = difference, best = at;
   }
@@ -173,7 +173,7 @@ TEST(Transmission, RoughPanesBlur) {
     double sum = 0, squares = 0, count = 0;
     for (int y = 16; y < 48; ++y)
       for (int x = 10; x < 28; ++x) {
-        const double value{pixel(frame, x, y).y};
+        const auto value = static_cast<double>(pixel(frame, x, y).y);
         sum += value, squares += value * value, ++count;
       }
     const double mean = sum / count, spread = squares / count - mean * mean;

@@ -56,7 +56,7 @@ TEST(RadianceImage, RI1LevelsHaveTheMeanOfTheLevelAbove) {
       const auto mean = [&](int level) {
         double sum = 0;
         for (int y = 0; y < image.height(level); ++y)
-          for (int x = 0; x < image.width(level); ++x) sum += double{image.texel(level, x, y)[c]};
+          for (int x = 0; x < image.width(level); ++x) sum += static_cast<double>(image.texel(level, x, y)[c]);
         return sum / (image.width(level) * image.height(level));
       };
       const double all = mean(0);

@@ -50,7 +50,7 @@ TEST(FrameFormat, ACodeIsTheNearestOnTheCurveOfADisplay) {  // FF2
     const double largest = max_code(format, 1);
     for (int trial = 0; trial < 2000; ++trial) {
       const float light = random.uniform(0.0f, 0.5f);
-      const double x = 2.0 * double{light},
+      const double x = 2.0 * static_cast<double>(light),
                    exact = (x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055) * largest;
       const PixelCode code = coder.code({light, light, light, 1.0f});
       EXPECT_LE(std::abs(static_cast<double>(code[1]) - exact), 0.5 + 1e-3);
