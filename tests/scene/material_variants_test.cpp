@@ -120,7 +120,7 @@ TEST(MaterialVariants, EmptyNamesAndEmptyListsAreVariantsToo) {
 // What the chosen material reads must be there; what others read need not.
 TEST(MaterialVariants, NotesAreAboutTheMaterialsThatAreDrawn) {
   GltfAsset asset = cups();
-  asset.document["textures"] = {json::object()};
+  asset.document["textures"] = json::array({json::object()});
   asset.document["materials"][1]["normalTexture"] = {{"index", 0}};
   const auto lacking = [&](const CaptureLimits& limits) {
     std::size_t count = 0;
