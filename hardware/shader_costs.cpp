@@ -134,7 +134,11 @@ void add_layers(const Features& f, std::string_view surface, std::string_view mo
                 Sum& sum) {
   if (!f.layered()) return;
   const std::int32_t lights = std::accumulate(f.lights.begin(), f.lights.end(), 0);
-  const auto add = [&](std::string_view name) {
+  const bool apart = f.normals != Features::Normals::kOfSurface || f.coat_normals;  // coat and base have two normals
+  const std::string coat = joined(
+      {"coat", apart ? "mapped" : "of_surface", f.metallic_roughness ? "roughness_of_texture" : "roughness_of_factor"});
+  const auto add = [&](std::string_view layer) {
+    const std::string_view name = layer == "coat" ? std::string_view(coat) : layer;
     sum.add(row_of(joined({"add/layer_light", name})), lights);
     if (name != "anisotropy") sum.add(row_of(joined({"add/layer", name})));
   };

@@ -179,6 +179,7 @@ TEST(ShaderCostsWhole, SumsAreCloseToShadersCompiledAtOnce) {
   with_layers(still, {Layer::kTransmission, Layer::kVolume, Layer::kDispersion});
   with_layers(textured, {Layer::kAnisotropy, Layer::kCoat});
   with_layers(lit, {Layer::kCoat, Layer::kSheen});
+  lit.metallic_roughness = false;  // the glossiness's texture is one of the layers'
   with_layers(lit, {Layer::kGlossy, Layer::kSpread});
   textured.surface = Surface::kPatch, textured.layer_textures = 1;
   with_layers(textured, {Layer::kCoat, Layer::kTransmission});

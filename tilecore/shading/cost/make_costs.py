@@ -151,11 +151,17 @@ def add_layers(all_rows, added, drawn):
     added("layer/base", layered, plain)
     per_light("base", layered, plain)
     for layer in LAYERS:
-        if layer == "anisotropy":
+        if layer in ("anisotropy", "coat"):
             continue
         without = layered.but(**{other: True for other in needs.get(layer, [])})
         added(f"layer/{layer}", without.but(**{layer: True}), without)
         per_light(layer, without.but(**{layer: True}), without)
+    # What a coat shares with the base: its normal where that is not mapped, and what a uniform roughness fixes.
+    for normals in ("of_surface", "mapped"):
+        for name, textured in {"roughness_of_factor": False, "roughness_of_texture": True}.items():
+            base = layered.but(base_color=True, quads=True, normals=normals, metallic_roughness=textured)
+            added(f"layer/coat/{normals}/{name}", base.but(coat=True), base)
+            per_light(f"coat/{normals}/{name}", base.but(coat=True), base)
     # Along what the texture coordinate or the attribute says.
     for surface in drawn:
         for motion in kinds_of_motion(surface):
