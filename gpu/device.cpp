@@ -206,10 +206,9 @@ tilecore::ResolveFrame& Device::begin_resolve(int frame, Eye& eye, const scene::
   if (left != nullptr)
     eye.sequence.advect_from_other_eye(geometry, *left, eyes_[0].sequence.history(),
                                        static_cast<float>(settings_.stereo.far_depth));
-  resolve.all_velocities = resolve_.advection.bfecc;
   resolve.auxiliary = request_.resolve_auxiliary;
   result.effects["desampling"] = true;
-  if (resolve.previous.history != nullptr && tilecore::advects(resolve_) && resolve.previous.motion->same_lights())
+  if (resolve.previous.history != nullptr && tilecore::advects(resolve_) && !resolve.previous.motion->lights().everywhere())
     result.effects["advection"] = true;
   if (resolve.other_eye.history != nullptr) result.effects["advection"] = true;
   result.effects["foveation"] = resolve_.foveation.on() && resolve_.desampling == tilecore::Desampling::kAdaptive;

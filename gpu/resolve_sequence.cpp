@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "tilecore/resolve/camera_motion.h"
 
 namespace tessera::gpu {
 
@@ -36,10 +37,14 @@ tilecore::ResolveFrame& ResolveSequence::begin(int number, const scene::FrameGeo
   History& next = histories_[1 - last_];
   if (next.region != region_) next = History(region_);
   next.frame = number;
+  frame_.settings.edges.orthographic = geometry.projection.orthographic;
+  frame_.creases = {settings_.edge_angle, geometry.projection};
   frame_.foveation = {settings_.foveation, geometry.request.width, geometry.request.height};
   frame_.number = static_cast<std::uint32_t>(number);
   frame_.next = &next;
   frame_.previous = frame_.other_eye = {};
+  frame_.cut = false;
+  next.camera = {};
   motion_.reset();
   eye_motion_.reset();
   frame_.origin.resize(next.color.size());
@@ -65,14 +70,20 @@ tilecore::ResolveFrame& ResolveSequence::begin(int number, const scene::FrameGeo
   } else {
     motion_ = std::make_unique<MotionField>(geometry, *pose_);
     frame_.previous = {&history(), motion_.get()};
+    next.camera = tilecore::camera_motion(geometry, *pose_, history());
+    frame_.cut = settings_.rates.thresholds.cut > 0 &&
+                 tilecore::is_cut(history().camera, next.camera, settings_.rates.thresholds.cut);
+    if (frame_.cut) reasons["desampling"] += "; a cut: what is fast is shaded fully";
     velocity = motion_->all_still() ? "nothing moved since the last frame: zero without evaluation"
                                     : "evaluated where something moved";
     if (!advects)
       advection = no_advection(settings_);
-    else if (!motion_->same_lights())
-      advection = "a light changed";
+    else if (motion_->lights().everywhere())
+      advection = "a light changed that reaches everything";
     else
-      advection = "blocks slower than resolve.k_stat";
+      advection = motion_->lights().none()
+                      ? "blocks slower than resolve.k_stat"
+                      : "blocks slower than resolve.k_stat, out of reach of the lights that changed";
   }
   return frame_;
 }

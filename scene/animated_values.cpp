@@ -149,10 +149,10 @@ std::vector<shaders::Light> animate_lights(const Capture& capture, double time) 
   return lights;
 }
 
-std::vector<double> animated_material_values(const Capture& capture, double time) {
-  std::vector<double> values;
-  for_each_value(capture, time, is_of_material, [&](const AnimationChannel&, const std::vector<double>& v) {
-    values.insert(values.end(), v.begin(), v.end());
+std::vector<MaterialValue> animated_material_values(const Capture& capture, double time) {
+  std::vector<MaterialValue> values;
+  for_each_value(capture, time, is_of_material, [&](const AnimationChannel& channel, const std::vector<double>& v) {
+    for (const double value : v) values.push_back({channel.object, value});
   });
   return values;
 }

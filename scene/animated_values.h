@@ -14,6 +14,13 @@ namespace tessera::scene {
 //   AV1  What no played channel moves comes back as it was.
 //   AV2  Animated values stay in the ranges that the reader asks of a file's own.
 
+// One that a played channel gives to a material of the capture.
+struct MaterialValue {
+  int material;
+  double value;
+  bool operator==(const MaterialValue&) const = default;
+};
+
 // Materials of a capture, whose numbers are given: `source[i]` is the number of materials[i], or kNone.
 void animate_materials(const Capture& capture, double time, std::span<const int> source,
                        std::vector<Material>& materials);
@@ -25,6 +32,6 @@ Camera animate_camera(const Capture& capture, double time, int camera, Camera ba
 std::vector<shaders::Light> animate_lights(const Capture& capture, double time);
 
 // All values of materials that played channels move, for telling frames apart.
-std::vector<double> animated_material_values(const Capture& capture, double time);
+std::vector<MaterialValue> animated_material_values(const Capture& capture, double time);
 
 }  // namespace tessera::scene

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/shutter_part.h"
+#include "scene/animated_values.h"
 #include "scene/assembly.h"
 #include "scene/deform.h"
 #include "scene/tessellation_pattern.h"
@@ -66,7 +67,7 @@ struct FrameGeometry {
   std::array<View, 2> views;
   // As Assembly::materials where the request leaves something out of them or they are animated, else empty.
   std::vector<Material> materials;
-  std::vector<double> material_values;   // that animations give them, for telling frames apart
+  std::vector<MaterialValue> material_values;  // that animations give them, for telling frames apart
   std::vector<PosedDrawable> drawables;  // as Assembly::drawables
   // As Assembly::drawn, at both motion keys: what the drawables' spans point at when the pose deforms.
   std::vector<std::array<Deformed, 2>> deformed;

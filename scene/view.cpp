@@ -25,6 +25,18 @@ DMat4 Projection::matrix() const {
   return m;
 }
 
+DMat4 Projection::unprojection() const {
+  DMat4 m(0.0);  // m[column][row]
+  m[0][0] = 1.0 / scale;
+  m[1][1] = -1.0 / scale;
+  m[2][2] = -1.0;
+  m[3][3] = 1.0;
+  const auto column = orthographic ? 3 : 2;  // what the image's middle is multiplied by: 1, or w, which is the depth
+  m[column][0] = -center_x / scale;
+  m[column][1] = center_y / scale;
+  return m;
+}
+
 Projection make_projection(const Camera& camera, int width, int height) {
   Projection p;
   p.center_x = width * 0.5;

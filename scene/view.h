@@ -24,6 +24,8 @@ struct Projection {
 
   // Camera space (x right, y up, -z forward) to raster space, as a matrix on (x, y, z, 1).
   DMat4 matrix() const;
+  // Its inverse on points of the scene: (xh, yh, depth, 1) to camera space.
+  DMat4 unprojection() const;
 
   bool operator==(const Projection&) const = default;
 };

@@ -55,7 +55,7 @@ std::optional<Vec2> velocity_at(const Place& p, const VelocityView& view, Advect
 // One frame's texels, as a pixel that shows `patch` at `depth` sees them.
 struct StoredImage {
   const HistoryView& history;
-  float depth, tolerance;
+  float depth, limit;  // how far a texel's may be from it
   std::uint32_t patch;
 
   Advection verdict(int x, int y, AdvectionWork& work) const {
@@ -66,8 +66,7 @@ struct StoredImage {
     const float there = history.depth[at];
     // Equal infinities agree; otherwise infinity and NaN do with nothing.
     const float apart = std::abs(there - depth);
-    if (there != depth && !(std::isfinite(apart) && apart <= tolerance * std::abs(depth)))
-      return Advection::kDisoccluded;
+    if (there != depth && !(std::isfinite(apart) && apart <= limit)) return Advection::kDisoccluded;
     return is_finite(history.color[at]) ? Advection::kTaken : Advection::kNonFinite;
   }
   const Vec4& color(int x, int y) const { return history.color[history.index(x, y)]; }
@@ -116,9 +115,8 @@ bool fetch_agreeing(const StoredImage& surface, const Place& p, Vec4& out, Advec
   if (!history.region.contains(p.x, p.y) || !history.region.contains(p.x + 1, p.y + 1) || w1 == 0.0f || w2 == 0.0f ||
       w3 == 0.0f)
     return false;
-  const float limit = surface.tolerance * std::abs(surface.depth);
-  if (!std::isfinite(limit) ||
-      !fetch_agreeing_texels(history, {history.index(p.x, p.y), w1, w2, w3}, surface.patch, surface.depth, limit, &out))
+  if (!std::isfinite(surface.limit) || !fetch_agreeing_texels(history, {history.index(p.x, p.y), w1, w2, w3},
+                                                              surface.patch, surface.depth, surface.limit, &out))
     return false;
   work.history_texels += 4;
   return true;
@@ -148,7 +146,8 @@ Advection fetch_bilinear(const StoredImage& surface, const Place& p, Vec4& out, 
 }  // namespace
 
 AdvectedPixel advect_pixel(int x, int y, float depth, std::uint32_t patch, const HistoryView& history,
-                           const VelocityView& velocity, const AdvectionSettings& settings, AdvectionWork& work) {
+                           const VelocityView& velocity, const AdvectionSettings& settings, float slope,
+                           AdvectionWork& work) {
   const auto v = velocity_at({x, y, 0, 0}, velocity, work);
   if (!v) return {Advection::kUnusableVelocity, {}};
   Vec2 offset = -*v;
@@ -163,7 +162,7 @@ AdvectedPixel advect_pixel(int x, int y, float depth, std::uint32_t patch, const
   const auto place = place_at(x, y, offset);
   if (!place) return {Advection::kOutsideFrame, {}};
   ++work.fetches;
-  const StoredImage surface{history, depth, settings.depth_tolerance, patch};
+  const StoredImage surface{history, depth, DepthTolerance{settings.depth_tolerance, slope}.at(depth), patch};
   AdvectedPixel result{Advection::kTaken, {}};
   if (settings.fetch == Fetch::kBicubic) {
     result.outcome = fetch(surface, *place, catmull_rom_weights(place->fx), catmull_rom_weights(place->fy),

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -45,8 +46,16 @@ struct AdvectionSettings {
   bool bfecc = false;
   // Bicubic only: each channel stays in the range of the four texels around the place.
   bool clamp_to_range = true;
-  // A texel whose depth differs from the pixel's by more than this share of the pixel's shows something else.
-  float depth_tolerance = 0.02f;  // [assumed]
+  // A texel whose depth differs from the pixel's by more than this share of the pixel's, and by more than the surface
+  // itself goes deeper within a pixel, shows something else.
+  float depth_tolerance = 0.002f;  // [measured: docs/resolve.md]
+};
+
+// How far a texel's depth may be from a pixel's: a share of the pixel's, and the depth by which the surface changes
+// from pixel to pixel around it.
+struct DepthTolerance {
+  float share = 0, slope = 0;
+  float at(float depth) const { return share * std::abs(depth) + slope; }
 };
 
 enum class Advection {
@@ -76,7 +85,8 @@ struct AdvectionWork {
   std::uint64_t bilinear_fallbacks = 0;  // bicubic fetches whose outer texels did not all show the same surface
 };
 
-// The colour of pixel (x, y), which is in velocity.region and now shows `patch` at `depth` (positive).
+// The colour of pixel (x, y), which is in velocity.region and now shows `patch` at `depth` (positive) on a surface of
+// `slope` (of DepthTolerance).
 //
 // Invariants (cited by the tests):
 //   ADV1  A velocity of zero copies the texel bit for bit, with BFECC and with every fetch: one texel is read, and its
@@ -86,7 +96,8 @@ struct AdvectionWork {
 //   ADV4  Every texel of a bilinear fetch must agree in patch and depth and be finite; the outer twelve of a bicubic
 //         one that do not make it a bilinear one.
 AdvectedPixel advect_pixel(int x, int y, float depth, std::uint32_t patch, const HistoryView& history,
-                           const VelocityView& velocity, const AdvectionSettings& settings, AdvectionWork& work);
+                           const VelocityView& velocity, const AdvectionSettings& settings, float slope,
+                           AdvectionWork& work);
 
 // The same for those of a block's pixels that are plain: a fetch between four texels of the region that all agree with
 // them and are finite. What it takes has the bits of advect_pixel() with a bilinear fetch and without bfecc, which has
@@ -104,7 +115,7 @@ struct PlainAdvection {
   IntRect texels;           // that were read for them
 };
 PlainAdvection advect_plain_pixels(const BlockOfPixels& block, std::uint16_t wanted, const HistoryView& history,
-                                   float depth_tolerance, Vec4* out, std::ptrdiff_t out_stride, AdvectionWork& work);
+                                   DepthTolerance tolerance, Vec4* out, std::ptrdiff_t out_stride, AdvectionWork& work);
 
 }  // namespace tessera::tilecore
 

@@ -56,7 +56,8 @@ struct BlockPlaces {
   float nearest = 0, farthest = 0, least_limit = 0;  // of their depths and limits
   bool one_patch = true;                             // that of the block's first pixel
 
-  HWY_INLINE BlockPlaces(const BlockOfPixels& block, std::uint16_t wanted, const IntRect& region, float tolerance) {
+  HWY_INLINE BlockPlaces(const BlockOfPixels& block, std::uint16_t wanted, const IntRect& region,
+                         DepthTolerance tolerance) {
     const D d;
     const DI di;
     Bounds bounds;
@@ -89,7 +90,7 @@ struct BlockPlaces {
 
   // Those of row j from pixel i on.
   HWY_INLINE void place(const BlockOfPixels& block, int j, std::size_t i, std::uint16_t wanted, const IntRect& region,
-                        float tolerance, Bounds& bounds) {
+                        DepthTolerance tolerance, Bounds& bounds) {
     const D d;
     const DI di;
     const hn::RebindToUnsigned<D> du;
@@ -109,7 +110,8 @@ struct BlockPlaces {
     const M between = hn::And(hn::And(hn::Lt(fx, one), hn::Lt(fy, one)),
                               hn::And(hn::And(hn::Ne(weight1, zero), hn::Ne(weight2, zero)), hn::Ne(weight3, zero)));
     const M inside = hn::And(both_within(tx, region.x0, region.x1), both_within(ty, region.y0, region.y1));
-    const V depth = hn::LoadU(d, block.depth + from), may_differ = hn::Mul(hn::Set(d, tolerance), hn::Abs(depth));
+    const V depth = hn::LoadU(d, block.depth + from),
+            may_differ = hn::Add(hn::Mul(hn::Set(d, tolerance.share), hn::Abs(depth)), hn::Set(d, tolerance.slope));
     const M finite = hn::Eq(hn::Sub(may_differ, may_differ), zero),
             usable = hn::RebindMask(d, hn::Ne(hn::PromoteTo(di, hn::LoadU(du8, block.usable + from)), hn::Zero(di)));
     const M asked = hn::RebindMask(d, hn::Ne(hn::And(hn::Set(di, wanted >> to), hn::Load(di, kBits)), hn::Zero(di)));
@@ -191,9 +193,9 @@ HWY_INLINE Channels fetch_unchecked(const HistoryView& history, const FourTexels
 }
 
 PlainAdvection AdvectPlainPixels(const BlockOfPixels& block, std::uint16_t wanted, const HistoryView& history,
-                                 float depth_tolerance, Vec4* out, std::ptrdiff_t out_stride, AdvectionWork& work) {
+                                 DepthTolerance tolerance, Vec4* out, std::ptrdiff_t out_stride, AdvectionWork& work) {
   PlainAdvection result;
-  const BlockPlaces places(block, wanted, history.region, depth_tolerance);
+  const BlockPlaces places(block, wanted, history.region, tolerance);
   if (places.plain == 0) return result;
   const auto texels_of = [&](std::size_t p) HWY_ATTR {
     return FourTexels{history.index(places.x[p], places.y[p]), places.w1[p], places.w2[p], places.w3[p]};
@@ -249,8 +251,9 @@ bool fetch_agreeing_texels(const HistoryView& history, const FourTexels& texels,
 }
 
 PlainAdvection advect_plain_pixels(const BlockOfPixels& block, std::uint16_t wanted, const HistoryView& history,
-                                   float depth_tolerance, Vec4* out, std::ptrdiff_t out_stride, AdvectionWork& work) {
-  return HWY_DYNAMIC_DISPATCH(AdvectPlainPixels)(block, wanted, history, depth_tolerance, out, out_stride, work);
+                                   DepthTolerance tolerance, Vec4* out, std::ptrdiff_t out_stride,
+                                   AdvectionWork& work) {
+  return HWY_DYNAMIC_DISPATCH(AdvectPlainPixels)(block, wanted, history, tolerance, out, out_stride, work);
 }
 
 }  // namespace tessera::tilecore

@@ -11,7 +11,7 @@ namespace tessera::tilecore {
 
 // How a block finds out that advection went wrong in it. What it finds keeps the next frames from advecting around it.
 enum class DiscrepancyCheck {
-  kRendered,    // what advection would have given for the rendered pixels of every other row, against what they are.
+  kRendered,    // what advection would have given for the rendered pixels, against what they are.
                 // Deviation from the note and better: it compares like with like, so texture is no discrepancy, and the
                 // block is fetched anyway
   kNeighbours,  // advected pixels against the range of their rendered neighbours in the block, as published
@@ -20,16 +20,22 @@ enum class DiscrepancyCheck {
 
 struct DiscrepancySettings {
   DiscrepancyCheck check = DiscrepancyCheck::kRendered;
-  float tolerance = 0.04f;  // mean relative difference over the block
-  int frames = 4;           // for which the neighbourhood is rendered fully; at most 15
+  float tolerance = 0.05f;  // mean relative difference over the block; of one pixel, kOutlier times as much
+  bool same_frame = true;   // the block's advected pixels are then shaded, too
+  int frames = 1;           // for which the neighbourhood is rendered fully; at most 15
 };
+
+inline constexpr float kOutlier = 1.0f;  // [measured: docs/resolve.md]
 
 // Difference of two linear colours between 0 and 1: of the channel that differs most, relative to the brighter colour,
 // with a floor so that black is not infinitely far from nearly black. NaN differs from everything by 1.
 float relative_difference(const Vec4& a, const Vec4& b);
 
-// Sum of that over pixels of a block, in their order. Colours are a16[4*y + x] and b[y * b_stride + x].
-float sum_of_differences(const Vec4* a16, const Vec4* b, std::ptrdiff_t b_stride, BlockMask pixels);
+// Sum of that over pixels of a block, in their order, and the largest. Colours are a16[4*y + x] and b[y * b_stride + x].
+struct Differences {
+  float sum = 0, largest = 0;
+};
+Differences differences_of(const Vec4* a16, const Vec4* b, std::ptrdiff_t b_stride, BlockMask pixels);
 
 // [assumed] linear light below which differences count less; a tenth of a white diffuse surface.
 inline constexpr float kDifferenceFloor = 0.1f;

@@ -36,13 +36,15 @@ HWY_INLINE float difference_of(const Vec4& a, const Vec4& b) {
 
 #endif
 
-float SumOfDifferences(const Vec4* a16, const Vec4* b, std::ptrdiff_t b_stride, BlockMask pixels) {
-  float sum = 0.0f;
+Differences DifferencesOf(const Vec4* a16, const Vec4* b, std::ptrdiff_t b_stride, BlockMask pixels) {
+  Differences differences;
   for (unsigned left = pixels; left != 0; left &= left - 1) {
     const int p = std::countr_zero(left);
-    sum += difference_of(a16[p], b[(p >> 2) * b_stride + (p & 3)]);
+    const float here = difference_of(a16[p], b[(p >> 2) * b_stride + (p & 3)]);
+    differences.sum += here;
+    differences.largest = std::max(differences.largest, here);
   }
-  return sum;
+  return differences;
 }
 
 }  // namespace tessera::tilecore::HWY_NAMESPACE
@@ -51,10 +53,10 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace tessera::tilecore {
 
-HWY_EXPORT(SumOfDifferences);
+HWY_EXPORT(DifferencesOf);
 
-float sum_of_differences(const Vec4* a16, const Vec4* b, std::ptrdiff_t b_stride, BlockMask pixels) {
-  return HWY_DYNAMIC_DISPATCH(SumOfDifferences)(a16, b, b_stride, pixels);
+Differences differences_of(const Vec4* a16, const Vec4* b, std::ptrdiff_t b_stride, BlockMask pixels) {
+  return HWY_DYNAMIC_DISPATCH(DifferencesOf)(a16, b, b_stride, pixels);
 }
 
 }  // namespace tessera::tilecore

@@ -16,11 +16,13 @@ namespace {
 
 // Head of a file; the arrays follow in the order in which History declares them.
 struct Head {
-  std::array<char, 8> magic{'T', 'S', 'R', 'H', 'I', 'S', 'T', '1'};
+  std::array<char, 8> magic{'T', 'S', 'R', 'H', 'I', 'S', 'T', '2'};
   std::int32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
   std::int64_t frame = 0;
+  std::array<Vec2, 9> camera{};
+  std::uint64_t camera_known = 0;
 };
-static_assert(sizeof(Head) == 32);
+static_assert(sizeof(Head) == 112);
 
 template <class T>
 void append(std::string& bytes, const std::vector<T>& values) {
@@ -61,6 +63,7 @@ std::string History::bytes() const {
   Head head;
   head.x0 = region.x0, head.y0 = region.y0, head.x1 = region.x1, head.y1 = region.y1;
   head.frame = frame;
+  head.camera = camera.pixels, head.camera_known = camera.known ? 1 : 0;
   std::string bytes(reinterpret_cast<const char*>(&head), sizeof head);
   append(bytes, color);
   append(bytes, depth);
@@ -101,6 +104,7 @@ History History::restore(const std::filesystem::path& file, std::uint64_t max_pi
                      fmt::format("{} bytes are expected", expected));
   History out(region);
   out.frame = head.frame;
+  out.camera = {head.camera_known != 0, head.camera};
   extract(in, out.color);
   extract(in, out.depth);
   extract(in, out.surface);

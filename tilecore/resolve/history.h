@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
@@ -10,6 +11,13 @@
 #include "base/vec.h"
 
 namespace tessera::tilecore {
+
+// How far some places of a frame lie from where they were a frame ago, in pixels (camera_motion.h).
+struct CameraMotion {
+  bool known = false;
+  std::array<Vec2, 9> pixels{};
+  bool operator==(const CameraMotion&) const = default;
+};
 
 // What one frame leaves to the next: all state that the resolve unit carries between frames. With it and the capture a
 // replay may go on at any frame. (Where vertices were follows from the frame's number.)
@@ -25,11 +33,13 @@ struct History {
   static constexpr std::uint64_t kBlockBytes = 1;    // regime and frames of rejects, four bits each
 
   IntRect region;
-  std::int64_t frame = kNone;          // that it was filled by
-  std::vector<Vec4> color;             // linear RGB and coverage, as resolved
-  std::vector<float> depth;            // of the sample nearest to the pixel's middle; infinity
+  std::int64_t frame = kNone;  // that it was filled by
+  std::vector<Vec4> color;     // linear RGB and coverage, as resolved
+  // Of the sample nearest to the pixel's middle; infinity. Negative: the colour was reconstructed from other pixels.
+  std::vector<float> depth;
   std::vector<std::uint32_t> surface;  // as PixelSurfaces::surface
 
+  CameraMotion camera;               // since the frame before; unknown after the first
   std::vector<std::uint8_t> memory;  // per block: BlockDecision::memory()
   std::vector<std::uint8_t> reject;  // per block: frames for which nothing is advected here
 

@@ -12,7 +12,8 @@ namespace {
 using scene::FrameGeometry;
 using scene::PosedDrawable;
 
-bool same_positions(std::span<const Vec3> a, std::span<const Vec3> b) {
+template <class T>
+bool same_values(std::span<const T> a, std::span<const T> b) {
   if (a.data() == b.data() && a.size() == b.size()) return true;
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size_bytes()) == 0;
 }
@@ -22,17 +23,21 @@ bool same_projection(const scene::Projection& a, const scene::Projection& b) {
          a.scale == b.scale && a.lens_scale == b.lens_scale && a.inverse_focus == b.inverse_focus;
 }
 
-// (xh, yh, depth, 1) to camera space, the inverse of Projection::matrix() on points of the scene.
-DMat4 unprojection(const scene::Projection& p) {
-  DMat4 m(0.0);  // m[column][row]
-  m[0][0] = 1.0 / p.scale;
-  m[1][1] = -1.0 / p.scale;
-  m[2][2] = -1.0;
-  m[3][3] = 1.0;
-  const auto column = p.orthographic ? 3 : 2;  // what the image's middle is multiplied by: 1, or w, which is the depth
-  m[column][0] = -p.center_x / p.scale;
-  m[column][1] = p.center_y / p.scale;
-  return m;
+// Numbers of the capture's materials of which a value differs.
+std::vector<int> changed_materials(const FrameGeometry& now, const FrameGeometry& then) {
+  std::vector<int> changed;
+  for (std::size_t i = 0; i < now.material_values.size(); ++i) {
+    const scene::MaterialValue& value = now.material_values[i];
+    const bool same = i < then.material_values.size() && then.material_values[i] == value;
+    if (!same && (changed.empty() || changed.back() != value.material)) changed.push_back(value.material);
+  }
+  return changed;
+}
+
+int capture_material(const FrameGeometry& frame, const PosedDrawable& drawable) {
+  const scene::Material* const first =
+      frame.materials.empty() ? frame.assembly->materials.data() : frame.materials.data();
+  return frame.assembly->material_source[static_cast<std::size_t>(drawable.material - first)];
 }
 
 bool finite(const DMat4& m) {
@@ -49,7 +54,7 @@ MotionField::Motion MotionField::motion_of(const FrameGeometry& now, const Frame
   Motion motion;
   // Along a curve: where the surface was at shutter open is not where its segment began.
   const bool rigid =
-      !a.curved && !b.curved && !a.deforming && !b.deforming && same_positions(a.positions[0], b.positions[0]);
+      !a.curved && !b.curved && !a.deforming && !b.deforming && same_values(a.positions[0], b.positions[0]);
   if (!rigid) {
     motion.kind = Kind::kDeforming;
     return motion;
@@ -63,7 +68,7 @@ MotionField::Motion MotionField::motion_of(const FrameGeometry& now, const Frame
               camera_then = then.views[0].world_to_camera * DMat4(b.to_world[0]);
   const double determinant = glm::determinant(camera_now);
   if (!(std::abs(determinant) > 0)) return motion;
-  const DMat4 m = then.projection.matrix() * camera_then * glm::inverse(camera_now) * unprojection(now.projection);
+  const DMat4 m = then.projection.matrix() * camera_then * glm::inverse(camera_now) * now.projection.unprojection();
   if (!finite(m)) return motion;
   motion.kind = Kind::kRigid;
   motion.reprojection = Mat4(m);
@@ -74,11 +79,18 @@ MotionField::MotionField(const FrameGeometry& now, const FrameGeometry& then)
     : now_(now), then_(then), orthographic_(now.projection.orthographic) {
   TESSERA_CHECK(now.drawables.size() == then.drawables.size(), "motion is between two poses of one assembly");
   motions_.reserve(now.drawables.size());
+  const std::vector<int> changed = changed_materials(now, then);
   for (std::size_t d = 0; d < now.drawables.size(); ++d) {
     motions_.push_back(motion_of(now, then, d));
+    Motion& motion = motions_.back();
+    const PosedDrawable &a = now.drawables[d], &b = then.drawables[d];
+    motion.same_shading = (same_values(a.normals[0], b.normals[0]) && same_values(a.tangents[0], b.tangents[0])) ||
+                          !same_values(a.positions[0], b.positions[0]);
+    if (!changed.empty() && std::find(changed.begin(), changed.end(), capture_material(now, a)) != changed.end())
+      motion.same_shading = false;
     all_still_ = all_still_ && motions_.back().kind == Kind::kStill;
   }
-  same_lights_ = now.material_values == then.material_values && now.lights == then.lights;
+  lights_ = LightReach(now, then);
 }
 
 MotionField::Step MotionField::step(std::uint32_t d, Vec2 rest, float z, const SurfaceLocation& at) const {

@@ -7,6 +7,7 @@
 
 #include "base/vec.h"
 #include "scene/frame_geometry.h"
+#include "tilecore/resolve/light_reach.h"
 #include "tilecore/shading/surface.h"
 
 namespace tessera::tilecore {
@@ -23,6 +24,8 @@ namespace tessera::tilecore {
 //   MF1  A drawable of kind kStill looks the same in both frames through every sample: no motion between them, nor
 //        during the shutters.
 //   MF2  A point with w <= 0 in either frame, or of a drawable without an inverse, is not usable.
+//   MF3  Where a drawable's shading is the same in both frames, the pixel shader is told the same of its points, but for
+//        the lights and where they are seen from.
 class MotionField {
  public:
   enum class Kind : std::uint8_t { kStill, kRigid, kDeforming, kUnusable };
@@ -32,8 +35,12 @@ class MotionField {
 
   Kind kind(std::uint32_t drawable) const { return motions_[drawable].kind; }
   bool all_still() const { return all_still_; }
-  // Lights are part of what the pixel shader is told; a frame with others may not take over colours.
-  bool same_lights() const { return same_lights_; }
+  // False: values of its material are animated and differ, or its vertices stay where they are and their normals or
+  // tangents do not. Where vertices move as well, their normals turn with them; what a colour taken over then gets wrong
+  // is for the discrepancy check to find.
+  bool same_shading(std::uint32_t drawable) const { return motions_[drawable].same_shading; }
+  // Lights are part of what the pixel shader is told; where one that changed reaches, colours may not be taken over.
+  const LightReach& lights() const { return lights_; }
 
   struct Point {
     Vec2 pixel{0.0f};
@@ -68,6 +75,7 @@ class MotionField {
  private:
   struct Motion {
     Kind kind = Kind::kUnusable;
+    bool same_shading = true;
     Mat4 reprojection{1.0f};  // rigid: (xh, yh, depth, 1) now to (xh, yh, depth, w) then
   };
   // To homogeneous raster coordinates in `then`.
@@ -82,7 +90,8 @@ class MotionField {
   const scene::FrameGeometry& now_;
   const scene::FrameGeometry& then_;
   std::vector<Motion> motions_;
-  bool all_still_ = true, same_lights_ = true, orthographic_ = false;
+  LightReach lights_;
+  bool all_still_ = true, orthographic_ = false;
 };
 
 }  // namespace tessera::tilecore

@@ -21,8 +21,21 @@ std::size_t center_of(const TileSamples& samples) {
   return best;
 }
 
-bool is_still(const MotionField* motion, std::uint32_t drawable) {
-  return motion != nullptr && motion->kind(drawable) == MotionField::Kind::kStill;
+std::uint8_t stillness(const MotionField* motion, std::uint32_t drawable) {
+  if (motion == nullptr) return 0;
+  const bool rests = motion->kind(drawable) == MotionField::Kind::kStill;
+  return static_cast<std::uint8_t>((rests ? PixelSurfaces::kAtRest : 0) |
+                                   (motion->same_shading(drawable) ? PixelSurfaces::kSameShading : 0));
+}
+
+// Of samples of one drawable: which of them lie behind a step in depth; 0: there is none.
+std::uint32_t behind_step(const float* z, std::size_t count) {
+  const auto [nearest, farthest] = std::minmax_element(z, z + count);
+  if (!(*farthest - *nearest > PixelSurfaces::kDepthStep * *nearest)) return 0;
+  const float middle = *nearest + 0.5f * (*farthest - *nearest);
+  std::uint32_t behind = 0;
+  for (std::size_t k = 0; k < count; ++k) behind |= static_cast<std::uint32_t>(z[k] > middle) << (k % 32);
+  return behind;
 }
 
 // Of pixels of four samples each: how many from the first on, at most `most`, see `patch` alone; four at a time.
@@ -62,12 +75,13 @@ void PixelSurfaces::gather_opaque(const scene::FrameGeometry& frame, const TileS
   const std::vector<std::uint32_t>& drawable_of = frame.assembly->patch_drawable;
   // Neighbouring pixels mostly see one patch: what it belongs to is looked up once.
   std::uint32_t last_patch = TileState::kNoPatch, last_surface = 0;
-  bool last_still = true;
+  constexpr std::uint8_t kBoth = kAtRest | kSameShading;
+  std::uint8_t last_still = kBoth;
   const auto look_up = [&](std::uint32_t p) {
     if (p == last_patch) return;
     last_patch = p;
     last_surface = p == TileState::kNoPatch ? 0 : drawable_of[p] + 1;
-    last_still = p == TileState::kNoPatch || is_still(motion, drawable_of[p]);
+    last_still = p == TileState::kNoPatch ? kBoth : stillness(motion, drawable_of[p]);
   };
   const std::uint32_t* const patches = state.patch.data();
   const float* const depths = state.z.data() + center_sample;
@@ -79,7 +93,7 @@ void PixelSurfaces::gather_opaque(const scene::FrameGeometry& frame, const TileS
       for (std::size_t k = 0; k < alike; ++k) depth[pixel + k] = depths[4 * (pixel + k)];
       std::fill_n(&patch[pixel], alike, last_patch);
       std::fill_n(&surface[pixel], alike, last_surface);
-      std::fill_n(&still[pixel], alike, std::uint8_t{last_still});
+      std::fill_n(&still[pixel], alike, last_still);
       pixel += alike - 1;
       continue;
     }
@@ -90,17 +104,20 @@ void PixelSurfaces::gather_opaque(const scene::FrameGeometry& frame, const TileS
     for (std::size_t k = 1; k < n; ++k) same &= static_cast<std::uint32_t>(seen[k] == seen[0]);
     look_up(seen[0]);
     std::uint32_t first = last_surface;
-    bool rests = last_still;
+    std::uint8_t rests = last_still;
     if (same == 0) {
       std::uint32_t hash = first;
       bool one_surface = true;
       for (std::size_t k = 1; k < n; ++k) {
         look_up(seen[k]);
         one_surface = one_surface && last_surface == first;
-        rests = rests && last_still;
+        rests &= last_still;
         hash = mix32(hash) + last_surface;
       }
-      if (!one_surface) first = mix32(hash) | kMixed;
+      if (!one_surface)
+        first = mix32(hash) | kMixed;
+      else if (const std::uint32_t behind = behind_step(&state.z[pixel * n], n); behind != 0)
+        first = hash32(first, behind, 0x57E9u) | kMixed;
     }
     surface[pixel] = first;
     still[pixel] = rests;
@@ -117,7 +134,7 @@ void PixelSurfaces::gather_layers(const scene::FrameGeometry& frame, const TileS
     const std::size_t pixel = layer.sample / n;
     const std::uint32_t drawable = frame.assembly->patch_drawable[layer.patch];
     layered[pixel] = 1;
-    still[pixel] = still[pixel] != 0 && is_still(motion, drawable);
+    still[pixel] &= stillness(motion, drawable);
     sum[pixel] += hash32(layer.sample % n, drawable, 0x1A7E4u);
   }
   for (std::size_t pixel = 0; pixel < depth.size(); ++pixel)

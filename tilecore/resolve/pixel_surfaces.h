@@ -16,15 +16,19 @@ namespace tessera::tilecore {
 //   patch     base patch of that sample; TileState::kNoPatch where there is none
 //   surface   which surfaces the samples see: 0 when nothing; the drawable's number + 1 when they all see that one and
 //             nothing blended is in front; else a hash over the samples, with the top bit set. Equal numbers: the same
-//             surfaces through the same samples
-//   still     all that the samples see is of kind MotionField::Kind::kStill in `still_in`; 1 as well where they see
-//             nothing
+//             surfaces through the same samples. A drawable that hides a part of itself counts as two surfaces
+//   still     bits of what holds for all that the samples see, in `still_in`: kAtRest, of kind
+//             MotionField::Kind::kStill; kSameShading, by MotionField::same_shading(). Both where they see nothing
 //   layered   something blended is in front
 //
 // Pixels whose `surface` is the same may stand for each other where nothing else speaks against it; a hash rarely
 // repeats but along a straight silhouette.
 struct PixelSurfaces {
   static constexpr std::uint32_t kMixed = 0x80000000u;
+  static constexpr std::uint8_t kAtRest = 1, kSameShading = 2;
+  // Samples of one drawable that lie apart by more than this share of their depth see different parts of it, one behind
+  // the other, where they see different patches.
+  static constexpr float kDepthStep = 0.005f;  // [assumed]
 
   IntRect pixels;
   std::size_t center_sample = 0;  // of each pixel

@@ -13,15 +13,17 @@ bool above(float speed, float threshold, float hysteresis, bool known, bool was_
 }
 
 BlockDecision by_motion(const RateSettings& settings, const BlockEvidence& block) {
-  if (block.edge && !(settings.advect_still_edges && block.still && block.advection_allowed))
-    return {settings.supersampling ? 32 : 16, false};
-  if (!block.velocity_usable) return {16, false};
+  const BlockDecision full{block.edge && settings.supersampling ? 32 : 16, false};
+  const bool copies = settings.advect_still_edges && block.still;
+  if (block.edge && !(block.advection_allowed && (copies || (settings.advect_outlines && block.outline)))) return full;
+  if (!block.velocity_usable) return full;
   const SpeedThresholds& t = settings.thresholds;
   const std::uint8_t last = block.last_samples;
   const bool known = last == 1 || last == 4 || last == 8 || last == 16;
   const bool slow = known && last == 1 ? block.speed < t.still * (1.0f + t.hysteresis)
                                        : block.speed < t.still * (known ? 1.0f - t.hysteresis : 1.0f);
   if (slow && block.advection_allowed) return {8, true};
+  if (block.edge || block.cut) return full;
   if (above(block.speed, t.fast2, t.hysteresis, known, last == 4)) return {4, false};
   if (above(block.speed, t.fast1, t.hysteresis, known, last == 4 || last == 8)) return {8, false};
   return {16, false};

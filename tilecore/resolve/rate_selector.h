@@ -13,15 +13,19 @@ struct SpeedThresholds {
   // Share of a threshold by which a speed must pass it before a block leaves the regime that it was in, so that one
   // that moves at a threshold does not flicker. 0: none.
   float hysteresis = 0.05f;
+  // By how much the camera's motion must change from one frame to the next to be a cut. 0: nothing is.
+  float cut = 16.0f;  // [measured: docs/resolve.md]
 };
 
 // What is known of a block of 4x4 pixels before anything of it is shaded.
 struct BlockEvidence {
   bool edge = false;
-  bool still = false;  // every sample is at rest between the frames
+  bool outline = false;  // that edge is one between surfaces, of which each pixel's own may be advected
+  bool still = false;    // every sample is at rest between the frames
   bool velocity_usable = false;
   float speed = 0;                 // where usable
   bool advection_allowed = false;  // a valid history, same lights, no discrepancy around the block
+  bool cut = false;                // the frame is the first after one
   int max_samples = 32;            // foveation
   std::uint8_t last_samples = 0;   // what the block had last, 0 unknown: rate, or 1 when it was advected
 };
@@ -29,7 +33,7 @@ struct BlockEvidence {
 struct RateSettings {
   SpeedThresholds thresholds;
   bool supersampling = false;  // 32 on edges
-  bool advect_still_edges = true;
+  bool advect_still_edges = true, advect_outlines = true;
 };
 
 struct BlockDecision {
@@ -44,11 +48,14 @@ struct BlockDecision {
 //   edge                                  -> 16
 //   velocity unknown                      -> 16
 //   speed < still, advection allowed      -> 8, and 8 advected
+//   first frame after a cut               -> 16
 //   speed > fast2                         -> 4
 //   speed > fast1                         -> 8
 //   else                                  -> 16
 // then the smaller one of that and what foveation allows. Deviation: a block of which every sample is at rest may be
-// advected although it has an edge, since what is copied is what would be shaded, bit for bit (advect_still_edges).
+// advected although it has an edge, since what is copied is what would be shaded, bit for bit (advect_still_edges); and
+// one in which several surfaces meet, since a pixel only takes over what its own surface showed, and those that see two
+// are shaded (advect_outlines).
 BlockDecision select_rate(const RateSettings& settings, const BlockEvidence& block);
 
 }  // namespace tessera::tilecore

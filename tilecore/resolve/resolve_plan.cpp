@@ -36,6 +36,7 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& 
   runs_.assign(surfaces_.depth.size(), 1);
   colors_.resize(surfaces_.depth.size());
   fetched_ = eye_fetched_ = {};
+  vertex_bytes_ = 0;
   blocks_.clear();
   const IntRect& tile = surfaces_.pixels;
   for (int y = tile.y0 & ~3; y < tile.y1; y += 4)
@@ -48,23 +49,39 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& 
     }
   // Once all velocities of the tile are there.
   for (Block& block : blocks_) plan_block(resolve, block);
-  counters_.velocity_evaluations += velocity_.take_evaluations() + eye_velocity_.take_evaluations();
+  for (VelocityBuffer* velocity : {&velocity_, &eye_velocity_}) {
+    const VelocityBuffer::Work work = velocity->take_work();
+    counters_.velocity_evaluations += work.evaluations;
+    counters_.velocity_operations += work.operations;
+    vertex_bytes_ += work.vertex_bytes;
+  }
 }
 
-bool ResolveUnit::is_edge(const ResolveSettings& settings, const Block& block) const {
-  const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0),
-                    stride = static_cast<std::size_t>(surfaces_.pixels.width());
+bool ResolveUnit::is_outline(const ResolveSettings& settings, const Block& block) const {
+  const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0);
   if (settings.evidence != EdgeEvidence::kDepth &&
       (!block.uniform || ((surfaces_.surface[first] & PixelSurfaces::kMixed) != 0 && surfaces_.layered[first] == 0)))
     return true;
-  if (settings.evidence == EdgeEvidence::kPatch) {
-    bool differs = false;
+  bool differs = false;
+  if (settings.evidence == EdgeEvidence::kPatch)
     for_each_pixel(block.pixels, [&](int x, int y) {
       differs = differs || surfaces_.patch[surfaces_.index(x, y)] != surfaces_.patch[first];
     });
-    if (differs) return true;
-  }
-  return detect_edge(settings.edges, &surfaces_.depth[first], stride, block.pixels.width(), block.pixels.height());
+  return differs;
+}
+
+bool ResolveUnit::is_edge(const ResolveFrame& resolve, const Block& block) {
+  const ResolveSettings& settings = resolve.settings;
+  if (block.outline) return true;
+  const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0),
+                    stride = static_cast<std::size_t>(surfaces_.pixels.width());
+  if (detect_edge(settings.edges, &surfaces_.depth[first], stride, block.pixels.width(), block.pixels.height()))
+    return true;
+  if (!resolve.creases.on() || block.exists != kFullBlock || !std::isfinite(surfaces_.depth[first]) ||
+      !resolve.creases.detect(&surfaces_.depth[first], stride, block.pixels.x0, block.pixels.y0))
+    return false;
+  ++counters_.blocks_creased;
+  return true;
 }
 
 // What is there, and whether it is one surface, at rest; how near it comes is asked for only where another eye may see
@@ -74,23 +91,25 @@ void ResolveUnit::look_at_pixels(const ResolveFrame& resolve, Block& block, floa
   const std::uint32_t surface = surfaces_.surface[first];
   if (block.pixels.width() == 4 && block.pixels.height() == 4 && resolve.other_eye.history == nullptr) {
     block.uniform = true;
-    std::uint32_t at_rest = row_bytes(15);
+    constexpr std::uint32_t kAllBits = row_bytes(15) * (PixelSurfaces::kAtRest | PixelSurfaces::kSameShading);
+    std::uint32_t bits = kAllBits;
     for (std::size_t j = 0; j < 4; ++j) {
       const std::size_t row = first + j * static_cast<std::size_t>(surfaces_.pixels.width());
       std::uint32_t still = 0;
       std::memcpy(&still, &surfaces_.still[row], sizeof still);
-      at_rest &= still;
+      bits &= still;
       block.uniform = block.uniform && all_are(&surfaces_.surface[row], surface);
     }
     if (block.uniform) {
       block.exists = kFullBlock;
       block.seen = surface != 0 ? kFullBlock : BlockMask{0};
-      block.still = at_rest == row_bytes(15);
+      block.still = (bits & row_bytes(15)) == row_bytes(15);
+      block.same_shading = (bits >> 1 & row_bytes(15)) == row_bytes(15);
       return;
     }
   }
   std::uint32_t other = 0;
-  std::uint8_t still = 1;
+  std::uint8_t still = PixelSurfaces::kAtRest | PixelSurfaces::kSameShading;
   for (int y = block.pixels.y0; y < block.pixels.y1; ++y) {
     const std::size_t row = surfaces_.index(block.pixels.x0, y);
     for (int x = block.pixels.x0; x < block.pixels.x1; ++x) {
@@ -104,7 +123,8 @@ void ResolveUnit::look_at_pixels(const ResolveFrame& resolve, Block& block, floa
     }
   }
   block.uniform = other == 0;
-  block.still = still != 0;
+  block.still = (still & PixelSurfaces::kAtRest) != 0;
+  block.same_shading = (still & PixelSurfaces::kSameShading) != 0;
 }
 
 // Asks the host for what plan_block() will read of the history, and complete() write, so that it is there by then.
@@ -135,6 +155,34 @@ void ResolveUnit::fetch_ahead(const ResolveFrame& resolve, const Block& block) c
   }
 }
 
+// By how much depth changes from pixel to pixel along both axes: of two rows and two columns the one that changes less,
+// so that a step that cuts one of them is none of it. 0 where that is not known.
+float ResolveUnit::slope_of(const Block& block) const {
+  if (block.exists != kFullBlock) return 0.0f;
+  const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0),
+                    last = first + 3 * static_cast<std::size_t>(surfaces_.pixels.width());
+  const float* const z = surfaces_.depth.data();
+  const float a = z[first], b = z[first + 3], c = z[last], d = z[last + 3];
+  const float slope = (std::min(std::abs(b - a), std::abs(d - c)) + std::min(std::abs(c - a), std::abs(d - b))) / 3.0f;
+  return std::isfinite(slope) ? slope : 0.0f;
+}
+
+bool ResolveUnit::is_relit(const MotionField& motion, const Block& block) {
+  const LightReach& lights = motion.lights();
+  if (lights.none() || lights.everywhere()) return lights.everywhere();
+  // A ball around what the block's pixels see.
+  Vec3 low(std::numeric_limits<float>::infinity()), high(-low);
+  for_each_pixel(block.pixels, [&](int x, int y) {
+    const float z = surfaces_.depth[surfaces_.index(x, y)];
+    if (!std::isfinite(z)) return;
+    const Vec3 point = lights.point(Vec2(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f), z);
+    low = glm::min(low, point), high = glm::max(high, point);
+  });
+  if (!(low.x <= high.x)) return true;  // blended surfaces before nothing
+  counters_.light_tests += lights.volumes();
+  return lights.reaches(0.5f * (low + high), 0.5f * glm::length(high - low));
+}
+
 void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   const ResolveSettings& settings = resolve.settings;
   float nearest = std::numeric_limits<float>::infinity();
@@ -148,19 +196,24 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   }
   BlockEvidence evidence;
   evidence.still = block.still;
+  evidence.cut = resolve.cut;
   const History* history = resolve.previous.history;
   if (history != nullptr && reads_blocks(settings))
     evidence.last_samples = history->memory[history->block(block.pixels.x0, block.pixels.y0)];
   if (history != nullptr && advects(settings)) {
     const bool rejected = history->rejected_around(block.pixels.x0, block.pixels.y0);
     counters_.blocks_distrusted += rejected;
-    evidence.advection_allowed = resolve.previous.motion->same_lights() && !rejected;
+    evidence.advection_allowed = !rejected && block.same_shading && !is_relit(*resolve.previous.motion, block);
   }
   // Where all is still edges do not decide.
   const bool copies = block.still && evidence.advection_allowed && settings.rates.advect_still_edges;
-  if (!copies || resolve.auxiliary) block.edge = is_edge(settings, block);
+  if (!copies || resolve.auxiliary) {
+    block.outline = is_outline(settings, block);
+    block.edge = is_edge(resolve, block);
+  }
   evidence.edge = block.edge && !copies;
-  const bool needed = !evidence.edge || (resolve.all_velocities && advects(settings));
+  evidence.outline = block.outline && evidence.advection_allowed && settings.rates.advect_outlines;
+  const bool needed = !evidence.edge || evidence.outline;
   if (needed || resolve.auxiliary) {
     const VelocityBuffer::Block motion = velocity_.evaluate(block.pixels, settings.block_speed, needed);
     evidence.velocity_usable = motion.usable;
@@ -170,13 +223,16 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   evidence.max_samples = resolve.foveation.max_samples(middle);
   counters_.blocks_foveated += evidence.max_samples < 16 ? 1 : 0;
   block.decision = select_rate(settings.rates, evidence);
+  if (block.decision.advect) block.slope = slope_of(block);
   // What the other eye sees far away it sees where this one does. Velocities of what is at rest are those since the
   // last frame, zero.
-  if (resolve.other_eye.history != nullptr && !block.edge && !block.still && nearest > resolve.other_eye_depth &&
+  const bool smooth = !block.edge || (block.outline && settings.rates.advect_outlines);
+  if (resolve.other_eye.history != nullptr && smooth && !block.still && nearest > resolve.other_eye_depth &&
       !block.decision.advect) {
     eye_velocity_.evaluate(block.pixels, settings.block_speed, true);
     block.from_other_eye = true;
     block.decision = {std::min(8, evidence.max_samples), true};
+    block.slope = slope_of(block);
   }
 }
 
@@ -219,7 +275,7 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
       break;
   }
   counters_.blocks_advected += block.decision.advect;
-  counters_.blocks_edge += block.edge && !(block.still && block.decision.advect);
+  counters_.blocks_edge += block.edge && !block.decision.advect;
   if (block.rendered == block.exists && block.decision.samples != 32) return;  // runs are 1 already
   const std::uint8_t groups = block.decision.samples == 32 ? 2 : 1;
   if (block.exists == kFullBlock) {
@@ -270,8 +326,8 @@ BlockMask ResolveUnit::advect_plain(const ResolveFrame& resolve, const Block& bl
                              &velocity.velocity()[first],
                              &velocity.usable()[first],
                              surfaces_.pixels.width()};
-  const PlainAdvection plain =
-      advect_plain_pixels(pixels, wanted, view, settings.depth_tolerance, out, out_stride, advection_work_);
+  const PlainAdvection plain = advect_plain_pixels(pixels, wanted, view, {settings.depth_tolerance, block.slope}, out,
+                                                   out_stride, advection_work_);
   grow(block.from_other_eye ? eye_fetched_ : fetched_, plain.texels.x0, plain.texels.y0, plain.texels.x1,
        plain.texels.y1);
   return plain.taken;
@@ -292,29 +348,35 @@ void ResolveUnit::try_advection(const ResolveFrame& resolve, Block& block, Block
   });
 }
 
-// The pixel's samples saw the same surfaces in the same places, if they are the same ones: the copy is exact (ADV1 of
-// advection.h).
+// Those of `wanted` of a block at rest that the history has as they would be shaded (ADV1 of advection.h): their samples
+// saw the same surfaces in the same places, and what it keeps of them was not reconstructed.
+BlockMask ResolveUnit::kept_pixels(const History& history, const Block& block, BlockMask wanted, Vec4* out16) const {
+  BlockMask kept = 0;
+  for_each_pixel(block.pixels, [&](int x, int y) {
+    const BlockMask bit = block_bit(x, y);
+    if ((wanted & bit) == 0) return;
+    const std::size_t here = surfaces_.index(x, y), there = history.pixel(x, y);
+    const Vec4& color = history.color[there];
+    if (history.surface[there] != surfaces_.surface[here] || history.depth[there] != surfaces_.depth[here] ||
+        !is_finite(color))
+      return;
+    out16[4 * (y & 3) + (x & 3)] = color;
+    kept = static_cast<BlockMask>(kept | bit);
+  });
+  return kept;
+}
+
 void ResolveUnit::copy_still(const ResolveFrame& resolve, Block& block, BlockMask missing) {
-  const History& history = *resolve.previous.history;
-  for (int y = block.pixels.y0; y < block.pixels.y1; ++y) {
-    const std::size_t here = surfaces_.index(block.pixels.x0, y), there = history.pixel(block.pixels.x0, y);
-    for (int x = block.pixels.x0; x < block.pixels.x1; ++x) {
-      const BlockMask bit = block_bit(x, y);
-      if ((missing & bit) == 0) continue;
-      const auto i = static_cast<std::size_t>(x - block.pixels.x0);
-      const Vec4& color = history.color[there + i];
-      const bool same = history.surface[there + i] == surfaces_.surface[here + i] &&
-                        history.depth[there + i] == surfaces_.depth[here + i];
-      if (same && is_finite(color)) {
-        colors_[here + i] = color;
-        block.advected = static_cast<BlockMask>(block.advected | bit);
-      } else {
-        block.rendered = static_cast<BlockMask>(block.rendered | bit);
-        ++counters_.advections_disoccluded;
-      }
-    }
-  }
-  if (block.advected != 0) grow(fetched_, block.pixels.x0, block.pixels.y0, block.pixels.x1, block.pixels.y1);
+  Vec4 colors[16];
+  block.advected = kept_pixels(*resolve.previous.history, block, missing, colors);
+  const auto lost = static_cast<BlockMask>(missing & ~block.advected);
+  block.rendered = static_cast<BlockMask>(block.rendered | lost);
+  counters_.advections_disoccluded += pixel_count(lost);
+  if (block.advected == 0) return;
+  for_each_pixel(block.pixels, [&](int x, int y) {
+    if ((block.advected & block_bit(x, y)) != 0) colors_[surfaces_.index(x, y)] = colors[4 * (y & 3) + (x & 3)];
+  });
+  grow(fetched_, block.pixels.x0, block.pixels.y0, block.pixels.x1, block.pixels.y1);
 }
 
 bool ResolveUnit::advect(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, int x, int y,
@@ -324,8 +386,9 @@ bool ResolveUnit::advect(const ResolveFrame& resolve, const Block& block, const 
   IntRect& fetched = block.from_other_eye ? eye_fetched_ : fetched_;
   const HistoryView view{history.color.data(), history.depth.data(), history.surface.data(), history.region,
                          history.region.width()};
-  const AdvectedPixel result = advect_pixel(x, y, velocity.then_depth()[pixel], surfaces_.surface[pixel], view,
-                                            velocity.view(), resolve.settings.advection, advection_work_);
+  const AdvectedPixel result =
+      advect_pixel(x, y, velocity.then_depth()[pixel], surfaces_.surface[pixel], view, velocity.view(block.pixels),
+                   resolve.settings.advection, block.slope, advection_work_);
   if (result.outcome == Advection::kTaken &&
       (!block.from_other_eye || velocity.then_depth()[pixel] > resolve.other_eye_depth)) {
     const Vec2 v = velocity.velocity()[pixel];

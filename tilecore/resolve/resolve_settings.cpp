@@ -23,6 +23,9 @@ Keys<ResolveSettings> rate_keys() {
                     "Blocks faster than this are shaded at 8 of 16 pixels."},
                    {"resolve.k_fast2", &SpeedThresholds::fast2, "pixels/frame", 0, 1e6,
                     "Blocks faster than this are shaded at 4 of 16 pixels."},
+                   {"resolve.k_cut", &SpeedThresholds::cut, "pixels/frame", 0, 1e6,
+                    "Where the camera's motion changes by more than this from one frame to the next, nothing is fast: "
+                    "a cut; 0: nothing is one."},
                    {"resolve.hysteresis", &SpeedThresholds::hysteresis, "", 0, 0.5,
                     "Share of a threshold by which a speed must pass it before a block changes its regime."},
                }));
@@ -38,19 +41,25 @@ Keys<ResolveSettings> rate_keys() {
                 "An edge where the Laplacian is larger than this share of the value."},
            });
   keys.add(Keys<ResolveSettings>{
+      {"resolve.edge_angle", &ResolveSettings::edge_angle, "degrees", 0, 180,
+       "An edge, too, where normals of the block, which follow from depth, differ by more than this; 0: none is."},
       {"resolve.edge_evidence", &ResolveSettings::evidence,
        "What makes an edge besides the Laplacian: samples of a block that see several drawables; or several base "
        "patches; or nothing."},
   });
-  keys.add(&ResolveSettings::rates,
-           Keys<RateSettings>{
-               {"resolve.supersampling", &RateSettings::supersampling,
-                "Blocks with an edge are shaded at 32 instead of 16: the left and the right half of a pixel's samples "
-                "do not "
-                "share pixel-shader invocations (shading.rate=pixel)."},
-               {"resolve.advect_still_edges", &RateSettings::advect_still_edges,
-                "Blocks with an edge of which every sample is at rest may be advected: the copies are exact."},
-           });
+  keys.add(
+      &ResolveSettings::rates,
+      Keys<RateSettings>{
+          {"resolve.supersampling", &RateSettings::supersampling,
+           "Blocks with an edge are shaded at 32 instead of 16: the left and the right half of a pixel's samples "
+           "do not "
+           "share pixel-shader invocations (shading.rate=pixel)."},
+          {"resolve.advect_still_edges", &RateSettings::advect_still_edges,
+           "Blocks with an edge of which every sample is at rest may be advected: the copies are exact."},
+          {"resolve.advect_outlines", &RateSettings::advect_outlines,
+           "Slow blocks in which several surfaces meet may be advected: pixels that see one of them take over what "
+           "it showed, the others are shaded."},
+      });
   return keys;
 }
 
@@ -72,7 +81,9 @@ Keys<ResolveSettings> pixel_keys() {
           {"resolve.advection_fetch", &AdvectionSettings::fetch, "How the previous frame is read between its pixels."},
           {"resolve.bfecc", &AdvectionSettings::bfecc, "Back and forth error compensation of advection."},
           {"resolve.depth_tolerance", &AdvectionSettings::depth_tolerance, "", 0, 1,
-           "Share of its depth by which a point may differ from what the previous frame shows in its place."},
+           "Share of its depth by which a point may differ from what the previous frame shows in its place, besides "
+           "what "
+           "its surface goes deeper within a pixel."},
       });
   keys.add(
       &ResolveSettings::discrepancy,
@@ -82,6 +93,8 @@ Keys<ResolveSettings> pixel_keys() {
            "pixels against their rendered neighbours."},
           {"resolve.discrepancy_tolerance", &DiscrepancySettings::tolerance, "", 0, 1,
            "Mean relative difference from which on it did."},
+          {"resolve.discrepancy_same_frame", &DiscrepancySettings::same_frame,
+           "The advected pixels of such a block are shaded in the same frame, in warps of their own."},
           {"resolve.discrepancy_frames", &DiscrepancySettings::frames, "frames", 1, 15,
            "For which its neighbourhood is then rendered fully."},
       });

@@ -42,6 +42,7 @@ struct ResolveSettings {
   RateSettings rates;
   BlockSpeed block_speed = BlockSpeed::kMean;
   EdgeSettings edges;
+  double edge_angle = 15;  // [measured: docs/resolve.md]
   EdgeEvidence evidence = EdgeEvidence::kSurface;
   DitherSettings dither;
   bool advect = true;

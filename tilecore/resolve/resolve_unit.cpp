@@ -52,26 +52,44 @@ void ResolveUnit::count_skipped(std::uint64_t samples, std::uint64_t invocations
 
 // ---- Colours ----------------------------------------------------------------------------------------------------
 
-bool ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage,
-                           Memory memory, FrameTargets& targets) {
+bool ResolveUnit::check(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage) {
   History& next = *resolve.next;
-  const IntRect& tile = surfaces_.pixels;
-  const bool keeps_records = resolve.keeps_records || resolve.settings.reach == StencilReach::kNeighbours;
-  for (int y = tile.y0; keeps_records && y < tile.y1; ++y) {
-    const std::size_t from = surfaces_.index(tile.x0, y), to = next.pixel(tile.x0, y),
-                      n = static_cast<std::size_t>(tile.width());
-    std::copy_n(&surfaces_.depth[from], n, &next.depth[to]);
-    std::copy_n(&surfaces_.surface[from], n, &next.surface[to]);
-  }
-  resolve_pixels(resolve, color, coverage, targets);
   const History* previous = resolve.previous.history;
-  for (const Block& block : blocks_) {
+  const DiscrepancySettings& settings = resolve.settings.discrepancy;
+  bool again = false;
+  for (Block& block : blocks_) {
+    average_samples(block, block.rendered, color, coverage);
     const std::size_t b = next.block(block.pixels.x0, block.pixels.y0);
     next.memory[b] = block.decision.memory();
     const std::uint8_t before = previous != nullptr ? previous->reject[b] : std::uint8_t{0};
     next.reject[b] = before > 0 ? static_cast<std::uint8_t>(before - 1) : std::uint8_t{0};
-    if (block.advected != 0 && !block.still && !block.from_other_eye) check_discrepancy(resolve, block);
+    if (block.advected == 0 || block.from_other_eye || !is_discrepant(resolve, block)) continue;
+    ++counters_.blocks_discrepant;
+    next.reject[b] = static_cast<std::uint8_t>(settings.frames);
+    if (!settings.same_frame) continue;
+    if (!again) runs_again_.assign(runs_.size(), 0);
+    again = true;
+    shade_again(block);
   }
+  return again;
+}
+
+void ResolveUnit::shade_again(Block& block) {
+  counters_.pixels_shaded_again += pixel_count(block.advected);
+  block.again = std::exchange(block.advected, BlockMask{0});
+  block.rendered = static_cast<BlockMask>(block.rendered | block.again);
+  for_each_pixel(block.pixels,
+                 [&](int x, int y) { runs_again_[surfaces_.index(x, y)] = (block.again & block_bit(x, y)) != 0; });
+}
+
+bool ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage,
+                           Memory memory, FrameTargets& targets) {
+  History& next = *resolve.next;
+  const IntRect& tile = surfaces_.pixels;
+  for (const Block& block : blocks_)
+    if (block.again != 0) average_samples(block, block.again, color, coverage);
+  keep_records(resolve);
+  resolve_pixels(resolve, targets);
   // Stencils, when every rendered pixel of the tile is there.
   bool open = false;
   const int margin = stencil_reach(resolve.settings);
@@ -108,30 +126,52 @@ void ResolveUnit::keep_stored(ResolveFrame& resolve, const FrameTargets& targets
                 static_cast<std::size_t>(tile.width()) * sizeof(Vec4));
 }
 
-void ResolveUnit::resolve_pixels(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage,
-                                 const FrameTargets& targets) {
-  const History& next = *resolve.next;
+void ResolveUnit::average_samples(const Block& block, BlockMask pixels, std::span<const Vec3> color,
+                                  std::span<const float> coverage) {
+  if (spp_ == 4 && block.exists == kFullBlock) {
+    const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0);
+    means_of_block(&color[4 * first], &coverage[4 * first], surfaces_.pixels.width(), pixels, &colors_[first]);
+    return;
+  }
   const auto n = static_cast<std::size_t>(spp_);
+  for_each_pixel(block.pixels, [&](int x, int y) {
+    if ((pixels & block_bit(x, y)) == 0) return;
+    const std::size_t pixel = surfaces_.index(x, y);
+    colors_[pixel] = mean_of_samples(&color[n * pixel], &coverage[n * pixel], spp_);
+  });
+}
+
+// Depth and surface of each pixel, for the next frame and for the second pass.
+void ResolveUnit::keep_records(ResolveFrame& resolve) const {
+  if (!resolve.keeps_records && resolve.settings.reach != StencilReach::kNeighbours) return;
+  History& next = *resolve.next;
+  const IntRect& tile = surfaces_.pixels;
+  for (int y = tile.y0; y < tile.y1; ++y) {
+    const std::size_t from = surfaces_.index(tile.x0, y), to = next.pixel(tile.x0, y),
+                      n = static_cast<std::size_t>(tile.width());
+    std::copy_n(&surfaces_.depth[from], n, &next.depth[to]);
+    std::copy_n(&surfaces_.surface[from], n, &next.surface[to]);
+  }
+  for (const Block& block : blocks_) {
+    if (block.reconstructed == 0) continue;
+    for_each_pixel(block.pixels, [&](int x, int y) {
+      float& depth = next.depth[next.pixel(x, y)];
+      if ((block.reconstructed & block_bit(x, y)) != 0) depth = -depth;
+    });
+  }
+}
+
+void ResolveUnit::resolve_pixels(ResolveFrame& resolve, const FrameTargets& targets) {
+  const History& next = *resolve.next;
   for (const Block& block : blocks_) {
     const int shift = block.pixels.x0 & 3, width = block.pixels.width();
     // Where the image will be written.
     for (int y = block.pixels.y0; y < block.pixels.y1; ++y)
       __builtin_prefetch(targets.color.at(block.pixels.x0 - targets.region.x0, y - targets.region.y0).data(), 1);
-    const bool at_once = spp_ == 4 && block.exists == kFullBlock;
-    if (at_once) {
-      const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0);
-      means_of_block(&color[4 * first], &coverage[4 * first], surfaces_.pixels.width(), block.rendered,
-                     &colors_[first]);
-    }
     for (int y = block.pixels.y0; y < block.pixels.y1; ++y) {
-      const std::size_t from = surfaces_.index(block.pixels.x0, y), to = next.pixel(block.pixels.x0, y);
+      const std::size_t to = next.pixel(block.pixels.x0, y);
       const unsigned row = static_cast<unsigned>(4 * (y & 3) + shift);
-      const unsigned rendered = block.rendered >> row, advected = block.advected >> row,
-                     reconstructed = block.reconstructed >> row;
-      Vec4* out = &colors_[from];
-      for (std::size_t x = 0; !at_once && x < static_cast<std::size_t>(width); ++x)
-        if ((rendered >> x & 1u) != 0)
-          out[x] = mean_of_samples(&color[n * (from + x)], &coverage[n * (from + x)], spp_);
+      const unsigned advected = block.advected >> row, reconstructed = block.reconstructed >> row;
       const std::uint32_t origin = row_bytes(advected) * static_cast<std::uint32_t>(PixelOrigin::kAdvected) +
                                    row_bytes(reconstructed) * static_cast<std::uint32_t>(PixelOrigin::kReconstructed);
       std::memcpy(&resolve.origin[to], &origin, static_cast<std::size_t>(width));
@@ -142,44 +182,41 @@ void ResolveUnit::resolve_pixels(ResolveFrame& resolve, std::span<const Vec3> co
   }
 }
 
-void ResolveUnit::check_discrepancy(const ResolveFrame& resolve, const Block& block) {
+bool ResolveUnit::is_discrepant(const ResolveFrame& resolve, const Block& block) {
   const DiscrepancySettings& settings = resolve.settings.discrepancy;
-  if (settings.check == DiscrepancyCheck::kOff) return;
-  bool discrepant = false;
+  if (settings.check == DiscrepancyCheck::kOff) return false;
   if (settings.check == DiscrepancyCheck::kNeighbours) {
     Vec4 colors[16];
     for_each_pixel(block.pixels, [&](int x, int y) { colors[4 * (y & 3) + (x & 3)] = colors_[surfaces_.index(x, y)]; });
-    discrepant = stands_out(colors, block.advected, block.rendered, settings.tolerance);
-  } else {
-    // Every other row is enough: of each pattern of eight that is one of its squares, spread over the whole block.
-    const auto every_other_row = static_cast<BlockMask>(0x0f0fu << (4 * (block.pixels.y0 & 1)));
-    const auto looked_at = static_cast<BlockMask>(block.rendered & block.exists & every_other_row);
-    Vec4 there[16];
-    BlockMask taken = advect_plain(resolve, block, velocity_, looked_at, there, 4);
-    if (taken != looked_at)
-      for_each_pixel(block.pixels, [&](int x, int y) {
-        const BlockMask bit = block_bit(x, y);
-        if ((looked_at & ~taken & bit) != 0 &&
-            advect(resolve, block, velocity_, x, y, there[4 * (y & 3) + (x & 3)], false))
-          taken = static_cast<BlockMask>(taken | bit);
-      });
-    if (taken != 0) {
-      const Vec4* rendered = &colors_[surfaces_.index(block.pixels.x0, block.pixels.y0)];
-      std::ptrdiff_t stride = surfaces_.pixels.width();
-      Vec4 cut[16];
-      if (block.exists != kFullBlock) {
-        for_each_pixel(block.pixels,
-                       [&](int x, int y) { cut[4 * (y & 3) + (x & 3)] = colors_[surfaces_.index(x, y)]; });
-        rendered = cut, stride = 4;
-      }
-      const float sum = sum_of_differences(there, rendered, stride, taken);
-      discrepant = sum > settings.tolerance * static_cast<float>(pixel_count(taken));
-    }
+    return stands_out(colors, block.advected, block.rendered, settings.tolerance);
   }
-  if (!discrepant) return;
-  ++counters_.blocks_discrepant;
-  resolve.next->reject[resolve.next->block(block.pixels.x0, block.pixels.y0)] =
-      static_cast<std::uint8_t>(settings.frames);
+  const auto looked_at = static_cast<BlockMask>(block.rendered & block.exists);
+  Vec4 there[16];
+  const BlockMask taken = block.still ? kept_pixels(*resolve.previous.history, block, looked_at, there)
+                                      : advectable(resolve, block, looked_at, there);
+  if (taken == 0) return false;
+  const Vec4* rendered = &colors_[surfaces_.index(block.pixels.x0, block.pixels.y0)];
+  std::ptrdiff_t stride = surfaces_.pixels.width();
+  Vec4 cut[16];
+  if (block.exists != kFullBlock) {
+    for_each_pixel(block.pixels, [&](int x, int y) { cut[4 * (y & 3) + (x & 3)] = colors_[surfaces_.index(x, y)]; });
+    rendered = cut, stride = 4;
+  }
+  const Differences differences = differences_of(there, rendered, stride, taken);
+  return differences.sum > settings.tolerance * static_cast<float>(pixel_count(taken)) ||
+         differences.largest > kOutlier * settings.tolerance;
+}
+
+// What advection would have given for `wanted`, which are rendered; returns those for which it gives anything.
+BlockMask ResolveUnit::advectable(const ResolveFrame& resolve, const Block& block, BlockMask wanted, Vec4* there) {
+  BlockMask taken = advect_plain(resolve, block, velocity_, wanted, there, 4);
+  if (taken == wanted) return taken;
+  for_each_pixel(block.pixels, [&](int x, int y) {
+    const BlockMask bit = block_bit(x, y);
+    if ((wanted & ~taken & bit) != 0 && advect(resolve, block, velocity_, x, y, there[4 * (y & 3) + (x & 3)], false))
+      taken = static_cast<BlockMask>(taken | bit);
+  });
+  return taken;
 }
 
 // ---- Stencils ---------------------------------------------------------------------------------------------------
@@ -193,12 +230,12 @@ std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveF
   // such plane. Nor has what is seen before nothing, whose depth is infinite.
   const bool whole = block.pixels.width() == 4 && block.pixels.height() == 4;
   const bool plane = whole && !block.edge && resolve.settings.desampling == Desampling::kAdaptive &&
-                     std::isfinite(records.depth[records.index(x0, y0)]);
+                     std::isfinite(records.depth_at(x0, y0));
   float inverse = 0.0f, by_x = 0.0f, by_y = 0.0f;
   if (plane) {
-    inverse = 1.0f / records.depth[records.index(x0, y0)];
-    by_x = (1.0f / records.depth[records.index(x0 + 3, y0)] - inverse) * (1.0f / 3.0f);
-    by_y = (1.0f / records.depth[records.index(x0, y0 + 3)] - inverse) * (1.0f / 3.0f);
+    inverse = 1.0f / records.depth_at(x0, y0);
+    by_x = (1.0f / records.depth_at(x0 + 3, y0) - inverse) * (1.0f / 3.0f);
+    by_y = (1.0f / records.depth_at(x0, y0 + 3) - inverse) * (1.0f / 3.0f);
   }
   const float tolerance = std::abs(inverse) * 4.0f * resolve.settings.edges.threshold;
   const bool any_surface = resolve.settings.desampling == Desampling::kCheckerboard;
@@ -214,7 +251,7 @@ std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveF
       bool use = resolve.origin[pixel] == static_cast<std::uint8_t>(PixelOrigin::kShaded) &&
                  (any_surface || records.surface[record] == surface);
       if (plane && use && !any_surface) {
-        const float z = records.depth[record],
+        const float z = std::abs(records.depth[record]),
                     expected = inverse + by_x * static_cast<float>(x - x0) + by_y * static_cast<float>(y - y0);
         use = std::isfinite(z) && std::abs(1.0f - expected * z) <= tolerance * z;
       }
@@ -324,6 +361,7 @@ void ResolveUnit::charge(const ResolveFrame& resolve, Memory memory) {
     RectTransfer{fetched, region, memory.coder.pixel_bytes(), burst_bytes}.read(ledger_, Purpose::kHistory);
     RectTransfer{fetched, region, History::kSurfaceBytes, burst_bytes}.read(ledger_, Purpose::kHistory);
   }
+  ledger_.read(Unit::kResolve, Purpose::kHistory, memory::burst_bytes(0, vertex_bytes_, burst_bytes));
   const RectTransfer records{tile, region, History::kSurfaceBytes, burst_bytes};
   if (resolve.keeps_records)
     records.write(ledger_, Purpose::kHistory);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <utility>
@@ -10,6 +11,7 @@
 #include "base/rect.h"
 #include "memory/ledger.h"
 #include "tilecore/frame_targets.h"
+#include "tilecore/resolve/crease_detector.h"
 #include "tilecore/resolve/frame_format.h"
 #include "tilecore/resolve/history.h"
 #include "tilecore/resolve/motion_field.h"
@@ -24,10 +26,10 @@ namespace tessera::tilecore {
 struct DesamplingCounters {
   std::uint64_t blocks_rate_4 = 0, blocks_rate_8 = 0, blocks_rate_16 = 0, blocks_rate_32 = 0;
   std::uint64_t blocks_advected = 0, blocks_empty = 0, blocks_edge = 0, blocks_distrusted = 0, blocks_discrepant = 0,
-                blocks_deferred = 0, blocks_foveated = 0;
-  std::uint64_t pixels_advected = 0, pixels_reconstructed = 0, pixels_forced = 0;
+                blocks_deferred = 0, blocks_foveated = 0, blocks_creased = 0;
+  std::uint64_t pixels_advected = 0, pixels_reconstructed = 0, pixels_forced = 0, pixels_shaded_again = 0;
   std::uint64_t advections_outside = 0, advections_disoccluded = 0, advections_unusable = 0;
-  std::uint64_t velocity_evaluations = 0, stencil_taps = 0;
+  std::uint64_t velocity_evaluations = 0, velocity_operations = 0, stencil_taps = 0, light_tests = 0;
   std::uint64_t samples_skipped = 0, invocations_saved = 0;
 };
 
@@ -47,8 +49,9 @@ struct ResolveFrame {
   AdvectionSource other_eye;  // stereo: the left eye's finished frame
   float other_eye_depth = 0;  // both eyes must see a point farther than this
   bool keeps_records = true;  // the next frame's advection, or the right eye, will want depth and surface of each pixel
-  bool all_velocities = false;  // BFECC needs those that no decision needs, too
-  bool auxiliary = false;       // images show velocities and edges that nothing needs; not counted
+  bool cut = false;           // the camera's motion is another than in the frame before
+  bool auxiliary = false;     // images show velocities and edges that nothing needs; not counted
+  CreaseDetector creases;
   History* next = nullptr;
   std::vector<std::uint8_t> origin;  // per pixel of the region: PixelOrigin
   std::vector<std::uint8_t>
@@ -60,7 +63,8 @@ enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed };
 // on multiples of four pixels of the frame. Keeps its scratch memory; one instance per thread.
 //
 //   plan():     surfaces -> edges, velocity -> rate -> pattern -> which pixels advection can give -> pixel-shader invocations
-//   complete(): mean of samples -> advected pixels -> discrepancy -> stencils -> history, frame buffer
+//   check():    mean of samples -> discrepancy -> pixels that are shaded after all
+//   complete(): their mean -> stencils -> history, frame buffer
 //   finish_deferred(), StencilReach::kNeighbours only: when all tiles are complete, the stencils that reach into other tiles
 //
 // Invariants (cited by the tests):
@@ -71,6 +75,7 @@ enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed };
 //   RU4  A pixel that sees nothing is never skipped: it costs no pixel-shader invocation.
 //   RU5  A pixel that neither advection nor a rendered pixel of its surface in the block can give is shaded.
 //   RU6  What the history keeps of a pixel is what the image shows. Nothing is kept, or charged, that nobody reads.
+//   RU7  A reconstructed pixel is never taken over: the history marks it.
 class ResolveUnit {
  public:
   // How traffic is charged, and pixels lie in memory.
@@ -86,8 +91,12 @@ class ResolveUnit {
   // skipped.
   std::span<const std::uint8_t> runs() const { return runs_; }
 
-  // `color` and `coverage`: spp values per pixel; those of pixels with runs() == 0 are not read. The image of `targets`
-  // is then ready for the TileStore. True: finish_deferred() has pixels left to fill.
+  // `color` and `coverage`: spp values per pixel; those of pixels with runs() == 0 are not read. True: what was taken over
+  // is not what is there; the pixels with runs_again() == 1 are to be shaded, before complete() is called.
+  bool check(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage);
+  std::span<const std::uint8_t> runs_again() const { return runs_again_; }
+
+  // The image of `targets` is then ready for the TileStore. True: finish_deferred() has pixels left to fill.
   bool complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage, Memory memory,
                 FrameTargets& targets);
 
@@ -109,15 +118,21 @@ class ResolveUnit {
     IntRect pixels;
     BlockDecision decision;
     BlockMask rendered = 0, advected = 0, reconstructed = 0;
+    BlockMask again = 0;             // advected at first
     BlockMask exists = 0, seen = 0;  // inside the tile; showing anything
     bool uniform = false;            // all pixels show the same surfaces
-    bool edge = false, still = false, from_other_eye = false;
+    bool edge = false, outline = false, still = false, same_shading = false, from_other_eye = false;
+    float slope = 0;  // of DepthTolerance
   };
 
   void plan_block(const ResolveFrame& resolve, Block& block);
   void decide(const ResolveFrame& resolve, Block& block);
   void fetch_ahead(const ResolveFrame& resolve, const Block& block) const;
-  bool is_edge(const ResolveSettings& settings, const Block& block) const;
+  // Whether it sees several surfaces.
+  bool is_outline(const ResolveSettings& settings, const Block& block) const;
+  bool is_edge(const ResolveFrame& resolve, const Block& block);
+  bool is_relit(const MotionField& motion, const Block& block);
+  float slope_of(const Block& block) const;
   // Those of the missing pixels that have a rendered pixel of their surface in the block.
   BlockMask reconstructible(const ResolveSettings& settings, const Block& block, BlockMask missing) const;
   void try_advection(const ResolveFrame& resolve, Block& block, BlockMask missing);
@@ -127,10 +142,15 @@ class ResolveUnit {
                          BlockMask wanted, Vec4* out, std::ptrdiff_t out_stride);
   bool advect(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, int x, int y, Vec4& out,
               bool count);
-  void resolve_pixels(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage,
-                      const FrameTargets& targets);
+  BlockMask kept_pixels(const History& history, const Block& block, BlockMask wanted, Vec4* out16) const;
+  BlockMask advectable(const ResolveFrame& resolve, const Block& block, BlockMask wanted, Vec4* there);
+  void average_samples(const Block& block, BlockMask pixels, std::span<const Vec3> color,
+                       std::span<const float> coverage);
+  void shade_again(Block& block);
+  void keep_records(ResolveFrame& resolve) const;
+  void resolve_pixels(ResolveFrame& resolve, const FrameTargets& targets);
   void look_at_pixels(const ResolveFrame& resolve, Block& block, float& nearest) const;
-  void check_discrepancy(const ResolveFrame& resolve, const Block& block);
+  bool is_discrepant(const ResolveFrame& resolve, const Block& block);
   // Colours, and depth and surface, of the pixels of `region`, row by row.
   struct Records {
     Vec4* color;
@@ -138,6 +158,7 @@ class ResolveUnit {
     const std::uint32_t* surface;
     IntRect region;
     std::size_t index(int x, int y) const { return region.index(x, y); }
+    float depth_at(int x, int y) const { return std::abs(depth[index(x, y)]); }
   };
   // Stencils read pixels of `records` alone.
   void reconstruct(ResolveFrame& resolve, const Block& block, const Records& records);
@@ -149,9 +170,10 @@ class ResolveUnit {
   PixelSurfaces surfaces_;
   VelocityBuffer velocity_, eye_velocity_;
   std::vector<Block> blocks_;
-  std::vector<std::uint8_t> runs_;
-  std::vector<Vec4> colors_;       // per pixel of the tile: the advected ones' from plan() on, then all
-  IntRect fetched_, eye_fetched_;  // of the histories, for this tile
+  std::vector<std::uint8_t> runs_, runs_again_;
+  std::vector<Vec4> colors_;        // per pixel of the tile: the advected ones' from plan() on, then all
+  IntRect fetched_, eye_fetched_;   // of the histories, for this tile
+  std::uint64_t vertex_bytes_ = 0;  // of the other frames' vertices, for velocities of this tile
   int spp_ = 1;
   AdvectionWork advection_work_;
   ReconstructionWork reconstruction_work_;
@@ -185,11 +207,13 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
     {"resolve.blocks_foveated", &tilecore::DesamplingCounters::blocks_foveated, Combine::kSum, "blocks",
      "Blocks with surfaces that foveation limits to fewer than 16 samples.", ""},
     {"resolve.blocks_edge", &tilecore::DesamplingCounters::blocks_edge, Combine::kSum, "blocks",
-     "Blocks in which the edge detector found an edge; still blocks that are advected are not looked at.", ""},
+     "Blocks with an edge that is rendered fully, or twice: what is advected nevertheless is not counted.", ""},
+    {"resolve.blocks_creased", &tilecore::DesamplingCounters::blocks_creased, Combine::kSum, "blocks",
+     "Of blocks_edge, those in which depth has no edge but its normals differ by more than resolve.edge_angle.", ""},
     {"resolve.blocks_distrusted", &tilecore::DesamplingCounters::blocks_distrusted, Combine::kSum, "blocks",
      "Blocks where nothing was advected because it had gone wrong around them.", ""},
     {"resolve.blocks_discrepant", &tilecore::DesamplingCounters::blocks_discrepant, Combine::kSum, "blocks",
-     "Advected blocks whose disocclusion flag was set.", ""},
+     "Blocks where what was advected differed from what is there.", ""},
     {"resolve.blocks_deferred", &tilecore::DesamplingCounters::blocks_deferred, Combine::kSum, "blocks",
      "Blocks that were filled in a second pass, from neighbouring tiles too.", ""},
     {"resolve.pixels_advected", &tilecore::DesamplingCounters::pixels_advected, Combine::kSum, "pixels",
@@ -199,6 +223,8 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
     {"resolve.pixels_forced", &tilecore::DesamplingCounters::pixels_forced, Combine::kSum, "pixels",
      "Pixels shaded although their block's rate leaves them out: no rendered pixel of the block shows their surface.",
      ""},
+    {"resolve.pixels_shaded_again", &tilecore::DesamplingCounters::pixels_shaded_again, Combine::kSum, "pixels",
+     "With resolve.discrepancy_same_frame: advected pixels of those blocks, shaded after all.", ""},
     {"resolve.advections_outside", &tilecore::DesamplingCounters::advections_outside, Combine::kSum, "pixels",
      "Pixels shaded because advection pointed out of the frame.", ""},
     {"resolve.advections_disoccluded", &tilecore::DesamplingCounters::advections_disoccluded, Combine::kSum, "pixels",
@@ -207,6 +233,13 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
      "Pixels shaded because their motion is unknown.", ""},
     {"resolve.velocity_evaluations", &tilecore::DesamplingCounters::velocity_evaluations, Combine::kSum, "pixels",
      "Pixels whose motion was computed; what is still needs none.", ""},
+    {"resolve.velocity_operations", &tilecore::DesamplingCounters::velocity_operations, Combine::kSum, "operations",
+     "Operations of four channels for that: 5 for a point of a rigid drawable (a matrix and a division), 15 for one of "
+     "a "
+     "deforming triangle in both frames, 41 for one of a deforming patch.",
+     ""},
+    {"resolve.light_tests", &tilecore::DesamplingCounters::light_tests, Combine::kSum, "tests",
+     "Tests of a block against the reach of a light that changed.", ""},
     {"resolve.stencil_taps", &tilecore::DesamplingCounters::stencil_taps, Combine::kSum, "multiply-adds",
      "Rendered pixels that entered a reconstructed one, four channels each.", ""},
     {"resolve.samples_skipped", &tilecore::DesamplingCounters::samples_skipped, Combine::kSum, "samples",

@@ -31,6 +31,10 @@ float statistic_of(std::array<float, 16>& speeds, int count, BlockSpeed statisti
   return sum / static_cast<float>(count);
 }
 
+// Operations of four channels [by hand]. A rigid point: its matrix and a division. A triangle's: its vertices of both
+// frames weighed and projected. A patch's: the same of its sixteen control points.
+constexpr std::uint64_t kRigidOperations = 5, kTriangleOperations = 15, kPatchOperations = 41;
+
 }  // namespace
 
 void VelocityBuffer::start(const scene::FrameGeometry& frame, const TileSamples& samples, const TileState& state,
@@ -41,10 +45,27 @@ void VelocityBuffer::start(const scene::FrameGeometry& frame, const TileSamples&
   surfaces_ = &surfaces;
   motion_ = motion;
   knows_still_ = motion == surfaces.still_in;
-  last_patch_ = TileState::kNoPatch;
+  last_patch_ = read_patch_ = TileState::kNoPatch;
   velocity_.assign(surfaces.depth.size(), Vec2(0.0f));
   usable_.assign(surfaces.depth.size(), 0);
   then_depth_.resize(surfaces.depth.size());
+}
+
+void VelocityBuffer::count_point(std::size_t pixel) {
+  ++work_.evaluations;
+  const std::uint32_t patch = surfaces_->patch[pixel];
+  if (patch == TileState::kNoPatch) return;
+  const scene::PosedDrawable& drawable = frame_->drawable_of(patch);
+  const auto d = static_cast<std::uint32_t>(frame_->assembly->patch_drawable[patch]);
+  if (motion_->kind(d) == MotionField::Kind::kRigid) work_.operations += kRigidOperations;
+  if (motion_->kind(d) != MotionField::Kind::kDeforming) return;
+  const bool grid = has_grid(drawable);
+  work_.operations += grid ? kPatchOperations : kTriangleOperations;
+  const std::uint32_t triangle =
+      grid ? 0 : state_->triangle[pixel * static_cast<std::size_t>(surfaces_->spp) + surfaces_->center_sample];
+  if (patch == read_patch_ && triangle == read_triangle_) return;
+  read_patch_ = patch, read_triangle_ = triangle;
+  work_.vertex_bytes += (grid ? 16 : 3) * sizeof(Vec3);
 }
 
 MotionField::Step VelocityBuffer::evaluate_pixel(std::size_t pixel) {
@@ -100,7 +121,9 @@ bool VelocityBuffer::evaluate_rigid(IntRect block, std::array<float, 16>& speeds
 bool VelocityBuffer::rests(IntRect block) const {
   for (int y = block.y0; y < block.y1; ++y) {
     const std::uint8_t* row = &surfaces_->still[surfaces_->index(block.x0, y)];
-    if (!std::all_of(row, row + block.width(), [](std::uint8_t still) { return still != 0; })) return false;
+    if (!std::all_of(row, row + block.width(),
+                     [](std::uint8_t still) { return (still & PixelSurfaces::kAtRest) != 0; }))
+      return false;
   }
   return true;
 }
@@ -115,7 +138,7 @@ VelocityBuffer::Block VelocityBuffer::evaluate(IntRect block, BlockSpeed statist
   std::array<float, 16> speeds;
   int count = 0;
   if (std::uint32_t usable = 0; !out.still && evaluate_rigid(block, speeds, usable)) {
-    evaluations_ += counted ? 16 : 0;
+    if (counted) work_.evaluations += 16, work_.operations += 16 * kRigidOperations;
     out.usable = usable == 0xffffu;
     out.speed = statistic_of(speeds, 16, statistic);
     return out;
@@ -129,14 +152,14 @@ VelocityBuffer::Block VelocityBuffer::evaluate(IntRect block, BlockSpeed statist
         continue;
       }
       const MotionField::Step step = evaluate_pixel(pixel);
-      evaluations_ += counted;
+      if (counted) count_point(pixel);
       velocity_[pixel] = step.velocity;
       then_depth_[pixel] = step.depth;
       // A colour that blended surfaces are in moves with them, not with what is behind. That they rest between two
       // frames tells nothing of two eyes.
       const bool nothing_behind = surfaces_->patch[pixel] == TileState::kNoPatch && surfaces_->surface[pixel] != 0;
       usable_[pixel] = step.usable && ((surfaces_->layered[pixel] == 0 && !nothing_behind) ||
-                                       (knows_still_ && surfaces_->still[pixel] != 0));
+                                       (knows_still_ && (surfaces_->still[pixel] & PixelSurfaces::kAtRest) != 0));
       if (surfaces_->surface[pixel] == 0) continue;
       out.usable = out.usable && usable_[pixel] != 0;
       speeds[static_cast<std::size_t>(count++)] =

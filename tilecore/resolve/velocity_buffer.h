@@ -38,12 +38,21 @@ class VelocityBuffer {
   const std::vector<Vec2>& velocity() const { return velocity_; }
   const std::vector<std::uint8_t>& usable() const { return usable_; }
   const std::vector<float>& then_depth() const { return then_depth_; }  // of the point in the other frame
-  VelocityView view() const { return {velocity_.data(), usable_.data(), surfaces_->pixels, surfaces_->pixels.width()}; }
+  // Of `block` alone: what a decision may read, whatever the tile has around it.
+  VelocityView view(IntRect block) const {
+    const std::size_t first = surfaces_->index(block.x0, block.y0);
+    return {&velocity_[first], &usable_[first], block, surfaces_->pixels.width()};
+  }
 
-  std::uint64_t take_evaluations() { return std::exchange(evaluations_, 0); }
+  struct Work {
+    std::uint64_t evaluations = 0, operations = 0;
+    std::uint64_t vertex_bytes = 0;  // of the other frame, that were read for them
+  };
+  Work take_work() { return std::exchange(work_, {}); }
 
  private:
   MotionField::Step evaluate_pixel(std::size_t pixel);
+  void count_point(std::size_t pixel);
   // All of a whole block that sees one rigid drawable and nothing blended, where bit i of `usable` is pixel i; false: it
   // is another.
   bool evaluate_rigid(IntRect block, std::array<float, 16>& speeds, std::uint32_t& usable);
@@ -59,8 +68,10 @@ class VelocityBuffer {
   std::vector<std::uint8_t> usable_;
   std::vector<float> then_depth_;
   std::uint32_t last_patch_ = TileState::kNoPatch, last_drawable_ = 0;
+  // Whose vertices of the other frame the machine has at hand.
+  std::uint32_t read_patch_ = TileState::kNoPatch, read_triangle_ = 0;
   bool last_rests_ = false, last_rigid_ = false;
-  std::uint64_t evaluations_ = 0;
+  Work work_;
 };
 
 }  // namespace tessera::tilecore

@@ -56,6 +56,24 @@ void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileS
   blend_layers(job, state);
 }
 
+void DeferredShader::shade_again(const TileJob& job, const TileSamples& samples, TileState& state,
+                                 std::span<const std::uint8_t> again) {
+  std::swap(first_color_, sample_color_), std::swap(first_coverage_, sample_coverage_);
+  std::swap(first_normal_, pixel_normal_), std::swap(first_invocations_, pixel_invocations_);
+  again_ = true;
+  shade(job, samples, state, false, again);
+  again_ = false;
+  const auto spp = static_cast<std::size_t>(samples.spp);
+  for (std::size_t pixel = 0; pixel < again.size(); ++pixel) {
+    if (again[pixel] == 0) continue;
+    std::copy_n(&sample_color_[pixel * spp], spp, &first_color_[pixel * spp]);
+    std::copy_n(&sample_coverage_[pixel * spp], spp, &first_coverage_[pixel * spp]);
+    first_normal_[pixel] = pixel_normal_[pixel], first_invocations_[pixel] = pixel_invocations_[pixel];
+  }
+  std::swap(first_color_, sample_color_), std::swap(first_coverage_, sample_coverage_);
+  std::swap(first_normal_, pixel_normal_), std::swap(first_invocations_, pixel_invocations_);
+}
+
 void DeferredShader::shade_opaque(const TileJob& job, const TileSamples& samples, const TileState& state,
                                   bool empty_cache, shaders::RadianceImage& behind) {
   begin(job, samples, empty_cache, {});
@@ -155,17 +173,21 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
   for (int y = y0; y < std::min(y0 + side, samples.pixels.height()); ++y)
     for (int x = x0; x < std::min(x0 + side, samples.pixels.width()); ++x) {
       const auto pixel = static_cast<std::size_t>(y * samples.pixels.width() + x);
-      if (runs_of(pixel) == 0)
-        skip_pixel(job, samples, state, pixel);
-      else if (job.shading == ShadingRate::kCache)
+      if (runs_of(pixel) == 0) {
+        if (!again_) skip_pixel(job, samples, state, pixel);
+      } else if (job.shading == ShadingRate::kCache) {
         collect_cells(job, samples, state, pixel);
-      else
+      } else {
         split[count] = runs_of(pixel) == 2, pixels[count++] = pixel;
+      }
     }
   if (count == 0) return;
   FragmentMerger& merger = merger_of_fragments_;
   merger.group(job, samples, state, std::span(pixels).first(count), std::span(split).first(count));
-  counters_.samples_visible += merger.visible();
+  if (again_)
+    unskip(merger.visible(), merger.runs().size());
+  else
+    counters_.samples_visible += merger.visible();
   counters_.pixel_shader_invocations_saved += merger.visible() - merger.runs().size();
   counters_.fragments_merged += merger.merged();
   if (job.derivatives == ShadingDerivatives::kQuad) {
@@ -191,7 +213,7 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
     for (std::size_t k = 0; k < spp; ++k) {
       const std::uint32_t run = merger.run_of(p, k);
       if (run == FragmentMerger::kNoRun) continue;
-      count_visible(job, state.patch[first + k]);
+      if (!again_) count_visible(job, state.patch[first + k]);
       sample_point_[first + k] = first_point + run;
     }
   }
@@ -215,8 +237,12 @@ void DeferredShader::collect_cells(const TileJob& job, const TileSamples& sample
   const auto spp = static_cast<std::size_t>(samples.spp);
   for (std::size_t s = pixel * spp; s < (pixel + 1) * spp; ++s) {
     if (state.patch[s] == TileState::kNoPatch) continue;
-    ++counters_.samples_visible;
-    count_visible(job, state.patch[s]);
+    if (again_) {
+      unskip(1, 1);
+    } else {
+      ++counters_.samples_visible;
+      count_visible(job, state.patch[s]);
+    }
     sample_point_[s] = ask_for_cell(job, {state.patch[s], state.triangle[s], state.b1[s], state.b2[s], 0.0f}, pixel);
   }
 }
@@ -303,7 +329,7 @@ void DeferredShader::collect_layers(const TileJob& job, const TileSamples& sampl
   state.drop_hidden_layers();
   layer_point_.assign(state.layers.size(), kNone);
   if (state.layers.empty()) return;
-  counters_.blended_layers += state.layers.size();
+  if (!again_) counters_.blended_layers += state.layers.size();
   // Far to near within a sample; equal depths by patch and triangle.
   std::sort(state.layers.begin(), state.layers.end(), [](const TileState::Layer& a, const TileState::Layer& b) {
     return std::tie(a.sample, b.z, a.patch, a.triangle) < std::tie(b.sample, a.z, b.patch, b.triangle);
@@ -316,10 +342,12 @@ void DeferredShader::collect_layers(const TileJob& job, const TileSamples& sampl
     const std::span<const TileState::Layer> layers = std::span(state.layers).subspan(begin, end - begin);
     share_layers(job, samples, layers);
     if (runs_of(pixel) == 0) {
+      if (again_) continue;
       skipped_.samples += layers.size();
       skipped_.invocations += shared_layers_.size();
       continue;
     }
+    if (again_) unskip(layers.size(), shared_layers_.size());
     for (std::size_t i = 0; i < layers.size(); ++i)
       layer_point_[begin + i] = ask_for_layer(job, samples, layers[i], shared_layers_[shared_of_[i]], pixel);
   }

@@ -59,6 +59,10 @@ class DeferredShader {
   // from the cache, this is the same as 1).
   void shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache = true,
              std::span<const std::uint8_t> runs = {}, shaders::RadianceImage* behind = nullptr);
+  // Right after shade(), of the same tile: shades those of its skipped pixels for which `again` is 1, as if they had not
+  // been skipped. Their shader invocations are warps of their own.
+  void shade_again(const TileJob& job, const TileSamples& samples, TileState& state,
+                   std::span<const std::uint8_t> again);
   // Leaves in `behind` the pixels of what is opaque, each the mean of its samples, as shade() does if it is not null.
   void shade_opaque(const TileJob& job, const TileSamples& samples, const TileState& state, bool empty_cache,
                     shaders::RadianceImage& behind);
@@ -127,6 +131,10 @@ class DeferredShader {
   // Pixels that are shaded together: one, or the 2x2 of a quad.
   void collect_block(const TileJob& job, const TileSamples& samples, const TileState& state, int x, int y, int side);
   int runs_of(std::size_t pixel) const { return runs_.empty() ? 1 : runs_[pixel]; }
+  // What a pixel sees that was skipped and now is shaded.
+  void unskip(std::size_t samples, std::size_t invocations) {
+    skipped_.samples -= samples, skipped_.invocations -= invocations;
+  }
   void skip_pixel(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel);
   void collect_cells(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel);
   // Those of behind_ that look through segment `segment` of the shutter.
@@ -170,7 +178,11 @@ class DeferredShader {
   std::vector<Vec3> pixel_normal_;  // sums over the pixel's shaded points, or over its samples' cells
   std::vector<std::uint32_t> pixel_invocations_;
   std::span<const std::uint8_t> runs_;  // of the tile in hand
+  bool again_ = false;                  // in shade_again(): other pixels have been counted
   Skipped skipped_;
+  std::vector<Vec3> first_color_, first_normal_;  // of shade(), for shade_again()
+  std::vector<float> first_coverage_;
+  std::vector<std::uint32_t> first_invocations_;
   std::vector<std::uint32_t> patches_read_;
   FragmentMerger merger_of_fragments_;
   PixelShader pixel_shader_;

@@ -2,6 +2,7 @@
 // of samples.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -13,6 +14,7 @@
 
 #include "base/simd_targets.h"
 #include "tests/support/captures.h"
+#include "tilecore/resolve/crease_detector.h"
 #include "tilecore/resolve/discrepancy.h"
 #include "tilecore/resolve/edge_detector.h"
 #include "tilecore/resolve/foveation.h"
@@ -145,6 +147,51 @@ BlockEvidence moving(float speed, bool allowed = false) {
   return b;
 }
 
+// Two planes that meet in a block: their angle decides, at any distance and place, and a plane alone never.
+TEST(CreaseDetector, NormalsFollowFromDepth) {
+  test::Random random(5);
+  for (const bool orthographic : {false, true}) {
+    scene::Projection projection;
+    projection.orthographic = orthographic;
+    projection.scale = orthographic ? 100 : 600, projection.center_x = 320, projection.center_y = 180;
+    for (int round = 0; round < 400; ++round) {
+      const int x = 4 * random.integer(0, 159), y = 4 * random.integer(0, 89);
+      const double middle_z = static_cast<double>(random.uniform(0.5f, 200.0f)),
+                   angle = static_cast<double>(random.uniform(0.0f, 0.9f));
+      // The crease is upright through the block's middle; each side is turned about it by half of the angle.
+      const auto place = [&](double pixel, double center) { return (pixel - center) / projection.scale; };
+      const DVec3 at = orthographic ? DVec3(place(x + 2, 320), place(y + 2, 180), middle_z)
+                                    : DVec3(place(x + 2, 320) * middle_z, place(y + 2, 180) * middle_z, middle_z);
+      std::array<float, 16> depth;
+      for (int i = 0; i < 16; ++i) {
+        const double half = i % 4 < 2 ? -0.5 * angle : 0.5 * angle;
+        const DVec3 normal(std::sin(half), 0, -std::cos(half)),
+            ray(place(x + i % 4 + 0.5, 320), place(y + i / 4 + 0.5, 180), 1);
+        depth[static_cast<std::size_t>(i)] =
+            static_cast<float>(orthographic ? (glm::dot(normal, at) - normal.x * ray.x) / normal.z
+                                            : glm::dot(normal, at) / glm::dot(normal, ray));
+      }
+      const double degrees = angle * 57.29577951308232;
+      if (degrees > 2) {
+        EXPECT_TRUE(CreaseDetector(0.9 * degrees, projection).detect(depth.data(), 4, x, y)) << degrees;
+      }
+      EXPECT_FALSE(CreaseDetector(1.1 * degrees + 1, projection).detect(depth.data(), 4, x, y)) << degrees;
+    }
+  }
+  EXPECT_FALSE(CreaseDetector(0, {}).on());
+}
+
+TEST(RateSelector, AfterACutNothingIsFast) {
+  BlockEvidence b;
+  b.velocity_usable = true;
+  b.speed = 100;
+  EXPECT_EQ(select_rate({}, b).samples, 4);
+  b.cut = true;
+  EXPECT_EQ(select_rate({}, b).samples, 16);
+  b.speed = 0, b.advection_allowed = true;
+  EXPECT_TRUE(select_rate({}, b).advect);
+}
+
 TEST(RateSelector, RegimesFollowEachOtherInSpeed) {
   RateSettings settings;
   settings.thresholds = {1, 4, 16, 0};
@@ -254,12 +301,17 @@ TEST(Discrepancy, EveryInstructionSetAddsTheDifferencesOfSinglePixelsInTheirOrde
     for (Vec4& c : b) c = Vec4(random.uniform(-1, 4), random.uniform(0, 4), random.uniform(0, 4), random.uniform(0, 1));
     for (int k = n % 3; k > 0; --k) a[static_cast<std::size_t>(random.integer(0, 15))][k] = odd[random.integer(0, 5)];
     const auto pixels = static_cast<BlockMask>(random.integer(0, 0xffff));
-    float expected = 0.0f;
-    for (std::size_t p = 0; p < 16; ++p)
-      if (pixels >> p & 1) expected += relative_difference(a[p], b[p / 4 * 7 + p % 4]);
+    float sum = 0.0f, largest = 0.0f;
+    for (std::size_t p = 0; p < 16; ++p) {
+      if ((pixels >> p & 1) == 0) continue;
+      const float difference = relative_difference(a[p], b[p / 4 * 7 + p % 4]);
+      sum += difference, largest = std::max(largest, difference);
+    }
     for (const std::string& target : simd_target_names()) {
       force_simd_target(target);
-      ASSERT_EQ(sum_of_differences(a.data(), b.data(), 7, pixels), expected) << target << ", block " << n;
+      const Differences got = differences_of(a.data(), b.data(), 7, pixels);
+      ASSERT_EQ(got.sum, sum) << target << ", block " << n;
+      ASSERT_EQ(got.largest, largest) << target << ", block " << n;
     }
   }
   force_simd_target("");

@@ -7,6 +7,7 @@
 
 #include "base/simd_targets.h"
 #include "tests/tilecore/support.h"
+#include "tilecore/resolve/camera_motion.h"
 #include "tilecore/resolve/motion_field.h"
 #include "tilecore/resolve/velocity_buffer.h"
 
@@ -165,9 +166,86 @@ TEST(MotionField, ALightThatChangesIsNoticed) {
   s.capture->nodes.push_back(node);
   s.capture->roots.push_back(3);
   const auto same = pose(s, 0, 0);
-  EXPECT_TRUE(MotionField(*same, *pose(s, 0.5, 0.5)).same_lights());
+  EXPECT_TRUE(MotionField(*same, *pose(s, 0.5, 0.5)).lights().none());
   test::add_motion(*s.capture, 3, {1, 0, 0});
-  EXPECT_FALSE(MotionField(*pose(s, 0.5, 0.5), *same).same_lights());
+  EXPECT_FALSE(MotionField(*pose(s, 0.5, 0.5), *same).lights().none());
+}
+
+// LR1: against the light of KHR_lights_punctual at random points in balls that nothing reaches.
+TEST(LightReach, WhereNothingReachesNothingIsSeenOfAChange) {
+  test::Random random(11);
+  int unreached = 0, reached = 0;
+  for (int round = 0; round < 300; ++round) {
+    scene::FrameGeometry now, then;
+    const int count = random.integer(1, 3);
+    for (int i = 0; i < count; ++i) {
+      shaders::Light light;
+      light.type = random.coin() ? shaders::Light::Type::kPoint : shaders::Light::Type::kSpot;
+      light.color = Vec3(random.uniform(0.0f, 0.3f), random.uniform(0.0f, 0.3f), 0.1f);
+      light.position = random.in_box(2);
+      light.direction = glm::normalize(random.in_box(1) + Vec3(0.0f, 0.0f, 1e-3f));
+      light.range = random.coin() ? random.uniform(0.5f, 8.0f) : 0.0f;
+      light.cos_outer = random.uniform(0.1f, 0.95f), light.cos_inner = 0.5f * (1 + light.cos_outer);
+      for (auto& key : then.lights) key.push_back(light);
+      light.position += 0.1f * random.in_box(1);
+      for (auto& key : now.lights) key.push_back(light);
+    }
+    const LightReach reach(now, then);
+    EXPECT_FALSE(reach.none() || reach.everywhere());
+    for (int i = 0; i < 30; ++i) {
+      const Vec3 middle = random.in_box(12);
+      const float radius = random.uniform(0.0f, 1.0f);
+      if (reach.reaches(middle, radius)) {
+        ++reached;
+        continue;
+      }
+      ++unreached;
+      const Vec3 direction = random.in_box(1);
+      const Vec3 point = middle + direction * (radius * random.uniform(0, 1) / glm::length(direction));
+      for (const auto* frame : {&now, &then}) {
+        Vec3 irradiance(0.0f);
+        for (const shaders::Light& light : frame->lights[0]) {
+          const auto in = shaders::incident<float>(light.type, light.range > 0, shaders::light_state<float>(light),
+                                                   shaders::constant<float>(point));
+          irradiance += Vec3(in.irradiance.x, in.irradiance.y, in.irradiance.z);
+        }
+        EXPECT_LE(std::max({irradiance.x, irradiance.y, irradiance.z}), 3.14160f * kUnseenLight);
+      }
+    }
+  }
+  EXPECT_GT(unreached, 500);
+  EXPECT_GT(reached, 500);
+}
+
+TEST(LightReach, DirectionalLightsAndLightsThatComeReachEverything) {
+  scene::FrameGeometry now, then;
+  for (auto& key : now.lights) key.emplace_back();
+  EXPECT_TRUE(LightReach(now, then).everywhere());
+  for (auto& key : then.lights) key.emplace_back();
+  EXPECT_TRUE(LightReach(now, then).none());
+  now.lights[0][0].direction = now.lights[1][0].direction = {0, 1, 0};
+  EXPECT_TRUE(LightReach(now, then).everywhere());
+}
+
+// ---- The camera's own motion ------------------------------------------------------------------------------------
+
+TEST(CameraMotion, IsWhereRestingPointsGoAndACutIsAChangeOfIt) {
+  const TestFrame s = scene(DVec3(0.0), DVec3(0.6, 0, 0));
+  History history(IntRect{0, 0, 96, 64});
+  history.depth.assign(history.depth.size(), -6.0f);  // reconstructed or not
+  const auto at = [&](double time) { return pose(s, time, time); };
+  const CameraMotion slow = camera_motion(*at(0.2), *at(0.1), history),
+                     later = camera_motion(*at(0.3), *at(0.2), history),
+                     fast = camera_motion(*at(0.9), *at(0.2), history);
+  const double pixels = at(0)->projection.scale * 0.06 / 6;
+  for (const Vec2& p : slow.pixels) {
+    EXPECT_NEAR(p.x, -pixels, 1e-4);
+    EXPECT_NEAR(p.y, 0, 1e-4);
+  }
+  EXPECT_FALSE(is_cut(slow, later, 1e-3f));
+  EXPECT_TRUE(is_cut(slow, fast, static_cast<float>(5.9 * pixels)));
+  EXPECT_FALSE(is_cut(slow, fast, static_cast<float>(6.1 * pixels)));
+  EXPECT_FALSE(is_cut({}, fast, 0));
 }
 
 }  // namespace
