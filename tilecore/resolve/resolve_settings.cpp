@@ -106,6 +106,9 @@ Keys<ResolveSettings> pixel_keys() {
        "Weights from packed tables of 8 bits, or computed in single precision."},
       {"resolve.stencil_clamp", &ResolveSettings::clamp_to_range,
        "Reconstructed pixels stay within the range of the pixels that they are made from."},
+      {"resolve.history_records", &ResolveSettings::records,
+       "How depth and surface of pixels are kept for the next frame: by block of 4x4 where that sees one plane, or by "
+       "pixel. Bytes alone differ."},
       {"resolve.stencil_reach", &ResolveSettings::reach,
        "Whether stencils stop at the tile's border, or read neighbouring tiles in a second pass."},
   });

@@ -17,6 +17,7 @@
 #include "tilecore/resolve/motion_field.h"
 #include "tilecore/resolve/pixel_surfaces.h"
 #include "tilecore/resolve/resolve_settings.h"
+#include "tilecore/resolve/touched_bursts.h"
 #include "tilecore/resolve/velocity_buffer.h"
 #include "tilecore/tile_state.h"
 #include "tilecore/visibility/sample_pattern.h"
@@ -122,7 +123,8 @@ class ResolveUnit {
     BlockMask exists = 0, seen = 0;  // inside the tile; showing anything
     bool uniform = false;            // all pixels show the same surfaces
     bool edge = false, outline = false, still = false, same_shading = false, from_other_eye = false;
-    float slope = 0;  // of DepthTolerance
+    bool plane = false;  // a record of the whole block says where its pixels are
+    float slope = 0;     // of DepthTolerance
   };
 
   void plan_block(const ResolveFrame& resolve, Block& block);
@@ -165,14 +167,21 @@ class ResolveUnit {
   std::array<std::uint16_t, kWindowSide> usable_window(const ResolveFrame& resolve, const Block& block,
                                                        std::uint32_t surface, const Records& records) const;
   void write_auxiliary(const ResolveFrame& resolve, FrameTargets& targets) const;
+  void record(bool orthographic, Block& block);
+  void find_blocks(const History& history, std::span<const IntRect> fetched, bool per_pixel);
+  void charge_history(const History& history, std::span<const IntRect> fetched, HistoryRecords records, Memory memory);
+  void charge_records(const History& next, HistoryRecords records, Memory memory);
   void charge(const ResolveFrame& resolve, Memory memory);
 
   PixelSurfaces surfaces_;
   VelocityBuffer velocity_, eye_velocity_;
   std::vector<Block> blocks_;
   std::vector<std::uint8_t> runs_, runs_again_;
-  std::vector<Vec4> colors_;        // per pixel of the tile: the advected ones' from plan() on, then all
-  IntRect fetched_, eye_fetched_;   // of the histories, for this tile
+  std::vector<Vec4> colors_;                    // per pixel of the tile: the advected ones' from plan() on, then all
+  std::vector<float> records_;                  // depth of each pixel, as the history keeps it
+  std::vector<IntRect> fetched_, eye_fetched_;  // of the histories, for this tile; pixels
+  std::vector<IntRect> block_rects_;
+  TouchedBursts touched_;
   std::uint64_t vertex_bytes_ = 0;  // of the other frames' vertices, for velocities of this tile
   int spp_ = 1;
   AdvectionWork advection_work_;
