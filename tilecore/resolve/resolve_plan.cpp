@@ -16,6 +16,9 @@ int ceiling(float v) {
   return whole + (static_cast<float>(whole) < v ? 1 : 0);
 }
 
+// Of four channels, for the distance of a pixel's samples from where they rest [by hand].
+constexpr std::uint64_t kBlurOperations = 4;
+
 float in_24_bits(float v) { return std::bit_cast<float>(std::bit_cast<std::uint32_t>(v) & 0xffffff00u); }
 
 }  // namespace
@@ -23,6 +26,7 @@ float in_24_bits(float v) { return std::bit_cast<float>(std::bit_cast<std::uint3
 void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& frame, const TileSamples& samples,
                        TileState& state) {
   spp_ = samples.spp;
+  samples_ = &samples, state_ = &state;
   surfaces_.gather(frame, samples, state, resolve.previous.motion);
   velocity_.start(frame, samples, state, surfaces_, resolve.previous.motion);
   if (resolve.other_eye.motion != nullptr)
@@ -66,7 +70,7 @@ bool ResolveUnit::is_outline(const ResolveSettings& settings, const Block& block
   return differs;
 }
 
-bool ResolveUnit::is_edge(const ResolveFrame& resolve, const Block& block) {
+bool ResolveUnit::is_edge(const ResolveFrame& resolve, Block& block) {
   const ResolveSettings& settings = resolve.settings;
   if (block.outline) return true;
   const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0),
@@ -76,8 +80,30 @@ bool ResolveUnit::is_edge(const ResolveFrame& resolve, const Block& block) {
   if (!resolve.creases.on() || block.exists != kFullBlock || !std::isfinite(surfaces_.depth[first]) ||
       !resolve.creases.detect(&surfaces_.depth[first], stride, block.pixels.x0, block.pixels.y0))
     return false;
+  block.creased = true;
   ++counters_.blocks_creased;
   return true;
+}
+
+// How far apart a pixel of the block and what its samples see at shutter open through a pinhole are, in pixels: by how
+// much lens and motion blur it. The mean of all samples that see something opaque; of the pixels the least.
+float ResolveUnit::blur_of(const Block& block) const {
+  const TileSamples& samples = *samples_;
+  const TileState& state = *state_;
+  const auto n = static_cast<std::size_t>(spp_);
+  float least = std::numeric_limits<float>::infinity();
+  for_each_pixel(block.pixels, [&](int x, int y) {
+    const std::size_t first = surfaces_.index(x, y) * n;
+    float sum = 0.0f;
+    int seen = 0;
+    for (std::size_t s = first; s < first + n; ++s) {
+      if (state.patch[s] == TileState::kNoPatch) continue;
+      const float dx = state.rest_x[s] - samples.x[s], dy = state.rest_y[s] - samples.y[s];
+      sum += std::sqrt(dx * dx + dy * dy), ++seen;
+    }
+    if (seen > 0) least = std::min(least, sum / static_cast<float>(seen));
+  });
+  return std::isfinite(least) ? least : 0.0f;
 }
 
 // What is there, and whether it is one surface, at rest; how near it comes is asked for only where another eye may see
@@ -243,21 +269,30 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
     block.edge = is_edge(resolve, block);
   }
   evidence.edge = block.edge && !copies;
+  if (evidence.edge && settings.rates.blur > 0 && state_->keeps_rest) evidence.blur = blur_of(block);
   evidence.outline = block.outline && evidence.advection_allowed && settings.rates.advect_outlines;
   const bool needed = !evidence.edge || evidence.outline;
   if (needed || resolve.auxiliary) {
     const VelocityBuffer::Block motion = velocity_.evaluate(block.pixels, settings.block_speed, needed);
     evidence.velocity_usable = motion.usable;
     evidence.speed = motion.speed;
+    const bool may_be_fast = needed && motion.usable && motion.speed > settings.rates.thresholds.still;
+    if (const float shutter = may_be_fast ? resolve.previous.motion->shutter() : 0.0f; shutter > 0) {
+      // Samples see what they see, on average, half of the shutter's way from where that was at shutter open.
+      evidence.blurred_speed = state_->keeps_rest ? 2.0f * blur_of(block) / shutter : 0.0f;
+      counters_.velocity_operations += 16 * kBlurOperations;
+    }
   }
   const Vec2 middle(static_cast<float>(block.pixels.x0 & ~3) + 2.0f, static_cast<float>(block.pixels.y0 & ~3) + 2.0f);
   evidence.max_samples = resolve.foveation.max_samples(middle);
   counters_.blocks_foveated += evidence.max_samples < 16 ? 1 : 0;
   block.decision = select_rate(settings.rates, evidence);
+  block.blurred = block.decision.blurred;
+  counters_.blocks_blurred += block.blurred;
   if (block.decision.advect) block.slope = slope_of(block);
   // What the other eye sees far away it sees where this one does. Velocities of what is at rest are those since the
   // last frame, zero.
-  const bool smooth = !block.edge || (block.outline && settings.rates.advect_outlines);
+  const bool smooth = !block.edge || block.creased || (block.outline && settings.rates.advect_outlines);
   if (resolve.other_eye.history != nullptr && smooth && !block.still && nearest > resolve.other_eye_depth &&
       !block.decision.advect) {
     eye_velocity_.evaluate(block.pixels, settings.block_speed, true);
@@ -322,7 +357,8 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
 }
 
 BlockMask ResolveUnit::reconstructible(const ResolveSettings& settings, const Block& block, BlockMask missing) const {
-  if (block.uniform && block.exists == kFullBlock) return block.rendered != 0 ? missing : BlockMask{0};
+  if ((block.uniform || block.blurred) && block.exists == kFullBlock)
+    return block.rendered != 0 ? missing : BlockMask{0};
   BlockMask found = 0;
   for_each_pixel(block.pixels, [&](int x, int y) {
     if ((missing & block_bit(x, y)) == 0) return;
@@ -330,7 +366,7 @@ BlockMask ResolveUnit::reconstructible(const ResolveSettings& settings, const Bl
       if ((block.rendered & block_bit(nx, ny)) == 0) return;
       if (settings.desampling == Desampling::kCheckerboard
               ? std::abs(nx - x) + std::abs(ny - y) == 1
-              : surfaces_.surface[surfaces_.index(nx, ny)] == surfaces_.surface[surfaces_.index(x, y)])
+              : block.blurred || surfaces_.surface[surfaces_.index(nx, ny)] == surfaces_.surface[surfaces_.index(x, y)])
         found = static_cast<BlockMask>(found | block_bit(x, y));
     });
   });

@@ -99,7 +99,7 @@ bool ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
     if (block.reconstructed == 0) continue;
     const IntRect wanted = next.region.intersect(
         {block.pixels.x0 - margin, block.pixels.y0 - margin, block.pixels.x1 + margin, block.pixels.y1 + margin});
-    if (resolve.settings.reach == StencilReach::kNeighbours && wanted.intersect(tile) != wanted) {
+    if (resolve.settings.reach == StencilReach::kNeighbours && !block.blurred && wanted.intersect(tile) != wanted) {
       resolve.deferred[b] = block.edge ? 2 : 1;
       ++counters_.blocks_deferred;
       open = true;
@@ -238,8 +238,8 @@ std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveF
     by_y = (1.0f / records.depth_at(x0, y0 + 3) - inverse) * (1.0f / 3.0f);
   }
   const float tolerance = std::abs(inverse) * 4.0f * resolve.settings.edges.threshold;
-  const bool any_surface = resolve.settings.desampling == Desampling::kCheckerboard;
-  const int margin = stencil_reach(resolve.settings);
+  const bool any_surface = resolve.settings.desampling == Desampling::kCheckerboard || block.blurred;
+  const int margin = block.blurred ? 0 : stencil_reach(resolve.settings);  // what lies around may be sharp
   std::array<std::uint16_t, kWindowSide> usable{};
   const int left = std::max(reach.x0, x0 - margin), right = std::min(reach.x1, x0 + 4 + margin);
   for (int y = std::max(reach.y0, y0 - margin); y < std::min(reach.y1, y0 + 4 + margin); ++y) {
@@ -274,8 +274,8 @@ void ResolveUnit::reconstruct(ResolveFrame& resolve, const Block& block, const R
     const std::uint32_t surface = records.surface[records.index(x0 + (number & 3), y0 + (number >> 2))];
     BlockMask missing = 0;
     for_each_pixel(block.pixels, [&](int x, int y) {
-      if ((left & block_bit(x, y)) != 0 &&
-          (settings.desampling == Desampling::kCheckerboard || records.surface[records.index(x, y)] == surface))
+      if ((left & block_bit(x, y)) != 0 && (settings.desampling == Desampling::kCheckerboard || block.blurred ||
+                                            records.surface[records.index(x, y)] == surface))
         missing = static_cast<BlockMask>(missing | block_bit(x, y));
     });
     left = static_cast<BlockMask>(left & ~missing);

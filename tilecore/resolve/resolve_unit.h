@@ -27,7 +27,7 @@ namespace tessera::tilecore {
 struct DesamplingCounters {
   std::uint64_t blocks_rate_4 = 0, blocks_rate_8 = 0, blocks_rate_16 = 0, blocks_rate_32 = 0;
   std::uint64_t blocks_advected = 0, blocks_empty = 0, blocks_edge = 0, blocks_distrusted = 0, blocks_discrepant = 0,
-                blocks_deferred = 0, blocks_foveated = 0, blocks_creased = 0;
+                blocks_deferred = 0, blocks_foveated = 0, blocks_creased = 0, blocks_blurred = 0;
   std::uint64_t pixels_advected = 0, pixels_reconstructed = 0, pixels_forced = 0, pixels_shaded_again = 0;
   std::uint64_t advections_outside = 0, advections_disoccluded = 0, advections_unusable = 0;
   std::uint64_t velocity_evaluations = 0, velocity_operations = 0, stencil_taps = 0, light_tests = 0;
@@ -122,7 +122,8 @@ class ResolveUnit {
     BlockMask again = 0;             // advected at first
     BlockMask exists = 0, seen = 0;  // inside the tile; showing anything
     bool uniform = false;            // all pixels show the same surfaces
-    bool edge = false, outline = false, still = false, same_shading = false, from_other_eye = false;
+    bool edge = false, outline = false, creased = false, blurred = false, still = false, same_shading = false,
+         from_other_eye = false;
     bool plane = false;  // a record of the whole block says where its pixels are
     float slope = 0;     // of DepthTolerance
   };
@@ -132,7 +133,8 @@ class ResolveUnit {
   void fetch_ahead(const ResolveFrame& resolve, const Block& block) const;
   // Whether it sees several surfaces.
   bool is_outline(const ResolveSettings& settings, const Block& block) const;
-  bool is_edge(const ResolveFrame& resolve, const Block& block);
+  bool is_edge(const ResolveFrame& resolve, Block& block);
+  float blur_of(const Block& block) const;
   bool is_relit(const MotionField& motion, const Block& block);
   float slope_of(const Block& block) const;
   // Those of the missing pixels that have a rendered pixel of their surface in the block.
@@ -174,6 +176,8 @@ class ResolveUnit {
   void charge(const ResolveFrame& resolve, Memory memory);
 
   PixelSurfaces surfaces_;
+  const TileSamples* samples_ = nullptr;  // of the tile in hand
+  const TileState* state_ = nullptr;
   VelocityBuffer velocity_, eye_velocity_;
   std::vector<Block> blocks_;
   std::vector<std::uint8_t> runs_, runs_again_;
@@ -219,6 +223,8 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
      "Blocks with an edge that is rendered fully, or twice: what is advected nevertheless is not counted.", ""},
     {"resolve.blocks_creased", &tilecore::DesamplingCounters::blocks_creased, Combine::kSum, "blocks",
      "Of blocks_edge, those in which depth has no edge but its normals differ by more than resolve.edge_angle.", ""},
+    {"resolve.blocks_blurred", &tilecore::DesamplingCounters::blocks_blurred, Combine::kSum, "blocks",
+     "Blocks with an edge that lens and motion blur by more than resolve.k_blur: of their pixels half are shaded.", ""},
     {"resolve.blocks_distrusted", &tilecore::DesamplingCounters::blocks_distrusted, Combine::kSum, "blocks",
      "Blocks where nothing was advected because it had gone wrong around them.", ""},
     {"resolve.blocks_discrepant", &tilecore::DesamplingCounters::blocks_discrepant, Combine::kSum, "blocks",
