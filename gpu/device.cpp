@@ -208,7 +208,8 @@ tilecore::ResolveFrame& Device::begin_resolve(int frame, Eye& eye, const scene::
                                        static_cast<float>(settings_.stereo.far_depth));
   resolve.auxiliary = request_.resolve_auxiliary;
   result.effects["desampling"] = true;
-  if (resolve.previous.history != nullptr && tilecore::advects(resolve_) && !resolve.previous.motion->lights().everywhere())
+  if (resolve.previous.history != nullptr && tilecore::advects(resolve_) &&
+      !resolve.previous.motion->lights().everywhere())
     result.effects["advection"] = true;
   if (resolve.other_eye.history != nullptr) result.effects["advection"] = true;
   result.effects["foveation"] = resolve_.foveation.on() && resolve_.desampling == tilecore::Desampling::kAdaptive;

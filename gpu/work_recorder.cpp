@@ -216,8 +216,9 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   work.texels = counted.texture.texels - slot_.visibility_texels;
   const bool floats = job.resolve != nullptr && job.resolve->settings.weights == tilecore::StencilWeights::kFloat;
   work.hashed_bytes = counted.store.signature_bytes;
-  work.resolve_operations = counted.desampling.velocity_operations + counted.desampling.light_tests + counted.desampling.pixels_advected +
-                            counted.desampling.stencil_taps * (floats ? 4 : 1) + counted.transmission.texels_reduced;
+  work.resolve_operations = counted.desampling.velocity_operations + counted.desampling.light_tests +
+                            counted.desampling.pixels_advected + counted.desampling.stencil_taps * (floats ? 4 : 1) +
+                            counted.transmission.texels_reduced;
   work.pixels = counted.transmission.pixels_kept;
   if (finished) {
     const IntRect pixels = job.grid->pixels(static_cast<binner::TileIndex>(tile_));

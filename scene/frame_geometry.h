@@ -68,7 +68,7 @@ struct FrameGeometry {
   // As Assembly::materials where the request leaves something out of them or they are animated, else empty.
   std::vector<Material> materials;
   std::vector<MaterialValue> material_values;  // that animations give them, for telling frames apart
-  std::vector<PosedDrawable> drawables;  // as Assembly::drawables
+  std::vector<PosedDrawable> drawables;        // as Assembly::drawables
   // As Assembly::drawn, at both motion keys: what the drawables' spans point at when the pose deforms.
   std::vector<std::array<Deformed, 2>> deformed;
   std::vector<TessellationPattern> patterns;  // as Assembly::grid_patches

@@ -135,7 +135,9 @@ void Advect(benchmark::State& state, Fetch fetch, bool bfecc) {
   const HistoryView history{color.data(), depth.data(), patch.data(), region, kSide};
   const VelocityView field{velocity.data(), usable.data(), region, kSide};
   AdvectionWork work;
-  const auto advect = [&](int x, int y) { return advect_pixel(x, y, 1.0f, 1, history, field, {fetch, bfecc}, 0.0f, work); };
+  const auto advect = [&](int x, int y) {
+    return advect_pixel(x, y, 1.0f, 1, history, field, {fetch, bfecc}, 0.0f, work);
+  };
   // Verify: the smooth image, moved.
   const float expected = 0.5f + 0.5f * std::sin(0.21f * (20 - 0.3f) + 0.13f * (30 + 0.7f));
   if (advect(20, 30).outcome != Advection::kTaken || std::abs(advect(20, 30).color.x - expected) > 0.01f)

@@ -236,6 +236,24 @@ TEST(ResolveFaults, WhatStopsIsNotWhatWasReconstructedBefore) {  // RU7
   EXPECT_GT(c.back().saved, 0.4);
 }
 
+// Two rockets of `flyby` come across half of the frame and are sharp in the next one: what is not blurred shows its
+// pattern, however far it came.
+TEST(ResolveFaults, WhatIsSharpIsNotCoarseHoweverFarItCame) {
+  const Comparison c(scene::read_capture(test::shipped_capture("flyby")), 0, 6);
+  EXPECT_GE(c.worst_psnr(0), 50);
+  EXPECT_GE(c.saved(1), 0.30);
+}
+
+// What lens and motion spread over whole blocks is shaded at half rate where that is asked for.
+TEST(ResolveFaults, BlurredEdgesAreHalvedOnRequest) {
+  const Capture capture = scene::read_capture(test::shipped_capture("eggs"));
+  const Comparison off(capture, 13, 15), on(capture, 13, 15, {"resolve.k_blur=1"});
+  EXPECT_EQ(off.back().counters.blocks_blurred, 0u);
+  EXPECT_GT(on.back().counters.blocks_blurred, 1000u);
+  EXPECT_GT(on.saved(1), 0.2);
+  EXPECT_GT(on.worst_psnr(0), 33);
+}
+
 // ---- One surface before itself, and creases ---------------------------------------------------------------------
 
 // A bowl of brass whose lip hides its inside, slowly turned.

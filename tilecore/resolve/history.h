@@ -25,12 +25,18 @@ struct CameraMotion {
 // Arrays of pixels hold a value per pixel of the region, row by row; arrays of blocks one per block of 4x4 pixels.
 // Blocks lie on multiples of four pixels of the whole frame, whatever the region.
 //
-// The emulated machine keeps `color` as the frame buffer, in half floats, and a record of kSurfaceBytes per pixel
-// beside it; the emulator keeps single precision, so that a colour that is copied from frame to frame is the one that
+// The emulated machine keeps `color` as the frame buffer, in its format, and beside it what is where: for each block a
+// surface and its plane; where a block sees several surfaces, or one that is not plane enough, a record of each pixel as
+// well. `depth` is what these records say. The emulator keeps single precision, so that a colour that is copied from frame to frame is the one that
 // was shaded.
 struct History {
-  static constexpr std::uint64_t kSurfaceBytes = 8;  // depth and surface
-  static constexpr std::uint64_t kBlockBytes = 1;    // regime and frames of rejects, four bits each
+  static constexpr std::uint64_t kSurfaceBytes = 8;  // depth and surface of a pixel
+  // Of a block: a surface, 1/z, its gradient in 24 bits each, and which of the pixels were reconstructed.
+  static constexpr std::uint64_t kPlaneBytes = 16;
+  static constexpr std::uint64_t kPixelRecordsBytes = 16 * kSurfaceBytes;
+  static constexpr std::uint64_t kBlockBytes = 1;       // regime, frames of rejects, whether pixels have records
+  static constexpr float kPlaneError = 1.0f / 4096;     // share of its depth by which a plane may miss a pixel
+  static constexpr std::uint8_t kRecordPerPixel = 128;  // in `memory`
 
   IntRect region;
   std::int64_t frame = kNone;  // that it was filled by
@@ -40,7 +46,7 @@ struct History {
   std::vector<std::uint32_t> surface;  // as PixelSurfaces::surface
 
   CameraMotion camera;               // since the frame before; unknown after the first
-  std::vector<std::uint8_t> memory;  // per block: BlockDecision::memory()
+  std::vector<std::uint8_t> memory;  // per block: BlockDecision::memory(), and kRecordPerPixel
   std::vector<std::uint8_t> reject;  // per block: frames for which nothing is advected here
 
   static constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::min();

@@ -39,13 +39,13 @@ LightReach::LightReach(const scene::FrameGeometry& now, const scene::FrameGeomet
         add(frame->lights[key][i], kUnseenLight / static_cast<float>(changed.size()));
 }
 
-void LightReach::add(const Light& light, float unseen) {
+void LightReach::add(const Light& light, float least) {
   const float brightest = std::max({light.color.x, light.color.y, light.color.z});
   if (light.type == Light::Type::kDirectional) {
     everywhere_ = everywhere_ || brightest > 0.0f;
     return;
   }
-  float radius = std::sqrt(brightest / (std::numbers::pi_v<float> * unseen));
+  float radius = std::sqrt(brightest / (std::numbers::pi_v<float> * least));
   if (light.range > 0.0f) radius = std::min(radius, light.range);
   if (!(radius > 0.0f)) return;
   const bool cone = light.type == Light::Type::kSpot && light.cos_outer > 0.0f;

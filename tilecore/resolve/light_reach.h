@@ -43,7 +43,7 @@ class LightReach {
     bool cone;
     float cosine, sine;  // of its outer angle
   };
-  void add(const shaders::Light& light, float unseen);
+  void add(const shaders::Light& light, float least);
 
   std::vector<Volume> volumes_;
   bool everywhere_ = false, orthographic_ = false;

@@ -91,6 +91,8 @@ MotionField::MotionField(const FrameGeometry& now, const FrameGeometry& then)
     all_still_ = all_still_ && motions_.back().kind == Kind::kStill;
   }
   lights_ = LightReach(now, then);
+  const double interval = std::abs(now.request.open_time - then.request.open_time);
+  if (interval > 0) shutter_ = static_cast<float>((now.request.close_time - now.request.open_time) / interval);
 }
 
 MotionField::Step MotionField::step(std::uint32_t d, Vec2 rest, float z, const SurfaceLocation& at) const {

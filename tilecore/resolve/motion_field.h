@@ -39,6 +39,9 @@ class MotionField {
   // tangents do not. Where vertices move as well, their normals turn with them; what a colour taken over then gets wrong
   // is for the discrepancy check to find.
   bool same_shading(std::uint32_t drawable) const { return motions_[drawable].same_shading; }
+  // For which share of the time between the frames the shutter is open in `now`; 0: it is not, or the frames are the same
+  // moment.
+  float shutter() const { return shutter_; }
   // Lights are part of what the pixel shader is told; where one that changed reaches, colours may not be taken over.
   const LightReach& lights() const { return lights_; }
 
@@ -90,6 +93,7 @@ class MotionField {
   const scene::FrameGeometry& now_;
   const scene::FrameGeometry& then_;
   std::vector<Motion> motions_;
+  float shutter_ = 0;
   LightReach lights_;
   bool all_still_ = true, orthographic_ = false;
 };

@@ -24,8 +24,9 @@ BlockDecision by_motion(const RateSettings& settings, const BlockEvidence& block
                                        : block.speed < t.still * (known ? 1.0f - t.hysteresis : 1.0f);
   if (slow && block.advection_allowed) return {8, true};
   if (block.edge || block.cut) return full;
-  if (above(block.speed, t.fast2, t.hysteresis, known, last == 4)) return {4, false};
-  if (above(block.speed, t.fast1, t.hysteresis, known, last == 4 || last == 8)) return {8, false};
+  const float speed = std::min(block.speed, block.blurred_speed);
+  if (above(speed, t.fast2, t.hysteresis, known, last == 4)) return {4, false};
+  if (above(speed, t.fast1, t.hysteresis, known, last == 4 || last == 8)) return {8, false};
   return {16, false};
 }
 
@@ -33,6 +34,7 @@ BlockDecision by_motion(const RateSettings& settings, const BlockEvidence& block
 
 BlockDecision select_rate(const RateSettings& settings, const BlockEvidence& block) {
   BlockDecision decision = by_motion(settings, block);
+  if (block.edge && !decision.advect && settings.blur > 0 && block.blur > settings.blur) decision = {8, false, true};
   decision.samples = std::min(decision.samples, block.max_samples);
   return decision;
 }

@@ -16,26 +16,25 @@ int ceiling(float v) {
   return whole + (static_cast<float>(whole) < v ? 1 : 0);
 }
 
-void grow(IntRect& rect, int x0, int y0, int x1, int y1) {
-  if (x0 >= x1 || y0 >= y1) return;
-  if (rect.empty())
-    rect = {x0, y0, x1, y1};
-  else
-    rect = {std::min(rect.x0, x0), std::min(rect.y0, y0), std::max(rect.x1, x1), std::max(rect.y1, y1)};
-}
+// Of four channels, for the distance of a pixel's samples from where they rest [by hand].
+constexpr std::uint64_t kBlurOperations = 4;
+
+float in_24_bits(float v) { return std::bit_cast<float>(std::bit_cast<std::uint32_t>(v) & 0xffffff00u); }
 
 }  // namespace
 
 void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& frame, const TileSamples& samples,
                        TileState& state) {
   spp_ = samples.spp;
+  samples_ = &samples, state_ = &state;
   surfaces_.gather(frame, samples, state, resolve.previous.motion);
   velocity_.start(frame, samples, state, surfaces_, resolve.previous.motion);
   if (resolve.other_eye.motion != nullptr)
     eye_velocity_.start(frame, samples, state, surfaces_, resolve.other_eye.motion);
   runs_.assign(surfaces_.depth.size(), 1);
   colors_.resize(surfaces_.depth.size());
-  fetched_ = eye_fetched_ = {};
+  records_.resize(surfaces_.depth.size());
+  fetched_.clear(), eye_fetched_.clear();
   vertex_bytes_ = 0;
   blocks_.clear();
   const IntRect& tile = surfaces_.pixels;
@@ -43,6 +42,7 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& 
     for (int x = tile.x0 & ~3; x < tile.x1; x += 4) {
       Block block;
       block.pixels = tile.intersect({x, y, x + 4, y + 4});
+      record(frame.projection.orthographic, block);
       decide(resolve, block);
       fetch_ahead(resolve, block);
       blocks_.push_back(block);
@@ -70,7 +70,7 @@ bool ResolveUnit::is_outline(const ResolveSettings& settings, const Block& block
   return differs;
 }
 
-bool ResolveUnit::is_edge(const ResolveFrame& resolve, const Block& block) {
+bool ResolveUnit::is_edge(const ResolveFrame& resolve, Block& block) {
   const ResolveSettings& settings = resolve.settings;
   if (block.outline) return true;
   const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0),
@@ -80,8 +80,30 @@ bool ResolveUnit::is_edge(const ResolveFrame& resolve, const Block& block) {
   if (!resolve.creases.on() || block.exists != kFullBlock || !std::isfinite(surfaces_.depth[first]) ||
       !resolve.creases.detect(&surfaces_.depth[first], stride, block.pixels.x0, block.pixels.y0))
     return false;
+  block.creased = true;
   ++counters_.blocks_creased;
   return true;
+}
+
+// How far apart a pixel of the block and what its samples see at shutter open through a pinhole are, in pixels: by how
+// much lens and motion blur it. The mean of all samples that see something opaque; of the pixels the least.
+float ResolveUnit::blur_of(const Block& block) const {
+  const TileSamples& samples = *samples_;
+  const TileState& state = *state_;
+  const auto n = static_cast<std::size_t>(spp_);
+  float least = std::numeric_limits<float>::infinity();
+  for_each_pixel(block.pixels, [&](int x, int y) {
+    const std::size_t first = surfaces_.index(x, y) * n;
+    float sum = 0.0f;
+    int seen = 0;
+    for (std::size_t s = first; s < first + n; ++s) {
+      if (state.patch[s] == TileState::kNoPatch) continue;
+      const float dx = state.rest_x[s] - samples.x[s], dy = state.rest_y[s] - samples.y[s];
+      sum += std::sqrt(dx * dx + dy * dy), ++seen;
+    }
+    if (seen > 0) least = std::min(least, sum / static_cast<float>(seen));
+  });
+  return std::isfinite(least) ? least : 0.0f;
 }
 
 // What is there, and whether it is one surface, at rest; how near it comes is asked for only where another eye may see
@@ -167,6 +189,40 @@ float ResolveUnit::slope_of(const Block& block) const {
   return std::isfinite(slope) ? slope : 0.0f;
 }
 
+// Where a block sees one surface that is plane enough, three numbers say where all of it is.
+void ResolveUnit::record(bool orthographic, Block& block) {
+  for_each_pixel(block.pixels, [&](int x, int y) {
+    const std::size_t pixel = surfaces_.index(x, y);
+    records_[pixel] = surfaces_.depth[pixel];
+  });
+  const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0),
+                    stride = static_cast<std::size_t>(surfaces_.pixels.width());
+  if (block.pixels.width() != 4 || block.pixels.height() != 4) return;
+  float value[16], plane[16];
+  bool one = true;
+  for (std::size_t i = 0; i < 16; ++i) {
+    const std::size_t pixel = first + i / 4 * stride + i % 4;
+    one = one && surfaces_.surface[pixel] == surfaces_.surface[first];
+    value[i] = orthographic ? surfaces_.depth[pixel] : 1.0f / surfaces_.depth[pixel];
+  }
+  if (!one) return;
+  if (surfaces_.surface[first] == 0) {
+    block.plane = true;
+    return;
+  }
+  const float by_x = in_24_bits((value[3] - value[0]) * (1.0f / 3.0f)),
+              by_y = in_24_bits((value[12] - value[0]) * (1.0f / 3.0f));
+  float worst = 0.0f;  // relative
+  for (std::size_t i = 0; i < 16; ++i) {
+    plane[i] = value[0] + by_x * static_cast<float>(i % 4) + by_y * static_cast<float>(i / 4);
+    worst = std::max(worst, std::abs(plane[i] - value[i]) / std::abs(value[i]));
+  }
+  if (!(worst <= History::kPlaneError)) return;  // nor where nothing opaque is seen
+  block.plane = true;
+  for (std::size_t i = 0; i < 16; ++i)
+    records_[first + i / 4 * stride + i % 4] = orthographic ? plane[i] : 1.0f / plane[i];
+}
+
 bool ResolveUnit::is_relit(const MotionField& motion, const Block& block) {
   const LightReach& lights = motion.lights();
   if (lights.none() || lights.everywhere()) return lights.everywhere();
@@ -199,7 +255,8 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   evidence.cut = resolve.cut;
   const History* history = resolve.previous.history;
   if (history != nullptr && reads_blocks(settings))
-    evidence.last_samples = history->memory[history->block(block.pixels.x0, block.pixels.y0)];
+    evidence.last_samples =
+        history->memory[history->block(block.pixels.x0, block.pixels.y0)] & ~History::kRecordPerPixel;
   if (history != nullptr && advects(settings)) {
     const bool rejected = history->rejected_around(block.pixels.x0, block.pixels.y0);
     counters_.blocks_distrusted += rejected;
@@ -212,21 +269,30 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
     block.edge = is_edge(resolve, block);
   }
   evidence.edge = block.edge && !copies;
+  if (evidence.edge && settings.rates.blur > 0 && state_->keeps_rest) evidence.blur = blur_of(block);
   evidence.outline = block.outline && evidence.advection_allowed && settings.rates.advect_outlines;
   const bool needed = !evidence.edge || evidence.outline;
   if (needed || resolve.auxiliary) {
     const VelocityBuffer::Block motion = velocity_.evaluate(block.pixels, settings.block_speed, needed);
     evidence.velocity_usable = motion.usable;
     evidence.speed = motion.speed;
+    const bool may_be_fast = needed && motion.usable && motion.speed > settings.rates.thresholds.still;
+    if (const float shutter = may_be_fast ? resolve.previous.motion->shutter() : 0.0f; shutter > 0) {
+      // Samples see what they see, on average, half of the shutter's way from where that was at shutter open.
+      evidence.blurred_speed = state_->keeps_rest ? 2.0f * blur_of(block) / shutter : 0.0f;
+      counters_.velocity_operations += 16 * kBlurOperations;
+    }
   }
   const Vec2 middle(static_cast<float>(block.pixels.x0 & ~3) + 2.0f, static_cast<float>(block.pixels.y0 & ~3) + 2.0f);
   evidence.max_samples = resolve.foveation.max_samples(middle);
   counters_.blocks_foveated += evidence.max_samples < 16 ? 1 : 0;
   block.decision = select_rate(settings.rates, evidence);
+  block.blurred = block.decision.blurred;
+  counters_.blocks_blurred += block.blurred;
   if (block.decision.advect) block.slope = slope_of(block);
   // What the other eye sees far away it sees where this one does. Velocities of what is at rest are those since the
   // last frame, zero.
-  const bool smooth = !block.edge || (block.outline && settings.rates.advect_outlines);
+  const bool smooth = !block.edge || block.creased || (block.outline && settings.rates.advect_outlines);
   if (resolve.other_eye.history != nullptr && smooth && !block.still && nearest > resolve.other_eye_depth &&
       !block.decision.advect) {
     eye_velocity_.evaluate(block.pixels, settings.block_speed, true);
@@ -291,7 +357,8 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
 }
 
 BlockMask ResolveUnit::reconstructible(const ResolveSettings& settings, const Block& block, BlockMask missing) const {
-  if (block.uniform && block.exists == kFullBlock) return block.rendered != 0 ? missing : BlockMask{0};
+  if ((block.uniform || block.blurred) && block.exists == kFullBlock)
+    return block.rendered != 0 ? missing : BlockMask{0};
   BlockMask found = 0;
   for_each_pixel(block.pixels, [&](int x, int y) {
     if ((missing & block_bit(x, y)) == 0) return;
@@ -299,7 +366,7 @@ BlockMask ResolveUnit::reconstructible(const ResolveSettings& settings, const Bl
       if ((block.rendered & block_bit(nx, ny)) == 0) return;
       if (settings.desampling == Desampling::kCheckerboard
               ? std::abs(nx - x) + std::abs(ny - y) == 1
-              : surfaces_.surface[surfaces_.index(nx, ny)] == surfaces_.surface[surfaces_.index(x, y)])
+              : block.blurred || surfaces_.surface[surfaces_.index(nx, ny)] == surfaces_.surface[surfaces_.index(x, y)])
         found = static_cast<BlockMask>(found | block_bit(x, y));
     });
   });
@@ -328,8 +395,7 @@ BlockMask ResolveUnit::advect_plain(const ResolveFrame& resolve, const Block& bl
                              surfaces_.pixels.width()};
   const PlainAdvection plain = advect_plain_pixels(pixels, wanted, view, {settings.depth_tolerance, block.slope}, out,
                                                    out_stride, advection_work_);
-  grow(block.from_other_eye ? eye_fetched_ : fetched_, plain.texels.x0, plain.texels.y0, plain.texels.x1,
-       plain.texels.y1);
+  if (plain.taken != 0) (block.from_other_eye ? eye_fetched_ : fetched_).push_back(plain.texels);
   return plain.taken;
 }
 
@@ -357,7 +423,7 @@ BlockMask ResolveUnit::kept_pixels(const History& history, const Block& block, B
     if ((wanted & bit) == 0) return;
     const std::size_t here = surfaces_.index(x, y), there = history.pixel(x, y);
     const Vec4& color = history.color[there];
-    if (history.surface[there] != surfaces_.surface[here] || history.depth[there] != surfaces_.depth[here] ||
+    if (history.surface[there] != surfaces_.surface[here] || history.depth[there] != records_[here] ||
         !is_finite(color))
       return;
     out16[4 * (y & 3) + (x & 3)] = color;
@@ -376,26 +442,28 @@ void ResolveUnit::copy_still(const ResolveFrame& resolve, Block& block, BlockMas
   for_each_pixel(block.pixels, [&](int x, int y) {
     if ((block.advected & block_bit(x, y)) != 0) colors_[surfaces_.index(x, y)] = colors[4 * (y & 3) + (x & 3)];
   });
-  grow(fetched_, block.pixels.x0, block.pixels.y0, block.pixels.x1, block.pixels.y1);
+  fetched_.push_back(block.pixels);
 }
 
 bool ResolveUnit::advect(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, int x, int y,
                          Vec4& out, bool count) {
   const std::size_t pixel = surfaces_.index(x, y);
   const History& history = block.from_other_eye ? *resolve.other_eye.history : *resolve.previous.history;
-  IntRect& fetched = block.from_other_eye ? eye_fetched_ : fetched_;
   const HistoryView view{history.color.data(), history.depth.data(), history.surface.data(), history.region,
                          history.region.width()};
   const AdvectedPixel result =
       advect_pixel(x, y, velocity.then_depth()[pixel], surfaces_.surface[pixel], view, velocity.view(block.pixels),
                    resolve.settings.advection, block.slope, advection_work_);
-  if (result.outcome == Advection::kTaken &&
-      (!block.from_other_eye || velocity.then_depth()[pixel] > resolve.other_eye_depth)) {
+  // What was looked at was read, whatever it showed.
+  if (result.outcome != Advection::kUnusableVelocity && result.outcome != Advection::kOutsideFrame) {
     const Vec2 v = velocity.velocity()[pixel];
     const int left = x - ceiling(v.x), top = y - ceiling(v.y),
               ring = resolve.settings.advection.fetch == Fetch::kBicubic ? 1 : 0;
-    grow(fetched, std::max(left - ring, history.region.x0), std::max(top - ring, history.region.y0),
-         std::min(left + 2 + ring, history.region.x1), std::min(top + 2 + ring, history.region.y1));
+    (block.from_other_eye ? eye_fetched_ : fetched_)
+        .push_back(history.region.intersect({left - ring, top - ring, left + 2 + ring, top + 2 + ring}));
+  }
+  if (result.outcome == Advection::kTaken &&
+      (!block.from_other_eye || velocity.then_depth()[pixel] > resolve.other_eye_depth)) {
     out = result.color;
     return true;
   }

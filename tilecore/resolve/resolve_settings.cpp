@@ -54,6 +54,9 @@ Keys<ResolveSettings> rate_keys() {
            "Blocks with an edge are shaded at 32 instead of 16: the left and the right half of a pixel's samples "
            "do not "
            "share pixel-shader invocations (shading.rate=pixel)."},
+          {"resolve.k_blur", &RateSettings::blur, "pixels", 0, 1e6,
+           "Blocks with an edge whose points lens and motion spread by more than this are shaded at 8 of 16 pixels; "
+           "0: none are."},
           {"resolve.advect_still_edges", &RateSettings::advect_still_edges,
            "Blocks with an edge of which every sample is at rest may be advected: the copies are exact."},
           {"resolve.advect_outlines", &RateSettings::advect_outlines,
@@ -106,6 +109,9 @@ Keys<ResolveSettings> pixel_keys() {
        "Weights from packed tables of 8 bits, or computed in single precision."},
       {"resolve.stencil_clamp", &ResolveSettings::clamp_to_range,
        "Reconstructed pixels stay within the range of the pixels that they are made from."},
+      {"resolve.history_records", &ResolveSettings::records,
+       "How depth and surface of pixels are kept for the next frame: by block of 4x4 where that sees one plane, or by "
+       "pixel. Bytes alone differ."},
       {"resolve.stencil_reach", &ResolveSettings::reach,
        "Whether stencils stop at the tile's border, or read neighbouring tiles in a second pass."},
   });

@@ -36,6 +36,12 @@ enum class StencilWeights { kPacked, kFloat };
 // Whether stencils stop at the tile's border, or read pixels of neighbouring tiles in a second pass.
 enum class StencilReach { kTile, kNeighbours };
 
+// How the machine keeps depth and surface of pixels for the next frame; images are the same.
+enum class HistoryRecords {
+  kBlock,  // by block where that sees one plane, else by pixel as well
+  kPixel,  // 8 bytes a pixel
+};
+
 // Keys resolve.*.
 struct ResolveSettings {
   Desampling desampling = Desampling::kOff;
@@ -53,6 +59,7 @@ struct ResolveSettings {
   bool clamp_to_range = false;
   StencilReach reach = StencilReach::kTile;
   FoveationSettings foveation;
+  HistoryRecords records = HistoryRecords::kBlock;
 };
 Keys<ResolveSettings> resolve_keys();
 
@@ -81,6 +88,8 @@ inline constexpr auto kEnumWords<tilecore::EdgeEvidence> = std::to_array<std::st
                                                                                             "depth"});
 template <>
 inline constexpr auto kEnumWords<tilecore::StencilWeights> = std::to_array<std::string_view>({"packed", "float"});
+template <>
+inline constexpr auto kEnumWords<tilecore::HistoryRecords> = std::to_array<std::string_view>({"block", "pixel"});
 template <>
 inline constexpr auto kEnumWords<tilecore::StencilReach> = std::to_array<std::string_view>({"tile", "neighbours"});
 

@@ -60,7 +60,7 @@ bool ResolveUnit::check(ResolveFrame& resolve, std::span<const Vec3> color, std:
   for (Block& block : blocks_) {
     average_samples(block, block.rendered, color, coverage);
     const std::size_t b = next.block(block.pixels.x0, block.pixels.y0);
-    next.memory[b] = block.decision.memory();
+    next.memory[b] = static_cast<std::uint8_t>(block.decision.memory() | (block.plane ? 0 : History::kRecordPerPixel));
     const std::uint8_t before = previous != nullptr ? previous->reject[b] : std::uint8_t{0};
     next.reject[b] = before > 0 ? static_cast<std::uint8_t>(before - 1) : std::uint8_t{0};
     if (block.advected == 0 || block.from_other_eye || !is_discrepant(resolve, block)) continue;
@@ -99,12 +99,12 @@ bool ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
     if (block.reconstructed == 0) continue;
     const IntRect wanted = next.region.intersect(
         {block.pixels.x0 - margin, block.pixels.y0 - margin, block.pixels.x1 + margin, block.pixels.y1 + margin});
-    if (resolve.settings.reach == StencilReach::kNeighbours && wanted.intersect(tile) != wanted) {
+    if (resolve.settings.reach == StencilReach::kNeighbours && !block.blurred && wanted.intersect(tile) != wanted) {
       resolve.deferred[b] = block.edge ? 2 : 1;
       ++counters_.blocks_deferred;
       open = true;
     } else {
-      reconstruct(resolve, block, {colors_.data(), surfaces_.depth.data(), surfaces_.surface.data(), tile});
+      reconstruct(resolve, block, {colors_.data(), records_.data(), surfaces_.surface.data(), tile});
     }
   }
   for (int y = tile.y0; y < tile.y1; ++y) {
@@ -149,7 +149,7 @@ void ResolveUnit::keep_records(ResolveFrame& resolve) const {
   for (int y = tile.y0; y < tile.y1; ++y) {
     const std::size_t from = surfaces_.index(tile.x0, y), to = next.pixel(tile.x0, y),
                       n = static_cast<std::size_t>(tile.width());
-    std::copy_n(&surfaces_.depth[from], n, &next.depth[to]);
+    std::copy_n(&records_[from], n, &next.depth[to]);
     std::copy_n(&surfaces_.surface[from], n, &next.surface[to]);
   }
   for (const Block& block : blocks_) {
@@ -238,8 +238,8 @@ std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveF
     by_y = (1.0f / records.depth_at(x0, y0 + 3) - inverse) * (1.0f / 3.0f);
   }
   const float tolerance = std::abs(inverse) * 4.0f * resolve.settings.edges.threshold;
-  const bool any_surface = resolve.settings.desampling == Desampling::kCheckerboard;
-  const int margin = stencil_reach(resolve.settings);
+  const bool any_surface = resolve.settings.desampling == Desampling::kCheckerboard || block.blurred;
+  const int margin = block.blurred ? 0 : stencil_reach(resolve.settings);  // what lies around may be sharp
   std::array<std::uint16_t, kWindowSide> usable{};
   const int left = std::max(reach.x0, x0 - margin), right = std::min(reach.x1, x0 + 4 + margin);
   for (int y = std::max(reach.y0, y0 - margin); y < std::min(reach.y1, y0 + 4 + margin); ++y) {
@@ -274,8 +274,8 @@ void ResolveUnit::reconstruct(ResolveFrame& resolve, const Block& block, const R
     const std::uint32_t surface = records.surface[records.index(x0 + (number & 3), y0 + (number >> 2))];
     BlockMask missing = 0;
     for_each_pixel(block.pixels, [&](int x, int y) {
-      if ((left & block_bit(x, y)) != 0 &&
-          (settings.desampling == Desampling::kCheckerboard || records.surface[records.index(x, y)] == surface))
+      if ((left & block_bit(x, y)) != 0 && (settings.desampling == Desampling::kCheckerboard || block.blurred ||
+                                            records.surface[records.index(x, y)] == surface))
         missing = static_cast<BlockMask>(missing | block_bit(x, y));
     });
     left = static_cast<BlockMask>(left & ~missing);
@@ -351,22 +351,80 @@ void ResolveUnit::write_auxiliary(const ResolveFrame& resolve, FrameTargets& tar
 
 // ---- Traffic ----------------------------------------------------------------------------------------------------
 
+// Fills block_rects_ with the blocks that rectangles of a history's pixels lie in: all, or those whose pixels have records.
+void ResolveUnit::find_blocks(const History& history, std::span<const IntRect> fetched, bool per_pixel) {
+  block_rects_.clear();
+  const auto column_of = [&](int x) { return x / 4 - history.region.x0 / 4; };
+  const auto row_of = [&](int y) { return y / 4 - history.region.y0 / 4; };
+  for (const IntRect& rect : fetched) {
+    const IntRect blocks{column_of(rect.x0), row_of(rect.y0), column_of(rect.x1 - 1) + 1, row_of(rect.y1 - 1) + 1};
+    if (!per_pixel) {
+      block_rects_.push_back(blocks);
+      continue;
+    }
+    for (int y = blocks.y0; y < blocks.y1; ++y)
+      for (int x = blocks.x0; x < blocks.x1; ++x)
+        if ((history.memory[static_cast<std::size_t>(y * history.block_columns() + x)] & History::kRecordPerPixel) != 0)
+          block_rects_.push_back({x, y, x + 1, y + 1});
+  }
+}
+
+void ResolveUnit::charge_history(const History& history, std::span<const IntRect> fetched, HistoryRecords records,
+                                 Memory memory) {
+  constexpr auto kUnit = memory::Unit::kResolve;
+  constexpr auto kPurpose = memory::Purpose::kHistory;
+  const IntRect& region = history.region;
+  touched_.start({region, memory.coder.pixel_bytes()}, memory.burst_bytes, fetched);
+  touched_.read(ledger_, kUnit, kPurpose);
+  if (records == HistoryRecords::kPixel) {
+    touched_.start({region, History::kSurfaceBytes}, memory.burst_bytes, fetched);
+    touched_.read(ledger_, kUnit, kPurpose);
+    return;
+  }
+  const IntRect blocks{0, 0, history.block_columns(), history.block_rows()};
+  for (const bool per_pixel : {false, true}) {
+    find_blocks(history, fetched, per_pixel);
+    touched_.start({blocks, per_pixel ? History::kPixelRecordsBytes : History::kPlaneBytes,
+                    per_pixel ? history.memory.size() * History::kPlaneBytes : 0},
+                   memory.burst_bytes, block_rects_);
+    touched_.read(ledger_, kUnit, kPurpose);
+  }
+}
+
+void ResolveUnit::charge_records(const History& next, HistoryRecords records, Memory memory) {
+  constexpr auto kUnit = memory::Unit::kResolve;
+  constexpr auto kPurpose = memory::Purpose::kHistory;
+  if (records == HistoryRecords::kPixel) {
+    RectTransfer{surfaces_.pixels, next.region, History::kSurfaceBytes, memory.burst_bytes}.write(ledger_, kPurpose);
+    return;
+  }
+  const std::uint64_t planes = next.memory.size() * History::kPlaneBytes;
+  for (std::size_t first = 0, end = 0; first < blocks_.size(); first = end) {
+    const int y = blocks_[first].pixels.y0;
+    while (end < blocks_.size() && blocks_[end].pixels.y0 == y) ++end;
+    ledger_.write_at(kUnit, kPurpose, next.block(blocks_[first].pixels.x0, y) * History::kPlaneBytes,
+                     (end - first) * History::kPlaneBytes, memory.burst_bytes);
+  }
+  for (const Block& block : blocks_)
+    if (!block.plane)
+      ledger_.write_at(kUnit, kPurpose,
+                       planes + next.block(block.pixels.x0, block.pixels.y0) * History::kPixelRecordsBytes,
+                       History::kPixelRecordsBytes, memory.burst_bytes);
+}
+
 void ResolveUnit::charge(const ResolveFrame& resolve, Memory memory) {
   const std::uint64_t burst_bytes = memory.burst_bytes;
-  const IntRect &tile = surfaces_.pixels, &region = resolve.next->region;
   using memory::Purpose;
   using memory::Unit;
-  // The rectangle of the history that the tile's pixels point at is loaded once, colours and records.
-  for (const IntRect& fetched : {fetched_, eye_fetched_}) {
-    RectTransfer{fetched, region, memory.coder.pixel_bytes(), burst_bytes}.read(ledger_, Purpose::kHistory);
-    RectTransfer{fetched, region, History::kSurfaceBytes, burst_bytes}.read(ledger_, Purpose::kHistory);
-  }
+  const HistoryRecords how = resolve.settings.records;
+  if (!fetched_.empty()) charge_history(*resolve.previous.history, fetched_, how, memory);
+  if (!eye_fetched_.empty()) charge_history(*resolve.other_eye.history, eye_fetched_, how, memory);
   ledger_.read(Unit::kResolve, Purpose::kHistory, memory::burst_bytes(0, vertex_bytes_, burst_bytes));
-  const RectTransfer records{tile, region, History::kSurfaceBytes, burst_bytes};
   if (resolve.keeps_records)
-    records.write(ledger_, Purpose::kHistory);
-  else if (resolve.settings.reach == StencilReach::kNeighbours)
-    records.write(ledger_, Purpose::kNeighbours);  // for the second pass
+    charge_records(*resolve.next, how, memory);
+  else if (resolve.settings.reach == StencilReach::kNeighbours)  // for the second pass
+    RectTransfer{surfaces_.pixels, resolve.next->region, History::kSurfaceBytes, burst_bytes}.write(
+        ledger_, Purpose::kNeighbours);
   if (!reads_blocks(resolve.settings)) return;
   const std::uint64_t block_bytes = memory::burst_bytes(0, blocks_.size() * History::kBlockBytes, burst_bytes);
   if (resolve.previous.history != nullptr) ledger_.read(Unit::kResolve, Purpose::kHistory, block_bytes);

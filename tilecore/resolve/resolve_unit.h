@@ -17,6 +17,7 @@
 #include "tilecore/resolve/motion_field.h"
 #include "tilecore/resolve/pixel_surfaces.h"
 #include "tilecore/resolve/resolve_settings.h"
+#include "tilecore/resolve/touched_bursts.h"
 #include "tilecore/resolve/velocity_buffer.h"
 #include "tilecore/tile_state.h"
 #include "tilecore/visibility/sample_pattern.h"
@@ -26,7 +27,7 @@ namespace tessera::tilecore {
 struct DesamplingCounters {
   std::uint64_t blocks_rate_4 = 0, blocks_rate_8 = 0, blocks_rate_16 = 0, blocks_rate_32 = 0;
   std::uint64_t blocks_advected = 0, blocks_empty = 0, blocks_edge = 0, blocks_distrusted = 0, blocks_discrepant = 0,
-                blocks_deferred = 0, blocks_foveated = 0, blocks_creased = 0;
+                blocks_deferred = 0, blocks_foveated = 0, blocks_creased = 0, blocks_blurred = 0;
   std::uint64_t pixels_advected = 0, pixels_reconstructed = 0, pixels_forced = 0, pixels_shaded_again = 0;
   std::uint64_t advections_outside = 0, advections_disoccluded = 0, advections_unusable = 0;
   std::uint64_t velocity_evaluations = 0, velocity_operations = 0, stencil_taps = 0, light_tests = 0;
@@ -121,8 +122,10 @@ class ResolveUnit {
     BlockMask again = 0;             // advected at first
     BlockMask exists = 0, seen = 0;  // inside the tile; showing anything
     bool uniform = false;            // all pixels show the same surfaces
-    bool edge = false, outline = false, still = false, same_shading = false, from_other_eye = false;
-    float slope = 0;  // of DepthTolerance
+    bool edge = false, outline = false, creased = false, blurred = false, still = false, same_shading = false,
+         from_other_eye = false;
+    bool plane = false;  // a record of the whole block says where its pixels are
+    float slope = 0;     // of DepthTolerance
   };
 
   void plan_block(const ResolveFrame& resolve, Block& block);
@@ -130,7 +133,8 @@ class ResolveUnit {
   void fetch_ahead(const ResolveFrame& resolve, const Block& block) const;
   // Whether it sees several surfaces.
   bool is_outline(const ResolveSettings& settings, const Block& block) const;
-  bool is_edge(const ResolveFrame& resolve, const Block& block);
+  bool is_edge(const ResolveFrame& resolve, Block& block);
+  float blur_of(const Block& block) const;
   bool is_relit(const MotionField& motion, const Block& block);
   float slope_of(const Block& block) const;
   // Those of the missing pixels that have a rendered pixel of their surface in the block.
@@ -165,14 +169,23 @@ class ResolveUnit {
   std::array<std::uint16_t, kWindowSide> usable_window(const ResolveFrame& resolve, const Block& block,
                                                        std::uint32_t surface, const Records& records) const;
   void write_auxiliary(const ResolveFrame& resolve, FrameTargets& targets) const;
+  void record(bool orthographic, Block& block);
+  void find_blocks(const History& history, std::span<const IntRect> fetched, bool per_pixel);
+  void charge_history(const History& history, std::span<const IntRect> fetched, HistoryRecords records, Memory memory);
+  void charge_records(const History& next, HistoryRecords records, Memory memory);
   void charge(const ResolveFrame& resolve, Memory memory);
 
   PixelSurfaces surfaces_;
+  const TileSamples* samples_ = nullptr;  // of the tile in hand
+  const TileState* state_ = nullptr;
   VelocityBuffer velocity_, eye_velocity_;
   std::vector<Block> blocks_;
   std::vector<std::uint8_t> runs_, runs_again_;
-  std::vector<Vec4> colors_;        // per pixel of the tile: the advected ones' from plan() on, then all
-  IntRect fetched_, eye_fetched_;   // of the histories, for this tile
+  std::vector<Vec4> colors_;                    // per pixel of the tile: the advected ones' from plan() on, then all
+  std::vector<float> records_;                  // depth of each pixel, as the history keeps it
+  std::vector<IntRect> fetched_, eye_fetched_;  // of the histories, for this tile; pixels
+  std::vector<IntRect> block_rects_;
+  TouchedBursts touched_;
   std::uint64_t vertex_bytes_ = 0;  // of the other frames' vertices, for velocities of this tile
   int spp_ = 1;
   AdvectionWork advection_work_;
@@ -210,6 +223,8 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
      "Blocks with an edge that is rendered fully, or twice: what is advected nevertheless is not counted.", ""},
     {"resolve.blocks_creased", &tilecore::DesamplingCounters::blocks_creased, Combine::kSum, "blocks",
      "Of blocks_edge, those in which depth has no edge but its normals differ by more than resolve.edge_angle.", ""},
+    {"resolve.blocks_blurred", &tilecore::DesamplingCounters::blocks_blurred, Combine::kSum, "blocks",
+     "Blocks with an edge that lens and motion blur by more than resolve.k_blur: of their pixels half are shaded.", ""},
     {"resolve.blocks_distrusted", &tilecore::DesamplingCounters::blocks_distrusted, Combine::kSum, "blocks",
      "Blocks where nothing was advected because it had gone wrong around them.", ""},
     {"resolve.blocks_discrepant", &tilecore::DesamplingCounters::blocks_discrepant, Combine::kSum, "blocks",

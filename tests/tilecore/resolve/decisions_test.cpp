@@ -181,10 +181,16 @@ TEST(CreaseDetector, NormalsFollowFromDepth) {
   EXPECT_FALSE(CreaseDetector(0, {}).on());
 }
 
-TEST(RateSelector, AfterACutNothingIsFast) {
+TEST(RateSelector, AfterACutAndWhatIsSharpIsNotFast) {
   BlockEvidence b;
   b.velocity_usable = true;
   b.speed = 100;
+  EXPECT_EQ(select_rate({}, b).samples, 4);
+  b.blurred_speed = 1;  // sharp
+  EXPECT_EQ(select_rate({}, b).samples, 16);
+  b.blurred_speed = 4;
+  EXPECT_EQ(select_rate({}, b).samples, 8);
+  b.blurred_speed = 100;
   EXPECT_EQ(select_rate({}, b).samples, 4);
   b.cut = true;
   EXPECT_EQ(select_rate({}, b).samples, 16);
