@@ -27,6 +27,8 @@ struct Ways {
   int spp = 16;
   bool motion = true;
   Settings::Style style = Settings::Style::kSurface;
+  std::int64_t buffer_bytes = 10 << 20;
+  binner::FullPolicy full_policy = binner::FullPolicy::kPartialRender;
 };
 
 FrameResult render(const scene::Capture& capture, const Ways& ways, int width = 160, int height = 90) {
@@ -34,6 +36,8 @@ FrameResult render(const scene::Capture& capture, const Ways& ways, int width = 
   force_simd_target(ways.simd);
   gpu::GpuConfiguration gpu;
   gpu.tile.width = gpu.tile.height = ways.tile;
+  gpu.parameter_buffer.bytes = ways.buffer_bytes;
+  gpu.parameter_buffer.full_policy = ways.full_policy;
   RunSettings settings;
   settings.procedures.path = ways.path;
   settings.procedures.style = ways.style;
@@ -181,6 +185,58 @@ TEST(Procedures, ADrawingIsInkOnPaper) {
   EXPECT_EQ(least, 0.0f);
   EXPECT_NEAR(most, 1.0f, 1e-4f);
   EXPECT_GT(other_colors(render(capture, {.spp = 4}).targets.color, least, most), 1000u);
+}
+
+// ---- Among geometry ---------------------------------------------------------------------------------------------
+
+// The workshop behind a wall that stands before its camera, from the left edge of the view to `right`: 0 is its middle.
+scene::Capture behind_a_wall(float right) {
+  scene::Capture capture = scene::read_capture(test::shipped_capture("workshop"));
+  const scene::Transform eye = capture.nodes[static_cast<std::size_t>(capture.settings.camera_node)].transform;
+  scene::Material grey;
+  grey.double_sided = true;
+  const int wall =
+      test::add_node(capture, test::triangles({{-1, -1, -0.3f}, {right, -1, -0.3f}, {right, 1, -0.3f}, {-1, 1, -0.3f}},
+                                              {0, 1, 2, 0, 2, 3}, test::add_material(capture, grey)));
+  capture.nodes[static_cast<std::size_t>(wall)].transform = eye;
+  return capture;
+}
+
+TEST(Procedures, BehindAWallAreHardlyEvaluated) {
+  const FrameResult free = render(behind_a_wall(-0.9f), {.spp = 4}, 320, 180),
+                    hidden = render(behind_a_wall(1), {.spp = 4}, 320, 180),
+                    half = render(behind_a_wall(0), {.spp = 4}, 320, 180);
+  ASSERT_GT(free.counters.sampling.samples, 10000u);
+  EXPECT_LE(hidden.counters.sampling.samples * 20, free.counters.sampling.samples);
+  EXPECT_GT(hidden.counters.sampling.cells_culled_occlusion, 0u);
+  EXPECT_LT(half.counters.sampling.samples, free.counters.sampling.samples * 3 / 4);
+  EXPECT_GT(half.counters.sampling.samples, free.counters.sampling.samples / 4);
+}
+
+// A sphere before a wall of procedures, in another order of the lists: what a cell hides is culled as well.
+TEST(Procedures, AreEntriesOfTheCommonLists) {
+  const scene::Capture capture = mixed_scene(true);
+  const FrameResult drawn = render(capture, {.spp = 4});
+  const tilecore::SamplingCounters& sampling = drawn.counters.sampling;
+  EXPECT_GT(sampling.map_entries, sampling.cells);
+  EXPECT_GT(drawn.counters.binner.entries, sampling.map_entries);                        // the triangle's, too
+  EXPECT_GE(drawn.counters.binner.table_records, sampling.cells);                        // some may be in no list
+  EXPECT_LT(drawn.counters.binner.interval_codes, 256 * drawn.counters.binner.entries);  // one of them moves
+  EXPECT_EQ(sampling.cells_culled_occlusion > 0, drawn.counters.tilecore.culled_occlusion > 0);
+}
+
+// A parameter buffer that is too small leads to partial renders, or to a spill, and to the same image.
+TEST(Procedures, AFullParameterBufferChangesNoImage) {
+  const scene::Capture capture = mixed_scene(true);
+  const FrameResult plain = render(capture, {.spp = 4});
+  for (const binner::FullPolicy policy : {binner::FullPolicy::kPartialRender, binner::FullPolicy::kSpill}) {
+    const FrameResult small = render(capture, {.spp = 4, .buffer_bytes = 6000, .full_policy = policy});
+    const bool partial = policy == binner::FullPolicy::kPartialRender;
+    EXPECT_EQ(small.counters.binner.partial_renders > 0, partial);
+    EXPECT_EQ(small.counters.binner.spilled_bytes > 0, !partial);
+    EXPECT_EQ(small.targets.color.values, plain.targets.color.values);
+    EXPECT_EQ(small.targets.depth.values, plain.targets.depth.values);
+  }
 }
 
 // ---- Closed surfaces --------------------------------------------------------------------------------------------
