@@ -267,7 +267,7 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
 
 void TileCore::draw_cells(const TileJob& job, TileState& state, timing::SubPatchItem& before) {
   leave_segment(job);
-  sampler_.draw({*job.frame, *job.procedures, samples_, state});
+  sampler_.draw({*job.frame, *job.procedures, samples_, state, &shader_.textures(), &counters_.alpha_tests});
   std::vector<SamplingController::CellRead> reads = sampler_.take_reads();
   if (reads.empty()) return;
   cells_.push_back({static_cast<std::uint32_t>(tessellations_.size()), std::move(reads)});
@@ -471,7 +471,7 @@ bool TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
   const IntRect pixels = job.grid->pixels(tile);
   TESSERA_CHECK(state.started && samples_.pixels == pixels, "a tile is finished right after its last entries");
   if (job.procedures != nullptr && job.procedures->settings().refill)
-    sampler_.refill_holes({*job.frame, *job.procedures, samples_, state});
+    sampler_.refill_holes({*job.frame, *job.procedures, samples_, state, &shader_.textures(), &counters_.alpha_tests});
   shader_.count_drawables(drawables_);
   bool open = false;
   if (job.resolve != nullptr) {

@@ -204,8 +204,11 @@ void keep_cell(const FrameGeometry& frame, const ProcedureSettings& settings, Pa
     piece.box.low =
         piece.box.high = {std::array{kNoNumber, kNoNumber, kNoNumber}, std::array{kNoNumber, kNoNumber, kNoNumber}};
   }
-  piece.effects = static_cast<std::uint8_t>((drawable.moving ? frontend::kEffectMotion : 0) |
-                                            (frame.projection.lens_scale != 0 ? frontend::kEffectDefocus : 0));
+  const auto effect = [](bool on, frontend::SubPatchEffect which) { return on ? int{which} : 0; };
+  piece.effects = static_cast<std::uint8_t>(
+      effect(drawable.moving, frontend::kEffectMotion) |
+      effect(frame.projection.lens_scale != 0, frontend::kEffectDefocus) |
+      effect(drawable.material->alpha_mode == scene::AlphaMode::kMask, frontend::kEffectAlphaTest));
   out.sub_patches.push_back(piece);
   out.cells.push_back(cell);
   if (out.cells.size() > ParameterMaps::kMaxCells) throw too_many_cells();

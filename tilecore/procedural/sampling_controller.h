@@ -7,9 +7,11 @@
 #include <vector>
 
 #include "scene/frame_geometry.h"
+#include "scene/procedure_patch.h"
 #include "tilecore/drawable_counts.h"
 #include "tilecore/procedural/parameter_maps.h"
 #include "tilecore/procedural/procedure_kernel.h"
+#include "tilecore/shading/texture_unit.h"
 #include "tilecore/tile_state.h"
 #include "tilecore/visibility/sample_pattern.h"
 
@@ -41,6 +43,9 @@ class SamplingController {
     const ParameterMaps& maps;
     const TileSamples& samples;
     TileState& state;
+    // For alpha tests, which are counted; null: nothing is fetched.
+    TextureUnit* textures = nullptr;
+    std::uint64_t* alpha_tests = nullptr;
     // A lens that is forced on a pinhole sees what the pinhole does: procedures are tested without it.
     bool lens() const { return !samples.lens_u.empty() && samples.lens_scale != 0; }
   };
@@ -101,6 +106,7 @@ class SamplingController {
   void scatter_moving(const Job& job, std::size_t k);
   void write(const Job& job, const ParameterCell& cell, std::size_t sample, float z, float u, float v,
              std::uint32_t triangle);
+  bool passes_alpha(const Job& job, const scene::PatchPoint& at, std::size_t sample) const;
   void keep_rest(const Job& job, std::size_t k, std::size_t sample);
 
   // sampling_refill.cpp

@@ -5,6 +5,7 @@
 
 #include "scene/procedure_patch.h"
 #include "tilecore/procedural/moving_footprint.h"
+#include "tilecore/procedural/procedure_surface.h"
 #include "tilecore/procedural/sampling_controller.h"
 #include "tilecore/shading/surface.h"
 
@@ -27,12 +28,24 @@ void SamplingController::write(const Job& job, const ParameterCell& cell, std::s
   if (z == state.z[s] &&
       std::tie(at.patch, triangle, at.u, at.v) >= std::tie(state.patch[s], state.triangle[s], state.b1[s], state.b2[s]))
     return;
+  if (triangle == SurfaceLocation::kWholePatch && !passes_alpha(job, at, s)) return;
   state.take_depth(s, z);
   state.patch[s] = at.patch;
   state.triangle[s] = triangle;
   state.b1[s] = at.u;
   state.b2[s] = at.v;
   ++counters_.writes;
+}
+
+// Drawings have no alpha.
+bool SamplingController::passes_alpha(const Job& job, const scene::PatchPoint& at, std::size_t s) const {
+  const scene::Material& material = *job.frame.drawables[drawable_].material;
+  if (material.alpha_mode != scene::AlphaMode::kMask || job.maps.settings().style == ProcedureSettings::Style::kLines)
+    return true;
+  if (job.alpha_tests != nullptr) ++*job.alpha_tests;
+  const SurfaceLocation location{at.patch, SurfaceLocation::kWholePatch, at.u, at.v,
+                                 time_seen(job.frame, at.patch, job.samples.t(s))};
+  return procedure_alpha(job.frame, location, job.textures) >= material.alpha_cutoff;
 }
 
 // Where the surface is at shutter open, for what is not at rest.
