@@ -237,6 +237,11 @@ class Drawing {
 
 TileDrawing draw_tile(const tilecore::TileJob& job, std::uint32_t tile, std::vector<binner::QueueEntry> entries,
                       const SampleLayout& layout, bool colors, TileDrawer& drawer, std::uint64_t& invocations) {
+  // Cells of procedures have no triangles.
+  if (job.procedures != nullptr)
+    std::erase_if(entries, [&](const binner::QueueEntry& entry) {
+      return job.frame->drawable_of(entry.base_patch).procedure != nullptr;
+    });
   std::sort(entries.begin(), entries.end(),
             [](const binner::QueueEntry& a, const binner::QueueEntry& b) { return a.base_patch < b.base_patch; });
   Drawing drawing(job, tile, layout);

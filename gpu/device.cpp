@@ -157,7 +157,7 @@ std::unique_ptr<tilecore::ParameterMaps> Device::map_procedures(const tilecore::
     return nullptr;
   const StageTimer timer(result, "sparse");
   auto maps = std::make_unique<tilecore::ParameterMaps>(
-      *job.frame, *job.grid, settings_.procedures,
+      *job.frame, job.grid->region(), settings_.procedures,
       tilecore::SamplingController::sub_pixels(job.pattern->samples_per_pixel()), job.burst_bytes);
   tessera::merge(result.counters.sampling, maps->counters());
   result.counters.ledger += maps->ledger();

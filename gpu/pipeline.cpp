@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "tilecore/procedural/parameter_maps.h"
 #include "tilecore/resolve/resolve_unit.h"
 #include "tilecore/shading/transmission.h"
 
@@ -130,6 +131,11 @@ void Pipeline::bound(const ViewRun& run, const PreviousDepth& previous, scene::M
   if (pose != 0 && kept_.pose == pose) return;
   kept_.clear();
   kept_.front_end = frontend::run_front_end(*run.job.frame, pyramids_, gpu_.front_end_spec(), previous.guess, &budget);
+  if (run.job.procedures != nullptr) {
+    const std::vector<frontend::BoundedSubPatch>& cells = run.job.procedures->sub_patches();
+    budget.charge(cells.size(), sizeof(frontend::BoundedSubPatch), "cells of procedures");
+    kept_.front_end.sub_patches.insert(kept_.front_end.sub_patches.end(), cells.begin(), cells.end());
+  }
   kept_.pose = pose;
 }
 

@@ -36,7 +36,7 @@ class Pipeline {
   void render(const ViewRun& run, const PreviousDepth& previous);
 
  private:
-  // Fills kept_.front_end.
+  // Fills kept_.front_end; cells of procedures are sub-patches behind those of the front end.
   void bound(const ViewRun& run, const PreviousDepth& previous, scene::MemoryBudget& budget);
   // Fetches the depths that the tile cores wrote, and renders again the tiles in which they do not hide what the guess
   // hid.

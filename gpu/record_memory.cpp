@@ -1,10 +1,11 @@
 #include "gpu/record_memory.h"
 
-#include <limits>
+#include <algorithm>
 
 #include "base/error.h"
 #include "frontend/instance_culling.h"
 #include "frontend/patch_record.h"
+#include "scene/procedure_patch.h"
 #include "tilecore/tessellation/tessellator.h"
 
 namespace tessera::gpu {
@@ -36,8 +37,7 @@ RecordMemory::RecordMemory(const scene::Assembly& assembly, std::int64_t line_by
                          frontend::patch_attribute_bytes(assembly, p, deforming));
   }
   end_ = first_line_ + (offsets_.back() + instances * frontend::kInstanceRecordBytes + line_bytes_ - 1) / line_bytes_;
-  if (end_ >= std::numeric_limits<std::uint32_t>::max())
-    throw LimitError("textures and base patches have more cache lines than 32 bits can number");
+  if (end_ >= kCellsAt) throw LimitError("textures and base patches have more cache lines than 3/4 of 2^32");
 }
 
 RecordMemory::Lines RecordMemory::lines(std::uint64_t begin, std::uint64_t end) const {
@@ -61,6 +61,43 @@ void RecordMemory::of_tessellation(const scene::FrameGeometry& frame, const tile
   std::vector<std::uint32_t> others;
   tilecore::fetched_neighbours(frame, request.patch, request.range, request.displaced, others);
   for (const std::uint32_t other : others) out.push_back(of_geometry(frame, other));
+}
+
+void RecordMemory::of_piece(const scene::FrameGeometry& frame, std::uint32_t patch, std::uint32_t piece,
+                            std::vector<Lines>& out) const {
+  const scene::Procedure& procedure = *frame.drawable_of(patch).procedure;
+  const std::uint64_t begin = offsets_[assembly_.record_of(patch)], numbers = scene::procedure_piece_bytes(procedure),
+                      first = begin + frontend::kPatchHeaderBytes + piece * numbers;
+  out.push_back(lines(begin, begin + frontend::kPatchHeaderBytes));
+  Lines of = lines(first, first + numbers);
+  of.first = std::max(of.first, out.back().end);  // asked once
+  if (of.first < of.end) out.push_back(of);
+}
+
+void RecordMemory::of_image(const scene::FrameGeometry& frame, std::uint32_t patch, const scene::ParameterRange& part,
+                            std::vector<Lines>& out) const {
+  const scene::Procedure& procedure = *frame.drawable_of(patch).procedure;
+  if (!procedure.image) return;
+  constexpr std::uint64_t kPointBytes = 12;  // three floats
+  const shaders::GeometryImage& image = *procedure.image;
+  const std::uint64_t begin =
+      offsets_[assembly_.record_of(patch)] + frontend::patch_record_bytes(frame, patch) - kPointBytes * image.x.size();
+  const auto point = [](float at, int size) {
+    return static_cast<std::uint64_t>(std::clamp(static_cast<int>(at * static_cast<float>(size - 1)), 0, size - 1));
+  };
+  const auto beside = [](std::uint64_t p, int size) { return std::min(p + 1, static_cast<std::uint64_t>(size) - 1); };
+  const std::uint64_t first = point(part.u0, image.width), last = beside(point(part.u1, image.width), image.width),
+                      last_row = beside(point(part.v1, image.height), image.height);
+  for (std::uint64_t row = point(part.v0, image.height); row <= last_row; ++row) {
+    const std::uint64_t at = begin + kPointBytes * row * static_cast<std::uint64_t>(image.width);
+    out.push_back(lines(at + kPointBytes * first, at + kPointBytes * (last + 1)));
+  }
+}
+
+RecordMemory::Lines RecordMemory::of_cell(std::uint32_t cell, std::uint64_t cell_bytes) const {
+  const std::uint64_t at = cell * cell_bytes;
+  const auto line = [&](std::uint64_t bytes) { return static_cast<std::uint32_t>(kCellsAt + bytes / line_bytes_); };
+  return {line(at), line(at + cell_bytes - 1) + 1};
 }
 
 RecordMemory::Lines RecordMemory::of_instance(std::uint32_t patch) const {

@@ -13,7 +13,7 @@ namespace tessera::gpu {
 // it: its whole record, and that of its instance.
 class RecordMemory {
  public:
-  // `first_line`: the first that is free. Throws LimitError where lines cannot be numbered with 32 bits.
+  // `first_line`: the first that is free. Throws LimitError where lines cannot be numbered below kCellsAt.
   RecordMemory(const scene::Assembly& assembly, std::int64_t line_bytes, std::uint64_t first_line);
 
   std::uint64_t first_line() const { return first_line_; }
@@ -31,6 +31,17 @@ class RecordMemory {
   // vertices of its boundary.
   void of_tessellation(const scene::FrameGeometry& frame, const tilecore::TessellationRequest& request,
                        std::vector<Lines>& out) const;
+  // Adds what evaluating a piece of a procedure reads of the record of its first patch: the header and its numbers, those
+  // of its other stages apart.
+  void of_piece(const scene::FrameGeometry& frame, std::uint32_t patch, std::uint32_t piece,
+                std::vector<Lines>& out) const;
+  // And, of a geometry image, its points under a part of the domain, row by row.
+  void of_image(const scene::FrameGeometry& frame, std::uint32_t patch, const scene::ParameterRange& part,
+                std::vector<Lines>& out) const;
+  // Cells of procedures (tilecore/procedural/parameter_maps.h) lie behind everything else: [assumed] in the last quarter
+  // of the lines.
+  static constexpr std::uint32_t kCellsAt = 3u << 30;
+  Lines of_cell(std::uint32_t cell, std::uint64_t cell_bytes) const;
   // Empty where the patch's drawable has no instances.
   Lines of_instance(std::uint32_t patch) const;
 

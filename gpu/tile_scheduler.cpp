@@ -81,6 +81,7 @@ void TileScheduler::render_tile(Round& round, std::size_t t, bool& first_of_grou
     core.render_entries(job, tile, std::move(entries), state);
     shared.tessellations = core.take_tessellations();
     shared.hidden = core.take_hidden();
+    shared.cells = core.take_cells();
     count_tessellations(shared.tessellations, counts);
     work.begin_shading();
     if (round.last)

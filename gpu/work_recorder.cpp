@@ -137,6 +137,7 @@ void WorkRecorder::log_coarse_depth(const memory::Traffic& more) {
 }
 
 void WorkRecorder::sparse_pass(const tilecore::ParameterMaps& maps) {
+  maps_ = &maps;
   const tilecore::SamplingCounters& counters = maps.counters();
   geometry_.patches += counters.cells;
   geometry_.bounds += counters.interval_evaluations;
@@ -267,9 +268,12 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, 
   const std::vector<tilecore::TessellationRequest>& requests = use.tessellations;
   slot.work.sub_patches += requests.size();
   slot.items.record_bytes += table_bytes;
-  // A tile's procedures are an item before those of its list.
-  std::size_t next = slot.items.sub_patches.size() - (keep_items_ ? requests.size() : 0);
+  // Items are in the order in which the tile drew: a sub-patch, or cells of procedures together.
+  std::size_t next = slot.items.sub_patches.size() - (keep_items_ ? requests.size() + use.cells.size() : 0);
+  auto cells = use.cells.begin();
   for (const tilecore::TessellationRequest& r : requests) {
+    for (; cells != use.cells.end() && cells->requests_before <= &r - requests.data(); ++cells)
+      share_cells(slot, *cells, next);
     const std::size_t lines = slot.items.lines.size();
     const tilecore::TessellationCounters before = cache.counters();
     cache.use(tile, std::span(&r, 1));
@@ -295,9 +299,30 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, 
     item.box_lanes += static_cast<std::uint32_t>(now.group_tests - before.group_tests);
     item.lines = static_cast<std::uint32_t>(slot.items.lines.size() - lines);
   }
+  for (; cells != use.cells.end(); ++cells) share_cells(slot, *cells, next);
   cache.use(tile, {}, use.hidden);
   share_shading(slot);
   return table_bytes;
+}
+
+void WorkRecorder::share_cells(Slot& slot, const tilecore::TileCore::CellsDrawn& cells, std::size_t& next_item) {
+  const std::size_t lines = slot.items.lines.size();
+  for (const tilecore::SamplingController::CellRead& read : cells.reads) {
+    const tilecore::ParameterCell& cell = maps_->cells()[read.cell];
+    const std::uint32_t patch = frame_->drawables[cell.drawable].drawable->first_patch;
+    record_lines_.clear();
+    if (read.first_of_piece) records_.of_piece(*frame_, patch, cell.piece, record_lines_);
+    records_.of_image(*frame_, patch, {cell.u0, cell.v0, cell.u1, cell.v1}, record_lines_);
+    for (const RecordMemory::Lines& of : record_lines_) {
+      share_lines(slot, of, Phase::kVisibility, Purpose::kPatchData);
+      keep_lines(slot, of);
+    }
+    const RecordMemory::Lines of = records_.of_cell(read.cell, tilecore::ParameterMaps::kCellBytes);
+    share_lines(slot, of, Phase::kVisibility, Purpose::kSamplingMaps);
+    keep_lines(slot, of);
+  }
+  if (keep_items_)
+    slot.items.sub_patches[next_item++].lines = static_cast<std::uint32_t>(slot.items.lines.size() - lines);
 }
 
 std::uint64_t WorkRecorder::move(binner::TileIndex tile, TileArray& array, std::uint64_t offset, std::uint64_t bytes) {
@@ -370,7 +395,9 @@ void WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phas
     (phase == Phase::kVisibility ? texture->visibility_bytes : texture->shading_bytes) += bytes;
   }
   slot.work.dram_bytes[static_cast<std::size_t>(phase)] += bytes;
-  const std::uint64_t first = purpose == Purpose::kTexture ? 0 : records_.first_line();
+  const std::uint64_t first = purpose == Purpose::kTexture        ? 0
+                              : purpose == Purpose::kSamplingMaps ? RecordMemory::kCellsAt
+                                                                  : records_.first_line();
   if (record_accesses_) slot.log.add(Unit::kTilecore, purpose, false, (line - first) * bytes, bytes);
 }
 

@@ -50,7 +50,8 @@ struct SharedUse {
   std::vector<std::uint32_t> records;  // of the sub-patch table, in the order of its lists
   std::vector<tilecore::TessellationRequest> tessellations;
   std::vector<tilecore::SubPatchName> hidden;  // what its list names beside these
-  bool finished = false, stored = false;       // it is no more; its pixels were written
+  std::vector<tilecore::TileCore::CellsDrawn> cells;
+  bool finished = false, stored = false;  // it is no more; its pixels were written
 };
 struct SharedCaches {
   binner::RecordCache& records;
@@ -73,7 +74,7 @@ class WorkRecorder {
 
   // Events of the front end since the last call; they go to the round that begins next.
   void front_end(const scene::FrameGeometry& frame, const frontend::FrontEndResult& result);
-  // The sampling controller's sparse pass, likewise.
+  // The sampling controller's sparse pass, likewise. `maps` must outlive the rounds.
   void sparse_pass(const tilecore::ParameterMaps& maps);
   // Bytes that the binner hashed, likewise.
   void hashed(std::uint64_t bytes) { geometry_.hashed_bytes += bytes; }
@@ -122,6 +123,8 @@ class WorkRecorder {
   // What a tessellation fetches: records, then heights; lines of these.
   std::uint32_t share_tessellation(Slot& slot, const tilecore::TessellationRequest& request);
   void share_lines(Slot& slot, const RecordMemory::Lines& lines, timing::Phase phase, memory::Purpose purpose);
+  // What drawing cells of procedures fetches: numbers of pieces, and cells.
+  void share_cells(Slot& slot, const tilecore::TileCore::CellsDrawn& cells, std::size_t& next_item);
   // Lines that the tile's texture unit missed before and while shading, and records that its pixel shader reads.
   void share_shading(Slot& slot);
   void share_line(Slot& slot, std::uint32_t line, timing::Phase phase,
@@ -138,6 +141,7 @@ class WorkRecorder {
   const RecordMemory& records_;
   const DisplacementMemory* heights_;
   const scene::FrameGeometry* frame_ = nullptr;
+  const tilecore::ParameterMaps* maps_ = nullptr;
   std::vector<std::uint32_t> height_lines_;
   std::vector<RecordMemory::Lines> record_lines_;
   std::array<std::array<hardware::ShaderCost, 3>, 3> domain_costs_;  // by ShaderFeatures::Surface, Motion

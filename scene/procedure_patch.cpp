@@ -80,10 +80,14 @@ std::uint64_t procedure_point_bytes(const Procedure& procedure) {
   return 4 * numbers;
 }
 
+std::uint64_t procedure_piece_bytes(const Procedure& procedure) {
+  return procedure_point_bytes(procedure) - 4 * (procedure.texture_numbers.size() + procedure.shading_numbers.size());
+}
+
 std::uint64_t procedure_record_bytes(const Procedure& procedure) {
   const std::uint64_t stages = 4 * (procedure.texture_numbers.size() + procedure.shading_numbers.size());
-  const std::uint64_t piece = procedure_point_bytes(procedure) - stages;
-  return piece * procedure.pieces.size() + stages + (procedure.image ? 12 * procedure.image->x.size() : 0);
+  return procedure_piece_bytes(procedure) * procedure.pieces.size() + stages +
+         (procedure.image ? 12 * procedure.image->x.size() : 0);
 }
 
 }  // namespace tessera::scene

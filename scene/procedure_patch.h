@@ -37,7 +37,9 @@ TessellationPattern procedure_pattern(const FrameGeometry& frame, std::uint32_t 
 
 // Bytes of a procedure in memory: the numbers of all stages, code apart, and a geometry image's points.
 std::uint64_t procedure_record_bytes(const Procedure& procedure);
-// Of these, what shading a point reads: the numbers of its piece and of texture and shading.
+// Of these, what evaluating a point of a piece reads: the piece's numbers.
+std::uint64_t procedure_piece_bytes(const Procedure& procedure);
+// And what shading a point reads: the numbers of its piece and of texture and shading.
 std::uint64_t procedure_point_bytes(const Procedure& procedure);
 
 }  // namespace tessera::scene

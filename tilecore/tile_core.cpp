@@ -152,7 +152,6 @@ CoreCounters TileCore::take_counters() {
 }
 memory::Ledger TileCore::take_ledger() {
   ledger_ += resolve_.take_ledger();
-  ledger_ += sampler_.take_ledger();
   return std::exchange(ledger_, {});
 }
 
@@ -223,44 +222,77 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
   if (!state.started) {
     state.start(samples_.count, pixels.width(), samples_.spp);
     state.keeps_rest = sees_rest(job);
+  }
+  if (job.procedures != nullptr) {
     sampler_.count_drawables(drawables_);
-    if (job.procedures != nullptr) {
-      const timing::SubPatchItem before = counted();
-      sampler_.render(*job.frame, *job.procedures, tile, samples_, job.burst_bytes, state);
-      if (keep_items_) keep_item(before, 0);
-    }
+    sampler_.begin_tile(samples_);
+    count_cells(job, entries);
   }
   counters_.sort_steps += sort_steps(entries.size());
   std::sort(entries.begin(), entries.end(), [](const binner::QueueEntry& a, const binner::QueueEntry& b) {
     return std::tie(a.near_depth, a.base_patch, a.segment, a.range.j0, a.range.i0) <
            std::tie(b.near_depth, b.base_patch, b.segment, b.range.j0, b.range.i0);
   });
-  const auto name_hidden = [&](const binner::QueueEntry& entry) {
-    hidden_.push_back({entry.base_patch, entry.segment, entry.range});
-  };
   // Nearest first: once an entry begins behind everything that the tile sees, so do all that follow. An entry's near
   // depth is no farther than any of its vertices, rounding included; one that begins at the same depth may still win.
   timing::SubPatchItem before = keep_items_ ? counted() : timing::SubPatchItem();
   for (std::size_t e = 0; e < entries.size(); ++e) {
-    if (job.cull_occlusion && entries[e].near_depth > state.farthest()) {
+    const binner::QueueEntry& entry = entries[e];
+    if (job.cull_occlusion && entry.near_depth > state.farthest()) {
       counters_.culled_occlusion += entries.size() - e;
-      std::for_each(entries.begin() + static_cast<std::ptrdiff_t>(e), entries.end(), name_hidden);
+      for (std::size_t rest = e; rest < entries.size(); ++rest) count_hidden(job, entries[rest]);
       break;
     }
-    if (job.cull_occlusion && hidden(entries[e], state)) {
-      name_hidden(entries[e]);
+    if (job.cull_occlusion && hidden(entry, state)) {
+      count_hidden(job, entry);
       continue;
     }
-    current_work_place().base_patch = entries[e].base_patch;
-    render_sub_patch(job, entries[e], state);
+    current_work_place().base_patch = entry.base_patch;
+    if (is_cell(job, entry)) {
+      if (sampler_.take(*job.procedures, ParameterMaps::cell_of(entry.range), {entry.t0, entry.t1}))
+        draw_cells(job, state, before);
+      continue;
+    }
+    render_sub_patch(job, entry, state);
     if (keep_items_)
-      keep_item(std::exchange(before, counted()), job.frame->assembly->patch_drawable[entries[e].base_patch] + 1);
+      keep_item(std::exchange(before, counted()), job.frame->assembly->patch_drawable[entry.base_patch] + 1);
   }
+  if (job.procedures != nullptr) draw_cells(job, state, before);
   current_work_place().base_patch = -1;
   counters_.depth_blocks_updated += state.take_depth_updates();
   if (!state.layers.empty())
     layer_bytes_ = std::max(layer_bytes_, state.layer_bytes(static_cast<std::size_t>(job.blend_layers)));
   leave_segment(job);
+}
+
+void TileCore::draw_cells(const TileJob& job, TileState& state, timing::SubPatchItem& before) {
+  leave_segment(job);
+  sampler_.draw({*job.frame, *job.procedures, samples_, state, &shader_.textures(), &counters_.alpha_tests});
+  std::vector<SamplingController::CellRead> reads = sampler_.take_reads();
+  if (reads.empty()) return;
+  cells_.push_back({static_cast<std::uint32_t>(tessellations_.size()), std::move(reads)});
+  if (keep_items_) keep_item(std::exchange(before, counted()), 0);
+}
+
+// Cells of a procedure follow each other in a list, as they were binned.
+void TileCore::count_cells(const TileJob& job, std::span<const binner::QueueEntry> entries) {
+  std::uint64_t cells = 0, objects = 0;
+  std::uint32_t last = ~0u;
+  for (const binner::QueueEntry& entry : entries) {
+    if (!is_cell(job, entry)) continue;
+    const std::uint32_t drawable = job.frame->assembly->patch_drawable[entry.base_patch];
+    ++cells;
+    objects += drawable != last ? 1 : 0;
+    last = drawable;
+  }
+  sampler_.count_entries(cells, objects);
+}
+
+void TileCore::count_hidden(const TileJob& job, const binner::QueueEntry& entry) {
+  if (is_cell(job, entry))
+    sampler_.count_hidden();
+  else
+    hidden_.push_back({entry.base_patch, entry.segment, entry.range});
 }
 
 float TileCore::farthest_behind(const binner::QueueEntry& entry, TileState& state) const {
@@ -443,6 +475,8 @@ bool TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
                       bool first_of_group, bool keep_behind) {
   const IntRect pixels = job.grid->pixels(tile);
   TESSERA_CHECK(state.started && samples_.pixels == pixels, "a tile is finished right after its last entries");
+  if (job.procedures != nullptr && job.procedures->settings().refill)
+    sampler_.refill_holes({*job.frame, *job.procedures, samples_, state, &shader_.textures(), &counters_.alpha_tests});
   shader_.count_drawables(drawables_);
   bool open = false;
   if (job.resolve != nullptr) {

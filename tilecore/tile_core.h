@@ -124,6 +124,12 @@ class TileCore {
   std::vector<TessellationRequest> take_tessellations() { return std::exchange(tessellations_, {}); }
   // Since the last call: what lists named and lay behind all that the tile sees.
   std::vector<SubPatchName> take_hidden() { return std::exchange(hidden_, {}); }
+  // Since the last call: cells of procedures that were drawn, those together that were drawn at once.
+  struct CellsDrawn {
+    std::uint32_t requests_before;  // of take_tessellations()
+    std::vector<SamplingController::CellRead> reads;
+  };
+  std::vector<CellsDrawn> take_cells() { return std::exchange(cells_, {}); }
   // Most bytes of blended layers that a tile kept, since the last call.
   std::uint64_t take_layer_bytes() { return std::exchange(layer_bytes_, 0); }
   // Base patches whose attributes were read since the last call, each once, in order of their numbers.
@@ -147,7 +153,6 @@ class TileCore {
   // Until take_ledger(), what this core moves also goes to `log`.
   void record_accesses(memory::AccessLog* log) {
     ledger_.record_into(log);
-    sampler_.record_accesses(log);
     resolve_.record_accesses(log);
   }
 
@@ -182,6 +187,14 @@ class TileCore {
   // The farthest depth of the blocks that it may touch.
   float farthest_behind(const binner::QueueEntry& entry, TileState& state) const;
   void render_sub_patch(const TileJob& job, const binner::QueueEntry& entry, TileState& state);
+  // An entry that is a cell of a procedure.
+  static bool is_cell(const TileJob& job, const binner::QueueEntry& entry) {
+    return job.procedures != nullptr && job.frame->drawable_of(entry.base_patch).procedure != nullptr;
+  }
+  // `begin`: what was counted when they began to wait for each other; it moves on.
+  void draw_cells(const TileJob& job, TileState& state, timing::SubPatchItem& begin);
+  void count_cells(const TileJob& job, std::span<const binner::QueueEntry> entries);
+  void count_hidden(const TileJob& job, const binner::QueueEntry& entry);
   // Tests the mesh of `entry`; samples outside the entry's times are not tested.
   void test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MeshStore::Item& item, RayEffects effects,
                  const VisibilitySettings& settings, HitSink& sink);
@@ -201,6 +214,7 @@ class TileCore {
   memory::Ledger ledger_;
   std::vector<TessellationRequest> tessellations_;
   std::vector<SubPatchName> hidden_;
+  std::vector<CellsDrawn> cells_;
   std::vector<DrawableCounts> drawables_;
   std::vector<TimeRange> leaf_times_;
   bool keep_items_ = false;

@@ -13,6 +13,7 @@
 #include "base/parallel.h"
 #include "baselines/baseline_set.h"
 #include "bench/support/line_plot.h"
+#include "binner/binner.h"
 #include "gpu/device.h"
 #include "scene/capture_reader.h"
 #include "shaders_cpp/procedures/operation_count.h"
@@ -101,8 +102,27 @@ StageCosts mean_costs(const scene::FrameGeometry& frame, const std::vector<doubl
   return {out.position / sum, out.geometry / sum, out.surface / sum};
 }
 
+// Numbers of the cells in each tile's list, in ascending order.
+using CellsOfTiles = std::vector<std::vector<std::uint32_t>>;
+CellsOfTiles cells_of_tiles(const scene::FrameGeometry& frame, const binner::TileGrid& grid,
+                            const tilecore::ParameterMaps& maps) {
+  binner::BinnerSpec spec;
+  spec.parameter_buffer.full_policy = binner::FullPolicy::kSpill;
+  binner::Binner binner(spec, grid);
+  binner::Binner::Cursor cursor;
+  (void)binner.run(frame, maps.sub_patches(), cursor);
+  CellsOfTiles out(grid.tile_count());
+  for (std::uint32_t t = 0; t < grid.tile_count(); ++t) {
+    memory::Ledger ledger;
+    std::uint64_t bytes = 0;
+    for (const binner::QueueEntry& entry : binner.read_tile(frame, t, ledger, bytes))
+      out[t].push_back(tilecore::ParameterMaps::cell_of(entry.range));
+  }
+  return out;
+}
+
 // Samples that a tile would evaluate if it kept, per piece, only the ranges of u and v that its cells span.
-std::uint64_t min_max_samples(const tilecore::ParameterMaps& maps, std::uint32_t tile_count) {
+std::uint64_t min_max_samples(const tilecore::ParameterMaps& maps, const CellsOfTiles& of_tiles) {
   std::uint64_t samples = 0;
   std::vector<std::vector<std::uint32_t>> of_piece;  // all cells of the piece that cell c belongs to
   std::vector<std::uint32_t> piece_of(maps.cells().size());
@@ -113,8 +133,7 @@ std::uint64_t min_max_samples(const tilecore::ParameterMaps& maps, std::uint32_t
     piece_of[c] = static_cast<std::uint32_t>(of_piece.size() - 1);
     of_piece.back().push_back(c);
   }
-  for (std::uint32_t t = 0; t < tile_count; ++t) {
-    const auto cells = maps.of_tile(t);
+  for (const std::vector<std::uint32_t>& cells : of_tiles) {
     for (std::size_t begin = 0, end = 0; begin < cells.size(); begin = end) {
       float u0 = 1, u1 = 0, v0 = 1, v1 = 0;
       for (; end < cells.size() && piece_of[cells[end]] == piece_of[cells[begin]]; ++end) {
@@ -123,8 +142,7 @@ std::uint64_t min_max_samples(const tilecore::ParameterMaps& maps, std::uint32_t
       }
       for (const std::uint32_t c : of_piece[piece_of[cells[begin]]]) {
         const tilecore::ParameterCell& cell = maps.cells()[c];
-        if (cell.u0 < u1 && cell.u1 > u0 && cell.v0 < v1 && cell.v1 > v0)
-          samples += std::uint64_t{cell.steps_u} * cell.steps_v;
+        if (cell.u0 < u1 && cell.u1 > u0 && cell.v0 < v1 && cell.v1 > v0) samples += cell.steps.count();
       }
     }
   }
@@ -136,12 +154,13 @@ std::uint64_t min_max_samples(const tilecore::ParameterMaps& maps, std::uint32_t
 std::uint64_t missed_tiles(const scene::FrameGeometry& frame, const binner::TileGrid& grid,
                            const tilecore::ParameterMaps& maps) {
   std::uint64_t missed = 0;
+  const CellsOfTiles of_tiles = cells_of_tiles(frame, grid, maps);
   for (std::uint32_t d = 0; d < frame.drawables.size(); ++d) {
     const scene::PosedDrawable& drawable = frame.drawables[d];
     if (drawable.procedure == nullptr) continue;
     std::vector<bool> needed(grid.tile_count(), false), tagged(grid.tile_count(), false);
     for (std::uint32_t t = 0; t < grid.tile_count(); ++t)
-      for (const std::uint32_t c : maps.of_tile(t)) tagged[t] = tagged[t] || maps.cells()[c].drawable == d;
+      for (const std::uint32_t c : of_tiles[t]) tagged[t] = tagged[t] || maps.cells()[c].drawable == d;
     constexpr int kSide = 512;
     for (const auto& piece : drawable.procedure->pieces)
       for (int k = 0; k < kSide * kSide; ++k) {
@@ -194,8 +213,9 @@ void print_claims(const scene::Capture& capture, int width, int height, int spp)
     return static_cast<double>(b.dram_bytes) - frame_bytes + static_cast<double>(b.domain_evaluations) * (32 + 24);
   };
   std::vector<double> share(posed.frame->drawables.size(), 0);
-  const tilecore::ParameterMaps maps(*posed.frame, grid, {}, tilecore::SamplingController::sub_pixels(spp), 64);
-  for (const auto& cell : maps.cells()) share[cell.drawable] += static_cast<double>(cell.steps_u) * cell.steps_v;
+  const tilecore::ParameterMaps maps(*posed.frame, grid.region(), {}, tilecore::SamplingController::sub_pixels(spp),
+                                     64);
+  for (const auto& cell : maps.cells()) share[cell.drawable] += static_cast<double>(cell.steps.count());
   const StageCosts cost = mean_costs(*posed.frame, share);
   const double view = static_cast<double>(shaders::count_view().total());
   const double samples = static_cast<double>(s.samples),
@@ -206,7 +226,7 @@ void print_claims(const scene::Capture& capture, int width, int height, int spp)
       static_cast<double>(coarse.counters.shading.pixel_shader_invocations) * (cost.surface + kInterpolation);
   const double in_tile = samples - static_cast<double>(s.samples_outside_tile),
                wasted = static_cast<double>(s.samples_outside_tile);
-  const double min_max = static_cast<double>(min_max_samples(maps, grid.tile_count()));
+  const double min_max = static_cast<double>(min_max_samples(maps, cells_of_tiles(*posed.frame, grid, maps)));
   const auto time_share = [](const FrameResult& r) {
     return r.stage_seconds.at("sparse") / (r.stage_seconds.at("sparse") + r.stage_seconds.at("tiles"));
   };
@@ -214,10 +234,10 @@ void print_claims(const scene::Capture& capture, int width, int height, int spp)
   tilecore::ProcedureSettings published_settings;
   published_settings.maps = tilecore::ProcedureSettings::Maps::kPublished;
   published_settings.padding = 0;
-  const tilecore::ParameterMaps bare(*posed.frame, grid, published_settings,
+  const tilecore::ParameterMaps bare(*posed.frame, grid.region(), published_settings,
                                      tilecore::SamplingController::sub_pixels(spp), 64);
   published_settings.sparse_spacing = 64;
-  const tilecore::ParameterMaps sparse(*posed.frame, grid, published_settings,
+  const tilecore::ParameterMaps sparse(*posed.frame, grid.region(), published_settings,
                                        tilecore::SamplingController::sub_pixels(spp), 64);
 
   fmt::print("| {} {}x{}, {} samples a pixel, tiles of 64x64 | published | measured |\n|---|---:|---:|\n",

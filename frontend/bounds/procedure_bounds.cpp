@@ -31,24 +31,26 @@ struct RasterEnclosure {
 
 Interval with_error(const Enclosure& e) { return {e.low(), e.high()}; }
 
-// A coordinate on screen: its range and its derivatives.
+// A coordinate on screen: its range, its derivatives, and what it is in the middle of the box where that is known.
 struct ScreenCoordinate {
-  Interval value, by_s, by_t;
+  Interval value, by_s, by_t, middle = Interval(-kInfinity, kInfinity);
 };
+
+Interval middle_of(const Enclosure& e) { return {e.middle().low() - e.error(), e.middle().high() + e.error()}; }
 
 // Where all depths lie in front of the near plane the quotient keeps how numerator and depth vary together; elsewhere
 // only the part in front counts, by ranges alone.
 ScreenCoordinate projected(const Enclosure& x, const Enclosure& z, double near) {
   if (z.low() >= near) {
     const Enclosure q = x / z;
-    return {with_error(q), q.by_s(), q.by_t()};
+    return {with_error(q), q.by_s(), q.by_t(), middle_of(q)};
   }
   const Interval front(near, std::max(z.high(), near)), value = with_error(x) / front;
   return {value, (x.by_s() - value * z.by_s()) / front, (x.by_t() - value * z.by_t()) / front};
 }
 
 ScreenCoordinate on_screen(const Enclosure& x, const Enclosure& z, const scene::Projection& p) {
-  return p.orthographic ? ScreenCoordinate{with_error(x), x.by_s(), x.by_t()} : projected(x, z, p.near);
+  return p.orthographic ? ScreenCoordinate{with_error(x), x.by_s(), x.by_t(), middle_of(x)} : projected(x, z, p.near);
 }
 
 ScreenCoordinate join(const ScreenCoordinate& a, const ScreenCoordinate& b) {
@@ -80,7 +82,40 @@ void add_lens(const scene::Projection& p, const Interval& depth, const std::arra
   c.by_t = c.by_t + lens * slope * hull(r[0].z.by_t(), r[1].z.by_t());
 }
 
+ProcedureCellBounds::Image image_of(const std::array<ScreenCoordinate, 2>& c) {
+  const auto middle = [](const Interval& x) { return (x.low() + x.high()) / 2; };
+  const auto off = [](const Interval& x) { return (x.high() - x.low()) / 2; };
+  const auto larger = [&](Interval ScreenCoordinate::*member) {
+    return std::max(off(c[0].*member), off(c[1].*member));
+  };
+  ProcedureCellBounds::Image image{middle(c[0].middle), middle(c[1].middle), middle(c[0].by_s),
+                                   middle(c[1].by_s),   middle(c[0].by_t),   middle(c[1].by_t)};
+  image.off = larger(&ScreenCoordinate::middle);
+  image.off_u = larger(&ScreenCoordinate::by_s), image.off_v = larger(&ScreenCoordinate::by_t);
+  // NaN anywhere: nothing is known.
+  if (!std::isfinite(image.x + image.y + image.x_u + image.y_u + image.x_v + image.y_v + image.off + image.off_u +
+                     image.off_v))
+    image = {};
+  return image;
+}
+
+// Of a projection in front of the near plane.
+double rounding_of_projection(const RasterEnclosure& r, const ScreenCoordinate& x, const ScreenCoordinate& y,
+                              const scene::Projection& p) {
+  if (p.orthographic) return std::max(r.x.error(), r.y.error());
+  return (std::max(r.x.error(), r.y.error()) + std::max(x.value.magnitude(), y.value.magnitude()) * r.z.error()) /
+         std::max(p.near, r.z.low());
+}
+
 double known(double value) { return std::isnan(value) ? kInfinity : value; }
+
+MovingBox box_of(const Vector3<Enclosure>& p) {
+  MovingBox box;
+  box.axes = {DVec3(1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1)};
+  box.low[0] = box.low[1] = {p.x.low(), p.y.low(), p.z.low()};
+  box.high[0] = box.high[1] = {p.x.high(), p.y.high(), p.z.high()};
+  return box;
+}
 
 }  // namespace
 
@@ -88,11 +123,7 @@ MovingBox procedure_box(const scene::ProcedurePatch& patch, const scene::Paramet
   const Vector3<Enclosure> p =
       enclose(patch.shape, *patch.piece, static_cast<double>(patch.u(range.u0)), static_cast<double>(patch.v(range.v0)),
               static_cast<double>(patch.u(range.u1)), static_cast<double>(patch.v(range.v1)));
-  MovingBox box;
-  box.axes = {DVec3(1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1)};
-  box.low[0] = box.low[1] = {p.x.low(), p.y.low(), p.z.low()};
-  box.high[0] = box.high[1] = {p.x.high(), p.y.high(), p.z.high()};
-  return box;
+  return box_of(p);
 }
 
 ProcedureCellBounds bound_procedure_cell(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
@@ -129,6 +160,10 @@ ProcedureCellBounds bound_procedure_cell(const scene::FrameGeometry& frame, cons
     // Fronts have negative area where y points down, as glTF's wind counter-clockwise.
     out.faces_away = drawable.mirrored ? area.high() < 0 : area.low() > 0;
   }
+  out.box = box_of(p);
+  for (std::size_t key = 0; key < 2; ++key)
+    out.rounding = std::max(out.rounding, known(rounding_of_projection(r[key], c[0], c[1], projection)));
+  if (!drawable.moving && projection.lens_scale == 0) out.image = image_of(c);
   for (ScreenCoordinate& coordinate : c) add_lens(projection, depth, r, coordinate);
   // A sample's own roundings after these; far less than a hundredth of a pixel where anything is drawn.
   const auto margin = [](double x) { return 0x1p-8 + 0x1p-20 * std::abs(x); };
@@ -138,8 +173,10 @@ ProcedureCellBounds bound_procedure_cell(const scene::FrameGeometry& frame, cons
   out.y0 = low(c[1].value), out.y1 = high(c[1].value);
   out.near_z = std::isnan(depth.low()) ? projection.near : std::max(projection.near, depth.low());
   out.far_z = known(depth.high());
-  out.reach_u = known(std::max(c[0].by_s.magnitude(), c[1].by_s.magnitude()));
-  out.reach_v = known(std::max(c[0].by_t.magnitude(), c[1].by_t.magnitude()));
+  out.reach_x_u = known(c[0].by_s.magnitude()), out.reach_y_u = known(c[1].by_s.magnitude());
+  out.reach_x_v = known(c[0].by_t.magnitude()), out.reach_y_v = known(c[1].by_t.magnitude());
+  out.reach_u = std::max(out.reach_x_u, out.reach_y_u);
+  out.reach_v = std::max(out.reach_x_v, out.reach_y_v);
   const auto width = [](const Interval& x) { return known(x.high() - x.low()); };
   for (std::size_t key = 0; key < (drawable.moving ? 2u : 1u); ++key)
     for (const auto member : {&RasterEnclosure::x, &RasterEnclosure::y}) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 #include "frontend/bounds/oriented_box.h"
 #include "scene/frame_geometry.h"
 #include "scene/procedure_patch.h"
@@ -26,9 +28,21 @@ struct ProcedureCellBounds {
   // Largest change of x or of y on screen, in pixels, from the middle of the box to its side along each parameter.
   // Infinite where the shape or the projection has no bounded derivative.
   double reach_u = 0, reach_v = 0;
+  // The same by axis.
+  double reach_x_u = 0, reach_y_u = 0, reach_x_v = 0, reach_y_v = 0;
   // Largest difference, along x or y, of two of these changes at one key through the lens centre: how far from a
   // straight line its image may bend.
   double bend_u = 0, bend_v = 0;
+  MovingBox box;        // of the points, in object space
+  double rounding = 0;  // pixels that their single-precision projections may be off
+  // Of a still drawable through a pinhole, in pixels: what lies at s of [-1, 1] from the box's middle to its side along u,
+  // and at t along v, is seen at (x, y) + s * (x_u, y_u) + t * (x_v, y_v), and no farther from there, along x and along
+  // y, than off + |s| * off_u + |t| * off_v. Infinite where nothing is known.
+  struct Image {
+    double x = 0, y = 0, x_u = 0, y_u = 0, x_v = 0, y_v = 0;
+    double off = std::numeric_limits<double>::infinity(), off_u = 0, off_v = 0;
+  };
+  Image image;
 };
 
 // Bounds hold for every (u, v) of the box, every time and every point of the lens for which the point lies in front of

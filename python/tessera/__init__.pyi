@@ -198,6 +198,7 @@ class SettingsKeys(TypedDict, total=False):
     procedures__scatter: Literal["footprint", "point"]  # What a sample writes: the sample points inside its footprint, or, as published, the sub-pixel it falls into (still objects only).
     procedures__style: Literal["surface", "lines"]  # Shaded surfaces, or a drawing with lines along the parameters.
     procedures__spacing: float  # 0.125 to 64 sub-pixels. Samples are so dense that no footprint reaches farther than this from its middle; smaller is more exact and slower.
+    procedures__flatness: float  # 0.001 to 64 pixels. And so dense that a smooth surface leaves the plane of a footprint by no more than this.
     procedures__cell_pixels: float  # 1 to 512 pixels. Interval maps: cells of the parameter domain larger than this on screen are halved.
     procedures__padding: float  # 0 to 16. Published maps: padding of a cell's place on screen, in its radius.
     procedures__sparse_spacing: float  # 0.5 to 256 sub-pixels. Published maps: distance of the tuples of the sparse pass.

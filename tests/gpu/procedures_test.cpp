@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <memory>
 #include <span>
 
 #include "base/image_metrics.h"
@@ -27,6 +29,8 @@ struct Ways {
   int spp = 16;
   bool motion = true;
   Settings::Style style = Settings::Style::kSurface;
+  std::int64_t buffer_bytes = 10 << 20;
+  binner::FullPolicy full_policy = binner::FullPolicy::kPartialRender;
 };
 
 FrameResult render(const scene::Capture& capture, const Ways& ways, int width = 160, int height = 90) {
@@ -34,6 +38,8 @@ FrameResult render(const scene::Capture& capture, const Ways& ways, int width = 
   force_simd_target(ways.simd);
   gpu::GpuConfiguration gpu;
   gpu.tile.width = gpu.tile.height = ways.tile;
+  gpu.parameter_buffer.bytes = ways.buffer_bytes;
+  gpu.parameter_buffer.full_policy = ways.full_policy;
   RunSettings settings;
   settings.procedures.path = ways.path;
   settings.procedures.style = ways.style;
@@ -181,6 +187,144 @@ TEST(Procedures, ADrawingIsInkOnPaper) {
   EXPECT_EQ(least, 0.0f);
   EXPECT_NEAR(most, 1.0f, 1e-4f);
   EXPECT_GT(other_colors(render(capture, {.spp = 4}).targets.color, least, most), 1000u);
+}
+
+// ---- Among geometry ---------------------------------------------------------------------------------------------
+
+// The workshop behind a wall that stands before its camera, from the left edge of the view to `right`: 0 is its middle.
+scene::Capture behind_a_wall(float right) {
+  scene::Capture capture = scene::read_capture(test::shipped_capture("workshop"));
+  const scene::Transform eye = capture.nodes[static_cast<std::size_t>(capture.settings.camera_node)].transform;
+  scene::Material grey;
+  grey.double_sided = true;
+  const int wall =
+      test::add_node(capture, test::triangles({{-1, -1, -0.3f}, {right, -1, -0.3f}, {right, 1, -0.3f}, {-1, 1, -0.3f}},
+                                              {0, 1, 2, 0, 2, 3}, test::add_material(capture, grey)));
+  capture.nodes[static_cast<std::size_t>(wall)].transform = eye;
+  return capture;
+}
+
+TEST(Procedures, BehindAWallAreHardlyEvaluated) {
+  const FrameResult free = render(behind_a_wall(-0.9f), {.spp = 4}, 320, 180),
+                    hidden = render(behind_a_wall(1), {.spp = 4}, 320, 180),
+                    half = render(behind_a_wall(0), {.spp = 4}, 320, 180);
+  ASSERT_GT(free.counters.sampling.samples, 10000u);
+  EXPECT_LE(hidden.counters.sampling.samples * 20, free.counters.sampling.samples);
+  EXPECT_GT(hidden.counters.sampling.cells_culled_occlusion, 0u);
+  EXPECT_LT(half.counters.sampling.samples, free.counters.sampling.samples * 3 / 4);
+  EXPECT_GT(half.counters.sampling.samples, free.counters.sampling.samples / 4);
+}
+
+// A sphere before a wall of procedures, in another order of the lists: what a cell hides is culled as well.
+TEST(Procedures, AreEntriesOfTheCommonLists) {
+  const scene::Capture capture = mixed_scene(true);
+  const FrameResult drawn = render(capture, {.spp = 4});
+  const tilecore::SamplingCounters& sampling = drawn.counters.sampling;
+  EXPECT_GT(sampling.map_entries, sampling.cells);
+  EXPECT_GT(drawn.counters.binner.entries, sampling.map_entries);                        // the triangle's, too
+  EXPECT_GE(drawn.counters.binner.table_records, sampling.cells);                        // some may be in no list
+  EXPECT_LT(drawn.counters.binner.interval_codes, 256 * drawn.counters.binner.entries);  // one of them moves
+  EXPECT_EQ(sampling.cells_culled_occlusion > 0, drawn.counters.tilecore.culled_occlusion > 0);
+}
+
+// A parameter buffer that is too small leads to partial renders, or to a spill, and to the same image.
+TEST(Procedures, AFullParameterBufferChangesNoImage) {
+  const scene::Capture capture = mixed_scene(true);
+  const FrameResult plain = render(capture, {.spp = 4});
+  for (const binner::FullPolicy policy : {binner::FullPolicy::kPartialRender, binner::FullPolicy::kSpill}) {
+    const FrameResult small = render(capture, {.spp = 4, .buffer_bytes = 1500, .full_policy = policy});
+    const bool partial = policy == binner::FullPolicy::kPartialRender;
+    EXPECT_EQ(small.counters.binner.partial_renders > 0, partial);
+    EXPECT_EQ(small.counters.binner.spilled_bytes > 0, !partial);
+    EXPECT_EQ(small.targets.color.values, plain.targets.color.values);
+    EXPECT_EQ(small.targets.depth.values, plain.targets.depth.values);
+  }
+}
+
+// ---- Images on procedures -----------------------------------------------------------------------------------------
+
+// Stripes of two colours, every second of which is a hole where alpha counts.
+std::shared_ptr<const shaders::Texture> stripes() {
+  Image8 image(64, 64, 4);
+  for (std::size_t at = 0; at < image.values.size(); at += 4) {
+    const std::size_t x = at / 4 % 64, y = at / 256;
+    const bool hole = (x / 8 + y / 16) % 2 == 1;
+    image.values[at] = hole ? 40 : 230;
+    image.values[at + 1] = static_cast<std::uint8_t>(4 * y);
+    image.values[at + 2] = static_cast<std::uint8_t>(4 * x);
+    image.values[at + 3] = hole ? 0 : 255;
+  }
+  return std::make_shared<const shaders::Texture>(DecodedImage{image}, shaders::ColorSpace::kSrgb);
+}
+
+// A square with an image before a sphere: as a procedure, or as two triangles.
+scene::Capture square_with_image(bool procedure, scene::AlphaMode mode, bool moving) {
+  scene::Capture capture;
+  scene::Camera camera;
+  test::add_camera(capture, DVec3(0.4, 0.3, 4), camera);
+  scene::Material material;
+  material.double_sided = true;
+  material.metallic = 0.5f;
+  material.roughness = 0.8f;
+  material.alpha_mode = mode;
+  material.alpha_cutoff = 0.5f;
+  material.base_color_texture.texture = material.emissive_texture.texture =
+      material.metallic_roughness_texture.texture = material.occlusion_texture.texture = stripes();
+  material.emissive = Vec3(0.3f, 0.1f, 0.2f);
+  material.occlusion_strength = 0.5f;
+  material.base_color_texture.transform.matrix = glm::mat2(1.5f, 0.2f, -0.1f, 1.0f);
+  material.base_color_texture.transform.offset = Vec2(0.1f, 0.3f);
+  const int striped = test::add_material(capture, material), plain = test::add_material(capture);
+  shaders::ShapeInput sphere, square;
+  sphere.p[0] = 0.8f;
+  test::add_procedure(capture, ShapeId::kSphere, sphere, DVec3(0, 0, -1), plain);
+  const std::array<Vec3, 4> corner = {Vec3(-1, -1, 0), Vec3(1, -1, 0.3f), Vec3(-1, 1, -0.3f), Vec3(1, 1, 0)};
+  int node;
+  if (procedure) {
+    for (std::size_t k = 0; k < 12; ++k) square.p[k] = corner[k / 3][static_cast<int>(k % 3)];
+    node = test::add_procedure(capture, ShapeId::kBilinearPatch, square, DVec3(0.0), striped);
+  } else {
+    scene::Primitive mesh = test::triangles({corner[0], corner[1], corner[3], corner[2]}, {0, 1, 2, 0, 2, 3}, striped);
+    mesh.vertices.texcoords = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+    node = test::add_node(capture, mesh);
+  }
+  if (moving) {
+    test::add_motion(capture, node, DVec3(0.4, 0.2, 0));
+    capture.settings.frame_rate = 1;
+    capture.settings.shutter_close = 0.5;
+  }
+  return capture;
+}
+
+TEST(Procedures, ImagesAreOnThemAsOnTriangles) {
+  for (const bool moving : {false, true})
+    for (const scene::AlphaMode mode : {scene::AlphaMode::kOpaque, scene::AlphaMode::kMask}) {
+      const FrameResult triangles = render(square_with_image(false, mode, moving), {}),
+                        sampled = render(square_with_image(true, mode, moving), {}),
+                        tessellated = render(square_with_image(true, mode, moving), {Settings::Path::kTessellated});
+      EXPECT_GT(decibels(sampled, triangles), 36) << moving << " " << static_cast<int>(mode);
+      EXPECT_GT(decibels(tessellated, triangles), 36) << moving << " " << static_cast<int>(mode);
+      const bool masked = mode == scene::AlphaMode::kMask;
+      EXPECT_EQ(sampled.counters.tilecore.alpha_tests > 0, masked);
+      EXPECT_GT(sampled.counters.texture.texels, 0u);
+    }
+}
+
+TEST(Procedures, AHoleOrAnImageThatIsLeftOutIsNoticed) {  // the twin of the law above
+  const FrameResult masked = render(square_with_image(false, scene::AlphaMode::kMask, false), {});
+  EXPECT_LT(decibels(render(square_with_image(true, scene::AlphaMode::kOpaque, false), {}), masked), 30);
+  scene::Capture other = square_with_image(true, scene::AlphaMode::kMask, false);
+  other.materials[0].base_color_texture.transform.offset.x += 0.05f;
+  EXPECT_LT(decibels(render(other, {}), masked), 30);
+}
+
+TEST(Procedures, HolesAreWhereTheyAreWhateverTheTiles) {  // SC1
+  for (const bool moving : {false, true}) {
+    const scene::Capture capture = square_with_image(true, scene::AlphaMode::kMask, moving);
+    const FrameResult plain = render(capture, {.spp = 4});
+    for (const Ways& ways : {Ways{.tile = 8, .spp = 4}, Ways{.threads = 1, .spp = 4}})
+      EXPECT_EQ(render(capture, ways).targets.color.values, plain.targets.color.values);
+  }
 }
 
 // ---- Closed surfaces --------------------------------------------------------------------------------------------

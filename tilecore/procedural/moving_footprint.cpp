@@ -2,6 +2,15 @@
 
 namespace tessera::tilecore {
 
+IntRect MovingFootprint::Box::pixels(const IntRect& within) const {
+  const auto pixel = [](float a, int low, int high) {
+    return static_cast<int>(std::floor(std::min(std::max(a, static_cast<float>(low)), static_cast<float>(high))));
+  };
+  return {pixel(x0, within.x0, within.x1), pixel(y0, within.y0, within.y1),
+          std::min(pixel(x1, within.x0 - 1, within.x1) + 1, within.x1),
+          std::min(pixel(y1, within.y0 - 1, within.y1) + 1, within.y1)};
+}
+
 bool MovingFootprint::bounds(Box& box) const {
   // Rounded towards the middle of the shutter, so that the ends lie behind the near plane.
   float t0 = 0, t1 = 1;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/rect.h"
 #include "scene/view.h"
 #include "tilecore/procedural/footprint.h"
 
@@ -27,6 +28,8 @@ class MovingFootprint {
     float x0, y0, x1, y1;
     bool empty() const { return !(x0 <= x1 && y0 <= y1); }
     bool holds(float x, float y) const { return !(x < x0 || x > x1 || y < y0 || y > y1); }
+    // Those of `within` that it touches.
+    IntRect pixels(const IntRect& within) const;
   };
 
   // `lens_scale`: largest |(u, v)| of a sample, 0 for a pinhole. `slack` as in Parallelogram.

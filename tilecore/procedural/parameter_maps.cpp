@@ -4,8 +4,13 @@
 #include <cmath>
 #include <memory>
 
+#include <fmt/format.h>
+
+#include "base/error.h"
 #include "base/parallel.h"
 #include "frontend/front_end.h"
+#include "frontend/sub_patch_effects.h"
+#include "scene/procedure_patch.h"
 #include "shaders_cpp/procedures/operation_count.h"
 #include "tilecore/procedural/sparse_pass.h"
 
@@ -22,7 +27,15 @@ constexpr int kMaxHalvings = 20;
 // Of cells without a bounded derivative, where halving rarely helps, and of cells across the near plane, which stay
 // large on screen.
 constexpr int kMaxHalvingsUnknown = 8, kMaxHalvingsNear = 13;
-constexpr std::uint16_t kUnknownSteps = 16, kMaxStepsNear = 24;
+constexpr std::uint16_t kMaxStepsNear = 24;
+
+// Pixels for what projecting corners and footprints rounds, beyond ProcedureCellBounds::rounding.
+constexpr double kGrowMargin = 0x1p-5;
+
+LimitError too_many_cells() {
+  return LimitError(fmt::format("procedures have more than {} cells in a frame: raise procedures.cell_pixels",
+                                ParameterMaps::kMaxCells));
+}
 
 float line_reach(const ProcedureSettings& settings) {
   return settings.style == ProcedureSettings::Style::kLines ? ParameterMaps::kLineReach : 0.0f;
@@ -36,13 +49,14 @@ class IntervalPass {
       : frame_(frame),
         region_(region),
         settings_(settings),
-        reach_(settings.spacing / side),
+        side_(side),
         margin_(static_cast<double>(line_reach(settings))),
         out_(out) {}
 
   void run(std::uint32_t drawable, std::uint32_t piece) {
     drawable_ = drawable;
     piece_ = piece;
+    kinks_ = frame_.drawables[drawable].procedure->declaration().kinks;
     visit({0, 0, 1, 1}, 0);
   }
 
@@ -82,48 +96,150 @@ class IntervalPass {
     cell.u0 = static_cast<float>(box.u0), cell.v0 = static_cast<float>(box.v0), cell.u1 = static_cast<float>(box.u1),
     cell.v1 = static_cast<float>(box.v1);
     bool clamped = false;
-    cell.steps_u = sample_steps(b.reach_u, reach_, clamped);
-    cell.steps_v = sample_steps(b.reach_v, reach_, clamped);
+    cell.steps = steps_of(b, clamped);
+    cell.line_steps = line_steps_of(b);
     // Blurred and across the near plane, a sample may sweep the whole image: few of those.
     if (b.crosses_near && (frame_.drawables[drawable_].moving || frame_.projection.lens_scale != 0)) {
-      clamped = clamped || cell.steps_u > kMaxStepsNear || cell.steps_v > kMaxStepsNear;
-      cell.steps_u = std::min(cell.steps_u, kMaxStepsNear);
-      cell.steps_v = std::min(cell.steps_v, kMaxStepsNear);
+      clamped = clamped || cell.steps.u > kMaxStepsNear || cell.steps.v > kMaxStepsNear;
+      cell.steps.u = std::min(cell.steps.u, kMaxStepsNear);
+      cell.steps.v = std::min(cell.steps.v, kMaxStepsNear);
     }
     out_.counters.rates_clamped += clamped ? 1 : 0;
-    // Smooth surfaces bend by less than the least slack within half a step.
-    if (shaders::shape_declarations()[static_cast<std::size_t>(frame_.drawables[drawable_].procedure->shape)].kinks) {
-      const double bend = std::min(b.bend_u / cell.steps_u + b.bend_v / cell.steps_v, reach_ / 2);
-      cell.slack = static_cast<std::uint8_t>(
-          std::clamp(std::ceil(bend * 256), static_cast<double>(ParameterCell::kLeastSlack), 255.0));
-    }
+    cell.slack = slack_of(cell.steps, b);
+    cell.image = image_of(b.image);
     // Bounds have a margin of 2^-8, which outlasts the rounding to float inside any frame.
     cell.x0 = static_cast<float>(b.x0), cell.y0 = static_cast<float>(b.y0), cell.x1 = static_cast<float>(b.x1),
     cell.y1 = static_cast<float>(b.y1);
     cell.near_z = static_cast<float>(b.near_z * (1 - 0x1p-20));
-    out_.cells.push_back(cell);
+    // A footprint's middle is in the box's projection, moved by the lens; it reaches no farther than half a step and its
+    // slack from there, whatever its linear form leaves out.
+    const double grow = kGrowMargin + b.rounding + lens_reach(b) + cell.slack * (1.0 / 256) + b.reach_u / cell.steps.u +
+                        b.reach_v / cell.steps.v;
+    keep_cell(frame_, settings_, cell, static_cast<float>(b.far_z), b.crosses_near,
+              std::isfinite(grow) ? &b.box : nullptr, grow, out_);
+  }
+
+  static CellReach reach_of(const ProcedureCellBounds& b) {
+    return {b.reach_x_u, b.reach_y_u, b.reach_x_v, b.reach_y_v, b.bend_u, b.bend_v};
+  }
+
+  CellSteps steps_of(const ProcedureCellBounds& b, bool& clamped) const {
+    CellReach reach = reach_of(b);
+    double most = settings_.spacing / side_;
+    // Samples that are written to one sub-pixel leave holes where a whole step is longer, and where a surface has kinks its
+    // derivatives say nothing of what is beside the sample.
+    const bool points = settings_.scatter == ProcedureSettings::Scatter::kPoint;
+    if (points) most /= 2;
+    if (kinks_ && !points) most = std::min(most, 1.0 / side_);
+    if (kinks_ || points) reach.bend_u = reach.bend_v = 0;
+    return CellSteps::for_reach(reach, most, settings_.flatness, clamped);
+  }
+
+  // Lines lie close in front of the surface, at the depth of their samples: half a step along one is no more than half a
+  // sub-pixel, whatever the spacing.
+  CellSteps line_steps_of(const ProcedureCellBounds& b) const {
+    if (settings_.style != ProcedureSettings::Style::kLines) return {};
+    const double most = std::min(settings_.spacing, 1.0) / side_;
+    bool clamped = false;
+    const CellSteps along_u = CellSteps::for_reach({2 * b.reach_u, 0, 0, 0, 0, 0}, most, 1, clamped),
+                    along_v = CellSteps::for_reach({2 * b.reach_v, 0, 0, 0, 0, 0}, most, 1, clamped);
+    return {along_u.u, along_v.u};
+  }
+
+  // All that the derivatives vary within the cell may be within one footprint where the surface has kinks.
+  std::uint8_t slack_of(const CellSteps& steps, const ProcedureCellBounds& b) const {
+    const double bend = kinks_ ? std::min(b.bend_u / steps.u + b.bend_v / steps.v, 0.5 / side_)
+                               : std::min(steps.bend(reach_of(b)), settings_.flatness);
+    return static_cast<std::uint8_t>(
+        std::clamp(std::ceil(bend * 256), static_cast<double>(ParameterCell::kLeastSlack), 255.0));
+  }
+
+  // Pixels that the lens moves what is between the cell's depths.
+  double lens_reach(const ProcedureCellBounds& b) const {
+    if (frame_.projection.lens_scale == 0) return 0;
+    return std::max(frontend::defocus_radius(frame_.projection, b.near_z),
+                    frontend::defocus_radius(frame_.projection, b.far_z));
+  }
+
+  static ParameterCell::Image image_of(const ProcedureCellBounds::Image& image) {
+    // Of floats inside any frame, and of what adds them up.
+    constexpr double kRounding = 0x1p-6;
+    const auto up = [](double a) { return static_cast<float>(a * (1 + 0x1p-20)); };
+    return {static_cast<float>(image.x),
+            static_cast<float>(image.y),
+            static_cast<float>(image.x_u),
+            static_cast<float>(image.y_u),
+            static_cast<float>(image.x_v),
+            static_cast<float>(image.y_v),
+            up(image.off + kRounding),
+            up(image.off_u),
+            up(image.off_v)};
   }
 
   const FrameGeometry& frame_;
   const IntRect& region_;
   const ProcedureSettings& settings_;
-  const double reach_, margin_;  // pixels
+  const double side_, margin_;  // sub-pixels of a pixel; pixels
   SparseResult& out_;
   std::uint32_t drawable_ = 0, piece_ = 0;
+  bool kinks_ = false;
 };
 
 }  // namespace
 
-std::uint16_t sample_steps(double reach, double max_reach, bool& clamped) {
-  // Both parameters share the reach: each takes half of it.
-  const double steps = std::ceil(2 * reach / max_reach);
-  if (steps <= ParameterMaps::kMaxSteps) return static_cast<std::uint16_t>(std::max(steps, 1.0));
-  clamped = true;
-  return std::isfinite(steps) ? ParameterMaps::kMaxSteps : kUnknownSteps;
+void keep_cell(const FrameGeometry& frame, const ProcedureSettings& settings, ParameterCell cell, float far_z,
+               bool crosses_near, const frontend::MovingBox* box, double grow, SparseResult& out) {
+  const PosedDrawable& drawable = frame.drawables[cell.drawable];
+  if (settings.style == ProcedureSettings::Style::kLines) cell.near_z *= ParameterMaps::kLineDepth;
+  const float reach = line_reach(settings);
+  frontend::BoundedSubPatch piece;
+  piece.base_patch = scene::patch_of_piece_point(drawable, cell.piece, cell.u0, cell.v0).patch;
+  piece.bounds = {cell.x0 - reach, cell.y0 - reach, cell.x1 + reach, cell.y1 + reach, static_cast<float>(grow) + reach,
+                  cell.near_z,     far_z,           crosses_near};
+  if (box != nullptr) {
+    piece.box = *box;
+  } else {
+    constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+    piece.box.axes = {DVec3(1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1)};
+    piece.box.low =
+        piece.box.high = {std::array{kNoNumber, kNoNumber, kNoNumber}, std::array{kNoNumber, kNoNumber, kNoNumber}};
+  }
+  const auto effect = [](bool on, frontend::SubPatchEffect which) { return on ? int{which} : 0; };
+  piece.effects = static_cast<std::uint8_t>(
+      effect(drawable.moving, frontend::kEffectMotion) |
+      effect(frame.projection.lens_scale != 0, frontend::kEffectDefocus) |
+      effect(drawable.material->alpha_mode == scene::AlphaMode::kMask, frontend::kEffectAlphaTest));
+  out.sub_patches.push_back(piece);
+  out.cells.push_back(cell);
+  if (out.cells.size() > ParameterMaps::kMaxCells) throw too_many_cells();
 }
 
-ParameterMaps::ParameterMaps(const FrameGeometry& frame, const binner::TileGrid& grid,
-                             const ProcedureSettings& settings, int side, std::uint64_t burst_bytes)
+bool ParameterCell::may_reach(int i, int j, const IntRect& pixels) const {
+  const float du = 1.0f / static_cast<float>(steps.u), dv = 1.0f / static_cast<float>(steps.v);
+  const float s = (2.0f * static_cast<float>(i) + 1.0f) * du - 1.0f,
+              t = (2.0f * static_cast<float>(j) + 1.0f) * dv - 1.0f;
+  // The sample, then its footprint: what half a step moves it, and slack.
+  const float off = (image.off + std::abs(s) * image.off_u + std::abs(t) * image.off_v) +
+                    (image.off_u * du + image.off_v * dv) + static_cast<float>(slack) * (1.0f / 256);
+  const float x = image.x + s * image.x_u + t * image.x_v, y = image.y + s * image.y_u + t * image.y_v,
+              reach_x = off + std::abs(image.x_u) * du + std::abs(image.x_v) * dv,
+              reach_y = off + std::abs(image.y_u) * du + std::abs(image.y_v) * dv;
+  // Infinity, and no numbers, reach everything.
+  return !(x + reach_x < static_cast<float>(pixels.x0) || x - reach_x > static_cast<float>(pixels.x1) ||
+           y + reach_y < static_cast<float>(pixels.y0) || y - reach_y > static_cast<float>(pixels.y1));
+}
+
+scene::CellRange ParameterMaps::range_of(std::uint32_t cell) {
+  const auto bits = [&](int at) { return static_cast<std::uint8_t>(cell >> at & 127); };
+  return {bits(0), bits(7), bits(14), bits(21)};
+}
+
+std::uint32_t ParameterMaps::cell_of(const scene::CellRange& range) {
+  return range.i0 | std::uint32_t{range.j0} << 7 | std::uint32_t{range.i1} << 14 | std::uint32_t{range.j1} << 21;
+}
+
+ParameterMaps::ParameterMaps(const FrameGeometry& frame, const IntRect& region, const ProcedureSettings& settings,
+                             int side, std::uint64_t burst_bytes)
     : settings_(settings) {
   struct Task {
     std::uint32_t drawable, piece;
@@ -148,52 +264,27 @@ ParameterMaps::ParameterMaps(const FrameGeometry& frame, const binner::TileGrid&
   PerThread<std::unique_ptr<SampleRegisters>> registers;
   parallel_for(tasks.size(), [&](std::size_t k) {
     if (settings_.maps == ProcedureSettings::Maps::kInterval) {
-      IntervalPass(frame, grid.region(), settings_, side, results[k]).run(tasks[k].drawable, tasks[k].piece);
+      IntervalPass(frame, region, settings_, side, results[k]).run(tasks[k].drawable, tasks[k].piece);
     } else {
       std::unique_ptr<SampleRegisters>& own = registers.local();
       if (own == nullptr) own = std::make_unique<SampleRegisters>();
-      run_published_pass(frame, grid.region(), settings_, side, tasks[k].drawable, tasks[k].piece, *own, results[k]);
+      run_published_pass(frame, region, settings_, side, tasks[k].drawable, tasks[k].piece, *own, results[k]);
     }
   });
   for (std::size_t k = 0; k < tasks.size(); ++k) {
-    cells_.insert(cells_.end(), results[k].cells.begin(), results[k].cells.end());
-    results[k].counters.sparse_operations =
-        results[k].counters.sparse_evaluations * operations(tasks[k].drawable, tasks[k].piece);
-    tessera::merge(counters_, results[k].counters);
+    SparseResult& of = results[k];
+    if (cells_.size() + of.cells.size() > kMaxCells) throw too_many_cells();
+    for (frontend::BoundedSubPatch& piece : of.sub_patches)
+      piece.range = range_of(static_cast<std::uint32_t>(sub_patches_.size() + (&piece - of.sub_patches.data())));
+    cells_.insert(cells_.end(), of.cells.begin(), of.cells.end());
+    sub_patches_.insert(sub_patches_.end(), of.sub_patches.begin(), of.sub_patches.end());
+    of.counters.sparse_operations = of.counters.sparse_evaluations * operations(tasks[k].drawable, tasks[k].piece);
+    tessera::merge(counters_, of.counters);
+    of = {};
   }
   counters_.cells = cells_.size();
-  sort_into_tiles(grid);
-  const auto write = [&](std::uint64_t bytes) {
-    ledger_.write(memory::Unit::kSampling, memory::Purpose::kSamplingMaps, memory::burst_bytes(0, bytes, burst_bytes));
-  };
-  write(cells_.size() * kCellBytes);
-  write(tile_cells_.size() * kEntryBytes);
-}
-
-void ParameterMaps::sort_into_tiles(const binner::TileGrid& grid) {
-  const float reach = line_reach(settings_);
-  const auto covered = [&](const ParameterCell& cell) {
-    return grid.covered(frontend::ScreenBounds{cell.x0 - reach, cell.y0 - reach, cell.x1 + reach, cell.y1 + reach, 0,
-                                               cell.near_z, cell.near_z, false});
-  };
-  tile_first_.assign(grid.tile_count() + 1, 0);
-  const auto each_tile = [&](const ParameterCell& cell, const auto& visit) {
-    const IntRect tiles = covered(cell);
-    for (int row = tiles.y0; row < tiles.y1; ++row)
-      for (int column = tiles.x0; column < tiles.x1; ++column) visit(grid.index(column, row));
-  };
-  for (const ParameterCell& cell : cells_) each_tile(cell, [&](binner::TileIndex t) { ++tile_first_[t + 1]; });
-  for (std::size_t t = 1; t < tile_first_.size(); ++t) tile_first_[t] += tile_first_[t - 1];
-  tile_cells_.resize(tile_first_.back());
-  std::vector<std::uint32_t> next(tile_first_.begin(), tile_first_.end() - 1),
-      last_object(grid.tile_count(), 0xFFFFFFFFu);
-  for (std::uint32_t c = 0; c < cells_.size(); ++c)
-    each_tile(cells_[c], [&](binner::TileIndex t) {
-      tile_cells_[next[t]++] = c;
-      if (last_object[t] != cells_[c].drawable) ++counters_.tags;  // cells come object by object
-      last_object[t] = cells_[c].drawable;
-    });
-  counters_.map_entries = tile_cells_.size();
+  ledger_.write(memory::Unit::kSampling, memory::Purpose::kSamplingMaps,
+                memory::burst_bytes(0, cells_.size() * kCellBytes, burst_bytes));
 }
 
 }  // namespace tessera::tilecore

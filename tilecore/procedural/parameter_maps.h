@@ -1,14 +1,16 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
+#include <limits>
 #include <vector>
 
 #include "base/counter.h"
-#include "binner/tile_grid.h"
+#include "base/rect.h"
 #include "frontend/bounds/procedure_bounds.h"
+#include "frontend/patch_splitter.h"
 #include "memory/ledger.h"
 #include "scene/frame_geometry.h"
+#include "tilecore/procedural/cell_steps.h"
 #include "tilecore/procedural/procedure_settings.h"
 
 namespace tessera::tilecore {
@@ -25,6 +27,7 @@ struct SamplingCounters {
   std::uint64_t tags = 0;
   std::uint64_t map_entries = 0;
   std::uint64_t cells_culled_occlusion = 0;
+  std::uint64_t steps_tested = 0;
   std::uint64_t samples = 0;
   std::uint64_t array_slots = 0;
   std::uint64_t operations = 0;
@@ -42,61 +45,82 @@ struct SamplingCounters {
 // A cell of a piece's parameter domain that may be seen: an entry of the rate map.
 struct ParameterCell {
   std::uint32_t drawable = 0, piece = 0;
-  float u0 = 0, v0 = 0, u1 = 0, v1 = 0;    // of the piece
-  std::uint16_t steps_u = 1, steps_v = 1;  // samples along each parameter
-  float x0 = 0, y0 = 0, x1 = 0, y1 = 0;    // pixels: where it may be seen, over the whole shutter and lens
+  float u0 = 0, v0 = 0, u1 = 0, v1 = 0;  // of the piece
+  CellSteps steps, line_steps;           // of its surface, and along its lines
+  float x0 = 0, y0 = 0, x1 = 0, y1 = 0;  // pixels: where it may be seen, over the whole shutter and lens
   float near_z = 0;
   std::uint8_t slack = kLeastSlack;  // 1/256 pixel, by which footprints are wider than their parallelograms
   // What a smooth surface bends within half a step, and rounding.
   static constexpr std::uint8_t kLeastSlack = 1;
+  // ProcedureCellBounds::Image, rounded outwards.
+  struct Image {
+    float x = 0, y = 0, x_u = 0, y_u = 0, x_v = 0, y_v = 0;
+    float off = std::numeric_limits<float>::infinity(), off_u = 0, off_v = 0;
+    bool known() const { return off < std::numeric_limits<float>::infinity(); }
+  };
+  Image image;
+
+  // Whether its surface may be seen in `pixels`.
+  bool touches(const IntRect& pixels) const {
+    return !(x1 < static_cast<float>(pixels.x0) || y1 < static_cast<float>(pixels.y0) ||
+             x0 > static_cast<float>(pixels.x1) || y0 > static_cast<float>(pixels.y1));
+  }
+  // Whether the footprint of sample (i, j) may reach a pixel of `pixels`: false only where it does not. As the image says
+  // it, without evaluating the sample.
+  bool may_reach(int i, int j, const IntRect& pixels) const;
 };
 
-// The result of the sparse pass over one frame: tag map (tiles with cells), parameter map (cells per tile) and rate map
-// (steps per cell). Immutable once built.
+// The result of the sparse pass over one frame: its rate map, and what becomes of its cells in the tile lists, where they
+// are entries like sub-patches. Immutable once built.
 //
 // Invariants of interval maps (cited by the tests):
-//   PM1  Every visible point of a procedure lies in a tile whose list holds the point's cell: recall of tag and
-//        parameter map is 1.
+//   PM1  Every visible point of a procedure lies in a tile whose list has the point's cell as an entry, at its time.
 //   PM2  Half a step to each side moves a sample's image by at most `spacing` sub-pixels along x and along y, unless
 //        rates_clamped counts the cell.
 //   PM3  The footprints of neighbouring samples of a cell leave no gap between them, kinks of the surface included:
-//        where there are any, what the derivative varies within the cell is the footprints' slack, up to half of
-//        `spacing`.
+//        a footprint's slack is what CellSteps::bend() tells, and where there are kinks what the derivative varies within
+//        the cell, up to half a sub-pixel.
 class ParameterMaps {
  public:
-  static constexpr std::uint16_t kMaxSteps = 128;
   // With Style::kLines: pixels beyond a cell's bounds that its lines may reach. Cells are listed for every tile that
   // they reach so.
   static constexpr float kLineReach = 1;
+  // Lines lie a little in front of their surface: so much of its depth.
+  static constexpr float kLineDepth = 1.0f - 1.0f / 256;
+  // Of a frame: what the numbers of cells, in the place of a sub-patch's range, have room for, and what the emulator
+  // keeps of them.
+  static constexpr std::size_t kMaxCells = std::size_t{1} << 22;
 
-  // `side`: sub-pixels along each side of a pixel, which the spacing refers to.
-  ParameterMaps(const scene::FrameGeometry& frame, const binner::TileGrid& grid, const ProcedureSettings& settings,
-                int side, std::uint64_t burst_bytes);
+  // `side`: sub-pixels along each side of a pixel, which the spacing refers to. Throws LimitError where there are more
+  // than kMaxCells.
+  ParameterMaps(const scene::FrameGeometry& frame, const IntRect& region, const ProcedureSettings& settings, int side,
+                std::uint64_t burst_bytes);
 
   const ProcedureSettings& settings() const { return settings_; }
   const std::vector<ParameterCell>& cells() const { return cells_; }
-  // Cells that may be seen in a tile, lines included, in ascending order.
-  std::span<const std::uint32_t> of_tile(binner::TileIndex tile) const {
-    return std::span(tile_cells_).subspan(tile_first_[tile], tile_first_[tile + 1] - tile_first_[tile]);
-  }
+  // What goes to the binner: a sub-patch for each cell, in their order. Its base patch is one of the cell's drawable, its
+  // range is the cell's number.
+  const std::vector<frontend::BoundedSubPatch>& sub_patches() const { return sub_patches_; }
+  static scene::CellRange range_of(std::uint32_t cell);
+  static std::uint32_t cell_of(const scene::CellRange& range);
   // Operations of one sample of a piece: point, tangents and view.
   std::uint64_t operations(std::uint32_t drawable, std::uint32_t piece) const { return operations_[drawable][piece]; }
   const SamplingCounters& counters() const { return counters_; }
   const memory::Ledger& ledger() const { return ledger_; }
+  // As if nothing were known of where steps are seen: a tile evaluates all of them.
+  void forget_images() {
+    for (ParameterCell& cell : cells_) cell.image = {};
+  }
 
-  // [spec: the published rate map has a radius per parameter] A cell in memory: its place in the domain, two rates, its
-  // depth, its slack.
-  static constexpr std::uint64_t kCellBytes = 13;
-  // An entry of a tile's list: the number of a cell.
-  static constexpr std::uint64_t kEntryBytes = 4;
+  // A cell in memory [assumed]: its piece (4), its place in the domain (5), steps (4), slack (1), rectangle on screen (8),
+  // and where its steps are seen (10).
+  static constexpr std::uint64_t kCellBytes = 32;
 
  private:
-  void sort_into_tiles(const binner::TileGrid& grid);
-
   ProcedureSettings settings_;
   std::vector<ParameterCell> cells_;
+  std::vector<frontend::BoundedSubPatch> sub_patches_;
   std::vector<std::vector<std::uint64_t>> operations_;  // by drawable and piece
-  std::vector<std::uint32_t> tile_first_, tile_cells_;
   SamplingCounters counters_;
   memory::Ledger ledger_;
 };
@@ -106,59 +130,65 @@ class ParameterMaps {
 namespace tessera {
 
 template <>
-inline constexpr auto kCounterFields<tilecore::SamplingCounters> =
-    std::to_array<CounterField<tilecore::SamplingCounters>>({
-        {"sampling.objects", &tilecore::SamplingCounters::objects, Combine::kSum, "objects",
-         "Procedures that the sampling controller draws.", ""},
-        {"sampling.sparse_evaluations", &tilecore::SamplingCounters::sparse_evaluations, Combine::kSum, "samples",
-         "Parameter tuples evaluated by the sparse pass of procedures.maps=published.", ""},
-        {"sampling.sparse_operations", &tilecore::SamplingCounters::sparse_operations, Combine::kSum, "operations",
-         "Arithmetic of these tuples: point, tangents and view.", ""},
-        {"sampling.interval_evaluations", &tilecore::SamplingCounters::interval_evaluations, Combine::kSum, "cells",
-         "Cells of the parameter domain bounded by interval evaluation, kept or not, by the sparse pass of "
-         "procedures.maps=interval.",
-         ""},
-        {"sampling.cells", &tilecore::SamplingCounters::cells, Combine::kSum, "cells",
-         "Cells in the rate map: those that may be seen.", ""},
-        {"sampling.cells_outside", &tilecore::SamplingCounters::cells_outside, Combine::kSum, "cells",
-         "Cells dropped because they lie outside the frame or its depth range.", ""},
-        {"sampling.cells_culled_backface", &tilecore::SamplingCounters::cells_culled_backface, Combine::kSum, "cells",
-         "Cells dropped because all of them faces away.", ""},
-        {"sampling.rates_clamped", &tilecore::SamplingCounters::rates_clamped, Combine::kSum, "cells",
-         "Cells whose rate is unknown or beyond the most steps that a cell may have.", ""},
-        {"sampling.tags", &tilecore::SamplingCounters::tags, Combine::kSum, "tiles",
-         "Pairs of an object and a tile in the tag map.", ""},
-        {"sampling.map_entries", &tilecore::SamplingCounters::map_entries, Combine::kSum, "entries",
-         "Pairs of a cell and a tile in the parameter map.", ""},
-        {"sampling.cells_culled_occlusion", &tilecore::SamplingCounters::cells_culled_occlusion, Combine::kSum,
-         "entries", "Entries of the parameter map skipped because every sample of the tile sees something nearer.", ""},
-        {"sampling.samples", &tilecore::SamplingCounters::samples, Combine::kSum, "samples",
-         "Parameter tuples evaluated by the render pass.", ""},
-        {"sampling.array_slots", &tilecore::SamplingCounters::array_slots, Combine::kSum, "slots",
-         "Lanes that the emulated SIMD array issued for them and for lines, idle ones included.", ""},
-        {"sampling.operations", &tilecore::SamplingCounters::operations, Combine::kSum, "operations",
-         "Arithmetic of these lanes: point, tangents and view of a sample; the tone of lines apart.", ""},
-        {"sampling.samples_outside_tile", &tilecore::SamplingCounters::samples_outside_tile, Combine::kSum, "samples",
-         "Samples that reached no sample point of their tile's pixels.", ""},
-        {"sampling.samples_behind", &tilecore::SamplingCounters::samples_behind, Combine::kSum, "samples",
-         "Samples in front of the near plane or behind the far one; dropped before the division counts.", ""},
-        {"sampling.samples_backfacing", &tilecore::SamplingCounters::samples_backfacing, Combine::kSum, "samples",
-         "Samples dropped because the surface faces away there.", ""},
-        {"sampling.samples_not_finite", &tilecore::SamplingCounters::samples_not_finite, Combine::kSum, "samples",
-         "Samples whose procedure gave infinity or no number; skipped.", ""},
-        {"sampling.footprint_tests", &tilecore::SamplingCounters::footprint_tests, Combine::kSum, "tests",
-         "Sample points of the tile buffer tested against footprints.", ""},
-        {"sampling.writes", &tilecore::SamplingCounters::writes, Combine::kSum, "writes",
-         "Sample points of the tile buffer that passed the depth test and were written.", ""},
-        {"sampling.strokes", &tilecore::SamplingCounters::drawn_lines, Combine::kSum, "samples",
-         "Samples along parameter lines, of procedures.style=lines.", ""},
-        {"sampling.holes_suspected", &tilecore::SamplingCounters::holes_suspected, Combine::kSum, "samples",
-         "Sample points of the tile buffer that see something farther than two opposite neighbours, which see one "
-         "surface. With procedures.refill.",
-         ""},
-        {"sampling.holes_refilled", &tilecore::SamplingCounters::holes_refilled, Combine::kSum, "samples",
-         "Of those, the ones where the surface was found by solving for its parameters.", ""},
-    });
+inline constexpr auto kCounterFields<tilecore::SamplingCounters> = std::to_array<
+    CounterField<tilecore::SamplingCounters>>({
+    {"sampling.objects", &tilecore::SamplingCounters::objects, Combine::kSum, "objects",
+     "Procedures that the sampling controller draws.", ""},
+    {"sampling.sparse_evaluations", &tilecore::SamplingCounters::sparse_evaluations, Combine::kSum, "samples",
+     "Parameter tuples evaluated by the sparse pass of procedures.maps=published.", ""},
+    {"sampling.sparse_operations", &tilecore::SamplingCounters::sparse_operations, Combine::kSum, "operations",
+     "Arithmetic of these tuples: point, tangents and view.", ""},
+    {"sampling.interval_evaluations", &tilecore::SamplingCounters::interval_evaluations, Combine::kSum, "cells",
+     "Cells of the parameter domain bounded by interval evaluation, kept or not, by the sparse pass of "
+     "procedures.maps=interval.",
+     ""},
+    {"sampling.cells", &tilecore::SamplingCounters::cells, Combine::kSum, "cells",
+     "Cells in the rate map: those that may be seen.", ""},
+    {"sampling.cells_outside", &tilecore::SamplingCounters::cells_outside, Combine::kSum, "cells",
+     "Cells dropped because they lie outside the frame or its depth range.", ""},
+    {"sampling.cells_culled_backface", &tilecore::SamplingCounters::cells_culled_backface, Combine::kSum, "cells",
+     "Cells dropped because all of them faces away.", ""},
+    {"sampling.rates_clamped", &tilecore::SamplingCounters::rates_clamped, Combine::kSum, "cells",
+     "Cells whose rate is unknown or beyond the most steps that a cell may have.", ""},
+    {"sampling.tags", &tilecore::SamplingCounters::tags, Combine::kSum, "tiles",
+     "Pairs of a procedure and a tile whose list has cells of it.", ""},
+    {"sampling.map_entries", &tilecore::SamplingCounters::map_entries, Combine::kSum, "entries",
+     "Entries of tile lists that are cells; part of tilecore.entries_fetched.", ""},
+    {"sampling.cells_culled_occlusion", &tilecore::SamplingCounters::cells_culled_occlusion, Combine::kSum, "entries",
+     "Of sampling.map_entries, those dropped because every sample that they may touch sees something nearer; part of "
+     "tilecore.culled_occlusion.",
+     ""},
+    {"sampling.steps_tested", &tilecore::SamplingCounters::steps_tested, Combine::kSum, "steps",
+     "Steps of entries' cells that were compared with the tile before they are evaluated; those that cannot reach it "
+     "are not.",
+     ""},
+    {"sampling.samples", &tilecore::SamplingCounters::samples, Combine::kSum, "samples",
+     "Parameter tuples evaluated by the render pass.", ""},
+    {"sampling.array_slots", &tilecore::SamplingCounters::array_slots, Combine::kSum, "slots",
+     "Lanes that the emulated SIMD array issued for them and for lines, idle ones included.", ""},
+    {"sampling.operations", &tilecore::SamplingCounters::operations, Combine::kSum, "operations",
+     "Arithmetic of these lanes: point, tangents and view of a sample; the tone of lines apart.", ""},
+    {"sampling.samples_outside_tile", &tilecore::SamplingCounters::samples_outside_tile, Combine::kSum, "samples",
+     "Samples that reached no sample point of their tile's pixels.", ""},
+    {"sampling.samples_behind", &tilecore::SamplingCounters::samples_behind, Combine::kSum, "samples",
+     "Samples in front of the near plane or behind the far one; dropped before the division counts.", ""},
+    {"sampling.samples_backfacing", &tilecore::SamplingCounters::samples_backfacing, Combine::kSum, "samples",
+     "Samples dropped because the surface faces away there.", ""},
+    {"sampling.samples_not_finite", &tilecore::SamplingCounters::samples_not_finite, Combine::kSum, "samples",
+     "Samples whose procedure gave infinity or no number; skipped.", ""},
+    {"sampling.footprint_tests", &tilecore::SamplingCounters::footprint_tests, Combine::kSum, "tests",
+     "Sample points of the tile buffer tested against footprints.", ""},
+    {"sampling.writes", &tilecore::SamplingCounters::writes, Combine::kSum, "writes",
+     "Sample points of the tile buffer that passed the depth test and were written.", ""},
+    {"sampling.strokes", &tilecore::SamplingCounters::drawn_lines, Combine::kSum, "samples",
+     "Samples along parameter lines, of procedures.style=lines.", ""},
+    {"sampling.holes_suspected", &tilecore::SamplingCounters::holes_suspected, Combine::kSum, "samples",
+     "Sample points of the tile buffer that see something farther than two opposite neighbours, which see one "
+     "surface. With procedures.refill.",
+     ""},
+    {"sampling.holes_refilled", &tilecore::SamplingCounters::holes_refilled, Combine::kSum, "samples",
+     "Of those, the ones where the surface was found by solving for its parameters.", ""},
+});
 TESSERA_COUNTERS_COVER(tilecore::SamplingCounters);
 template <>
 inline constexpr bool kAbsentWhenIdle<tilecore::SamplingCounters> = true;

@@ -18,6 +18,8 @@ Keys<ProcedureSettings> procedure_keys() {
       {"procedures.spacing", &S::spacing, "sub-pixels", 0.125, 64,
        "Samples are so dense that no footprint reaches farther than this from its middle; smaller is more exact and "
        "slower."},
+      {"procedures.flatness", &S::flatness, "pixels", 1e-3, 64,
+       "And so dense that a smooth surface leaves the plane of a footprint by no more than this."},
       {"procedures.cell_pixels", &S::cell_pixels, "pixels", 1, 512,
        "Interval maps: cells of the parameter domain larger than this on screen are halved."},
       {"procedures.padding", &S::padding, "", 0, 16,

@@ -27,8 +27,9 @@ struct ProcedureSettings {
   Maps maps = Maps::kInterval;
   Scatter scatter = Scatter::kFootprint;
   Style style = Style::kSurface;
-  double spacing = 1;         // sub-pixels: no sample is farther than this from its footprint's sides, along x or y
-  double cell_pixels = 12;    // interval maps: cells larger than this on screen are halved
+  double spacing = 4;         // sub-pixels: no sample is farther than this from its footprint's sides, along x or y
+  double flatness = 0.0625;   // pixels that a smooth surface may leave the plane of a sample's footprint
+  double cell_pixels = 28;    // interval maps: cells larger than this on screen are halved
   double padding = 0.5;       // published maps: padding of a cell's place on screen, in its radius
   double sparse_spacing = 2;  // published maps: sub-pixels between the tuples of the sparse pass
   bool refill = false;        // look for holes inside each tile and sample them again

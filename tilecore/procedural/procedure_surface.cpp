@@ -14,6 +14,42 @@ using scene::FrameGeometry;
 using scene::PosedDrawable;
 using scene::ProcedurePatch;
 
+// Where a texture is read: (u, v) of the whole procedure.
+one_lane::LaneTexcoord<float> procedure_texcoord(const FrameGeometry& frame, const ProcedurePatch& patch,
+                                                 Vec2 parameters, const Surface& surface,
+                                                 const shaders::TextureTransform& transform) {
+  one_lane::LaneSurface<float> lane = one_lane_surface(surface);
+  one_lane::set_derivatives(frame.projection.orthographic, lane);
+  const scene::Procedure::Piece& piece = *patch.piece;
+  const Vec2 at = transform.apply(Vec2(piece.u_first + piece.u_scale * patch.u(parameters.x),
+                                       piece.v_first + piece.v_scale * patch.v(parameters.y)));
+  const Vec2 by_p = transform.matrix * Vec2(piece.u_scale / static_cast<float>(patch.columns), 0.0f),
+             by_q = transform.matrix * Vec2(0.0f, piece.v_scale / static_cast<float>(patch.rows)),
+             by_x = by_p * lane.p_by_x + by_q * lane.q_by_x, by_y = by_p * lane.p_by_y + by_q * lane.q_by_y;
+  return {at.x, at.y, by_p.x, by_p.y, by_q.x, by_q.y, by_x.x, by_x.y, by_y.x, by_y.y};
+}
+
+// The material's textures at one point; white where a slot is empty.
+struct ProcedureTextures {
+  const FrameGeometry& frame;
+  const ProcedurePatch& patch;
+  Vec2 parameters;
+  const Surface& surface;
+  const LookupArrays& lookups;
+  std::size_t lane;
+
+  shaders::ColorOf<float> read(const scene::TextureSlot& slot, scene::MaterialTexture which) const {
+    if (slot.texture == nullptr) return {1.0f, 1.0f, 1.0f, 1.0f};
+    const one_lane::LaneTexcoord<float> uv = procedure_texcoord(frame, patch, parameters, surface, slot.transform);
+    const shaders::TextureView view = slot.texture->view();
+    shaders::LookupTexels<std::int32_t> texels;
+    const shaders::ColorOf<float> color = shaders::sample_texture<float, std::int32_t>(
+        view, slot.sampler, uv.u, uv.v, one_lane::level_of_detail<float>(view, uv), texels);
+    one_lane::store_lookup(lookups, static_cast<std::size_t>(which), texels, lane);
+    return color;
+  }
+};
+
 // Of drawings with lines.
 constexpr Vec3 kPaper(0.80f, 0.76f, 0.68f), kInk(0.02f, 0.02f, 0.035f);
 
@@ -99,6 +135,8 @@ void fill_procedure(const FrameGeometry& frame, std::uint32_t patch, Vec2 parame
   s.normal = length2 > 1e-30f && std::isfinite(length2) ? turned / std::sqrt(length2) : Vec3(0, 0, 1);
   s.geometric_normal = s.normal;
   s.raster = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(object, 1.0f); });
+  s.raster_p = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(by_u, 0.0f); });
+  s.raster_q = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(by_v, 0.0f); });
 }
 
 ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting, const shaders::Lights& lights,
@@ -121,21 +159,46 @@ ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting
   out.normal = normal;
   out.color = as_glm(color);
   if (program.shading != shaders::ShadingId::kMaterial) return out;
-  const Vec3 base = as_glm(record.color) * Vec3(material.base_color);
+  using Which = scene::MaterialTexture;
+  const ProcedureTextures textures{frame, patch, parameters, surface, lookups, lane};
+  const auto color_of = [&](const scene::TextureSlot& slot, Which which) {
+    const shaders::ColorOf<float> c = textures.read(slot, which);
+    return Vec3(c.r, c.g, c.b);
+  };
+  const Vec3 base =
+      as_glm(record.color) * Vec3(material.base_color) * color_of(material.base_color_texture, Which::kBaseColor);
   if (material.unlit) {
     out.color = base;
     return out;
   }
   shaders::MaterialPoint<float> point;
   point.base_color = as_stage(base);
-  point.metallic = material.metallic;
-  point.roughness = material.roughness;
-  point.occlusion = 1.0f;
-  point.emissive = as_stage(material.emissive);
+  const shaders::ColorOf<float> metal = textures.read(material.metallic_roughness_texture, Which::kMetallicRoughness);
+  point.metallic = material.metallic * metal.b;
+  point.roughness = material.roughness * metal.g;
+  point.occlusion =
+      1.0f + material.occlusion_strength * (textures.read(material.occlusion_texture, Which::kOcclusion).r - 1.0f);
+  point.emissive = as_stage(material.emissive * color_of(material.emissive_texture, Which::kEmissive));
   const one_lane::LaneSurroundings<float> around{lighting.environment.surroundings(), lookups, lane};
   out.color = as_glm(shaders::shade_material(point, as_stage(surface.position), as_stage(normal), as_stage(view),
                                              lights, lights.t, around));
   return out;
+}
+
+float procedure_alpha(const FrameGeometry& frame, const SurfaceLocation& at, TextureUnit* textures) {
+  const PosedDrawable& drawable = frame.drawable_of(at.patch);
+  const scene::TextureSlot& slot = drawable.material->base_color_texture;
+  const float alpha = drawable.material->base_color.w;
+  if (slot.texture == nullptr || slot.texture->opaque()) return alpha;
+  const ProcedurePatch patch = scene::procedure_patch(frame, at.patch);
+  const Vec2 parameters = surface_parameters(frame, at);
+  Surface surface;
+  surface.drawable = &drawable;
+  fill_procedure(frame, at.patch, parameters, at.t, surface);
+  const one_lane::LaneTexcoord<float> uv = procedure_texcoord(frame, patch, parameters, surface, slot.transform);
+  return alpha * look_up(*slot.texture, slot.sampler, {uv.u, uv.v},
+                         one_lane::level_of_detail<float>(slot.texture->view(), uv), textures)
+                     .w;
 }
 
 }  // namespace tessera::tilecore

@@ -4,6 +4,7 @@
 #include "shaders_cpp/procedures/uniforms.h"
 #include "tilecore/shading/pixel_shader.h"
 #include "tilecore/shading/surface.h"
+#include "tilecore/shading/texture_unit.h"
 
 namespace tessera::tilecore {
 
@@ -14,12 +15,18 @@ namespace tessera::tilecore {
 shaders::SurfaceProgram surface_program(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
                                         const scene::Procedure::Piece& piece);
 
-// Fills position, tangents, normal and raster point; parameters are those of the base patch. No attributes.
+// Fills position, tangents, normal, raster point and its derivatives; parameters are those of the base patch. No
+// attributes.
 void fill_procedure(const scene::FrameGeometry& frame, std::uint32_t patch, Vec2 parameters, float t, Surface& surface);
 
-// Texture and shading of a point that fill_procedure made. What it looks up is told as that of lane `lane`.
+// Texture and shading of a point that fill_procedure made. What it looks up is told as that of lane `lane`. With
+// ShadingId::kMaterial the material's textures of base colour, metalness and roughness, occlusion and emission are read,
+// all of them at (u, v) of the whole procedure, whatever their sets of coordinates.
 ShadedPoint shade_procedure(const scene::FrameGeometry& frame, const Lighting& lighting, const shaders::Lights& lights,
                             const SurfaceLocation& at, const Surface& surface, const Vec3& view,
                             const LookupArrays& lookups, std::size_t lane);
+
+// Alpha of a point: the material's, times its base colour texture's; `textures`, unless null, fetches what that takes.
+float procedure_alpha(const scene::FrameGeometry& frame, const SurfaceLocation& at, TextureUnit* textures);
 
 }  // namespace tessera::tilecore

@@ -1,23 +1,18 @@
 #include "tilecore/procedural/sampling_controller.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <tuple>
 
 #include "base/round_up.h"
-#include "frontend/front_end.h"
-#include "scene/procedure_patch.h"
-#include "tilecore/procedural/footprint.h"
-#include "tilecore/shading/surface.h"
 
 namespace tessera::tilecore {
 namespace {
 
-using scene::FrameGeometry;
 using scene::PosedDrawable;
 
-constexpr std::uint64_t kImagePointBytes = 12;  // three floats
+// Of ParameterCell::may_reach() for one step after another: two sums along each axis, what the step may be off, and four
+// comparisons.
+constexpr std::uint64_t kStepOperations = 10;
 
 }  // namespace
 
@@ -51,79 +46,26 @@ void SamplingController::find_slots(const TileSamples& samples) {
   for (std::size_t k = 0; k < spp; ++k) slot_sample_[next[slot_of[k]]++] = static_cast<std::uint32_t>(k);
 }
 
-// Cells are listed piece by piece; groups go near to far, so that the hidden ones may be skipped. Cells that reach the
-// tile by their lines alone have no surface in it.
-void SamplingController::group_cells(std::span<const std::uint32_t> cells, const ParameterMaps& maps,
-                                     const IntRect& pixels) {
-  order_.assign(cells.begin(), cells.end());
-  if (maps.settings().style == ProcedureSettings::Style::kLines)
-    std::erase_if(order_, [&](std::uint32_t c) {
-      const ParameterCell& cell = maps.cells()[c];
-      return cell.x1 < static_cast<float>(pixels.x0) || cell.y1 < static_cast<float>(pixels.y0) ||
-             cell.x0 > static_cast<float>(pixels.x1) || cell.y0 > static_cast<float>(pixels.y1);
-    });
-  groups_.clear();
-  for (std::uint32_t k = 0; k < order_.size(); ++k) {
-    const ParameterCell& cell = maps.cells()[order_[k]];
-    const bool same = k > 0 && maps.cells()[order_[k - 1]].drawable == cell.drawable &&
-                      maps.cells()[order_[k - 1]].piece == cell.piece;
-    if (!same) groups_.push_back({k, 0, cell.near_z});
-    ++groups_.back().count;
-    groups_.back().near_z = std::min(groups_.back().near_z, cell.near_z);
-  }
-  std::sort(groups_.begin(), groups_.end(),
-            [](const Group& a, const Group& b) { return std::tie(a.near_z, a.first) < std::tie(b.near_z, b.first); });
+bool SamplingController::take(const ParameterMaps& maps, std::uint32_t cell, TimeRange times) {
+  waiting_.push_back({cell, times});
+  waiting_samples_ += maps.cells()[cell].steps.count();
+  return waiting_samples_ >= kArraySamples;
 }
 
-void SamplingController::render(const FrameGeometry& frame, const ParameterMaps& maps, binner::TileIndex tile,
-                                const TileSamples& samples, std::uint64_t burst_bytes, TileState& state) {
-  const std::span<const std::uint32_t> cells = maps.of_tile(tile);
-  if (cells.empty()) return;
-  find_slots(samples);
-  group_cells(cells, maps, samples.pixels);
-  const auto read = [&](memory::Purpose purpose, std::uint64_t bytes) {
-    ledger_.read(memory::Unit::kSampling, purpose, memory::burst_bytes(0, bytes, burst_bytes));
-  };
-  read(memory::Purpose::kSamplingMaps, cells.size() * (ParameterMaps::kEntryBytes + ParameterMaps::kCellBytes));
-  const Job job{frame, maps, samples, state};
-  for (const Group& group : groups_) {
-    if (group.near_z > state.farthest()) {
-      counters_.cells_culled_occlusion += group.count;
-      continue;
-    }
-    const std::uint32_t drawable = maps.cells()[order_[group.first]].drawable;
-    const scene::Procedure& procedure = *frame.drawables[drawable].procedure;
-    const std::uint64_t image_bytes = procedure.image ? kImagePointBytes * procedure.image->x.size() : 0;
-    read(memory::Purpose::kPatchData,
-         frontend::patch_record_bytes(frame, frame.drawables[drawable].drawable->first_patch) - image_bytes);
-    if (procedure.image)
-      ledger_.read(memory::Unit::kSampling, memory::Purpose::kPatchData,
-                   std::min(image_bytes_of(group, maps, *procedure.image, burst_bytes),
-                            memory::burst_bytes(0, image_bytes, burst_bytes)));
-    run_group(job, group);
+// The array takes cells of a piece together, so that few of its lanes idle.
+void SamplingController::draw(const Job& job) {
+  const std::vector<ParameterCell>& cells = job.maps.cells();
+  const auto piece_of = [&](const Waiting& w) { return std::tie(cells[w.cell].drawable, cells[w.cell].piece); };
+  std::stable_sort(waiting_.begin(), waiting_.end(),
+                   [&](const Waiting& a, const Waiting& b) { return piece_of(a) < piece_of(b); });
+  const std::span<const Waiting> all(waiting_);
+  for (std::size_t first = 0, end = 0; first < all.size(); first = end) {
+    for (; end < all.size() && piece_of(all[end]) == piece_of(all[first]); ++end)
+      reads_.push_back({all[end].cell, end == first});
+    draw_piece(job, all.subspan(first, end - first));
   }
-  if (maps.settings().refill) refill_holes(job);
-  if (maps.settings().style == ProcedureSettings::Style::kLines) draw_lines(job, cells);
-}
-
-// What a group's cells read of a geometry image: its points row by row, once for each cell.
-std::uint64_t SamplingController::image_bytes_of(const Group& group, const ParameterMaps& maps,
-                                                 const shaders::GeometryImage& image, std::uint64_t burst_bytes) const {
-  std::uint64_t sum = 0;
-  for (std::uint32_t k = group.first; k < group.first + group.count; ++k) {
-    const ParameterCell& cell = maps.cells()[order_[k]];
-    const auto point = [](float at, int size) {
-      return static_cast<std::uint64_t>(std::clamp(static_cast<int>(at * static_cast<float>(size - 1)), 0, size - 1));
-    };
-    const std::uint64_t width = static_cast<std::uint64_t>(image.width), first = point(cell.u0, image.width),
-                        last = std::min(point(cell.u1, image.width) + 1, width - 1);
-    const std::uint64_t last_row =
-        std::min(point(cell.v1, image.height) + 1, static_cast<std::uint64_t>(image.height) - 1);
-    for (std::uint64_t row = point(cell.v0, image.height); row <= last_row; ++row)
-      sum += memory::burst_bytes(kImagePointBytes * (row * width + first), kImagePointBytes * (last - first + 1),
-                                 burst_bytes);
-  }
-  return sum;
+  waiting_.clear();
+  waiting_samples_ = 0;
 }
 
 void SamplingController::begin_piece(const Job& job, const ParameterCell& first) {
@@ -139,31 +81,34 @@ void SamplingController::begin_piece(const Job& job, const ParameterCell& first)
   program_.divided = !drawable.moving && !job.lens();
 }
 
-void SamplingController::run_group(const Job& job, const Group& group) {
-  begin_piece(job, job.maps.cells()[order_[group.first]]);
+void SamplingController::draw_piece(const Job& job, std::span<const Waiting> cells) {
+  begin_piece(job, job.maps.cells()[cells.front().cell]);
   std::uint64_t issued = 0;
+  const std::uint64_t tested = counters_.steps_tested;
   footprints_.clear();
-  const float limit = job.state.farthest();
-  for (std::uint32_t k = group.first; k < group.first + group.count; ++k) {
-    const ParameterCell& cell = job.maps.cells()[order_[k]];
-    if (cell.near_z > limit) {
-      ++counters_.cells_culled_occlusion;
-      continue;
-    }
-    const float step_u = (cell.u1 - cell.u0) / static_cast<float>(cell.steps_u),
-                step_v = (cell.v1 - cell.v0) / static_cast<float>(cell.steps_v);
-    for (int j = 0; j < cell.steps_v; ++j)
-      for (int i = 0; i < cell.steps_u; ++i) {
-        footprints_.push_back({&cell, cell.u0 + (static_cast<float>(i) + 0.5f) * step_u,
+  for (const Waiting& waiting : cells) {
+    const ParameterCell& cell = job.maps.cells()[waiting.cell];
+    const float step_u = (cell.u1 - cell.u0) / static_cast<float>(cell.steps.u),
+                step_v = (cell.v1 - cell.v0) / static_cast<float>(cell.steps.v);
+    // Of a cell that reaches the tile by its lines alone there is no surface in it.
+    if (!cell.touches(job.samples.pixels)) continue;
+    const bool image = cell.image.known();
+    for (int j = 0; j < cell.steps.v; ++j)
+      for (int i = 0; i < cell.steps.u; ++i) {
+        if (image && !cell.may_reach(i, j, job.samples.pixels)) continue;
+        footprints_.push_back({&cell, waiting.times, cell.u0 + (static_cast<float>(i) + 0.5f) * step_u,
                                cell.v0 + (static_cast<float>(j) + 0.5f) * step_v, 0.5f * step_u, 0.5f * step_v});
         ++issued;
         if (footprints_.size() == kArraySamples) run_batch(job);
       }
+    if (image) counters_.steps_tested += cell.steps.count();
   }
   run_batch(job);
+  counters_.operations += kStepOperations * (counters_.steps_tested - tested);
   counters_.samples += issued;
   if (!drawables_.empty()) drawables_[drawable_].procedure_samples += issued;
   count_issued(job, issued);  // the array takes samples of one piece together, whatever their cells
+  if (job.maps.settings().style == ProcedureSettings::Style::kLines) draw_lines(job, cells);
 }
 
 void SamplingController::count_issued(const Job& job, std::uint64_t issued) {

@@ -6,24 +6,24 @@
 #include <utility>
 #include <vector>
 
-#include "binner/tile_grid.h"
-#include "memory/ledger.h"
 #include "scene/frame_geometry.h"
+#include "scene/procedure_patch.h"
 #include "tilecore/drawable_counts.h"
 #include "tilecore/procedural/parameter_maps.h"
 #include "tilecore/procedural/procedure_kernel.h"
+#include "tilecore/shading/texture_unit.h"
 #include "tilecore/tile_state.h"
 #include "tilecore/visibility/sample_pattern.h"
 
 namespace tessera::tilecore {
 
 // Sampling controller of one tile core: the render pass (US 2007/0002066, with the deviations that docs/procedural.md
-// lists). Walks the cells that the parameter map lists for a tile, steps through each at its rate, runs the procedure's
-// stages on the emulated SIMD array and scatters the samples into the tile buffer, which is the tile's samples: 4x4 to
-// the pixel at 16 samples per pixel.
+// lists). Gets the cells of a tile's list in its order, leaves out the steps that cannot reach the tile, runs the
+// procedure's stages on the emulated SIMD array and scatters the samples into the tile buffer, which is the tile's
+// samples: 4x4 to the pixel at 16 samples per pixel.
 //
-//   parameter map -> objects near to far -> batches of (u, v) -> SIMD array -> scatter,    -> tile state
-//   of the tile      cull what is hidden    at each cell's rate  geometry, view  depth test
+//   cells of the -> cells that wait, -> steps that may -> batches of (u, v) -> SIMD array -> scatter,    -> tile state
+//   tile's list     piece by piece      reach the tile    of one piece       geometry, view  depth test
 //
 // Invariants (cited by the tests):
 //   SC1  What a sample point sees follows from the frame and the settings alone: not from the tile, its size, the order
@@ -31,80 +31,98 @@ namespace tessera::tilecore {
 //   SC2  With interval maps no sample point inside the image of a procedure is left out, but for what one footprint
 //        bends.
 //   SC3  Every sample evaluated is counted once as outside the tile, behind, back-facing, not finite, or scattered.
+//   SC4  A step that is not evaluated would have been counted as outside the tile.
 //
 // Keeps its scratch memory; one instance per thread.
 class SamplingController {
  public:
   SamplingController();
 
-  // What the tile's samples see of procedures; joins what `state` holds already.
-  void render(const scene::FrameGeometry& frame, const ParameterMaps& maps, binner::TileIndex tile,
-              const TileSamples& samples, std::uint64_t burst_bytes, TileState& state);
-
-  // Until the next call, samples are also counted for the drawable they are taken of; empty: they are not.
-  void count_drawables(std::span<DrawableCounts> drawables) { drawables_ = drawables; }
-
-  const SamplingCounters& counters() const { return counters_; }
-  SamplingCounters take_counters() { return std::exchange(counters_, {}); }
-  memory::Ledger take_ledger() { return std::exchange(ledger_, {}); }
-  // Until take_ledger(), every transfer also goes to `log`.
-  void record_accesses(memory::AccessLog* log) { ledger_.record_into(log); }
-
-  // Sub-pixels along a pixel's side for so many samples: the smallest square that has room for them.
-  static int sub_pixels(int samples_per_pixel);
-
- private:
-  // Cells of one piece, in the tile at hand.
-  struct Group {
-    std::uint32_t first, count;  // of order_
-    float near_z;
-  };
   struct Job {
     const scene::FrameGeometry& frame;
     const ParameterMaps& maps;
     const TileSamples& samples;
     TileState& state;
+    // For alpha tests, which are counted; null: nothing is fetched.
+    TextureUnit* textures = nullptr;
+    std::uint64_t* alpha_tests = nullptr;
     // A lens that is forced on a pinhole sees what the pinhole does: procedures are tested without it.
     bool lens() const { return !samples.lens_u.empty() && samples.lens_scale != 0; }
+  };
+  // Before the first cell of a tile.
+  void begin_tile(const TileSamples& samples) { find_slots(samples); }
+  // Takes a cell of the tile's list, which may touch the tile at some of its times only. True: enough of them wait, call
+  // draw(), which draws all that wait.
+  [[nodiscard]] bool take(const ParameterMaps& maps, std::uint32_t cell, TimeRange times);
+  void draw(const Job& job);
+  // With procedures.refill, when all of a tile is drawn.
+  void refill_holes(const Job& job);
+
+  // What draw() read since the last call, call by call: of each piece its numbers, then its cells.
+  struct CellRead {
+    std::uint32_t cell;
+    bool first_of_piece;
+  };
+  std::vector<CellRead> take_reads() { return std::exchange(reads_, {}); }
+
+  // Until the next call, samples are also counted for the drawable they are taken of; empty: they are not.
+  void count_drawables(std::span<DrawableCounts> drawables) { drawables_ = drawables; }
+
+  // What a tile's list has of them, and that one of them is hidden.
+  void count_entries(std::uint64_t cells, std::uint64_t objects) {
+    counters_.map_entries += cells;
+    counters_.tags += objects;
+  }
+  void count_hidden() { ++counters_.cells_culled_occlusion; }
+  const SamplingCounters& counters() const { return counters_; }
+  SamplingCounters take_counters() { return std::exchange(counters_, {}); }
+
+  // Sub-pixels along a pixel's side for so many samples: the smallest square that has room for them.
+  static int sub_pixels(int samples_per_pixel);
+
+ private:
+  struct Waiting {
+    std::uint32_t cell;
+    TimeRange times;
   };
   // A sample on its way from the array to the tile buffer.
   struct Footprint {
     const ParameterCell* cell;
+    TimeRange times;
     float u, v, half_u, half_v;
     float slack() const { return static_cast<float>(cell->slack) * (1.0f / 256); }
   };
 
   void find_slots(const TileSamples& samples);
-  void group_cells(std::span<const std::uint32_t> cells, const ParameterMaps& maps, const IntRect& pixels);
-  std::uint64_t image_bytes_of(const Group& group, const ParameterMaps& maps, const shaders::GeometryImage& image,
-                               std::uint64_t burst_bytes) const;
-  void run_group(const Job& job, const Group& group);
+  void draw_piece(const Job& job, std::span<const Waiting> cells);
   void run_batch(const Job& job);
   // The emulated array's work on tuples of the piece under way that it takes together.
   void count_issued(const Job& job, std::uint64_t issued);
 
   // sampling_scatter.cpp
+  static bool faces_away(const scene::PosedDrawable& drawable, float det);
   void scatter_still(const Job& job, std::size_t k);
   void scatter_points(const Job& job, std::size_t k);
   void scatter_moving(const Job& job, std::size_t k);
   void write(const Job& job, const ParameterCell& cell, std::size_t sample, float z, float u, float v,
              std::uint32_t triangle);
+  bool passes_alpha(const Job& job, const scene::PatchPoint& at, std::size_t sample) const;
   void keep_rest(const Job& job, std::size_t k, std::size_t sample);
 
   // sampling_refill.cpp
-  void refill_holes(const Job& job);
   void refill_once(const Job& job);
   bool refill(const Job& job, std::size_t hole, std::size_t before, std::size_t after);
 
   // sampling_lines.cpp
-  void draw_lines(const Job& job, std::span<const std::uint32_t> cells);
-  void draw_cell_lines(const Job& job, const ParameterCell& cell, bool along_u);
-  void scatter_line(const Job& job, const ParameterCell& cell, std::size_t k, bool along_u, float half_step,
-                    float max_light);
+  void draw_lines(const Job& job, std::span<const Waiting> cells);
+  void draw_cell_lines(const Job& job, const Waiting& waiting, bool along_u);
+  void scatter_line(const Job& job, const ParameterCell& cell, std::size_t k, bool along_u, float half_step);
+  void scatter_moving_line(const Job& job, const Waiting& waiting, std::size_t k, bool along_u, float half_step);
   void begin_piece(const Job& job, const ParameterCell& first);
 
-  std::vector<std::uint32_t> order_;
-  std::vector<Group> groups_;
+  std::vector<Waiting> waiting_;
+  std::uint64_t waiting_samples_ = 0;
+  std::vector<CellRead> reads_;
   // Samples of a pixel by the sub-pixel they lie in: slot s has slot_sample_[slot_first_[s]] up to slot_first_[s + 1].
   int side_ = 1;
   std::vector<std::uint32_t> slot_first_, slot_sample_;
@@ -117,7 +135,6 @@ class SamplingController {
 
   SamplingCounters counters_;
   std::span<DrawableCounts> drawables_;
-  memory::Ledger ledger_;
 };
 
 }  // namespace tessera::tilecore

@@ -20,6 +20,7 @@ constexpr float kSameSurfaceShare = 1.0f / 16;  // neighbours on one surface dif
 
 // What was filled helps to find what lies beside it.
 void SamplingController::refill_holes(const Job& job) {
+  find_slots(job.samples);
   for (int round = 0; round < kMaxRounds; ++round) {
     const std::uint64_t before = counters_.holes_refilled;
     refill_once(job);

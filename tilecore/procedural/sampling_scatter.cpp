@@ -5,31 +5,18 @@
 
 #include "scene/procedure_patch.h"
 #include "tilecore/procedural/moving_footprint.h"
+#include "tilecore/procedural/procedure_surface.h"
 #include "tilecore/procedural/sampling_controller.h"
 #include "tilecore/shading/surface.h"
 
 namespace tessera::tilecore {
 
-namespace {
-
 using scene::PosedDrawable;
 
-// Pixels of `within` that a box touches.
-IntRect touched(const MovingFootprint::Box& box, const IntRect& within) {
-  const auto pixel = [](float a, int low, int high) {
-    return static_cast<int>(std::floor(std::min(std::max(a, static_cast<float>(low)), static_cast<float>(high))));
-  };
-  return {pixel(box.x0, within.x0, within.x1), pixel(box.y0, within.y0, within.y1),
-          std::min(pixel(box.x1, within.x0 - 1, within.x1) + 1, within.x1),
-          std::min(pixel(box.y1, within.y0 - 1, within.y1) + 1, within.y1)};
-}
-
 // Fronts have negative area where y points down.
-bool faces_away(const PosedDrawable& drawable, float det) {
+bool SamplingController::faces_away(const PosedDrawable& drawable, float det) {
   return !drawable.material->double_sided && (drawable.mirrored ? det < 0 : det > 0);
 }
-
-}  // namespace
 
 // Depth test with the tie rule: equal depths go to the lower base patch, then to the lower parameters.
 void SamplingController::write(const Job& job, const ParameterCell& cell, std::size_t s, float z, float u, float v,
@@ -41,12 +28,24 @@ void SamplingController::write(const Job& job, const ParameterCell& cell, std::s
   if (z == state.z[s] &&
       std::tie(at.patch, triangle, at.u, at.v) >= std::tie(state.patch[s], state.triangle[s], state.b1[s], state.b2[s]))
     return;
+  if (triangle == SurfaceLocation::kWholePatch && !passes_alpha(job, at, s)) return;
   state.take_depth(s, z);
   state.patch[s] = at.patch;
   state.triangle[s] = triangle;
   state.b1[s] = at.u;
   state.b2[s] = at.v;
   ++counters_.writes;
+}
+
+// Drawings have no alpha.
+bool SamplingController::passes_alpha(const Job& job, const scene::PatchPoint& at, std::size_t s) const {
+  const scene::Material& material = *job.frame.drawables[drawable_].material;
+  if (material.alpha_mode != scene::AlphaMode::kMask || job.maps.settings().style == ProcedureSettings::Style::kLines)
+    return true;
+  if (job.alpha_tests != nullptr) ++*job.alpha_tests;
+  const SurfaceLocation location{at.patch, SurfaceLocation::kWholePatch, at.u, at.v,
+                                 time_seen(job.frame, at.patch, job.samples.t(s))};
+  return procedure_alpha(job.frame, location, job.textures) >= material.alpha_cutoff;
 }
 
 // Where the surface is at shutter open, for what is not at rest.
@@ -169,7 +168,7 @@ void SamplingController::scatter_moving(const Job& job, std::size_t k) {
   footprint.bounds(box);
   if (job.maps.settings().maps == ProcedureSettings::Maps::kInterval)
     box = {std::max(box.x0, cell.x0), std::max(box.y0, cell.y0), std::min(box.x1, cell.x1), std::min(box.y1, cell.y1)};
-  const IntRect pixels = touched(box, samples.pixels);
+  const IntRect pixels = box.pixels(samples.pixels);
   if (pixels.empty() || box.empty()) return void(++counters_.samples_outside_tile);
   const PosedDrawable& drawable = job.frame.drawables[drawable_];
   const auto spp = static_cast<std::size_t>(samples.spp);
@@ -178,7 +177,7 @@ void SamplingController::scatter_moving(const Job& job, std::size_t k) {
                       count = static_cast<std::size_t>(pixels.width()) * spp;
     for (std::size_t s = first; s < first + count; ++s) {
       const float px = samples.x[s], py = samples.y[s];
-      if (!box.holds(px, py)) continue;
+      if (!box.holds(px, py) || !(samples.stencil(s) >= f.times.first && samples.stencil(s) <= f.times.last)) continue;
       ++counters_.footprint_tests;
       Parallelogram p;
       MovingFootprint::Depth depth;

@@ -121,27 +121,28 @@ void run_published_pass(const FrameGeometry& frame, const IntRect& region, const
       cell.u1 = static_cast<float>(column + 1) / static_cast<float>(columns);
       cell.v0 = static_cast<float>(row) / static_cast<float>(rows),
       cell.v1 = static_cast<float>(row + 1) / static_cast<float>(rows);
-      double low_x = 1e30, low_y = 1e30, high_x = -1e30, high_y = -1e30, low_z = 1e30;
+      double low_x = 1e30, low_y = 1e30, high_x = -1e30, high_y = -1e30, low_z = 1e30, high_z = 0;
       for (std::size_t key = 0; key < 2; ++key) {
         const auto x = static_cast<double>(places.x[key][at]), y = static_cast<double>(places.y[key][at]),
                    z = static_cast<double>(places.z[key][at]);
         if (!(z >= near && std::isfinite(x) && std::isfinite(y))) continue;
         low_x = std::min(low_x, x - pad), high_x = std::max(high_x, x + pad);
         low_y = std::min(low_y, y - pad), high_y = std::max(high_y, y + pad);
-        low_z = std::min(low_z, z);
+        low_z = std::min(low_z, z), high_z = std::max(high_z, z);
       }
       if (!(low_x <= high_x) || high_x < region.x0 || high_y < region.y0 || low_x > region.x1 || low_y > region.y1) {
         ++out.counters.cells_outside;
         continue;
       }
       bool clamped = false;
-      cell.steps_u = sample_steps(radius_u / 2, reach, clamped);
-      cell.steps_v = sample_steps(radius_v / 2, reach, clamped);
+      // Both directions may lie along either axis: each takes half of the reach.
+      cell.steps = CellSteps::for_reach({radius_u / 2, 0, 0, radius_v / 2}, reach / 2, reach, clamped);
+      cell.line_steps = cell.steps;
       out.counters.rates_clamped += clamped ? 1 : 0;
       cell.x0 = static_cast<float>(low_x), cell.y0 = static_cast<float>(low_y), cell.x1 = static_cast<float>(high_x),
       cell.y1 = static_cast<float>(high_y);
       cell.near_z = static_cast<float>(low_z * 0.999);
-      out.cells.push_back(cell);
+      keep_cell(frame, settings, cell, static_cast<float>(high_z), false, nullptr, 0, out);
     }
 }
 

@@ -11,12 +11,14 @@ namespace tessera::tilecore {
 // What the sparse pass says of one piece.
 struct SparseResult {
   std::vector<ParameterCell> cells;
+  std::vector<frontend::BoundedSubPatch> sub_patches;  // of these
   SamplingCounters counters;
 };
 
-// Steps along one parameter so that half a step moves the image by at most half of `max_reach` (pixels), when the half
-// of the cell moves it by at most `reach`.
-std::uint16_t sample_steps(double reach, double max_reach, bool& clamped);
+// Appends a cell and its sub-patch. `box`: of its points in object space; null: not known, its rectangle on screen says
+// all. `grow`: pixels around the box's projections that hold what is drawn.
+void keep_cell(const scene::FrameGeometry& frame, const ProcedureSettings& settings, ParameterCell cell, float far_z,
+               bool crosses_near, const frontend::MovingBox* box, double grow, SparseResult& out);
 
 // The published sparse pass over one piece: a regular loop through the parameter domain, run on the SIMD array. A cell
 // is what lies around a tuple; its place on screen is the tuple's, padded by the padding times the radius of its

@@ -21,16 +21,6 @@ using scene::TextureSlot;
 
 Vec3 shown_vector(const Vector3<float>& a) { return {a.x, a.y, a.z}; }
 
-// Filtered colour of a texture; `textures`, unless null, fetches what that takes.
-Vec4 look_up(const shaders::Texture& texture, const shaders::Sampler& sampler, Vec2 uv, float lod,
-             TextureUnit* textures) {
-  if (textures == nullptr || !textures->active()) return texture.sample(sampler, uv, lod);
-  shaders::TexelFootprint footprint;
-  const Vec4 color = texture.sample(sampler, uv, lod, &footprint);
-  textures->fetch(texture, footprint);
-  return color;
-}
-
 Vec3 towards_viewer(const FrameGeometry& frame, const Surface& surface, float t) {
   one_lane::LaneInputs<float> in{};
   in.t = t;
@@ -122,6 +112,15 @@ timing::WarpItem item_of(const FrameGeometry& frame, const scene::PosedDrawable&
 }
 
 }  // namespace
+
+Vec4 look_up(const shaders::Texture& texture, const shaders::Sampler& sampler, Vec2 uv, float lod,
+             TextureUnit* textures) {
+  if (textures == nullptr || !textures->active()) return texture.sample(sampler, uv, lod);
+  shaders::TexelFootprint footprint;
+  const Vec4 color = texture.sample(sampler, uv, lod, &footprint);
+  textures->fetch(texture, footprint);
+  return color;
+}
 
 ShadedPoint shade_point(const FrameGeometry& shutter, const Lighting& lighting, const Invocation& invocation) {
   const auto [frame, at] = in_segment(shutter, invocation.at);
@@ -233,9 +232,12 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
     if (textures != nullptr && looks_around(lighting, *drawable.material))
       tell(slot_of(ImageLookup::kMirrored),
            textures->memory()->layout(lighting.environment.surroundings().image->radiance), lookups);
+    if (textures != nullptr) tell_procedure_textures(*drawable.material, *textures, lookups);
     shade_batches(order.size(), item, lookups, textures, [&](std::size_t first, std::size_t count) {
       // Not every model of shading looks anything up.
-      for (auto& lines : lines_[slot_of(ImageLookup::kMirrored)]) std::fill_n(lines.begin(), count, -1);
+      for (std::size_t slot = 0; slot < kLookupSlots; ++slot)
+        if (lookups.layout[slot] != nullptr)
+          for (auto& lines : lines_[slot]) std::fill_n(lines.begin(), count, -1);
       for (std::size_t lane = 0; lane < count; ++lane) {
         const std::uint32_t i = order[first + lane];
         points[i] = shade_procedure_point(shutter, lighting, invocations[i], lookups, lane);
@@ -285,6 +287,16 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
 void PixelShader::tell(std::size_t slot, const TextureLayoutView& layout, LookupArrays& lookups) {
   lookups.layout[slot] = &layout;
   for (std::size_t line = 0; line < kLookupLines; ++line) lookups.line[slot][line] = lines_[slot][line].data();
+}
+
+void PixelShader::tell_procedure_textures(const Material& material, const TextureUnit& textures,
+                                          LookupArrays& lookups) {
+  using Which = scene::MaterialTexture;
+  const auto slots = material.slots();
+  for (const Which which : {Which::kBaseColor, Which::kMetallicRoughness, Which::kOcclusion, Which::kEmissive}) {
+    const auto slot = static_cast<std::size_t>(which);
+    if (slots[slot]->texture != nullptr) tell(slot, textures.memory()->layout(slots[slot]->texture.get()), lookups);
+  }
 }
 
 LookupArrays PixelShader::lookups_of(const DrawConstants& draw, const Lighting& lighting, const TextureUnit& textures) {
@@ -354,6 +366,7 @@ void PixelShader::look_up(const LookupArrays& lookups, ImageLookup slot, std::si
 float point_alpha(const FrameGeometry& shutter, const SurfaceLocation& seen, TextureUnit* textures) {
   const auto [frame, at] = in_segment(shutter, seen);
   const scene::PosedDrawable& drawable = frame.drawable_of(at.patch);
+  if (drawable.procedure != nullptr) return procedure_alpha(frame, at, textures);
   const Material& material = *drawable.material;
   float alpha = material.base_color.w;
   if (!drawable.primitive->vertices.colors.empty()) alpha *= surface_alpha(frame, at);

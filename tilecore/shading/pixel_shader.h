@@ -47,6 +47,10 @@ inline float time_seen(const scene::FrameGeometry& frame, std::uint32_t patch, f
   return frame.drawable_of(patch).moving ? t : 0.0f;
 }
 
+// Filtered colour of a texture; `textures`, unless null, fetches what that takes.
+Vec4 look_up(const shaders::Texture& texture, const shaders::Sampler& sampler, Vec2 uv, float lod,
+             TextureUnit* textures);
+
 // The pixel shader unit: evaluates the surface, fetches the material's textures with derivatives from the surface (not
 // from neighbouring pixels) and runs the metallic-roughness or the unlit shader.
 //
@@ -101,6 +105,8 @@ class PixelShader {
                      std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes);
   // Where what lanes look up in a slot is told.
   void tell(std::size_t slot, const TextureLayoutView& layout, LookupArrays& lookups);
+  // Those that shade_procedure() reads.
+  void tell_procedure_textures(const scene::Material& material, const TextureUnit& textures, LookupArrays& lookups);
   LookupArrays lookups_of(const DrawConstants& draw, const Lighting& lighting, const TextureUnit& textures);
   // Calls shade_batch(first, count) for whole warps of the draw, as many as there is room for, and finishes them.
   template <class Shade>
