@@ -24,6 +24,14 @@ constexpr int kMaxHalvings = 20;
 constexpr int kMaxHalvingsUnknown = 8, kMaxHalvingsNear = 13;
 constexpr std::uint16_t kUnknownSteps = 16, kMaxStepsNear = 24;
 
+// Steps that a cell is sampled with along one parameter.
+std::uint16_t whole_steps(double wanted, bool& clamped) {
+  const double steps = std::ceil(wanted);
+  if (steps <= ParameterMaps::kMaxSteps) return static_cast<std::uint16_t>(std::max(steps, 1.0));
+  clamped = true;
+  return std::isfinite(steps) ? ParameterMaps::kMaxSteps : kUnknownSteps;
+}
+
 float line_reach(const ProcedureSettings& settings) {
   return settings.style == ProcedureSettings::Style::kLines ? ParameterMaps::kLineReach : 0.0f;
 }
@@ -82,8 +90,17 @@ class IntervalPass {
     cell.u0 = static_cast<float>(box.u0), cell.v0 = static_cast<float>(box.v0), cell.u1 = static_cast<float>(box.u1),
     cell.v1 = static_cast<float>(box.v1);
     bool clamped = false;
-    cell.steps_u = sample_steps(b.reach_u, reach_, clamped);
-    cell.steps_v = sample_steps(b.reach_v, reach_, clamped);
+    const Procedure& procedure = *frame_.drawables[drawable_].procedure;
+    if (procedure.rates_program) {
+      const double inputs[] = {
+          (box.u0 + box.u1) / 2, (box.v0 + box.v1) / 2, box.u1 - box.u0, box.v1 - box.v0, b.reach_u, b.reach_v, reach_};
+      const auto asked = shaders::program_rates(*procedure.rates_program, procedure.rates_constants.data(), inputs);
+      cell.steps_u = whole_steps(asked[0], clamped);
+      cell.steps_v = whole_steps(asked[1], clamped);
+    } else {
+      cell.steps_u = sample_steps(b.reach_u, reach_, clamped);
+      cell.steps_v = sample_steps(b.reach_v, reach_, clamped);
+    }
     // Blurred and across the near plane, a sample may sweep the whole image: few of those.
     if (b.crosses_near && (frame_.drawables[drawable_].moving || frame_.projection.lens_scale != 0)) {
       clamped = clamped || cell.steps_u > kMaxStepsNear || cell.steps_v > kMaxStepsNear;
@@ -92,7 +109,7 @@ class IntervalPass {
     }
     out_.counters.rates_clamped += clamped ? 1 : 0;
     // Smooth surfaces bend by less than the least slack within half a step.
-    if (shaders::shape_declarations()[static_cast<std::size_t>(frame_.drawables[drawable_].procedure->shape)].kinks) {
+    if (procedure.declaration().kinks) {
       const double bend = std::min(b.bend_u / cell.steps_u + b.bend_v / cell.steps_v, reach_ / 2);
       cell.slack = static_cast<std::uint8_t>(
           std::clamp(std::ceil(bend * 256), static_cast<double>(ParameterCell::kLeastSlack), 255.0));
@@ -116,10 +133,7 @@ class IntervalPass {
 
 std::uint16_t sample_steps(double reach, double max_reach, bool& clamped) {
   // Both parameters share the reach: each takes half of it.
-  const double steps = std::ceil(2 * reach / max_reach);
-  if (steps <= ParameterMaps::kMaxSteps) return static_cast<std::uint16_t>(std::max(steps, 1.0));
-  clamped = true;
-  return std::isfinite(steps) ? ParameterMaps::kMaxSteps : kUnknownSteps;
+  return whole_steps(2 * reach / max_reach, clamped);
 }
 
 ParameterMaps::ParameterMaps(const FrameGeometry& frame, const binner::TileGrid& grid,
