@@ -39,6 +39,17 @@ double all_of(const Enclosure& e) {
   return e.low() + e.high() + e.by_s().low() + e.by_s().high() + e.by_t().low() + e.by_t().high();
 }
 
+// As deferred shading asks for them: a stage that is chosen at run time, one point at a time.
+[[gnu::noinline]] shaders::ShapePoint<float> point_of(ShapeId id, const ShapeInput& in, float u, float v) {
+  return shaders::with_shape(id, [&](auto shape) { return shaders::shape_tangents<decltype(shape)>(in, u, v); });
+}
+[[gnu::noinline]] Vector3<float> color_of(TextureId id, const float* numbers, const shaders::PointRecord<float>& at) {
+  return shaders::texture_color(id, numbers, at);
+}
+[[gnu::noinline]] Vector3<float> color_of(const test::TextureTwin& twin, const shaders::PointRecord<float>& at) {
+  return shaders::program_color(*twin.program, twin.constants.data(), at);
+}
+
 // Processor time of `second` over that of `first`, each called `calls` times: the least of rounds that take them in
 // turn, on which other work of the host tells least.
 double ratio(int calls, const std::function<void()>& first, const std::function<void()>& second) {
@@ -99,19 +110,11 @@ Row shape_row(ShapeId id) {
   Row row;
   row.name = shaders::shape_declarations()[static_cast<std::size_t>(id)].name;
   row.array = array_ratio(id, in, twin.input, row.same);
-  shaders::with_shape(id, [&](auto shape) {
-    using Shape = decltype(shape);
-    // By the shape's type, as the built-in's callers have it after one jump.
-    row.point = ratio(
-        40,
-        [&] {
-          for (std::size_t k = 0; k < kPoints; ++k) use(shaders::shape_tangents<Shape>(in, at.u[k], at.v[k]));
-        },
-        [&] {
-          for (std::size_t k = 0; k < kPoints; ++k)
-            use(shaders::shape_tangents<shaders::ProgramShape>(twin.input, at.u[k], at.v[k]));
-        });
-  });
+  const auto points = [&](ShapeId of, const ShapeInput& input) {
+    for (std::size_t k = 0; k < kPoints; ++k) use(point_of(of, input, at.u[k], at.v[k]));
+  };
+  row.point = ratio(
+      40, [&] { points(id, in); }, [&] { points(ShapeId::kProgram, twin.input); });
   const auto enclose = [&](ShapeId of, const ShapeInput& input) {
     for (std::size_t k = 0; k < kPoints; ++k) {
       const double u = static_cast<double>(at.u[k]) * 0.9, v = static_cast<double>(at.v[k]) * 0.9;
@@ -138,17 +141,16 @@ Row texture_row(TextureId id) {
   Row row;
   row.name = shaders::texture_declarations()[static_cast<std::size_t>(id)].name;
   for (const auto& record : at) {
-    const Vector3<float> a = shaders::texture_color(id, numbers.data(), record),
-                         b = shaders::program_color(*twin.program, twin.constants.data(), record);
+    const Vector3<float> a = color_of(id, numbers.data(), record), b = color_of(twin, record);
     row.same = row.same && a.x == b.x && a.y == b.y && a.z == b.z;
   }
   row.point = ratio(
       40,
       [&] {
-        for (const auto& record : at) use(shaders::texture_color(id, numbers.data(), record));
+        for (const auto& record : at) use(color_of(id, numbers.data(), record));
       },
       [&] {
-        for (const auto& record : at) use(shaders::program_color(*twin.program, twin.constants.data(), record));
+        for (const auto& record : at) use(color_of(twin, record));
       });
   return row;
 }

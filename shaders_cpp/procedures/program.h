@@ -43,7 +43,8 @@ struct ProgramLimits {
 
 // X(name, operands): registers a, b, c, d give register `to`. Of the forms of a two-operand instruction, C has constant
 // b for its second operand, and From constant a for its first. A product with what follows it, a * b + c, a * b - c and
-// c - a * b, has the forms C for a constant b and a constant c.
+// c - a * b, has the forms C for a constant b and a constant c; the sum of two products, a * b + c * d, one for constants
+// b and d.
 // clang-format off
 #define TESSERA_PROGRAM_BINARIES(X) X(Add) X(Subtract) X(Multiply) X(Divide) X(Min) X(Max)
 #define TESSERA_PROGRAM_OPERATIONS(X) \
@@ -52,7 +53,7 @@ struct ProgramLimits {
   X(Divide) X(DivideC) X(DivideFrom) X(Min) X(MinC) X(MinFrom) X(Max) X(MaxC) X(MaxFrom) \
   X(MultiplyAdd) X(MultiplyCAdd) X(MultiplyAddC) X(MultiplyCAddC) \
   X(MultiplySubtract) X(MultiplyCSubtract) X(MultiplySubtractC) X(MultiplyCSubtractC) \
-  X(MultiplyRest) X(MultiplyCRest) X(MultiplyRestC) X(MultiplyCRestC) \
+  X(MultiplyRest) X(MultiplyCRest) X(MultiplyRestC) X(MultiplyCRestC) X(ProductSum) X(ProductSumC) \
   X(SquareRoot) X(Absolute) X(RoundDown) X(SmoothStep) X(PowerOfTwo) X(SineCosine) X(SelectLess) X(PlaneNoise) \
   X(SpaceNoise) X(Image)
 // clang-format on

@@ -59,6 +59,7 @@ std::array<bool, 4> reads(Operation operation) {
     case Operation::kMultiplySubtractC:
     case Operation::kMultiplyRestC:
       return {true, true, false, false};
+    case Operation::kProductSumC:
     case Operation::kMultiplyCAdd:
     case Operation::kMultiplyCSubtract:
     case Operation::kMultiplyCRest:
@@ -69,6 +70,7 @@ std::array<bool, 4> reads(Operation operation) {
     case Operation::kSpaceNoise:
       return {true, true, true, false};
     case Operation::kSelectLess:
+    case Operation::kProductSum:
       return {true, true, true, true};
   }
   return {};
@@ -293,40 +295,63 @@ void Emitter::remove_unused(std::span<const int> result) {
   code_ = std::move(kept);
 }
 
-// A product and the sum or difference right after it that alone reads it become one instruction. Each still rounds, and
-// counts, for itself; addition and multiplication commute bit for bit.
+// A product and the sum or difference that alone reads it become one instruction where the sum is, and so do two products
+// and their sum: fewer numbers on their way through the registers. Each operation still rounds, and counts, for itself;
+// addition and multiplication commute bit for bit. Nothing crosses a skip, where it would be counted more or less often.
 void Emitter::fuse_products(std::span<const int> result) {
-  std::vector<int> uses(static_cast<std::size_t>(registers_));
+  std::vector<int> uses(static_cast<std::size_t>(registers_)), made_at(uses.size(), -1);
   for (const int r : result) ++uses[static_cast<std::size_t>(r)];
   for (const Virtual& v : code_) for_each_read(v, [&](int r) { ++uses[static_cast<std::size_t>(r)]; });
-  std::vector<Virtual> fused;
-  for (const Virtual& v : code_) {
-    std::optional<Virtual> both;
-    if (!fused.empty() && uses_alone(fused.back(), uses)) both = product_with(fused.back(), v);
-    if (both)
-      fused.back() = *both;
-    else
-      fused.push_back(v);
+  std::vector<bool> taken(code_.size());
+  int block = 0;
+  // The product that made a register, if it may be computed later: nothing else reads it, and nobody assigns to what it
+  // reads.
+  const auto product_of = [&](int r) -> Virtual* {
+    const int at = r < 0 ? -1 : made_at[static_cast<std::size_t>(r)];
+    if (at < block || uses[static_cast<std::size_t>(r)] != 1 || assigned_[static_cast<std::size_t>(r)]) return nullptr;
+    Virtual& m = code_[static_cast<std::size_t>(at)];
+    bool fixed = m.operation >= Operation::kMultiply && m.operation <= Operation::kMultiplyFrom;
+    for_each_read(m, [&](int read) { fixed = fixed && !assigned_[static_cast<std::size_t>(read)]; });
+    return fixed ? &m : nullptr;
+  };
+  const auto take = [&](const Virtual* m) { taken[static_cast<std::size_t>(m - code_.data())] = true; };
+  for (std::size_t k = 0; k < code_.size(); ++k) {
+    Virtual& v = code_[k];
+    if (v.is_label || v.operation == Operation::kSkip) {
+      block = static_cast<int>(k) + 1;
+      continue;
+    }
+    if (v.operation >= Operation::kAdd && v.operation <= Operation::kSubtractFrom) {
+      const bool a = v.operation != Operation::kAddFrom && v.operation != Operation::kSubtractFrom,
+                 b = v.operation != Operation::kAddC && v.operation != Operation::kSubtractC;
+      const Virtual* m = product_of(b ? v.b : -1);
+      if (m == nullptr) m = product_of(a ? v.a : -1);
+      if (m != nullptr) take(m), v = product_with(*m, v);
+      const bool by_constant = v.operation == Operation::kMultiplyCAdd;
+      if (by_constant || v.operation == Operation::kMultiplyAdd) {
+        const Virtual* other = product_of(v.c);
+        if (other != nullptr && by_constant == (other->operation != Operation::kMultiply)) {
+          take(other);
+          const bool turned = other->operation == Operation::kMultiplyFrom;
+          v.c = turned ? other->b : other->a, v.d = turned ? other->a : other->b;
+          v.operation = by_constant ? Operation::kProductSumC : Operation::kProductSum;
+        }
+      }
+    }
+    made_at[static_cast<std::size_t>(v.to)] = static_cast<int>(k);
   }
+  std::vector<Virtual> fused;
+  for (std::size_t k = 0; k < code_.size(); ++k)
+    if (!taken[k]) fused.push_back(code_[k]);
   code_ = std::move(fused);
 }
 
-// A product that one instruction reads, and no variable.
-bool Emitter::uses_alone(const Virtual& v, std::span<const int> uses) const {
-  const bool product = !v.is_label && (v.operation == Operation::kMultiply || v.operation == Operation::kMultiplyC ||
-                                       v.operation == Operation::kMultiplyFrom);
-  return product && uses[static_cast<std::size_t>(v.to)] == 1 && !assigned_[static_cast<std::size_t>(v.to)];
-}
-
-std::optional<Emitter::Virtual> Emitter::product_with(Virtual m, const Virtual& v) {
-  if (v.is_label) return std::nullopt;
-  const bool sum = v.operation >= Operation::kAdd && v.operation <= Operation::kAddFrom,
-             difference = v.operation >= Operation::kSubtract && v.operation <= Operation::kSubtractFrom;
-  if (!sum && !difference) return std::nullopt;
+// Product `m` and the sum or difference `v` that reads it.
+Emitter::Virtual Emitter::product_with(Virtual m, const Virtual& v) {
+  const bool sum = v.operation <= Operation::kAddFrom;
   const int form = static_cast<int>(v.operation) - static_cast<int>(sum ? Operation::kAdd : Operation::kSubtract);
   // 0: registers a and b; 1: b is a constant; 2: a is.
-  const bool first = form != 2 && v.a == m.to, second = form != 1 && v.b == m.to;
-  if (first == second) return std::nullopt;
+  const bool first = form == 1 || (form == 0 && v.a == m.to);
   if (m.operation == Operation::kMultiplyFrom) std::swap(m.a, m.b), m.operation = Operation::kMultiplyC;
   const Operation base = sum     ? Operation::kMultiplyAdd
                          : first ? Operation::kMultiplySubtract

@@ -76,8 +76,7 @@ class Emitter {
   Scalar push_setup(Operation operation, const std::vector<Scalar>& operands, int second);
   void remove_unused(std::span<const int> result);
   void fuse_products(std::span<const int> result);
-  bool uses_alone(const Virtual& v, std::span<const int> uses) const;
-  static std::optional<Virtual> product_with(Virtual product, const Virtual& next);
+  static Virtual product_with(Virtual product, const Virtual& next);
   template <class Visit>
   static void for_each_read(const Virtual& v, const Visit& visit);
   void allocate(std::span<const int> result, Program& program);
