@@ -108,7 +108,9 @@ const std::vector<Topic>& topics() {
        "Procedures",
        "Stages that a capture's `TESSERA_procedure` can name "
        "([extensions/TESSERA_procedure.md](extensions/TESSERA_procedure.md)), generated from their declarations in\n"
-       "`shaders_cpp/procedures/`. How they are drawn: [procedural.md](procedural.md).",
+       "`shaders_cpp/procedures/`, and the language of its `program`, in which the built-in shapes and textures are "
+       "written\n"
+       "once more: `shaders_cpp/procedures/expressions/`. How they are drawn: [procedural.md](procedural.md).",
        {{"name", "stage"}, {"kind", "kind"}, {"meaning", "meaning"}, {"parameters", "parameters"}}},
       {"effects",
        "Effects",
@@ -256,6 +258,8 @@ json describe_stages() {
   add("shape", shaders::shape_declarations());
   add("texture", shaders::texture_declarations());
   add("shading", shaders::shading_declarations());
+  for (const shaders::LanguageRow& row : shaders::program_language())
+    rows.push_back({{"name", row.name}, {"kind", row.kind}, {"meaning", row.meaning}, {"parameters", ""}});
   return rows;
 }
 

@@ -95,6 +95,13 @@ class PackCommand final : public Command {
                    "BIAS in object units (default 2 % of the largest extent, and 0)")
         ->type_name("HEIGHTS[,SCALE[,BIAS]]")
         ->group(surfaces);
+    app.add_option(
+           "--procedure", procedures_,
+           "Draw a program of your own: FILE has a shape, texture or rates (`tessera describe procedures`), NODE "
+           "is a node's name or number (default: a new one); may be given several times")
+        ->type_name("[NODE=]FILE")
+        ->allow_extra_args(false)
+        ->group(surfaces);
     subdivide_ = app.get_option("--subdivide");
     webp_option_ = app.get_option("--webp");
     const char* group = "Capture settings";
@@ -199,6 +206,7 @@ class PackCommand final : public Command {
     }
     if (surfaces.crease_degrees && !surfaces.subdivide) throw UsageError("--crease needs --subdivide");
     if (!displace_.empty()) surfaces.displace = parse_displace(displace_);
+    for (const std::string& procedure : procedures_) options_.procedures.push_back(parse_procedure(procedure));
   }
 
   void print_surfaces(const SurfaceReport& surfaces) const {
@@ -217,6 +225,7 @@ class PackCommand final : public Command {
   std::string source_, target_, size_, shutter_, frames_, levels_, displace_, webp_, ktx2_;
   CLI::Option *subdivide_ = nullptr, *method_ = nullptr, *webp_option_ = nullptr;
   std::vector<std::pair<CLI::Option*, int QuantizationBits::*>> bits_;
+  std::vector<std::string> procedures_;
   bool meshopt_ = false;
   std::optional<double> frame_rate_, exposure_, environment_;
   PackOptions options_;

@@ -13,7 +13,7 @@
 #include "base/vec.h"
 #include "scene/material.h"
 #include "shaders_cpp/metallic_roughness.h"
-#include "shaders_cpp/procedures/declarations.h"
+#include "shaders_cpp/procedures/program.h"
 #include "shaders_cpp/surroundings.h"
 
 namespace tessera::shaders {
@@ -96,6 +96,11 @@ struct Procedure {
           v_scale = 1;  // (u, v) of the whole = first + scale * (u, v) of the piece
   };
   shaders::ShapeId shape = shaders::ShapeId::kSphere;
+  // The user's own stages, where there are such: kProgram of `shape` and `texture`, and rates for the sampling
+  // controller. Constants of the shape's pieces lie one behind the other; their inputs point at them.
+  std::shared_ptr<const shaders::Program> shape_program, texture_program, rates_program;
+  std::shared_ptr<const std::vector<float>> shape_constants;
+  std::vector<float> texture_constants, rates_constants;
   std::vector<Piece> pieces;
   shaders::TextureId texture = shaders::TextureId::kPlain;
   std::array<float, 12> texture_numbers{1, 1, 1};
@@ -105,7 +110,7 @@ struct Procedure {
   std::shared_ptr<const shaders::GeometryImage> image;  // what the pieces' inputs point at
 
   const shaders::StageDeclaration& declaration() const {
-    return shaders::shape_declarations()[static_cast<std::size_t>(shape)];
+    return shape_program ? shape_program->declaration : shaders::shape_declarations()[static_cast<std::size_t>(shape)];
   }
 };
 

@@ -106,7 +106,11 @@ std::vector<Extension> own_extensions() {
        "node",
        "A surface that stays a formula until it is sampled: docs/procedures.md lists shapes, textures and shading "
        "models.",
-       {{"shape", "string", "", "required", "Name of the shape."},
+       {{"shape", "string", "", "required without a program of one", "Name of the shape."},
+        {"program", "string or integer", "", "none",
+         "Stages of the user's own, as text or as a number in the list `programs` of the document's "
+         "TESSERA_procedure."},
+        {"sampling", "object", "", "its defaults", "Parameters of the program's rates, by name."},
         {"parameters", "object", "", "the shape's defaults", "Parameters of the shape, by name."},
         {"texture", "object", "", "{pattern: plain}",
          "pattern: name of a procedural texture; its parameters beside it."},

@@ -73,20 +73,30 @@ TessellationPattern procedure_pattern(const FrameGeometry& frame, std::uint32_t 
   return pattern;
 }
 
+namespace {
+
+// Numbers of texture and shading: a block for each, larger where a texture of the user's own has more.
+std::uint64_t stage_numbers(const Procedure& procedure) {
+  std::size_t texture = procedure.texture_numbers.size();
+  if (procedure.texture_program) texture = std::max(texture, procedure.texture_program->parameter_numbers);
+  return texture + procedure.shading_numbers.size();
+}
+
+}  // namespace
+
 std::uint64_t procedure_point_bytes(const Procedure& procedure) {
-  std::uint64_t numbers = procedure.texture_numbers.size() + procedure.shading_numbers.size();
+  std::uint64_t numbers = stage_numbers(procedure);
   for (const shaders::ParameterDeclaration& p : procedure.declaration().parameters)
     numbers += static_cast<std::uint64_t>(p.size);
   return 4 * numbers;
 }
 
 std::uint64_t procedure_piece_bytes(const Procedure& procedure) {
-  return procedure_point_bytes(procedure) - 4 * (procedure.texture_numbers.size() + procedure.shading_numbers.size());
+  return procedure_point_bytes(procedure) - 4 * stage_numbers(procedure);
 }
 
 std::uint64_t procedure_record_bytes(const Procedure& procedure) {
-  const std::uint64_t stages = 4 * (procedure.texture_numbers.size() + procedure.shading_numbers.size());
-  return procedure_piece_bytes(procedure) * procedure.pieces.size() + stages +
+  return procedure_piece_bytes(procedure) * procedure.pieces.size() + 4 * stage_numbers(procedure) +
          (procedure.image ? 12 * procedure.image->x.size() : 0);
 }
 

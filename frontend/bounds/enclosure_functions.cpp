@@ -80,6 +80,21 @@ void real_sincos_turns(const Enclosure& turns, Enclosure& sine, Enclosure& cosin
   cosine = {c, sine_of_turns(turns.middle() + quarter), slope_c * turns.by_s(), slope_c * turns.by_t(), error};
 }
 
+Enclosure real_floor(const Enclosure& a) {
+  const double low = std::floor(a.low()), high = std::floor(a.high());
+  if (low == high) return low;
+  const auto floors = [](const Interval& x) { return Interval(std::floor(x.low()), std::floor(x.high())); };
+  // An error, however small, may lead across a step.
+  return {floors(a.range()), floors(a.middle()), Interval::everything(), Interval::everything(), 1.0 + a.error()};
+}
+
+Enclosure select_less(const Enclosure& a, const Enclosure& b, const Enclosure& x, const Enclosure& y) {
+  if (a.high() < b.low()) return x;
+  if (a.low() >= b.high()) return y;
+  return {hull(x.range(), y.range()), hull(x.middle(), y.middle()), Interval::everything(), Interval::everything(),
+          std::max(x.error(), y.error())};
+}
+
 NoiseRange noise_range(const Interval& x, const Interval& y) {
   const double c0 = std::floor(x.low()), c1 = std::floor(x.high()), r0 = std::floor(y.low()), r1 = std::floor(y.high());
   const bool inside = std::abs(c0) < 1e8 && std::abs(c1) < 1e8 && std::abs(r0) < 1e8 && std::abs(r1) < 1e8;

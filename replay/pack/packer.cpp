@@ -470,6 +470,10 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
     container.binary = asset.binary();
     container.has_binary = true;
   }
+  if (!options.procedures.empty()) {
+    attach_procedures(checked, options.procedures);
+    checked = checked_json(checked.dump(), name);
+  }
   gltf::Document document(std::move(checked), source, std::move(container.binary), container.has_binary, limits,
                           budget);
   json out = document.json;

@@ -3,11 +3,13 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
 #include "replay/pack/draco_encoder.h"
 #include "replay/pack/image_packer.h"
+#include "replay/pack/procedures.h"
 #include "replay/pack/surfaces.h"
 
 namespace tessera::replay {
@@ -25,6 +27,7 @@ struct PackOptions {
   // TESSERA_lens for every camera.
   std::optional<double> aperture_radius, focus_distance;
   SurfaceOptions surfaces;
+  std::vector<ProcedureFile> procedures;
   bool strict = false;  // scene::CaptureLimits::strict, for the asset
 };
 

@@ -113,6 +113,33 @@ std::size_t curve_count(const StageDeclaration& shape, const json& parameters, P
   return 1;
 }
 
+// The numbers of a stage's parameters, in order.
+std::vector<float> stage_numbers(const StageDeclaration& stage, const json& object) {
+  std::vector<float> numbers;
+  for (const ParameterDeclaration& p : stage.parameters) {
+    numbers.resize(numbers.size() + static_cast<std::size_t>(p.size));
+    put_numbers(p, member(object, p.name), 0, numbers.data() + numbers.size() - p.size);
+  }
+  return numbers;
+}
+
+// What a user's shape reads besides u and v, for each piece.
+void bind_pieces(Document& document, const Place& place, Procedure& out) {
+  const shaders::Program& program = *out.shape_program;
+  const std::size_t each = program.constants.size();
+  document.budget.charge(out.pieces.size() * each, sizeof(float), place);
+  std::vector<float> constants;
+  for (const Procedure::Piece& piece : out.pieces) {
+    const std::vector<float> own = program.bind(piece.input.p);
+    constants.insert(constants.end(), own.begin(), own.end());
+  }
+  out.shape_constants = std::make_shared<const std::vector<float>>(std::move(constants));
+  for (std::size_t n = 0; n < out.pieces.size(); ++n) {
+    out.pieces[n].input.program = &program;
+    out.pieces[n].input.constants = out.shape_constants->data() + n * each;
+  }
+}
+
 void build_pieces(Document& document, const json& parameters, const Place& place, Procedure& out) {
   const StageDeclaration& shape = out.declaration();
   const std::size_t along_u = curve_count(shape, parameters, ParameterLayout::kChainU),
@@ -131,15 +158,13 @@ void build_pieces(Document& document, const json& parameters, const Place& place
     }
     piece.input.image = out.image.get();
   }
+  if (out.shape_program) bind_pieces(document, place, out);
 }
 
 template <std::size_t N>
 void build_stage(const StageDeclaration& stage, const json& object, std::array<float, N>& numbers) {
-  float* to = numbers.data();
-  for (const ParameterDeclaration& p : stage.parameters) {
-    put_numbers(p, member(object, p.name), 0, to);
-    to += p.size;
-  }
+  const std::vector<float> from = stage_numbers(stage, object);
+  std::copy(from.begin(), from.end(), numbers.begin());
 }
 
 std::shared_ptr<const shaders::GeometryImage> build_image(Document& document, const json& image) {
@@ -156,18 +181,39 @@ std::shared_ptr<const shaders::GeometryImage> build_image(Document& document, co
   return out;
 }
 
-Procedure build_procedure(Document& document, const json& object, const Place& place) {
+// Texture and sampling: of the programs where there are such.
+void build_programs(const json& object, Procedure& out) {
+  if (out.texture_program) {
+    out.texture = shaders::TextureId::kProgram;
+    const json parameters = object.value("texture", json::object());
+    out.texture_constants = out.texture_program->bind(stage_numbers(out.texture_program->declaration, parameters));
+  }
+  if (out.rates_program) {
+    const json parameters = object.value("sampling", json::object());
+    out.rates_constants = out.rates_program->bind(stage_numbers(out.rates_program->declaration, parameters));
+  }
+}
+
+Procedure build_procedure(Document& document, const json& object, ProgramCache& programs, const Place& place) {
   Procedure out;
   const auto number = [](std::span<const StageDeclaration> stages, const json& name) {
     return find_stage(stages, name) - stages.data();
   };
-  out.shape = static_cast<shaders::ShapeId>(number(shaders::shape_declarations(), object["shape"]));
+  if (const json* program = member(object, "program")) {
+    const shaders::ProgramSet& set = programs.get(document.json, *program, place.at("program"));
+    out.shape_program = set.shape, out.texture_program = set.texture, out.rates_program = set.rates;
+  }
+  out.shape = out.shape_program ? shaders::ShapeId::kProgram
+                                : static_cast<shaders::ShapeId>(number(shaders::shape_declarations(), object["shape"]));
   if (object.contains("image")) out.image = build_image(document, object["image"]);
   build_pieces(document, object.value("parameters", json::object()), place, out);
   const json texture = object.value("texture", json{{"pattern", "plain"}}),
              shading = object.value("shading", json{{"model", "material"}});
-  out.texture = static_cast<shaders::TextureId>(number(shaders::texture_declarations(), texture["pattern"]));
-  build_stage(shaders::texture_declarations()[static_cast<std::size_t>(out.texture)], texture, out.texture_numbers);
+  if (!out.texture_program) {
+    out.texture = static_cast<shaders::TextureId>(number(shaders::texture_declarations(), texture["pattern"]));
+    build_stage(shaders::texture_declarations()[static_cast<std::size_t>(out.texture)], texture, out.texture_numbers);
+  }
+  build_programs(object, out);
   out.shading = static_cast<shaders::ShadingId>(number(shaders::shading_declarations(), shading["model"]));
   build_stage(shaders::shading_declarations()[static_cast<std::size_t>(out.shading)], shading, out.shading_numbers);
   out.material = object.value("material", kNone);
@@ -176,13 +222,43 @@ Procedure build_procedure(Document& document, const json& object, const Place& p
 
 }  // namespace
 
-void check_procedure_schema(const json& document, const json& procedure, const Place& place) {
+const shaders::ProgramSet& ProgramCache::get(const json& document, const json& value, const Place& place) {
+  const json* text = &value;
+  if (!value.is_string()) {
+    const json* list = find_extension(document, kExtension);
+    const std::size_t count = list == nullptr ? 0 : count_of(*list, "programs");
+    if (count == 0) place.refuse("is neither a text nor the number of a program: the document lists none");
+    text = &(*list)["programs"][whole_number(value, 0, count - 1, place)];
+  }
+  const auto& source = text->get_ref<const std::string&>();
+  if (const auto known = compiled_.find(source); known != compiled_.end()) return known->second;
+  if (compiled_.size() == kMaxPrograms) place.refuse("is one more than {} different programs", kMaxPrograms);
+  shaders::CompiledText compiled = shaders::compile_programs(source);
+  if (compiled.fault)
+    place.refuse("line {}, column {}: {}", compiled.fault->line, compiled.fault->column, compiled.fault->message);
+  return compiled_.emplace(source, std::move(compiled.programs)).first->second;
+}
+
+void check_procedure_schema(const json& document, const json& procedure, ProgramCache& programs, const Place& place) {
   if (!procedure.is_object()) place.refuse("is not an object");
-  if (!procedure.contains("shape")) place.refuse("lacks the property 'shape'");
-  const StageDeclaration* shape = find_stage(shaders::shape_declarations(), procedure["shape"]);
-  if (shape == nullptr) place.at("shape").refuse("is {}, which Tessera does not know", procedure["shape"].dump());
+  shaders::ProgramSet own;
+  if (const json* program = member(procedure, "program")) own = programs.get(document, *program, place.at("program"));
+  const StageDeclaration* shape = own.shape ? &own.shape->declaration : nullptr;
+  if (shape != nullptr && procedure.contains("shape"))
+    place.at("shape").refuse("is given, and the program has a shape");
+  if (shape == nullptr) {
+    if (!procedure.contains("shape")) place.refuse("lacks the property 'shape'");
+    shape = find_stage(shaders::shape_declarations(), procedure["shape"]);
+    if (shape == nullptr) place.at("shape").refuse("is {}, which Tessera does not know", procedure["shape"].dump());
+  }
   check_parameters(*shape, procedure.value("parameters", json::object()), "", place.at("parameters"));
-  if (const json* texture = member(procedure, "texture"))
+  if (own.rates)
+    check_parameters(own.rates->declaration, procedure.value("sampling", json::object()), "", place.at("sampling"));
+  else if (procedure.contains("sampling"))
+    place.at("sampling").refuse("is given, but there is no program of rates");
+  if (own.texture)
+    check_parameters(own.texture->declaration, procedure.value("texture", json::object()), "", place.at("texture"));
+  else if (const json* texture = member(procedure, "texture"))
     check_stage(shaders::texture_declarations(), *texture, "pattern", place.at("texture"));
   if (const json* shading = member(procedure, "shading"))
     check_stage(shaders::shading_declarations(), *shading, "model", place.at("shading"));
@@ -192,7 +268,7 @@ void check_procedure_schema(const json& document, const json& procedure, const P
     whole_number(*material, 0, materials - 1, place.at("material"));
   }
   const json* image = member(procedure, "image");
-  const bool needs_image = shape->name == "geometryImage";
+  const bool needs_image = own.shape ? own.shape->reads_image : shape->name == "geometryImage";
   if (needs_image && image == nullptr) place.refuse("lacks the property 'image', which this shape reads");
   if (!needs_image && image != nullptr) place.refuse("has an 'image', which this shape does not read");
   if (image == nullptr) return;
@@ -220,13 +296,14 @@ void check_procedure_links(const json& document, const json& procedure, const Pl
 }
 
 void build_procedures(Document& document, Capture& capture) {
+  ProgramCache programs;
   for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
     const json* object = find_extension(document.json["nodes"][n], kExtension);
     if (object == nullptr) continue;
     const Place place = document.root.at("nodes").at(n).at("extensions").at(kExtension);
     document.budget.charge(1, sizeof(Procedure), place);
     capture.nodes[n].procedure = static_cast<int>(capture.procedures.size());
-    capture.procedures.push_back(build_procedure(document, *object, place));
+    capture.procedures.push_back(build_procedure(document, *object, programs, place));
   }
 }
 

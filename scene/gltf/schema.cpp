@@ -3,6 +3,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -332,7 +333,9 @@ Rule node_rule(const json& d) {
                {"KHR_lights_punctual", object({{"light", light, kRequired}})},
                {"KHR_node_visibility", object({{"visible", boolean()}})},
                {"TESSERA_procedure",
-                [&d](const json& value, const Place& place) { check_procedure_schema(d, value, place); }}})},
+                [&d, programs = std::make_shared<ProgramCache>()](const json& value, const Place& place) {
+                  check_procedure_schema(d, value, *programs, place);
+                }}})},
   });
 }
 
@@ -453,7 +456,8 @@ Rule document_rule(const json& d) {
       {"extensions", object({{"KHR_lights_punctual", object({{"lights", list(light_rule()), kRequired}})},
                              {"KHR_materials_variants",
                               object({{"variants", list(object({{"name", text(), kRequired}})), kRequired}})},
-                             {"TESSERA_capture", capture_settings_rule(d)}})},
+                             {"TESSERA_capture", capture_settings_rule(d)},
+                             {"TESSERA_procedure", object({{"programs", list(text())}})}})},
       {"accessors", list(accessor_rule(d))},
       {"animations", list(animation_rule(d))},
       {"buffers", list(buffer_rule())},

@@ -37,10 +37,14 @@ struct GeometryImage {
 
 inline constexpr std::size_t kBlockNumbers = 48;
 
+struct Program;
+
 // What a shape reads besides its parameters (u, v): the numbers of its declaration, in order.
 struct ShapeInput {
   std::array<float, kBlockNumbers> p{};
   const GeometryImage* image = nullptr;
+  const Program* program = nullptr;  // of ShapeId::kProgram, with its constants (Program::bind)
+  const float* constants = nullptr;
 };
 
 // Every stage that captures can name, by kind. To add one: write the struct (shapes.inc, textures.inc, shading.inc) and
@@ -54,8 +58,9 @@ struct ShapeInput {
 // clang-format on
 
 #define TESSERA_STAGE_NAME(name) k##name,
-enum class ShapeId : std::uint8_t { TESSERA_SHAPES(TESSERA_STAGE_NAME) };
-enum class TextureId : std::uint8_t { TESSERA_TEXTURES(TESSERA_STAGE_NAME) };
+// kProgram: the user's own (program.h).
+enum class ShapeId : std::uint8_t { TESSERA_SHAPES(TESSERA_STAGE_NAME) kProgram };
+enum class TextureId : std::uint8_t { TESSERA_TEXTURES(TESSERA_STAGE_NAME) kProgram };
 enum class ShadingId : std::uint8_t { TESSERA_SHADING(TESSERA_STAGE_NAME) };
 #undef TESSERA_STAGE_NAME
 

@@ -6,6 +6,7 @@
 
 #include "base/simd-inl.h"
 #include "shaders_cpp/procedures/declarations.h"
+#include "shaders_cpp/procedures/program.h"
 #include "shaders_cpp/procedures/scalar.h"
 #include "shaders_cpp/procedures/uniforms.h"
 
@@ -17,6 +18,7 @@
 #endif
 
 #define TESSERA_STAGE_ATTR HWY_ATTR
+#define TESSERA_STAGE_NOINLINE HWY_NOINLINE
 HWY_BEFORE_NAMESPACE();
 namespace tessera {
 namespace shaders {
@@ -111,6 +113,7 @@ HWY_INLINE FloatLanes space_noise(FloatLanes x, FloatLanes y, FloatLanes z);
 #include "shaders_cpp/procedures/shapes.inc"
 #include "shaders_cpp/procedures/textures.inc"
 #include "shaders_cpp/procedures/shading.inc"
+#include "shaders_cpp/procedures/program.inc"
 #include "shaders_cpp/procedures/stages.inc"
 // clang-format on
 
@@ -139,5 +142,6 @@ HWY_INLINE FloatLanes space_noise(FloatLanes x, FloatLanes y, FloatLanes z) {
 }  // namespace tessera
 HWY_AFTER_NAMESPACE();
 #undef TESSERA_STAGE_ATTR
+#undef TESSERA_STAGE_NOINLINE
 
 #endif

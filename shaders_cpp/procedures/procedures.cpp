@@ -27,7 +27,9 @@ PlaneNoise<Real> image_at(const float* values, int width, int height, Real u, Re
   const Real x = std::min(std::max(u * su, Real(0)), su), y = std::min(std::max(v * sv, Real(0)), sv);
   const Real column = std::min(std::floor(x), su - Real(1)), row = std::min(std::floor(y), sv - Real(1)),
              fx = x - column, fy = y - row;
-  const float* at = values + static_cast<std::ptrdiff_t>(row) * width + static_cast<std::ptrdiff_t>(column);
+  // A coordinate that is no number stays one, and must not reach memory.
+  const auto index = [](Real a) { return a == a ? static_cast<std::ptrdiff_t>(a) : 0; };
+  const float* at = values + index(row) * width + index(column);
   const auto c00 = static_cast<Real>(at[0]), c10 = static_cast<Real>(at[1]), c01 = static_cast<Real>(at[width]),
              c11 = static_cast<Real>(at[width + 1]);
   const Real gx = Real(1) - fx, gy = Real(1) - fy;

@@ -6,6 +6,7 @@
 
 #include "base/vector3.h"
 #include "shaders_cpp/procedures/declarations.h"
+#include "shaders_cpp/procedures/program.h"
 #include "shaders_cpp/procedures/scalar.h"
 #include "shaders_cpp/procedures/uniforms.h"
 
@@ -14,6 +15,7 @@
 // functions.
 
 #define TESSERA_STAGE_ATTR  // lambdas carry the SIMD target's attribute where there is one
+#define TESSERA_STAGE_NOINLINE [[gnu::noinline]]
 
 namespace tessera::shaders {
 
@@ -46,6 +48,7 @@ inline double image_value(const float* values, int width, int height, double u, 
 #include "shaders_cpp/procedures/shapes.inc"
 #include "shaders_cpp/procedures/textures.inc"
 #include "shaders_cpp/procedures/shading.inc"
+#include "shaders_cpp/procedures/program.inc"
 // clang-format on
 
 #include "shaders_cpp/procedures/stages.inc"
@@ -53,3 +56,4 @@ inline double image_value(const float* values, int width, int height, double u, 
 }  // namespace tessera::shaders
 
 #undef TESSERA_STAGE_ATTR
+#undef TESSERA_STAGE_NOINLINE

@@ -30,6 +30,8 @@ struct SurfaceProgram {
   ShadingId shading = ShadingId::kPhong;
   std::array<float, 12> texture_numbers{};
   std::array<float, 8> shading_numbers{};
+  const Program* texture_program = nullptr;  // of TextureId::kProgram, with its constants
+  const float* texture_constants = nullptr;
   float u_first = 0, u_scale = 1, v_first = 0,
         v_scale = 1;       // (u, v) of the whole shape = first + scale * (u, v) of the piece
   bool two_sided = false;  // normals turn towards the viewer; else backs are as dark as they are

@@ -5,7 +5,7 @@
 
 #include "frontend/bounds/enclosure_functions.h"
 #include "shaders_cpp/procedures/procedures.h"
-#include "tests/support/procedures.h"
+#include "tests/support/programs.h"
 
 namespace tessera::frontend {
 namespace {
@@ -130,6 +130,53 @@ TEST(ProcedureEnclosure, NoiseStaysInItsRangeAcrossLatticeLines) {
     ASSERT_TRUE(n.value >= r.value.low() && n.value <= r.value.high());
     ASSERT_TRUE(n.by_x >= r.by_x.low() && n.by_x <= r.by_x.high());
     ASSERT_TRUE(n.by_y >= r.by_y.low() && n.by_y <= r.by_y.high());
+  }
+}
+
+bool same(const Interval& a, const Interval& b) { return a.low() == b.low() && a.high() == b.high(); }
+bool same(const Enclosure& a, const Enclosure& b) {
+  return same(a.range(), b.range()) && same(a.middle(), b.middle()) && same(a.by_s(), b.by_s()) &&
+         same(a.by_t(), b.by_t()) && a.error() == b.error();
+}
+
+TEST(ProgramBounds, OfBuiltInShapesAreTheirs) {  // PGM1
+  Random random(31);
+  for (int trial = 0; trial < 2000; ++trial) {
+    const auto id = static_cast<ShapeId>(trial % test::kShapeCount);
+    const ShapeInput in = test::random_shape(random, id);
+    const test::ShapeTwin twin(id, in);
+    const Box box = random_box(random);
+    const Vector3<Enclosure> a = enclose(id, in, box), b = enclose(ShapeId::kProgram, twin.input, box);
+    EXPECT_TRUE(same(a.x, b.x) && same(a.y, b.y) && same(a.z, b.z)) << trial;
+  }
+}
+
+// Selection and steps, which no built-in shape has.
+TEST(ProgramBounds, HoldWhatSelectionsAndStepsGive) {
+  const char* const texts[] = {
+      "shape s { return vec3(u < v ? u * 3 : v - 2, floor(u * 7) * v, fract(v * 5 + u)); }",
+      "shape s { let a = noise(u * 4, v * 4); return vec3(a > 0 ? a : 0 - a * 2, floor(a * 3) / 3, smooth(a)); }",
+      "shape s { let s = sincos(u * 3); return vec3(clamp(s.x, 0.2, 0.7), mix(u, s.y, v), abs(s.x - v)); }"};
+  Random random(32);
+  for (const char* text : texts) {
+    const shaders::CompiledText compiled = shaders::compile_programs(text);
+    ASSERT_FALSE(compiled.fault);
+    ShapeInput in;
+    const std::vector<float> constants = compiled.programs.shape->bind({});
+    in.program = compiled.programs.shape.get();
+    in.constants = constants.data();
+    for (int trial = 0; trial < 2000; ++trial) {
+      const Box box = random_box(random);
+      const Vector3<Enclosure> e = enclose(ShapeId::kProgram, in, box);
+      for (int k = 0; k < 8; ++k) {
+        const float u = random.uniform(static_cast<float>(box.u0), static_cast<float>(box.u1)),
+                    v = random.uniform(static_cast<float>(box.v0), static_cast<float>(box.v1));
+        const Vector3<float> p = shaders::shape_point(ShapeId::kProgram, in, u, v);
+        EXPECT_TRUE(holds(e.x, static_cast<double>(p.x)) && holds(e.y, static_cast<double>(p.y)) &&
+                    holds(e.z, static_cast<double>(p.z)))
+            << text << " " << u << " " << v;
+      }
+    }
   }
 }
 

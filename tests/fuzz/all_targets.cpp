@@ -4,9 +4,10 @@
 namespace tessera::fuzz {
 
 std::span<const Target> targets() {
-  static const Target kTargets[] = {kCaptureTarget, kDracoTarget,  kMeshoptTarget,  kReplayTarget,  kStudyTarget,
-                                    kMachineTarget, kOptionTarget, kResultTarget,   kPointTarget,   kImageTarget,
-                                    kWebpTarget,    kExrTarget,    kRadianceTarget, kHistoryTarget, kKtx2Target};
+  static const Target kTargets[] = {kCaptureTarget,  kDracoTarget,   kMeshoptTarget, kReplayTarget,
+                                    kStudyTarget,    kMachineTarget, kOptionTarget,  kResultTarget,
+                                    kPointTarget,    kImageTarget,   kWebpTarget,    kExrTarget,
+                                    kRadianceTarget, kHistoryTarget, kKtx2Target,    kProgramTarget};
   return kTargets;
 }
 

@@ -63,5 +63,6 @@ extern const Target kCaptureTarget, kDracoTarget, kMeshoptTarget, kReplayTarget;
 extern const Target kStudyTarget, kMachineTarget, kOptionTarget, kResultTarget, kPointTarget;  // text_targets.cpp
 extern const Target kImageTarget, kWebpTarget, kExrTarget, kRadianceTarget, kHistoryTarget;    // image_targets.cpp
 extern const Target kKtx2Target;                                                               // ktx2_target.cpp
+extern const Target kProgramTarget;                                                            // program_target.cpp
 
 }  // namespace tessera::fuzz

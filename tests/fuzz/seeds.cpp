@@ -4,7 +4,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "shaders_cpp/procedures/declarations.h"
+#include "shaders_cpp/procedures/program.h"
 #include "tests/fuzz/document_mutator.h"
 #include "tests/support/captures.h"
 #include "tests/support/gltf_asset.h"
@@ -158,6 +158,10 @@ std::vector<std::string> small_captures() {
     all.push_back(without_buffers(test::read_text(test::shipped_capture(name))));
   for (const shaders::StageDeclaration& shape : shaders::shape_declarations())
     all.push_back(procedure_capture({{"shape", shape.name}}));
+  const auto& programs = shaders::builtin_programs();
+  const std::string together = std::string(programs.at("torus.txt")) + std::string(programs.at("marble.txt")) +
+                               std::string(programs.at("rates.txt"));
+  all.push_back(procedure_capture({{"program", together}, {"parameters", {{"minorRadius", 0.5}}}}));
   const json path = {{0, 0}, {1, 0}, {2, 0}, {3, 0}}, profile = {{1, 0}, {1, 1}, {0, 1}, {-1, 0}};
   all.push_back(procedure_capture({{"shape", "sweptCubic"}, {"parameters", {{"path", path}, {"profile", profile}}}}));
   all.push_back(procedure_capture({{"shape", "torus"},

@@ -9,10 +9,11 @@
 
 #include "base/image_metrics.h"
 #include "base/simd_targets.h"
+#include "gpu/counter_list.h"
 #include "gpu/device.h"
 #include "scene/capture_reader.h"
 #include "shaders_cpp/tone_map.h"
-#include "tests/support/procedures.h"
+#include "tests/support/programs.h"
 
 namespace tessera::gpu {
 namespace {
@@ -325,6 +326,59 @@ TEST(Procedures, HolesAreWhereTheyAreWhateverTheTiles) {  // SC1
     for (const Ways& ways : {Ways{.tile = 8, .spp = 4}, Ways{.threads = 1, .spp = 4}})
       EXPECT_EQ(render(capture, ways).targets.color.values, plain.targets.color.values);
   }
+}
+
+// ---- Programs ---------------------------------------------------------------------------------------------------
+
+// Replaces all built-in shapes and textures of a capture by programs of the same names and numbers.
+scene::Capture with_programs(scene::Capture capture, const std::string& rates = "") {
+  for (scene::Procedure& p : capture.procedures) {
+    const std::string_view texture = shaders::texture_declarations()[static_cast<std::size_t>(p.texture)].name;
+    const auto program = test::builtin(p.declaration().name).shape;
+    p.texture_program = test::builtin(texture).texture;
+    p.texture_constants = p.texture_program->bind(p.texture_numbers);
+    p.texture = shaders::TextureId::kProgram;
+    std::vector<float> constants;
+    for (const scene::Procedure::Piece& piece : p.pieces) {
+      const std::vector<float> own = program->bind(piece.input.p);
+      constants.insert(constants.end(), own.begin(), own.end());
+    }
+    p.shape = ShapeId::kProgram;
+    p.shape_program = program;
+    p.shape_constants = std::make_shared<const std::vector<float>>(std::move(constants));
+    for (std::size_t k = 0; k < p.pieces.size(); ++k) {
+      p.pieces[k].input.program = program.get();
+      p.pieces[k].input.constants = p.shape_constants->data() + k * program->constants.size();
+    }
+    if (rates.empty()) continue;
+    p.rates_program = shaders::compile_programs(rates).programs.rates;
+    p.rates_constants = p.rates_program->bind({});
+  }
+  return capture;
+}
+
+// As the capture of built-in stages: image, counters and bytes (PGM1).
+TEST(Programs, DrawTheFrameOfTheBuiltInStages) {
+  for (const bool shipped : {false, true}) {
+    const scene::Capture capture = shipped ? scene::read_capture(test::shipped_capture("workshop")) : mixed_scene(true);
+    for (const Settings::Path path : {Settings::Path::kSampled, Settings::Path::kTessellated})
+      for (const Settings::Style style : {Settings::Style::kSurface, Settings::Style::kLines}) {
+        const Ways ways{.path = path, .spp = 4, .style = style};
+        const FrameResult a = render(capture, ways), b = render(with_programs(capture), ways);
+        EXPECT_TRUE(a.targets.color.values == b.targets.color.values);
+        EXPECT_EQ(counter_values(a.counters), counter_values(b.counters));
+      }
+  }
+}
+
+TEST(Programs, RatesChangeTheSamples) {
+  const scene::Capture capture = mixed_scene(false);
+  const FrameResult plain = render(with_programs(capture), {.spp = 4}),
+                    fine =
+                        render(with_programs(capture, "rates r { return vec2(4, 2) * reach / spacing; }"), {.spp = 4});
+  EXPECT_NEAR(static_cast<double>(fine.counters.sampling.samples),
+              2.0 * static_cast<double>(plain.counters.sampling.samples),
+              0.2 * static_cast<double>(plain.counters.sampling.samples));
 }
 
 // ---- Closed surfaces --------------------------------------------------------------------------------------------

@@ -91,5 +91,79 @@ TEST(ProcedureReader, AGeometryImageIsAGridOfWholeRows) {
               testing::HasSubstr("whole rows"));
 }
 
+// ---- Programs ---------------------------------------------------------------------------------------------------
+
+constexpr const char* kEgg =
+    "shape egg { patches 8, 4; param size = 1 in [0, 10]; let a = sincos(v * 0.5 - 0.25); let b = sincos(u);\n"
+    "return vec3(size * a.y * b.y, size * 1.4 * a.x, 0 - size * a.y * b.x); }\n"
+    "texture spots { param color: vec3 = 0.5 in [0, 1]; return color * (0.5 + 0.5 * noise(object * 8)); }\n"
+    "rates double_rate { param more = 2 in [1, 8]; return 2 * more * reach / spacing; }\n";
+
+json with_programs(std::vector<std::string> programs) {
+  return {{"extensions", {{"TESSERA_procedure", {{"programs", programs}}}}}};
+}
+
+TEST(ProcedureReader, AProgramsParametersAreItsOwn) {
+  const Capture capture = read({{"program", kEgg},
+                                {"parameters", {{"size", 2}}},
+                                {"texture", {{"color", {0.1, 0.2, 0.3}}}},
+                                {"sampling", {{"more", 4}}}});
+  const Procedure& p = capture.procedures[0];
+  EXPECT_EQ(p.shape, shaders::ShapeId::kProgram);
+  EXPECT_EQ(p.texture, shaders::TextureId::kProgram);
+  EXPECT_EQ(p.declaration().name, "egg");
+  EXPECT_EQ(p.pieces[0].input.p[0], 2.0f);
+  ASSERT_EQ(p.pieces[0].input.constants, p.shape_constants->data());
+  EXPECT_EQ(p.pieces[0].input.constants[0], 2.0f);
+  EXPECT_EQ(p.texture_constants[2], 0.3f);
+  EXPECT_EQ(p.rates_constants[0], 4.0f);
+  EXPECT_EQ(assemble(capture).patch_count(), 32u);
+}
+
+TEST(ProcedureReader, AProgramMayBeListedAndJoinsNamedStages) {
+  const std::string texture = "texture red { return vec3(1, 0, 0); }";
+  const Capture capture = read({{"shape", "torus"}, {"program", 1}}, with_programs({kEgg, texture}));
+  const Procedure& p = capture.procedures[0];
+  EXPECT_EQ(p.shape, shaders::ShapeId::kTorus);
+  EXPECT_EQ(p.texture_program->declaration.name, "red");
+  EXPECT_EQ(p.shape_program, nullptr);
+}
+
+TEST(ProcedureReader, ChainsOfAProgramBecomePieces) {
+  const std::string text =
+      "shape ribbon { param rail: chain u; let s = 1 - u;\n"
+      "return vec3(rail[0] * s + rail[6] * u, v, rail[1] * s + rail[7] * u); }";
+  const json rail = {{0, 0}, {1, 0}, {2, 0}, {3, 0}, {4, 0}, {5, 0}, {6, 2}};
+  const Capture capture = read({{"program", text}, {"parameters", {{"rail", rail}}}});
+  const auto& pieces = capture.procedures[0].pieces;
+  ASSERT_EQ(pieces.size(), 2u);
+  EXPECT_EQ(pieces[1].input.constants[6], 6.0f);
+  EXPECT_EQ(pieces[1].input.constants[7], 2.0f);
+}
+
+TEST(ProcedureReader, FaultsOfProgramsAreNamedWhereTheyAre) {
+  using testing::HasSubstr;
+  EXPECT_THAT(refusal({{"program", "shape s {\n  return w;\n}"}}),
+              HasSubstr("/nodes/0/extensions/TESSERA_procedure/program: line 2, column 10: 'w' is not known"));
+  EXPECT_THAT(refusal({{"program", kEgg}, {"shape", "sphere"}}), HasSubstr("the program has a shape"));
+  EXPECT_THAT(refusal({{"program", kEgg}, {"parameters", {{"size", 11}}}}), HasSubstr("outside [0, 10]"));
+  EXPECT_THAT(refusal({{"program", kEgg}, {"texture", {{"pattern", "wood"}}}}), HasSubstr("/texture/pattern"));
+  EXPECT_THAT(refusal({{"program", kEgg}, {"sampling", {{"less", 1}}}}), HasSubstr("/sampling/less"));
+  EXPECT_THAT(refusal({{"shape", "sphere"}, {"sampling", {{"more", 1}}}}), HasSubstr("no program of rates"));
+  EXPECT_THAT(refusal({{"program", 0}}), HasSubstr("the document lists none"));
+  EXPECT_THAT(refusal({{"program", 1}}, with_programs({kEgg})), HasSubstr("outside [0, 0]"));
+  EXPECT_THAT(refusal({{"program", "texture t { return vec3(1); }"}}), HasSubstr("lacks the property 'shape'"));
+  EXPECT_THAT(refusal({{"program", "shape s { return image(u, v); }"}}), HasSubstr("lacks the property 'image'"));
+  std::vector<std::string> many;
+  json nodes = json::array();
+  for (int k = 0; k < 65; ++k) {
+    many.push_back(std::string(kEgg) + "// " + std::to_string(k));
+    nodes.push_back({{"extensions", {{"TESSERA_procedure", {{"program", k}}}}}});
+  }
+  json document = with_programs(many);
+  document["nodes"] = nodes;
+  EXPECT_THAT(refusal({}, document), HasSubstr("one more than 64 different programs"));
+}
+
 }  // namespace
 }  // namespace tessera::scene

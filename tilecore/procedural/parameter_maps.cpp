@@ -37,6 +37,14 @@ LimitError too_many_cells() {
                                 ParameterMaps::kMaxCells));
 }
 
+// Steps that a cell is sampled with along one parameter.
+std::uint16_t whole_steps(double wanted, bool& clamped) {
+  const double steps = std::ceil(wanted);
+  if (steps <= CellSteps::kMax) return static_cast<std::uint16_t>(std::max(steps, 1.0));
+  clamped = true;
+  return std::isfinite(steps) ? CellSteps::kMax : CellSteps::kUnknown;
+}
+
 float line_reach(const ProcedureSettings& settings) {
   return settings.style == ProcedureSettings::Style::kLines ? ParameterMaps::kLineReach : 0.0f;
 }
@@ -96,7 +104,7 @@ class IntervalPass {
     cell.u0 = static_cast<float>(box.u0), cell.v0 = static_cast<float>(box.v0), cell.u1 = static_cast<float>(box.u1),
     cell.v1 = static_cast<float>(box.v1);
     bool clamped = false;
-    cell.steps = steps_of(b, clamped);
+    cell.steps = steps_of(box, b, clamped);
     cell.line_steps = line_steps_of(b);
     // Blurred and across the near plane, a sample may sweep the whole image: few of those.
     if (b.crosses_near && (frame_.drawables[drawable_].moving || frame_.projection.lens_scale != 0)) {
@@ -123,7 +131,15 @@ class IntervalPass {
     return {b.reach_x_u, b.reach_y_u, b.reach_x_v, b.reach_y_v, b.bend_u, b.bend_v};
   }
 
-  CellSteps steps_of(const ProcedureCellBounds& b, bool& clamped) const {
+  CellSteps steps_of(const ParameterBox& box, const ProcedureCellBounds& b, bool& clamped) const {
+    const Procedure& procedure = *frame_.drawables[drawable_].procedure;
+    if (procedure.rates_program) {
+      const double inputs[] = {
+          (box.u0 + box.u1) / 2,    (box.v0 + box.v1) / 2, box.u1 - box.u0, box.v1 - box.v0, b.reach_u, b.reach_v,
+          settings_.spacing / side_};
+      const auto asked = shaders::program_rates(*procedure.rates_program, procedure.rates_constants.data(), inputs);
+      return {whole_steps(asked[0], clamped), whole_steps(asked[1], clamped)};
+    }
     CellReach reach = reach_of(b);
     double most = settings_.spacing / side_;
     // Samples that are written to one sub-pixel leave holes where a whole step is longer, and where a surface has kinks its

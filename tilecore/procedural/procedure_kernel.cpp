@@ -1,5 +1,7 @@
 #include "tilecore/procedural/procedure_kernel.h"
 
+#include <algorithm>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "tilecore/procedural/procedure_kernel.cpp"
 #include <hwy/foreach_target.h>
@@ -66,22 +68,66 @@ HWY_INLINE Point lane_normals(const shaders::ShapeInput& input, Lanes u, Lanes v
   return {pick(n.x, m.x), pick(n.y, m.y), pick(n.z, m.z)};
 }
 
+// The stages after geometry.
+template <class Shape>
+HWY_INLINE void run_rest(const ArrayProgram& program, const stage::ShapePoint<Lanes>& p, Lanes u, Lanes v,
+                         std::size_t first, SampleRegisters& registers) {
+  run_view(program, p, first, registers);
+  if (program.surface == nullptr) return;
+  const Lanes depth = Lanes::load(&registers.at[0][SampleRegisters::kZ][first]);
+  stage::PointRecord<Lanes> record;
+  const Point color = stage::run_surface_stages(*program.surface, u, v, p.position,
+                                                lane_normals<Shape>(*program.input, u, v, p), depth, record);
+  color.x.store(&registers.r[first]);
+  color.y.store(&registers.g[first]);
+  color.z.store(&registers.b[first]);
+}
+
 template <class Shape>
 HWY_NOINLINE void run_shape(const ArrayProgram& program, std::size_t count, SampleRegisters& registers) {
-  const shaders::ShapeInput& input = *program.input;
   for (std::size_t first = 0; first < count; first += Lanes::count()) {
     const Lanes u = Lanes::load(&registers.u[first]), v = Lanes::load(&registers.v[first]);
-    const stage::ShapePoint<Lanes> p = stage::shape_tangents<Shape>(input, u, v);
-    run_view(program, p, first, registers);
-    if (program.surface == nullptr) continue;
-    const Lanes depth = Lanes::load(&registers.at[0][SampleRegisters::kZ][first]);
-    stage::PointRecord<Lanes> record;
-    const Point color = stage::run_surface_stages(*program.surface, u, v, p.position,
-                                                  lane_normals<Shape>(input, u, v, p), depth, record);
-    color.x.store(&registers.r[first]);
-    color.y.store(&registers.g[first]);
-    color.z.store(&registers.b[first]);
+    run_rest<Shape>(program, stage::shape_tangents<Shape>(*program.input, u, v), u, v, first, registers);
   }
+}
+
+// Samples that a program's instructions take at a time: enough to pay for their dispatch, few enough for its registers
+// to stay in the host's first cache.
+constexpr std::size_t kProgramSamples = 64, kGroups = kProgramSamples / hn::MaxLanes(Lanes::D());
+
+// Runs a program on samples `first` to `end` and calls visit(vector of them, register of a coordinate).
+template <class Real, class Load, class Visit>
+HWY_INLINE void run_groups(const shaders::ShapeInput& input, std::size_t first, std::size_t end, const Load& load,
+                           const Visit& visit) {
+  const shaders::Program& program = *input.program;
+  const std::size_t groups = std::min<std::size_t>(kGroups, (end - first + Lanes::count() - 1) / Lanes::count());
+  stage::ProgramRegisters<Real, kGroups> r;
+  for (std::size_t g = 0; g < groups; ++g) {
+    r.at[shaders::Program::kU][g] = load(true, first + g * Lanes::count());
+    r.at[shaders::Program::kV][g] = load(false, first + g * Lanes::count());
+  }
+  stage::run_instructions<false, Real, kGroups>(program.instructions, input.constants, input.image, groups, r.at);
+  for (std::size_t g = 0; g < groups; ++g)
+    visit(first + g * Lanes::count(), r.at[program.result[0]][g], r.at[program.result[1]][g],
+          r.at[program.result[2]][g]);
+}
+
+HWY_NOINLINE void run_program(const ArrayProgram& program, std::size_t count, SampleRegisters& registers) {
+  using Tangent = stage::Dual<Lanes>;
+  const Lanes one(1.0f), none(0.0f);
+  for (std::size_t first = 0; first < count; first += kProgramSamples)
+    run_groups<Tangent>(
+        *program.input, first, count,
+        [&](bool is_u, std::size_t at) HWY_ATTR {
+          return is_u ? Tangent(Lanes::load(&registers.u[at]), one, none)
+                      : Tangent(Lanes::load(&registers.v[at]), none, one);
+        },
+        [&](std::size_t at, const Tangent& x, const Tangent& y, const Tangent& z) HWY_ATTR {
+          const stage::ShapePoint<Lanes> p = {
+              {x.value, y.value, z.value}, {x.by_u, y.by_u, z.by_u}, {x.by_v, y.by_v, z.by_v}};
+          run_rest<stage::ProgramShape>(program, p, Lanes::load(&registers.u[at]), Lanes::load(&registers.v[at]), at,
+                                        registers);
+        });
 }
 
 void RunProcedure(const ArrayProgram& program, std::size_t count, SampleRegisters& registers) {
@@ -91,6 +137,8 @@ void RunProcedure(const ArrayProgram& program, std::size_t count, SampleRegister
     return run_shape<stage::name>(program, count, registers);
     TESSERA_SHAPES(TESSERA_SHAPE_CASE)
 #undef TESSERA_SHAPE_CASE
+    case shaders::ShapeId::kProgram:
+      return run_program(program, count, registers);
   }
 }
 
@@ -105,6 +153,18 @@ HWY_NOINLINE void shape_vertices(const shaders::ShapeInput& input, const float* 
   }
 }
 
+HWY_NOINLINE void program_vertices(const shaders::ShapeInput& input, const float* u, const float* v, std::size_t count,
+                                   PointArrays position) {
+  for (std::size_t first = 0; first < count; first += kProgramSamples)
+    run_groups<Lanes>(
+        input, first, count, [&](bool is_u, std::size_t at) HWY_ATTR { return Lanes::load((is_u ? u : v) + at); },
+        [&](std::size_t at, Lanes x, Lanes y, Lanes z) HWY_ATTR {
+          x.store(position.x + at);
+          y.store(position.y + at);
+          z.store(position.z + at);
+        });
+}
+
 void ProcedureVertices(shaders::ShapeId shape, const shaders::ShapeInput& input, const float* u, const float* v,
                        std::size_t count, PointArrays position) {
   switch (shape) {
@@ -113,6 +173,8 @@ void ProcedureVertices(shaders::ShapeId shape, const shaders::ShapeInput& input,
     return shape_vertices<stage::name>(input, u, v, count, position);
     TESSERA_SHAPES(TESSERA_SHAPE_CASE)
 #undef TESSERA_SHAPE_CASE
+    case shaders::ShapeId::kProgram:
+      return program_vertices(input, u, v, count, position);
   }
 }
 

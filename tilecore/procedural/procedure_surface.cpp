@@ -90,6 +90,8 @@ shaders::SurfaceProgram surface_program(const FrameGeometry& frame, const PosedD
   program.shading = procedure.shading;
   program.texture_numbers = procedure.texture_numbers;
   program.shading_numbers = procedure.shading_numbers;
+  program.texture_program = procedure.texture_program.get();
+  program.texture_constants = procedure.texture_constants.data();
   program.u_first = piece.u_first, program.u_scale = piece.u_scale;
   program.v_first = piece.v_first, program.v_scale = piece.v_scale;
   program.two_sided = drawable.material->double_sided;

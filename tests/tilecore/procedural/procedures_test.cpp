@@ -13,6 +13,7 @@
 #include "base/simd_targets.h"
 #include "shaders_cpp/procedures/procedures.h"
 #include "tests/support/procedures.h"
+#include "tests/support/programs.h"
 #include "tests/tilecore/procedural/cell_lists.h"
 #include "tests/tilecore/support.h"
 #include "tilecore/procedural/footprint.h"
@@ -94,6 +95,51 @@ TEST_P(ProcedureArray, GivesTheBitsOfTheScalarTemplates) {
             << Shape::kName << " " << k;
       });
     if (HasFatalFailure()) return;
+  }
+}
+
+// Built-in stages and their twins as programs.
+TEST_P(ProcedureArray, ProgramsGiveTheBitsOfBuiltInStages) {  // PGM1
+  Random random(8);
+  const auto a = std::make_unique<SampleRegisters>(), b = std::make_unique<SampleRegisters>();
+  for (int trial = 0; trial < 80; ++trial) {
+    const auto id = static_cast<ShapeId>(trial % test::kShapeCount);
+    const auto texture = static_cast<shaders::TextureId>(trial % test::kTextureCount);
+    const shaders::ShapeInput in = test::random_shape(random, id);
+    const test::ShapeTwin shape_twin(id, in);
+    shaders::SurfaceProgram surface, own;
+    surface.texture = texture;
+    surface.texture_numbers = test::random_texture(random, texture);
+    surface.shading_numbers = {0.3f, 0.6f, 0.4f, 20};
+    surface.pixel_by_depth = 0.001f;
+    surface.lights.eye = {0, 0, 5};
+    own = surface;
+    const test::TextureTwin texture_twin(texture, surface.texture_numbers);
+    texture_twin.put(own);
+    ArrayProgram first, second;
+    first.shape = id, first.input = &in;
+    second.shape = ShapeId::kProgram, second.input = &shape_twin.input;
+    first.to_raster[0] = second.to_raster[0] = Mat4(100, 0, 0, 0, 0, -100, 0, 0, -50, -50, -1, -1, 250, 250, 5, 5);
+    first.surface = &surface, second.surface = &own;
+    const auto count = static_cast<std::size_t>(random.integer(1, static_cast<int>(kArraySamples)));
+    for (std::size_t k = 0; k < count; ++k) {
+      a->u[k] = b->u[k] = k == 0 ? 0.0f : random.uniform(0, 1);
+      a->v[k] = b->v[k] = k < 2 ? 1.0f : random.uniform(0, 1);
+    }
+    run_procedure(first, count, *a);
+    run_procedure(second, count, *b);
+    std::array<std::array<float, kArraySamples + 64>, 6> points{};
+    const auto arrays = [&](std::size_t from) {
+      return PointArrays{points[from].data(), points[from + 1].data(), points[from + 2].data()};
+    };
+    procedure_vertices(id, in, a->u.data(), a->v.data(), count, arrays(0));
+    procedure_vertices(ShapeId::kProgram, shape_twin.input, a->u.data(), a->v.data(), count, arrays(3));
+    for (std::size_t k = 0; k < count; ++k) {
+      for (std::size_t c = 0; c < SampleRegisters::kColumns; ++c)
+        ASSERT_TRUE(same_bits(a->at[0][c][k], b->at[0][c][k])) << trial << " " << c << " " << k;
+      ASSERT_TRUE(same_bits(a->r[k], b->r[k]) && same_bits(a->g[k], b->g[k]) && same_bits(a->b[k], b->b[k])) << trial;
+      for (std::size_t c = 0; c < 3; ++c) ASSERT_TRUE(same_bits(points[c][k], points[c + 3][k])) << trial << " " << k;
+    }
   }
 }
 

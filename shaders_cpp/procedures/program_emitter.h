@@ -1,0 +1,94 @@
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "shaders_cpp/procedures/program_text.h"
+
+namespace tessera::shaders::program_text {
+
+// One number of an expression: known while compiling, the same for all samples, or of a sample.
+struct Scalar {
+  enum class Kind : std::uint8_t { kLiteral, kUniform, kVarying };
+  Kind kind = Kind::kLiteral;
+  float value = 0;  // kLiteral
+  int index = 0;    // kUniform: constant; kVarying: virtual register
+};
+
+// Collects the instructions of one program over virtual registers and makes the program of them. Literals are folded
+// with the evaluator itself, so that folding keeps bits; nothing else is merged or moved: a program costs what it says.
+class Emitter {
+ public:
+  explicit Emitter(std::size_t inputs) : registers_(static_cast<int>(inputs)) {}
+
+  // Where instructions come from, for faults.
+  void set_place(const Token& token) { place_ = &token; }
+  // Inside a declaration of uniforms operations go to the setup; of numbers that vary they are refused there.
+  void set_uniform(bool uniform) { uniform_ = uniform; }
+  bool uniform() const { return uniform_; }
+
+  static Scalar literal(float value) { return {Scalar::Kind::kLiteral, value, 0}; }
+  Scalar parameter();  // the next constant
+  Scalar input(std::size_t number) const { return {Scalar::Kind::kVarying, 0, static_cast<int>(number)}; }
+
+  // `operation`: the form with registers alone.
+  Scalar unary(Operation operation, const Scalar& a) { return operate(operation, {a}); }
+  Scalar binary(Operation operation, const Scalar& a, const Scalar& b);
+  Scalar select_less(const Scalar& a, const Scalar& b, const Scalar& x, const Scalar& y) {
+    return operate(Operation::kSelectLess, {a, b, x, y});
+  }
+  // All operations but those of two forms; `plane` of kImage.
+  Scalar operate(Operation operation, const std::vector<Scalar>& operands, int plane = 0);
+  std::array<Scalar, 2> sine_cosine(const Scalar& turns);
+
+  // A number that is assigned to: a register of its own. The instruction since `mark` that made `initial` writes it, if
+  // there is one and nothing else uses it.
+  Scalar variable(const Scalar& initial, std::size_t mark);
+  // The value as it is now, whatever is assigned later.
+  Scalar settled(const Scalar& value);
+  std::size_t mark() const { return code_.size(); }
+  void assign(const Scalar& variable, const Scalar& value, std::size_t mark);
+
+  // Instructions from here to the label of the same number run only where a uniform is positive.
+  void skip_unless(const Scalar& condition, int label);
+  int new_label() { return labels_++; }
+  void put_label(int label);
+
+  bool reads_image() const { return reads_image_; }
+  // Fills instructions, setup, constants, inputs, result and registers.
+  void finish(std::span<const Scalar> result, Program& program);
+
+ private:
+  // An instruction over virtual registers; label >= 0 with no operation is a place to skip to.
+  struct Virtual {
+    Operation operation = Operation::kConstant;
+    int to = -1, a = -1, b = -1, c = -1, d = -1;
+    int label = -1;
+    bool is_label = false;
+  };
+
+  Scalar fold(Operation operation, const std::vector<Scalar>& operands, float* second);
+  int new_register() { return registers_++; }
+  int constant_of(const Scalar& scalar);
+  int register_of(const Scalar& scalar);
+  int add_constant(float value);
+  void push(const Virtual& instruction);
+  Scalar push_setup(Operation operation, const std::vector<Scalar>& operands, int second);
+  void remove_unused(std::span<const int> result);
+  void fuse_products(std::span<const int> result);
+  static Virtual product_with(Virtual product, const Virtual& next);
+  template <class Visit>
+  static void for_each_read(const Virtual& v, const Visit& visit);
+  void allocate(std::span<const int> result, Program& program);
+
+  const Token* place_ = nullptr;
+  bool uniform_ = false, reads_image_ = false;
+  int registers_, labels_ = 0;
+  std::vector<Virtual> code_;
+  std::vector<Instruction> setup_;
+  std::vector<float> constants_;
+  std::map<std::uint32_t, int> literals_;  // constants by their bits
+  std::vector<bool> assigned_;             // of virtual registers: variables
+};
+
+}  // namespace tessera::shaders::program_text
