@@ -31,7 +31,7 @@ namespace tessera::tilecore {
 //   SC2  With interval maps no sample point inside the image of a procedure is left out, but for what one footprint
 //        bends.
 //   SC3  Every sample evaluated is counted once as outside the tile, behind, back-facing, not finite, or scattered.
-//   SC4  A step that is not evaluated would have been counted as outside the tile.
+//   SC4  A step that is not evaluated would have reached no sample of the tile.
 //
 // Keeps its scratch memory; one instance per thread.
 class SamplingController {
