@@ -5,8 +5,8 @@
 
 namespace tessera::timing {
 
-// One sub-patch that a tile works on, in the order of its list: what each unit of the core does for it. A tile's
-// procedures, which have no list, are one more before the first.
+// One sub-patch that a tile works on, or cells of procedures that follow each other, in the order of its list: what each
+// unit of the core does for it.
 struct SubPatchItem {
   std::uint32_t vertices = 0;    // evaluated
   std::uint32_t transforms = 0;  // of vertices that were there

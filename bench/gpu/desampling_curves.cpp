@@ -1,8 +1,8 @@
 // What desampling saves and what it costs in error, over whole replays.
 //
-//   tessera_desampling_curves OUT_FOLDER [PART]   PART: headline, thresholds, stencils, drift, traffic, eyes, images;
-//                                                 default: all. Prints the tables of docs/resolve.md and writes
-//                                                 thresholds.csv, thresholds_*.svg, drift.csv, drift.svg, images
+//   tessera_desampling_curves OUT_FOLDER [PART]   PART: headline, thresholds, captures, stencils, drift, traffic,
+//                                                 eyes, images; default: all. Prints the tables of docs/resolve.md
+//                                                 and writes CSV files, plots and images
 //   tessera_desampling_curves OUT_FOLDER score CAPTURE FIRST LAST SETTINGS...
 //                                                 one row for each; SETTINGS: "KEY=VALUE,KEY=VALUE", keys of `resolve.`
 //   tessera_desampling_curves --check             a small replay: are the things that are compared the same things?
@@ -166,6 +166,35 @@ void thresholds(const fs::path& folder) {
   write_file_atomically(folder / "thresholds.csv", csv);
 }
 
+// Eight captures at the same thresholds: seven frames of each that have a history.
+void captures(const fs::path& folder) {
+  std::string csv = "capture,setting,saved,psnr_db,worst_frame_db,mssim,flip\n";
+  std::vector<Series> plot;
+  for (const Shot& shot :
+       {Shot{"stroll", 8, 16, 640, 360}, Shot{"serpent", 12, 20, 640, 360}, Shot{"flyby", 0, 8, 640, 360},
+        Shot{"eggs", 10, 18, 640, 360}, Shot{"vases", 0, 8, 640, 360}, Shot{"city", 0, 8, 640, 360},
+        Shot{"garden", 0, 8, 640, 360}, Shot{"workshop", 0, 8, 640, 360}}) {
+    const scene::Capture capture = read_shipped(shot.name);
+    const Reference reference = render_reference(capture, shot);
+    plot.push_back({shot.name, {}, {}});
+    for (const auto& [still, fast1, fast2] : kThresholds) {
+      const Score s = score(capture, shot,
+                            adaptive({fmt::format("resolve.k_stat={}", still), fmt::format("resolve.k_fast1={}", fast1),
+                                      fmt::format("resolve.k_fast2={}", fast2)}),
+                            reference);
+      csv += fmt::format("{},{} / {} / {},{:.4f},{:.3f},{:.3f},{:.5f},{:.5f}\n", shot.name, still, fast1, fast2,
+                         s.saved, s.psnr, s.worst_psnr(), s.ssim, s.flip);
+      plot.back().x.push_back(100 * s.saved), plot.back().y.push_back(s.psnr);
+    }
+  }
+  fmt::print("\n{}", csv);
+  write_file_atomically(folder / "captures.csv", csv);
+  write_line_plot((folder / "captures.svg").string(),
+                  {"Error against savings, thresholds from careful to reckless", "pixel-shader invocations saved, %",
+                   "mean PSNR, dB (60: equal)"},
+                  plot);
+}
+
 void stencils(const fs::path&) {
   const char* kinds[] = {"nearest", "bilinear", "cubic_unscaled", "cubic", "cubic_interpolating"};
   for (const char* rate : {"fixed_8", "fixed_4"}) {
@@ -308,9 +337,10 @@ int main(int argc, char** argv) {
   const std::string first = argc > 1 ? argv[1] : "", part = argc > 2 ? argv[2] : "all";
   const bool scores = part == "score";
   if (argc < 2 || (scores ? argc < 7 : argc > 3)) {
-    fmt::print(stderr,
-               "usage: tessera_desampling_curves OUT_FOLDER [headline|thresholds|stencils|drift|traffic|eyes|images "
-               "| score CAPTURE FIRST LAST SETTINGS...] | --check\n");
+    fmt::print(
+        stderr,
+        "usage: tessera_desampling_curves OUT_FOLDER [headline|thresholds|captures|stencils|drift|traffic|eyes|images "
+        "| score CAPTURE FIRST LAST SETTINGS...] | --check\n");
     return 2;
   }
   try {
@@ -323,11 +353,12 @@ int main(int argc, char** argv) {
     using Part = void (*)(const std::filesystem::path&);
     for (const auto& [name, run] : {std::pair<std::string, Part>{"headline", headline},
                                     {"thresholds", thresholds},
+                                    {"captures", captures},
                                     {"stencils", stencils},
                                     {"drift", drift},
                                     {"traffic", traffic},
                                     {"eyes", eyes},
-                                    {"pictures", desampling_images}})
+                                    {"images", desampling_images}})
       if (part == "all" || part == name) run(first);
     return 0;
   } catch (const std::exception& error) {

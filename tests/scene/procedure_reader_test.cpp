@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
@@ -157,7 +158,7 @@ TEST(ProcedureReader, FaultsOfProgramsAreNamedWhereTheyAre) {
   std::vector<std::string> many;
   json nodes = json::array();
   for (int k = 0; k < 65; ++k) {
-    many.push_back(std::string(kEgg) + "// " + std::to_string(k));
+    many.push_back(fmt::format("{}// {}", kEgg, k));
     nodes.push_back({{"extensions", {{"TESSERA_procedure", {{"program", k}}}}}});
   }
   json document = with_programs(many);
