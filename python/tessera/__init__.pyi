@@ -208,25 +208,31 @@ class SettingsKeys(TypedDict, total=False):
     resolve__k_stat: float  # 0 to 64 pixels/frame. Blocks slower than this take half of their pixels from the previous frame.
     resolve__k_fast1: float  # 0 to 1e+06 pixels/frame. Blocks faster than this are shaded at 8 of 16 pixels.
     resolve__k_fast2: float  # 0 to 1e+06 pixels/frame. Blocks faster than this are shaded at 4 of 16 pixels.
+    resolve__k_cut: float  # 0 to 1e+06 pixels/frame. Where the camera's motion changes by more than this from one frame to the next, nothing is fast: a cut; 0: nothing is one.
     resolve__hysteresis: float  # 0 to 0.5. Share of a threshold by which a speed must pass it before a block changes its regime.
     resolve__block_speed: Literal["mean", "max", "median", "min"]  # Which of its pixels' speeds a block goes by; max does not overlook a small fast object.
     resolve__edges: Literal["inverse_depth", "depth"]  # What the edge detector takes the Laplacian of; that of 1/z is zero on any plane.
     resolve__edge_threshold: float  # 0 to 10. An edge where the Laplacian is larger than this share of the value.
+    resolve__edge_angle: float  # 0 to 180 degrees. An edge, too, where normals of the block, which follow from depth, differ by more than this; 0: none is.
     resolve__edge_evidence: Literal["surface", "patch", "depth"]  # What makes an edge besides the Laplacian: samples of a block that see several drawables; or several base patches; or nothing.
     resolve__supersampling: bool  # Blocks with an edge are shaded at 32 instead of 16: the left and the right half of a pixel's samples do not share pixel-shader invocations (shading.rate=pixel).
+    resolve__k_blur: float  # 0 to 1e+06 pixels. Blocks with an edge whose points lens and motion spread by more than this are shaded at 8 of 16 pixels; 0: none are.
     resolve__advect_still_edges: bool  # Blocks with an edge of which every sample is at rest may be advected: the copies are exact.
+    resolve__advect_outlines: bool  # Slow blocks in which several surfaces meet may be advected: pixels that see one of them take over what it showed, the others are shaded.
     resolve__dither: Literal["counter", "seeded", "off"]  # How the pattern of a block changes from frame to frame: in turn, by a hash, not at all.
     resolve__dither_per_block: bool  # Every block begins elsewhere in the order of patterns.
     resolve__advection: bool  # Slow blocks take pixels from the previous frame.
     resolve__advection_fetch: Literal["bilinear", "bicubic"]  # How the previous frame is read between its pixels.
     resolve__bfecc: bool  # Back and forth error compensation of advection.
-    resolve__depth_tolerance: float  # 0 to 1. Share of its depth by which a point may differ from what the previous frame shows in its place.
+    resolve__depth_tolerance: float  # 0 to 1. Share of its depth by which a point may differ from what the previous frame shows in its place, besides what its surface goes deeper within a pixel.
     resolve__discrepancy: Literal["rendered", "neighbours", "off"]  # How a block finds out that advection went wrong: what it would have given for rendered pixels, or advected pixels against their rendered neighbours.
     resolve__discrepancy_tolerance: float  # 0 to 1. Mean relative difference from which on it did.
+    resolve__discrepancy_same_frame: bool  # The advected pixels of such a block are shaded in the same frame, in warps of their own.
     resolve__discrepancy_frames: int  # 1 to 15 frames. For which its neighbourhood is then rendered fully.
     resolve__reconstruction: Literal["cubic", "cubic_interpolating", "cubic_unscaled", "bilinear", "nearest"]  # How missing pixels are made from rendered ones: cubic stencils of 5x5 scaled to the samples, of 7x7 interpolating, unscaled; a tent; the nearest.
     resolve__stencil_weights: Literal["packed", "float"]  # Weights from packed tables of 8 bits, or computed in single precision.
     resolve__stencil_clamp: bool  # Reconstructed pixels stay within the range of the pixels that they are made from.
+    resolve__history_records: Literal["block", "pixel"]  # How depth and surface of pixels are kept for the next frame: by block of 4x4 where that sees one plane, or by pixel. Bytes alone differ.
     resolve__stencil_reach: Literal["tile", "neighbours"]  # Whether stencils stop at the tile's border, or read neighbouring tiles in a second pass.
     resolve__foveation_r0: float  # 0 to 1e+06 pixels. Foveation: blocks farther than this from the focus get at most 8 samples; 0 is off.
     resolve__foveation_r1: float  # 0 to 1e+06 pixels. Foveation: blocks farther than this get at most 4; at least foveation_r0.
