@@ -174,9 +174,10 @@ std::vector<std::string> compared_words(const std::string& text) {
 
 TEST(Settings, OnlyParsersCompareTexts) {
   const fs::path root = TESSERA_SOURCE_DIR;
-  // "on" and "off" of flags; glTF's own words; a word of --webp.
-  const std::set<fs::path> parsers = {root / "base/key_table.cpp", root / "scene/gltf/scene_builder.cpp",
-                                      root / "replay/pack_command.cpp"};
+  // "on" and "off" of flags; glTF's own words; a word of --webp; words of the language of programs.
+  const std::set<fs::path> parsers = {
+      root / "base/key_table.cpp", root / "scene/gltf/scene_builder.cpp", root / "replay/pack_command.cpp",
+      root / "shaders_cpp/procedures/program_compiler.cpp", root / "shaders_cpp/procedures/program_library.cpp"};
   for (const char* folder : {"base", "shaders_cpp", "scene", "memory", "hardware", "timing", "frontend", "binner",
                              "tilecore", "gpu", "baselines", "reference", "replay"})
     for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
