@@ -226,7 +226,7 @@ class SettingsKeys(TypedDict, total=False):
     resolve__bfecc: bool  # Back and forth error compensation of advection.
     resolve__depth_tolerance: float  # 0 to 1. Share of its depth by which a point may differ from what the previous frame shows in its place, besides what its surface goes deeper within a pixel.
     resolve__discrepancy: Literal["rendered", "neighbours", "off"]  # How a block finds out that advection went wrong: what it would have given for rendered pixels, or advected pixels against their rendered neighbours.
-    resolve__discrepancy_tolerance: float  # 0 to 1. Mean relative difference from which on it did.
+    resolve__discrepancy_tolerance: float  # 0 to 1. Relative difference of a pixel from which on it did.
     resolve__discrepancy_same_frame: bool  # The advected pixels of such a block are shaded in the same frame, in warps of their own.
     resolve__discrepancy_frames: int  # 1 to 15 frames. For which its neighbourhood is then rendered fully.
     resolve__reconstruction: Literal["cubic", "cubic_interpolating", "cubic_unscaled", "bilinear", "nearest"]  # How missing pixels are made from rendered ones: cubic stencils of 5x5 scaled to the samples, of 7x7 interpolating, unscaled; a tent; the nearest.

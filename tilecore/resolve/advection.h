@@ -48,7 +48,7 @@ struct AdvectionSettings {
   bool clamp_to_range = true;
   // A texel whose depth differs from the pixel's by more than this share of the pixel's, and by more than the surface
   // itself goes deeper within a pixel, shows something else.
-  float depth_tolerance = 0.002f;  // [measured: docs/resolve.md]
+  float depth_tolerance = 0.002f;  // [assumed]
 };
 
 // How far a texel's depth may be from a pixel's: a share of the pixel's, and the depth by which the surface changes

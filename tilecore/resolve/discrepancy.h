@@ -25,7 +25,7 @@ struct DiscrepancySettings {
   int frames = 1;           // for which the neighbourhood is rendered fully; at most 15
 };
 
-inline constexpr float kOutlier = 1.0f;  // [measured: docs/resolve.md]
+inline constexpr float kOutlier = 1.0f;  // [measured] at 1.5 a lip of brass is wrong by 0.063
 
 // Difference of two linear colours between 0 and 1: of the channel that differs most, relative to the brighter colour,
 // with a floor so that black is not infinitely far from nearly black. NaN differs from everything by 1.

@@ -15,7 +15,7 @@ struct SpeedThresholds {
   // that moves at a threshold does not flicker. 0: none.
   float hysteresis = 0.05f;
   // By how much the camera's motion must change from one frame to the next to be a cut. 0: nothing is.
-  float cut = 16.0f;  // [measured: docs/resolve.md]
+  float cut = 16.0f;  // [assumed]
 };
 
 // What is known of a block of 4x4 pixels before anything of it is shaded.

@@ -95,7 +95,7 @@ Keys<ResolveSettings> pixel_keys() {
            "How a block finds out that advection went wrong: what it would have given for rendered pixels, or advected "
            "pixels against their rendered neighbours."},
           {"resolve.discrepancy_tolerance", &DiscrepancySettings::tolerance, "", 0, 1,
-           "Mean relative difference from which on it did."},
+           "Relative difference of a pixel from which on it did."},
           {"resolve.discrepancy_same_frame", &DiscrepancySettings::same_frame,
            "The advected pixels of such a block are shaded in the same frame, in warps of their own."},
           {"resolve.discrepancy_frames", &DiscrepancySettings::frames, "frames", 1, 15,

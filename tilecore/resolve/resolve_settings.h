@@ -48,7 +48,7 @@ struct ResolveSettings {
   RateSettings rates;
   BlockSpeed block_speed = BlockSpeed::kMean;
   EdgeSettings edges;
-  double edge_angle = 15;  // [measured: docs/resolve.md]
+  double edge_angle = 15;  // [measured] 20 saves 0.3 % more of `stroll`, at equal PSNR
   EdgeEvidence evidence = EdgeEvidence::kSurface;
   DitherSettings dither;
   bool advect = true;
