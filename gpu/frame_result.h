@@ -9,6 +9,7 @@
 #include "gpu/drawable_costs.h"
 #include "gpu/effect_report.h"
 #include "gpu/frame_counters.h"
+#include "gpu/frame_shares.h"
 #include "gpu/machine_model.h"
 #include "gpu/tile_maps.h"
 #include "tilecore/frame_targets.h"
@@ -38,6 +39,7 @@ struct FrameResult {
   std::map<std::string, double> stage_seconds;
   double seconds = 0;
   std::optional<MachineModel> model;  // with output.machine_model
+  std::optional<FrameShares> shares{};  // of all views, with RenderRequest::attribute
   TileMaps maps{};
   MaterialPlaces materials{};
   DrawableCosts drawables{};

@@ -25,6 +25,7 @@
 #include "gpu/tile_memory.h"
 #include "gpu/timeline.h"
 #include "replay/commands.h"
+#include "replay/frame_costs.h"
 #include "replay/frame_files.h"
 #include "replay/option_numbers.h"
 #include "replay/progress.h"
@@ -33,6 +34,7 @@
 #include "replay/sensitivity.h"
 #include "replay/statistics.h"
 #include "replay/tile_map_files.h"
+#include "replay/timeline_member.h"
 #include "scene/capture_reader.h"
 
 namespace tessera::replay {
@@ -181,6 +183,7 @@ class ReplayCommand final : public Command {
     statistics.set_host(capture.load_seconds, capture.decode_seconds, assemble_seconds);
     const float exposure =
         settings.output.exposure > 0 ? static_cast<float>(settings.output.exposure) : capture.settings.exposure;
+    const DrawableNames names(gpu::record_head("", renderer.assembly(), gpu, settings, request.width, request.height));
     NamedFiles files(*this, gpu, settings, request, renderer);
     std::vector<timing::FrameWork> first_views;
     install_stop_handler();
@@ -198,10 +201,14 @@ class ReplayCommand final : public Command {
         gpu::FrameResult result = frames.next();
         files.add(result);
         if (sensitivity_ && first_views.empty()) first_views = views_of(result);
-        statistics.add(result, baselines_ ? &schemes.last() : nullptr);
+        std::optional<FrameCosts> costs;
+        if (result.shares) costs.emplace(*result.shares, names);
+        statistics.add(result, baselines_ ? &schemes.last() : nullptr, costs ? &*costs : nullptr);
         images.add(frame, std::move(result.targets));
         if (result.right) images.add(frame, std::move(result.right->targets), "right");
-        write_file_atomically(fs::path(out_) / tile_maps_name(frame), tile_maps_json(frame, result.maps));
+        write_file_atomically(
+            fs::path(out_) / tile_maps_name(frame),
+            tile_maps_json(frame, result.maps, costs ? costs->tile_members() + timeline_of(gpu, result) : ""));
         progress.update(static_cast<std::size_t>(frame - first + 1),
                         fmt::format("frame {}: {:.2f} s", frame, result.seconds));
       }
@@ -231,6 +238,10 @@ class ReplayCommand final : public Command {
       renderer.render(frame);
       progress.update(static_cast<std::size_t>(frame - begin + 1), fmt::format("frame {}, not written", frame));
     }
+  }
+
+  static std::string timeline_of(const gpu::GpuConfiguration& gpu, const gpu::FrameResult& result) {
+    return timeline_member(gpu::frame_timeline(gpu, *result.model));
   }
 
   static std::vector<timing::FrameWork> views_of(const gpu::FrameResult& result) {
@@ -290,7 +301,7 @@ class ReplayCommand final : public Command {
         record_->add(result.frame, views);
       }
       if (result.frame < frames_.first || result.frame >= frames_.last) return;
-      if (timeline_) timeline_->add(result.frame, *result.model);
+      if (timeline_) timeline_->add(result.frame, *result.model, result.maps.columns);
       if (dram_) dram_->add(frame_bursts(*result.model, map_, burst_bytes_), result.model->schedule.cycles);
     }
     void commit(const gpu::Device& renderer) {
@@ -335,6 +346,7 @@ class ReplayCommand final : public Command {
     request.auxiliary = !aux_.empty();
     request.record_accesses = !dram_trace_.empty();
     request.record_items = !record_.empty();
+    request.attribute = settings.output.machine_model;
     request.resolve_auxiliary = std::any_of(aux_.begin(), aux_.end(), is_resolve_layer);
     request.error = std::find(aux_.begin(), aux_.end(), "error") != aux_.end();
     if (request.resolve_auxiliary && settings.resolve.desampling == tilecore::Desampling::kOff)
