@@ -116,7 +116,7 @@ std::string timeline_member(const FrameTimeline& timeline) {
   for (std::size_t s = 0; s < timing::kStageCount; ++s)
     if (any(timeline.busy[s]))
       text += fmt::format("{}\n   \"{}\": {}", std::exchange(between, ","),
-                          hardware::name(static_cast<hardware::Stage>(s)), windows(timeline.busy[s], 1000));
+                          hardware::name(static_cast<hardware::Stage>(s)), windows(timeline.busy[s], 100));
   return text + fmt::format("}},\n  \"list_bytes\": {}}},\n", windows(list_windows(timeline), 1));
 }
 

@@ -12,7 +12,7 @@ namespace tessera::replay {
 //                "tile", "core", "slot", "begin": [one of each tile in the scheduler's order],
 //                "spans": [eight durations of each tile: waits for data, visibility, waits for a unit, for data, shading,
 //                waits for a unit, for data, store],
-//                "bytes": {source: [by window]}, "busy": {unit: [thousandths, by window]}, "list_bytes": [most, by window]}
+//                "bytes": {source: [by window]}, "busy": {unit: [percent, by window]}, "list_bytes": [most, by window]}
 // Sources, units and windows that hold nothing are left out.
 std::string timeline_member(const gpu::FrameTimeline& timeline);
 

@@ -3,7 +3,7 @@
 // Of a frame: what is on each card, in one place, so that sections and comparisons agree. `better`: -1 less, 1 more.
 const kFigures = [
   { key: 'ms', title: 'frame time', unit: 'ms', better: -1, of: (frame, at) => (frame.timing ? milliseconds(frame.timing.cycles, at) : null) },
-  { key: 'fps', title: 'frames per second', unit: '', better: 1, of: (frame, at) => (frame.timing && frame.timing.cycles > 0 ? 1000 / milliseconds(frame.timing.cycles, at) : null) },
+  { key: 'fps', title: 'frame rate', unit: 'frames/s', better: 1, of: (frame, at) => (frame.timing && frame.timing.cycles > 0 ? 1000 / milliseconds(frame.timing.cycles, at) : null) },
   { key: 'energy', title: 'energy', unit: 'nJ', better: -1, of: (frame) => (frame.energy ? frame.energy.total_nj : null) },
   { key: 'power', title: 'mean power', unit: 'W', better: -1, of: (frame, at) => (frame.energy && frame.timing && frame.timing.cycles > 0 ? frame.energy.total_nj * 1e-6 / milliseconds(frame.timing.cycles, at) : null) },
   { key: 'bandwidth', title: 'memory bandwidth', unit: 'GB/s', better: -1, of: (frame, at) => (frame.timing && frame.timing.cycles > 0 ? bytesOf(frame) * 1e-6 / milliseconds(frame.timing.cycles, at) : null) },
@@ -21,7 +21,7 @@ function spark(values, at) {
   const points = values.map((value, index) => (value === null ? null : `${x(index).toFixed(1)},${y(value).toFixed(1)}`)).filter(Boolean).join(' ');
   return draw('svg', { viewBox: `0 0 ${width} ${height}`, class: 'spark', 'aria-hidden': 'true', preserveAspectRatio: 'none' },
     draw('polyline', { points, fill: 'none', stroke: 'var(--quiet)', 'stroke-width': 1.2, 'vector-effect': 'non-scaling-stroke' }),
-    values[at] === null ? null : draw('circle', { cx: x(at), cy: y(values[at]), r: 3, fill: 'var(--mark)' }));
+    values[at] === null ? null : draw('line', { x1: x(at), x2: x(at), y1: 0, y2: height, stroke: 'var(--mark)', 'stroke-width': 2, 'vector-effect': 'non-scaling-stroke' }));
 }
 
 function cardSection() {

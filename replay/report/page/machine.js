@@ -18,13 +18,13 @@ const kUnits = {
   texture: { title: 'Texture unit', at: [976, 174, 106, 82], counters: /^texture\./, keys: /^texture\./ },
   blend: { title: 'Blending', at: [862, 174, 106, 82], counters: /^tilecore\.blend/, keys: /^tilecore\.blend/ },
   resolve: { title: 'Resolve', at: [1110, 84, 106, 172], counters: /^(resolve|transmission)\./, keys: /^(resolve|frame_buffer)\./ },
-  l2: { title: 'L2 cache', at: [640, 362, 430, 54], counters: /^l2\./, keys: /^(l2|cache)\./ },
-  dram: { title: 'External memory', at: [20, 590, 1200, 54], counters: /^dram\./, keys: /^memory\./ },
+  l2: { title: 'L2 cache', at: [640, 336, 430, 50], counters: /^l2\./, keys: /^(l2|cache)\./ },
+  dram: { title: 'External memory', at: [20, 504, 1200, 50], counters: /^dram\./, keys: /^memory\./ },
 };
 const kCores = [424, 40, 806, 230];
-const kMachineSize = [1240, 664];
+const kMachineSize = [1240, 566];
 // Between what boxes arrows of the memory interface lie: from x to x, below y.
-const kAnchors = { frontend: [24, 190, 234], binner: [236, 380, 234], visibility: [438, 636, 270], l2: [650, 1062, 416], resolve: [1078, 1222, 270] };
+const kAnchors = { frontend: [24, 190, 234], binner: [236, 380, 234], visibility: [438, 636, 270], l2: [650, 1062, 386], resolve: [1078, 1222, 270] };
 const kThroughL2 = ['texture', 'patch_data', 'attributes', 'sampling_maps', 'scene_color'];
 const kShortPurpose = { tile_queue: 'lists', tile_state: 'tile state', frame_buffer: 'pixels', texture: 'textures', history: 'history', neighbours: 'neighbours', sampling_maps: 'maps', coarse_depth: 'depths', scene_color: 'behind', patch_data: 'scene' };
 
@@ -89,11 +89,11 @@ function diagram(frame, widest, waits, press) {
   const picture = draw('svg', { viewBox: `0 0 ${width} ${height}`, class: 'diagram', role: 'group', 'aria-label': 'Units of the machine and what they move' });
   // Cores behind the first.
   for (const shift of [12, 6].slice(cores > 2 ? 0 : cores > 1 ? 1 : 2)) picture.append(draw('rect', { x: kCores[0] + shift, y: kCores[1] - shift, width: kCores[2] - 12, height: kCores[3], class: 'shell' }));
-  picture.append(draw('rect', { x: kCores[0], y: kCores[1], width: kCores[2] - 12 + (cores > 1 ? 0 : 12), height: kCores[3], class: 'shell' }),
-    draw('text', { x: kCores[0] + 14, y: kCores[1] + 24, class: 'group' }, `${cores} tile core${cores === 1 ? '' : 's'}`),
-    draw('text', { x: kCores[0] + 110, y: kCores[1] + 24, class: 'quiet' }, `a tile in work ${percent(frame.timing.units.tilecores.utilisation)} of the time`));
-  for (const [x, text] of [[440, 'visibility'], [862, 'shading'], [1110, 'pixels']]) picture.append(draw('text', { x, y: 79, class: 'quiet' }, text));
-  picture.append(draw('text', { x: 20, y: 24, class: 'group' }, 'Geometry'), draw('path', { d: 'M190 159 H226', class: 'wire', 'marker-end': 'url(#tip)' }), draw('path', { d: 'M382 120 H434', class: 'wire', 'marker-end': 'url(#tip)' }),
+  picture.append(draw('rect', { x: kCores[0], y: kCores[1], width: kCores[2] - 12 + (cores > 1 ? 0 : 12), height: kCores[3], class: frame.timing.bound_by === 'tilecores' ? 'shell bound' : 'shell' }),
+    draw('text', { x: kCores[0] + 14, y: kCores[1] + 21, class: 'group' }, `${cores} tile core${cores === 1 ? '' : 's'}`),
+    draw('text', { x: kCores[0] + 110, y: kCores[1] + 21, class: 'quiet' }, `a tile in work ${percent(frame.timing.units.tilecores.utilisation)} of the time${frame.timing.bound_by === 'tilecores' ? '; together they bound the frame' : ''}`));
+  for (const [x, text] of [[20, 'geometry'], [440, 'visibility'], [862, 'shading'], [1110, 'pixels']]) picture.append(draw('text', { x, y: 79, class: 'quiet' }, text));
+  picture.append(draw('path', { d: 'M190 159 H226', class: 'wire', 'marker-end': 'url(#tip)' }), draw('path', { d: 'M382 120 H434', class: 'wire', 'marker-end': 'url(#tip)' }),
     draw('path', { d: 'M834 170 H856', class: 'wire', 'marker-end': 'url(#tip)' }), draw('path', { d: 'M1082 170 H1104', class: 'wire', 'marker-end': 'url(#tip)' }),
     draw('defs', {}, draw('marker', { id: 'tip', viewBox: '0 0 8 8', refX: 6, refY: 4, markerWidth: 8, markerHeight: 8, orient: 'auto' }, draw('path', { d: 'M0 0 L8 4 L0 8 z', class: 'tip' }))));
   picture.append(...arrows(frame, widest));
@@ -148,7 +148,7 @@ function arrows(frame, widest) {
       const x = left + step * (index + 0.5), name = anchor === 'frontend' && flow.purpose === 'texture' ? 'heights' : flow.unit === 'tilecore' && flow.purpose === 'patch_data' ? 'patches' : kShortPurpose[flow.purpose] || words(flow.purpose);
       const shape = flow.write ? arrow(x, top + 2, dram - 3, thick(flow.bytes), purposeColor(flow.purpose)) : arrow(x, dram - 2, top + 3, thick(flow.bytes), purposeColor(flow.purpose));
       const says = [`${purposeName(flow.purpose)} ${flow.write ? 'written by' : 'read by'} ${flow.unit === 'tilecore' ? 'tile cores' : words(flow.unit)}`, `${quantity(flow.bytes, 'bytes')}, ${percent(flow.bytes / total)} of the frame’s traffic`];
-      const at = dram - 92 + (index % 2) * 36 + (step > 80 ? 12 : 0);
+      const at = dram - 78 + (step > 64 ? 18 : (index % 2) * 34);
       const made = draw('g', { tabindex: 0, role: 'img', 'aria-label': says.join(': ') }, shape,
         ...(step >= 20 ? [draw('text', { x, y: at, class: 'label', 'text-anchor': 'middle' }, name), draw('text', { x, y: at + 14, class: 'label strong', 'text-anchor': 'middle' }, quantity(flow.bytes, 'bytes'))] : []));
       hinted(made, () => says);
@@ -158,7 +158,7 @@ function arrows(frame, widest) {
   const asked = l2Bytes(frame, shown);
   if (asked > 0) {
     const x = 855, says = ['L2 to tile cores', `${quantity(asked, 'bytes')} of lines: heights, patches, attributes and textures`];
-    const made = draw('g', { tabindex: 0, role: 'img', 'aria-label': says.join(': ') }, arrow(x, kUnits.l2.at[1] - 2, kAnchors.visibility[2] + 3, thick(asked), kUnitColors.l2), draw('text', { x: x + thick(asked) / 2 + 8, y: 326, class: 'label strong' }, quantity(asked, 'bytes')));
+    const made = draw('g', { tabindex: 0, role: 'img', 'aria-label': says.join(': ') }, arrow(x, kUnits.l2.at[1] - 2, kAnchors.visibility[2] + 3, thick(asked), kUnitColors.l2), draw('text', { x: x + thick(asked) / 2 + 8, y: 308, class: 'label strong' }, quantity(asked, 'bytes')));
     hinted(made, () => says);
     out.push(made);
   }

@@ -15,14 +15,6 @@ window.addEventListener('unhandledrejection', (event) => complain(String((event.
 // What the page shows; there when pageReady is done.
 let data = null;
 
-// The JSON that lies, compressed, in the element `id`; null where there is none.
-async function unpack(id) {
-  const element = document.getElementById(id);
-  if (!element) return null;
-  const bytes = Uint8Array.from(atob(element.textContent.trim()), (letter) => letter.charCodeAt(0));
-  return JSON.parse(await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'))).text());
-}
-
 // An element with attributes (functions become listeners) and children; texts never become markup.
 function make(name, attributes = {}, ...children) {
   return fill(document.createElement(name), attributes, children);

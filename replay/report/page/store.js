@@ -50,33 +50,27 @@ const nameOf = (at) => `${data.runs.length > 1 ? run(at).label + ', ' : ''}frame
 
 // ---- Tiles and images, unpacked when they are looked at
 
-const kept = new Map();  // by element, the last ones asked for
 async function viewOf(at = shown) {
   const place = run(at).views[at.frame];
-  if (!place) return null;
-  if (!place.tiles) return { place, tiles: null };
-  const id = place.tiles;
-  if (!kept.has(id)) {
-    if (kept.size > 12) kept.delete(kept.keys().next().value);
-    kept.set(id, unpack(id));
-  }
-  return { place, tiles: await kept.get(id) };
+  return place ? { place, tiles: place.tiles ? await (Array.isArray(place.tiles) ? documentOf(place.tiles) : place.tiles) : null } : null;
 }
-const addresses = new Map();
+// An address of its own, or the element that holds the WebP in base64.
+function addressOf(place) {
+  if (!place.image) return '';
+  const element = document.getElementById(place.image);
+  return element ? 'data:image/webp;base64,' + element.textContent : place.image.startsWith('image-') ? '' : place.image;
+}
 function imageAddress(at = shown) {
   const place = run(at).views[at.frame];
-  if (!place || !place.image) return '';
-  if (!addresses.has(place.image)) addresses.set(place.image, document.getElementById(place.image).textContent.trim());
-  return addresses.get(place.image);
+  return place ? addressOf(place) : '';
 }
 
 // New statistics of the same capture, as stats.json has them, from whoever serves this page: all sections follow. `views`: as
-// data.runs[].views, whose images and tiles may be addresses of elements that were added to the page.
+// data.runs[].views, images then are addresses and tiles objects, as tiles_NNNN.json has them.
 function update(stats, views) {
   const of = data.runs[shown.run];
   of.stats = stats;
   if (views) of.views = views;
-  kept.clear();
   shown.frame = Math.min(shown.frame, stats.frames.length - 1);
   sections.forEach((entry) => { entry.stale = true; if (entry.reset) entry.reset(); });
   sections.filter((entry) => entry.seen || entry.always).forEach(repaint);

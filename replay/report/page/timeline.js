@@ -44,7 +44,7 @@ function timelineSection() {
     const cores = timeline.tile.length ? Math.max(...timeline.core) + 1 : 0, slot = cores * timeline.slots > 40 ? 5 : 11;
     const out = [{ kind: 'frontend', title: 'front end', height: 16 }, { kind: 'binner', title: 'binner', height: 16 }];
     for (let core = 0; core < cores; ++core) out.push({ kind: 'core', core, title: `core ${core}`, height: timeline.slots * slot + 3, slot });
-    for (const unit of Object.keys(timeline.busy)) out.push({ kind: 'busy', unit, title: words(unit), height: 13 });
+    for (const unit of Object.keys(kUnits)) if (timeline.busy[unit] && unit !== 'dram') out.push({ kind: 'busy', unit, title: kUnits[unit].title.toLowerCase(), height: 13 });
     out.push({ kind: 'bandwidth', title: 'bandwidth', height: 96 }, { kind: 'lists', title: 'list memory', height: 64 });
     let y = 4;
     for (const row of out) { row.y = y; y += row.height + (row.kind === 'busy' ? 1 : 6); }
@@ -124,7 +124,7 @@ function timelineSection() {
         if (value === 0) return;
         const x = xOf(w * width), end = xOf((w + 1) * width);
         if (end < layout.left || x > layout.left + layout.width) return;
-        pen.globalAlpha = Math.min(1, value / 1000);
+        pen.globalAlpha = Math.min(1, value / 100);
         pen.fillRect(x, row.y, end - x + 0.3, row.height);
       });
       pen.globalAlpha = 1;
@@ -160,7 +160,7 @@ function timelineSection() {
     const row = layout.rows.find((of) => y >= of.y && y < of.y + of.height), cycle = cycleAt(x);
     if (!row) return null;
     const w = Math.max(0, Math.min(timeline.windows - 1, Math.floor(cycle / timeline.cycles * timeline.windows))), when = quantity(milliseconds(cycle), 'ms');
-    if (row.kind === 'busy') return { lines: [words(row.unit), `busy ${percent(timeline.busy[row.unit][w] / 1000)} at ${when}`] };
+    if (row.kind === 'busy') return { lines: [words(row.unit), `busy ${percent(timeline.busy[row.unit][w] / 100)} at ${when}`] };
     if (row.kind === 'lists') return { lines: ['live list memory', `${quantity(timeline.list_bytes[w], 'bytes')} at ${when}`] };
     if (row.kind === 'bandwidth') {
       const width = timeline.cycles / timeline.windows;

@@ -52,7 +52,7 @@ function axisScale(most, unit) {
   return [chosen[0], [chosen[1].trim() === 'k' ? 'thousand' : chosen[1].trim() === 'M' ? 'million' : chosen[1].trim() === 'G' ? 'billion' : '', unit].filter(Boolean).join(' ')];
 }
 function percent(part, significant = 2) { return part === 0 ? '0 %' : Math.abs(part) < 0.001 ? '<0.1 %' : digits(100 * part, significant) + ' %'; }
-function signedPercent(part) { return (part > 0 ? '+' : part < 0 ? '−' : '') + percent(Math.abs(part), 3); }
+function signedPercent(part) { return Math.abs(part) < 0.001 ? percent(part) : (part > 0 ? '+' : part < 0 ? '−' : '') + percent(Math.abs(part), 3); }
 
 // Okabe and Ito's colours and ones between: told apart by colour-blind readers too. The same purpose has the same colour in every
 // section and in every report, whatever else is there.
