@@ -171,8 +171,13 @@ json PageViews::page_tiles(const fs::path& file) {
 void PageViews::finish(json& data, std::string& scripts) {
   for (std::size_t first = 0; first < tiles_.size(); first += kGroup) {
     std::vector<json> group;
-    for (std::size_t k = first; k < std::min(first + kGroup, tiles_.size()); ++k)
-      group.push_back(page_tiles(tiles_[k]));
+    for (std::size_t k = first; k < std::min(first + kGroup, tiles_.size()); ++k) {
+      try {
+        group.push_back(page_tiles(tiles_[k]));
+      } catch (const json::exception& error) {
+        throw InputError(tiles_[k].string(), "", fmt::format("is not what a replay writes: {}", error.what()));
+      }
+    }
     append_script(fmt::format("tiles-{}", first / kGroup), gzip_base64(pack_documents(group)), scripts);
   }
   pack_images(data, scripts);

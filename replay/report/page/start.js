@@ -13,6 +13,11 @@ async function start() {
     await afterPaint();
     step();
   }
+  // All of it is there to be searched, printed and read aloud; from then on sections follow when they are seen.
+  for (const entry of sections) {
+    await afterPaint();
+    repaint(entry);
+  }
   // One section alone, for printing and images.
   if (document.getElementById(wanted.get('section') || '')) {
     document.getElementById('contents').hidden = true;

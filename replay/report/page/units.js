@@ -57,23 +57,23 @@ function signedPercent(part) { return Math.abs(part) < 0.001 ? percent(part) : (
 // Okabe and Ito's colours and ones between: told apart by colour-blind readers too. The same purpose has the same colour in every
 // section and in every report, whatever else is there.
 const kPurposeColors = {
-  patch_data: '#0072b2', tile_queue: '#c58700', tile_state: '#cc79a7', frame_buffer: '#009e73', texture: '#d55e00', history: '#8c6d1f',
-  neighbours: '#499bca', sampling_maps: '#7a7f87', attributes: '#705aa6', coarse_depth: '#a59400', signatures: '#676767', scene_color: '#e7298a' };
+  patch_data: '#0072b2', tile_queue: '#bc8000', tile_state: '#c2739f', frame_buffer: '#009e73', texture: '#d55e00', history: '#8c6d1f',
+  neighbours: '#4594c1', sampling_maps: '#7a7f87', attributes: '#7763a9', coarse_depth: '#9d8d00', signatures: '#6f6f6f', scene_color: '#e7298a' };
 const kPurposeNames = {
   patch_data: 'scene', tile_queue: 'tile lists', tile_state: 'tile state', frame_buffer: 'frame buffer', texture: 'textures and heights', history: 'history', neighbours: 'neighbour pixels',
   sampling_maps: 'sampling maps', attributes: 'attributes', coarse_depth: 'coarse depth', signatures: 'signatures', scene_color: 'scene colour' };
-const kPhaseColors = { geometry: '#0072b2', visibility: '#499bca', shading: '#d55e00', store: '#009e73', other: '#7a7f87', unit: '#b08e4e', data: '#cc79a7' };
+const kPhaseColors = { geometry: '#0072b2', visibility: '#4594c1', shading: '#d55e00', store: '#009e73', other: '#7a7f87', unit: '#a8874a', data: '#c2739f' };
 const kUnitPhase = {
   frontend: 'geometry', binner: 'geometry', entry_fetch: 'visibility', tessellator: 'visibility', box_builder: 'visibility', box_tests: 'visibility', stencil: 'visibility', sampling: 'visibility',
   triangle_tests: 'visibility', alpha_tests: 'visibility', coarse_depth: 'visibility', compaction: 'shading', shader: 'shading', texture: 'shading', blend: 'shading', resolve: 'store', dram: 'other', l2: 'other',
   latency: 'data', caches: 'other', tile_memory: 'unit', geometry: 'geometry', tilecores: 'shading', imbalance: 'unit', leakage: 'unit' };
-const kSeries = ['#0072b2', '#c58700', '#009e73', '#d55e00', '#499bca', '#cc79a7', '#8c6d1f', '#7a7f87', '#705aa6', '#b08e4e'];
+const kSeries = ['#0072b2', '#bc8000', '#009e73', '#d55e00', '#4594c1', '#c2739f', '#8c6d1f', '#7a7f87', '#7763a9', '#a8874a'];
 // Of units side by side: shades of their phase's colour, the same for a unit wherever it is.
 const kUnitColors = {
-  frontend: '#0072b2', binner: '#c58700', entry_fetch: '#b08e4e', tessellator: '#499bca', box_builder: '#2f6f9f', box_tests: '#6c99b6', stencil: '#a6761d', sampling: '#8c6d1f', triangle_tests: '#4c698a',
-  alpha_tests: '#a59400', coarse_depth: '#5a7d7c', compaction: '#c48467', shader: '#d55e00', texture: '#cc79a7', blend: '#e7298a', resolve: '#009e73', dram: '#7a7f87', l2: '#705aa6', leakage: '#676767' };
+  frontend: '#0072b2', binner: '#bc8000', entry_fetch: '#a8874a', tessellator: '#4594c1', box_builder: '#3b73a1', box_tests: '#6691ad', stencil: '#a6761d', sampling: '#8c6d1f', triangle_tests: '#58718f',
+  alpha_tests: '#9d8d00', coarse_depth: '#5a7d7c', compaction: '#bb7e62', shader: '#d55e00', texture: '#c2739f', blend: '#e7298a', resolve: '#009e73', dram: '#7a7f87', l2: '#7763a9', leakage: '#6f6f6f' };
 // Bounds that are no units have colours of their own.
-const kBoundColors = { ...kUnitColors, latency: '#a6475f', caches: '#6e5e94', tile_memory: '#b8860b', geometry: '#506983', tilecores: '#ef6b41', imbalance: '#58a455' };
+const kBoundColors = { ...kUnitColors, latency: '#a95468', caches: '#756798', tile_memory: '#b5840b', geometry: '#5b7188', tilecores: '#e4663d', imbalance: '#539c51' };
 const purposeName = (purpose) => kPurposeNames[purpose] || words(purpose);
 const purposeColor = (purpose) => kPurposeColors[purpose] || '#7a7f87';
 function words(name) { return String(name).replaceAll('_', ' '); }
