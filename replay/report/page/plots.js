@@ -23,13 +23,15 @@ function vega() {
   return vegaLoaded;
 }
 
+// Pixels of small text, which is larger on large screens.
+function textSize() { return Math.round(12 * parseFloat(getComputedStyle(document.body).fontSize) / 14); }
 
 function plotTheme() {
-  const ink = style('--ink'), line = style('--line'), quiet = style('--quiet');
+  const ink = style('--ink'), line = style('--line'), quiet = style('--quiet'), size = textSize();
   return {
     background: null,
-    axis: { labelColor: quiet, titleColor: ink, domainColor: line, tickColor: line, gridColor: line, gridOpacity: 0.6, labelFontSize: 12, titleFontSize: 12, titleFontWeight: 'normal', labelLimit: 260, labelOverlap: true },
-    legend: { labelColor: ink, titleColor: quiet, labelFontSize: 12, titleFontWeight: 'normal', labelLimit: 320, symbolStrokeWidth: 0 },
+    axis: { labelColor: quiet, titleColor: ink, domainColor: line, tickColor: line, gridColor: line, gridOpacity: 0.6, labelFontSize: size, titleFontSize: size, titleFontWeight: 'normal', labelLimit: 260, labelOverlap: true },
+    legend: { labelColor: ink, titleColor: quiet, labelFontSize: size, titleFontSize: size, titleFontWeight: 'normal', labelLimit: 320, symbolStrokeWidth: 0 },
     title: { color: ink }, range: { category: kSeries },
   };
 }
@@ -51,9 +53,9 @@ function plot(holder, says, spec, press) {
     place.style.display = made ? '' : 'none';
     if (!made) return Promise.resolve();
     wide = place.clientWidth;
-    const width = Math.max(280, Math.min(made.most || Infinity, wide || 900));
+    const width = Math.max(280, Math.min((made.most || Infinity) * textSize() / 12, wide || 900));
     const { View, parse } = vega();
-    view = new View(parse({ $schema: 'https://vega.github.io/schema/vega/v5.json', padding: 5, autosize: { type: 'fit', contains: 'padding' }, ...made, most: undefined, width }, plotTheme()), { renderer: 'svg', container: place, hover: true });
+    view = new View(parse({ $schema: 'https://vega.github.io/schema/vega/v5.json', padding: 5, autosize: { type: 'fit', contains: 'padding' }, ...made, most: undefined, height: made.height * textSize() / 12, width }, plotTheme()), { renderer: 'svg', container: place, hover: true });
     if (press) view.addEventListener('click', (event, item) => { if (item && item.datum) press(item.datum); });
     return view.runAsync();
   };

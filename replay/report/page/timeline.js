@@ -39,28 +39,33 @@ function timelineSection() {
     paint();
   }
 
-  // Rows from the top, each {title, y, height}.
-  function rows() {
+  // Rows from the top, each {title, y, height}; lengths are those of text of 14 pixels.
+  function rows(by) {
     const cores = timeline.tile.length ? Math.max(...timeline.core) + 1 : 0, slot = cores * timeline.slots > 40 ? 5 : 11;
     const out = [{ kind: 'frontend', title: 'front end', height: 16 }, { kind: 'binner', title: 'binner', height: 16 }];
     for (let core = 0; core < cores; ++core) out.push({ kind: 'core', core, title: `core ${core}`, height: timeline.slots * slot + 3, slot });
     for (const unit of Object.keys(kUnits)) if (timeline.busy[unit] && unit !== 'dram') out.push({ kind: 'busy', unit, title: kUnits[unit].title.toLowerCase(), height: 13 });
     out.push({ kind: 'bandwidth', title: 'bandwidth', height: 96 }, { kind: 'lists', title: 'list memory', height: 64 });
     let y = 4;
-    for (const row of out) { row.y = y; y += row.height + (row.kind === 'busy' ? 1 : 6); }
+    for (const row of out) {
+      row.height *= by;
+      if (row.slot) row.slot *= by;
+      row.y = y;
+      y += row.height + (row.kind === 'busy' ? 1 : 6);
+    }
     return { out, height: y };
   }
 
   function paint() {
-    const { out, height } = rows(), wide = Math.max(260, part.clientWidth), scale = window.devicePixelRatio || 1, full = height + 26;
-    layout = { left: wide < 700 ? 84 : 108, width: 0, rows: out };
+    const by = parseFloat(getComputedStyle(document.body).fontSize) / 14, { out, height } = rows(by), wide = Math.max(260, part.clientWidth), scale = window.devicePixelRatio || 1, full = height + 26 * by, pen = canvas.getContext('2d'), font = `${12 * by}px system-ui, "DejaVu Sans", sans-serif`;
+    pen.font = font;
+    layout = { left: 12 + Math.max(...out.map((row) => pen.measureText(row.title).width)), width: 0, rows: out, by };
     layout.width = wide - layout.left - 12;
     canvas.width = Math.round(wide * scale);
     canvas.height = Math.round(full * scale);
     canvas.style.height = full + 'px';
-    const pen = canvas.getContext('2d');
     pen.scale(scale, scale);
-    pen.font = '12px system-ui, "DejaVu Sans", sans-serif';
+    pen.font = font;
     pen.textBaseline = 'middle';
     const ink = style('--ink'), quiet = style('--quiet'), line = style('--line'), panel = style('--panel');
     for (const row of out) {
@@ -82,12 +87,12 @@ function timelineSection() {
 
   function axis(pen, height, line, quiet, labels) {
     const all = milliseconds(timeline.cycles), [step, unit] = axisScale(all * (window_[1] - window_[0]), 'ms');
-    for (const tick of ticks(all * window_[0] / step, all * window_[1] / step, Math.max(2, layout.width / 110))) {
+    for (const tick of ticks(all * window_[0] / step, all * window_[1] / step, Math.max(2, layout.width / (110 * layout.by)))) {
       const x = xOf(tick * step / all * timeline.cycles);
       if (labels) {
         pen.fillStyle = quiet;
         pen.textAlign = 'center';
-        pen.fillText(`${plain(tick)} ${unit}`, Math.max(layout.left + 18, Math.min(layout.left + layout.width - 18, x)), height + 12);
+        pen.fillText(`${plain(tick)} ${unit}`, Math.max(layout.left + 18 * layout.by, Math.min(layout.left + layout.width - 18 * layout.by, x)), height + 12 * layout.by);
       } else {
         pen.fillStyle = line;
         pen.fillRect(Math.round(x), 0, 1, height);
@@ -152,7 +157,15 @@ function timelineSection() {
   // Scales stay over frames: what the memory gives, and the largest peak.
   const bandwidthTop = () => Math.max(0.001, run().stats.gpu.memory.gb_per_s * run().stats.gpu.memory.gpu_share);
   const listTop = () => Math.max(1, ...framesOf().map((frame) => frame.counters['binner.queue_bytes_peak'] || 0));
-  const scaleLabel = (pen, row, text, ink) => { pen.fillStyle = ink; pen.textAlign = 'left'; pen.fillText(text, layout.left + 4, row.y + 9); };
+  const scaleLabel = (pen, row, text, ink) => {
+    pen.textAlign = 'left';
+    pen.lineJoin = 'round';
+    pen.lineWidth = 4;
+    pen.strokeStyle = style('--ground');
+    pen.strokeText(text, layout.left + 5, row.y + 9 * layout.by);
+    pen.fillStyle = ink;
+    pen.fillText(text, layout.left + 5, row.y + 9 * layout.by);
+  };
 
   // What lies under the pointer.
   function find(x, y) {

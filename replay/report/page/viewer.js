@@ -68,7 +68,6 @@ function tileViewer(label, choose, says) {
       if (!what || what.address !== next.address) image.src = next.address;
       image.alt = next.label || '';
       image.style.aspectRatio = `${next.view.size[0]} / ${next.view.size[1]}`;
-      frame.style.setProperty('--nominal', next.view.size[0] + 'px');
       what = next;
       paint();
     },
