@@ -91,7 +91,7 @@ class ReplayCommand final : public Command {
         ->capture_default_str();
     add_strict_flag(app, strict_);
     add_variant_option(app, variant_);
-    app.add_option("--trace", trace_, "Write when each unit did what, for Perfetto or chrome://tracing (JSON)")
+    app.add_option("--trace", trace_, "Write when each unit did what, for Perfetto: JSON, or protobuf where FILE ends in .pftrace")
         ->type_name("FILE");
     app.add_option("--trace-frames", trace_frames_,
                    "Frames that --trace and --dram-trace hold, B not included (default: all)")

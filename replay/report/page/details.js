@@ -42,8 +42,7 @@ function baselineSection() {
   part.append(grid);
   for (const [name, [title, unit]] of Object.entries(units).filter(([of]) => names.includes(of)))
     plot(grid.appendChild(make('div')), `${title} by scheme`, () => bars(schemes.map((scheme) => ({ at: words(scheme), value: total.baselines[scheme][name], says: quantity(total.baselines[scheme][name], unit, 4) })), { x: title, unit }));
-  part.append(table([{ title: 'counter', of: (row) => row }, ...schemes.map((scheme) => ({ title: words(scheme), of: (row) => total.baselines[scheme][row], zero: true })),
-    { title: 'meaning', of: (row) => (data.counters[row] || {}).meaning || '', wide: true }], names, { label: 'Schemes' }));
+  part.append(table([{ title: 'counter', of: (row) => row, title_of: (row) => (data.counters[row] || {}).meaning || '' }, ...schemes.map((scheme) => ({ title: words(scheme), of: (row) => total.baselines[scheme][row], zero: true }))], names, { label: 'Schemes' }));
 }
 
 // --sensitivity: what cycles, energy and the verdict hang on.

@@ -27,7 +27,7 @@ function memorySection() {
   part.append(holder);
   follow(holder, ['run', 'frame', 'other'], () => {
     const other = otherFrame(), key = (row) => row.unit + '\n' + row.purpose, its = new Map((other ? other.dram : []).map((row) => [key(row), row])), total = bytesOf(frameOf());
-    const bytes = (value) => quantity(value, 'bytes', 4);
+    const bytes = (value) => (value ? quantity(value, 'bytes', 4) : '–');
     holder.replaceChildren(make('h3', {}, nameOf(shown)), table([
       { title: 'unit', of: (row) => row.unit }, { title: 'purpose', of: (row) => purposeName(row.purpose) },
       { title: 'read', of: (row) => row.read_bytes, show: bytes, bar: true }, { title: 'written', of: (row) => row.written_bytes, show: bytes, bar: true },

@@ -19,8 +19,8 @@ function parallelSection({ points, columns, varying }, press) {
       return { name: key, place: (point) => at(point.axis[key]), labels: sorted.filter((_, k) => sorted.length <= 12 || k % Math.ceil(sorted.length / 12) === 0).map((value) => [at(value), value]), given: true };
     };
     const ofColumn = (name) => {
-      const known = points.map((point) => point.mean[name]).filter((value) => value !== undefined), least = Math.min(...known), most = Math.max(...known), [step] = axisScale(most, '');
-      return { name, place: (point) => (point.mean[name] === undefined ? null : most > least ? (point.mean[name] - least) / (most - least) : 0.5), labels: [least, (least + most) / 2, most].map((value, k) => [k / 2, step > 1 ? `${digits(value / step, 4)}${({ 1000: ' k', 1000000: ' M', 1000000000: ' G' })[step] || ''}` : digits(value, 4)]) };
+      const known = points.map((point) => point.mean[name]).filter((value) => value !== undefined), least = Math.min(...known), most = Math.max(...known), unit = unitOfColumn(name), [step] = axisScale(most, '');
+      return { name, place: (point) => (point.mean[name] === undefined ? null : most > least ? (point.mean[name] - least) / (most - least) : 0.5), labels: [least, (least + most) / 2, most].map((value, k) => [k / 2, unit ? quantity(value, unit, 4) : step > 1 ? `${digits(value / step, 4)}${({ 1000: ' k', 1000000: ' M', 1000000000: ' G' })[step] || ''}` : digits(value, 4)]) };
     };
     return [...varying.map(ofKey), ...[...chosen].map(ofColumn)];
   }
@@ -29,7 +29,7 @@ function parallelSection({ points, columns, varying }, press) {
     const x = (k) => 60 + (all.length === 1 ? 0 : k * (width - 130) / (all.length - 1)), y = (place) => bottom - place * (bottom - top);
     for (const name of kept.keys()) if (!all.some((axis) => axis.name === name)) kept.delete(name);
     const within = (point) => all.every((axis) => { const range = kept.get(axis.name), place = axis.place(point); return !range || (place !== null && place >= range[0] && place <= range[1]); });
-    const first = all[0], picture = draw('svg', { viewBox: `0 0 ${width} ${height}`, width, height, role: 'img', 'aria-label': 'Parallel coordinates of all points; the table of points has the same numbers' });
+    const room = Math.max(12, Math.floor((x(1) - x(0)) * 2 / 7) - 1), first = all[0], picture = draw('svg', { viewBox: `0 0 ${width} ${height}`, width, height, role: 'img', 'aria-label': 'Parallel coordinates of all points; the table of points has the same numbers' });
     let inside = 0;
     for (const point of points.slice(0, 4000)) {
       const places = all.map((axis, k) => [x(k), axis.place(point)]).filter(([, place]) => place !== null), kind = within(point);
@@ -41,7 +41,7 @@ function parallelSection({ points, columns, varying }, press) {
     }
     all.forEach((axis, k) => {
       const column = draw('g', { class: 'column' }, draw('line', { x1: x(k), x2: x(k), y1: top, y2: bottom, class: 'rule' }), draw('rect', { x: x(k) - 10, y: top - 8, width: 20, height: bottom - top + 16, fill: 'transparent', class: 'grip' }),
-        draw('text', { x: x(k), y: k % 2 === 0 ? 14 : 30, class: 'label strong', 'text-anchor': k === 0 ? 'start' : k === all.length - 1 ? 'end' : 'middle' }, axis.name.length > 32 ? axis.name.slice(0, 30) + '…' : axis.name),
+        draw('text', { x: x(k), y: k % 2 === 0 ? 14 : 30, class: 'label strong', 'text-anchor': k === 0 ? 'start' : k === all.length - 1 ? 'end' : 'middle' }, axis.name.length > (k === all.length - 1 ? room / 2 : room) ? axis.name.slice(0, (k === all.length - 1 ? room / 2 : room) - 1) + '…' : axis.name),
         ...axis.labels.map(([place, text]) => draw('text', { x: x(k) + 7, y: y(place) + 4, class: 'label' }, text)));
       const range = kept.get(axis.name);
       if (range) column.append(draw('rect', { x: x(k) - 5, y: y(range[1]), width: 10, height: Math.max(2, y(range[0]) - y(range[1])), class: 'kept' }));

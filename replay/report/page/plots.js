@@ -73,7 +73,7 @@ const tickLabels = { labels: { update: { text: { signal: 'tick(datum.value)' } }
 // Rows with `field` in the step of the largest, and the axis's title.
 function scaledRows(rows, field, title, unit) {
   const [step, name] = axisScale(Math.max(0, ...rows.map((row) => Math.abs(row[field]))), unit);
-  return { rows: rows.map((row) => ({ ...row, [`raw_${field}`]: row[field], [field]: row[field] / step })), title: name ? `${title}, ${name}` : title, step };
+  return { rows: rows.map((row) => ({ ...row, [`raw_${field}`]: row[field], [field]: row[field] / step })), title: title === unit ? name : name ? `${title}, ${name}` : title, step };
 }
 
 // Stacked bars: rows {at, part, value}; `at` is a number or a text. titles: {x, y, unit, part, colors: {part: color}, names(part)}. The
@@ -87,7 +87,7 @@ function stackedBars(rows, titles) {
   const names = titles.names || ((part) => part);
   const values = rows.map((row) => ({ ...row, raw: row.value, value: row.value / step, order: parts.indexOf(row.part), name: names(row.part) }));
   return {
-    height: titles.height || 240,
+    height: Math.max(titles.height || 240, document.documentElement.clientWidth > 900 ? parts.length * 15 + 40 : 0),
     most: places < 6 ? Math.max(420, 260 + places * 90) : undefined,
     signals: [{ name: 'mark', value: titles.mark ?? null }],
     data: [{ name: 'rows', values, transform: [{ type: 'stack', groupby: ['at'], sort: { field: 'order' }, field: 'value' }] }],
@@ -114,7 +114,7 @@ function stackedBars(rows, titles) {
 function lines(rows, titles) {
   if (rows.length === 0) return null;
   const even = titles.even || rows.some((row) => typeof row.x !== 'number');
-  const scaled = scaledRows(rows, 'y', titles.y, titles.unit);
+  const scaled = scaledRows(rows, 'y', titles.y, titles.unit || unitOfColumn(titles.y));
   return {
     height: 280, most: 1100,
     data: [{ name: 'rows', values: scaled.rows }],
@@ -134,7 +134,7 @@ function lines(rows, titles) {
 // Points with the front of those that no other beats in both directions (less is better): rows {x, y, series, says, front}.
 function scatter(rows, titles) {
   if (rows.length === 0) return null;
-  const across = scaledRows(rows, 'x', titles.x), up = scaledRows(across.rows, 'y', titles.y);
+  const across = scaledRows(rows, 'x', titles.x, unitOfColumn(titles.x)), up = scaledRows(across.rows, 'y', titles.y, unitOfColumn(titles.y));
   const scale = (name, field, range) => ({ name, type: titles.log ? 'log' : 'linear', domain: { data: 'rows', field }, range, nice: true, zero: false });
   return {
     height: 380, most: 1100,

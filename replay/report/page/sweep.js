@@ -46,8 +46,8 @@ function sweepReport() {
     if (browser && shown >= 0) browser.choose(shown);
   };
   if (done.length > 0) {
-    paretoSection(tools, press, detail);
     parallelSection(tools, press);
+    paretoSection(tools, press, detail);
     curveSection(tools);
     purposeSection(tools);
   }

@@ -71,7 +71,7 @@ const kSeries = ['#0072b2', '#bc8000', '#009e73', '#d55e00', '#4594c1', '#c2739f
 // Of units side by side: shades of their phase's colour, the same for a unit wherever it is.
 const kUnitColors = {
   frontend: '#0072b2', binner: '#bc8000', entry_fetch: '#a8874a', tessellator: '#4594c1', box_builder: '#3b73a1', box_tests: '#6691ad', stencil: '#a6761d', sampling: '#8c6d1f', triangle_tests: '#58718f',
-  alpha_tests: '#9d8d00', coarse_depth: '#5a7d7c', compaction: '#bb7e62', shader: '#d55e00', texture: '#c2739f', blend: '#e7298a', resolve: '#009e73', dram: '#7a7f87', l2: '#7763a9', leakage: '#6f6f6f' };
+  alpha_tests: '#9d8d00', coarse_depth: '#5a7d7c', compaction: '#bb7e62', shader: '#d55e00', texture: '#c2739f', blend: '#e7298a', resolve: '#009e73', dram: '#7a7f87', l2: '#7763a9', leakage: '#a95468' };
 // Bounds that are no units have colours of their own.
 const kBoundColors = { ...kUnitColors, latency: '#a95468', caches: '#756798', tile_memory: '#b5840b', geometry: '#5b7188', tilecores: '#e4663d', imbalance: '#539c51' };
 const purposeName = (purpose) => kPurposeNames[purpose] || words(purpose);
@@ -88,6 +88,9 @@ function rampColor(t) {
   const at = Math.max(0, Math.min(1, t)) * (kRamp.length - 1), k = Math.min(kRamp.length - 2, Math.floor(at)), f = at - k;
   return `rgb(${kRamp[k].map((low, c) => Math.round(low + (kRamp[k + 1][c] - low) * f)).join(',')})`;
 }
+
+// The unit of a column of a study, as far as its name says it.
+function unitOfColumn(name) { return /bytes/.test(name) ? 'bytes' : /_nj$|^energy\.|nJ$/.test(name) ? 'nJ' : ''; }
 
 // Ticks of an axis from 0 or `least` to `most`: round numbers, about `count` of them.
 function ticks(least, most, count) {
