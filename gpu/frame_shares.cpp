@@ -81,7 +81,9 @@ FrameShares frame_shares(const GpuConfiguration& gpu, const MachineModel& model,
   const timing::FrameWork& work = model.record.work;
   FrameShares shares;
   shares.drawables = timing::attribute(gpu, work, model.timing, model.energy);
-  shares.tiles = timing::attribute_tiles(gpu, work, model.schedule, before);
+  // [measured] With events each doubling takes as long as the frame: five times the model's time.
+  shares.bounds = gpu.queues.model == hardware::TimingModel::kPhases;
+  shares.tiles = timing::attribute_tiles(gpu, work, model.schedule, before, shares.bounds);
   shares.lists = lists_of(work, traffic.size());
   shares.traffic = std::move(traffic);
   return shares;

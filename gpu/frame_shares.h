@@ -23,8 +23,9 @@ struct DrawableInTile {
 struct FrameShares {
   std::map<std::uint32_t, timing::DrawableShare> drawables;  // by DrawableInTile::drawable
   std::vector<timing::TileShare> tiles;                      // those that were rendered, in the order of their numbers
-  std::vector<TileTraffic> traffic;                          // by number
-  std::vector<std::vector<DrawableInTile>> lists;            // by number; in the order of their drawables
+  bool bounds = false;  // whether tiles say what bounds them: not with machine.timing=events, which would take too long
+  std::vector<TileTraffic> traffic;                // by number
+  std::vector<std::vector<DrawableInTile>> lists;  // by number; in the order of their drawables
 
   // Joins a further view of the same frame. A tile is bound by what binds the view in which more hangs on it.
   void add(const FrameShares& view);

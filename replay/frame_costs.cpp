@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -36,6 +35,20 @@ std::string list(std::size_t count, const Of& of) {
   std::string text = "[";
   for (std::size_t k = 0; k < count; ++k) text += fmt::format("{}{}", k == 0 ? "" : ",", of(k));
   return text + "]";
+}
+
+std::string whole(const std::vector<timing::TileShare>& tiles, double timing::TileShare::*member) {
+  return list(tiles.size(), [&](std::size_t t) { return static_cast<std::uint64_t>(std::ceil(tiles[t].*member)); });
+}
+
+std::string bound_members(const std::vector<timing::TileShare>& tiles) {
+  const std::string names = list(
+      timing::kBoundCount, [](std::size_t b) { return fmt::format("\"{}\"", name(static_cast<timing::Bound>(b))); });
+  const std::string by = list(tiles.size(), [&](std::size_t t) {
+    return tiles[t].bound_by ? static_cast<int>(index(*tiles[t].bound_by)) : -1;
+  });
+  return fmt::format("  \"bounds\": {},\n  \"bound_by\": {},\n  \"saves\": {},\n", names, by,
+                     whole(tiles, &timing::TileShare::bound_cycles));
 }
 
 }  // namespace
@@ -79,22 +92,11 @@ std::string FrameCosts::tile_members() const {
   const std::size_t tiles = shares_.traffic.size();
   std::vector<timing::TileShare> by_number(tiles);
   for (const timing::TileShare& tile : shares_.tiles) by_number[tile.tile] = tile;
-  const auto whole = [&](auto member) {
-    return list(tiles, [&](std::size_t t) { return static_cast<std::uint64_t>(std::ceil(by_number[t].*member)); });
-  };
-  std::string text = " \"costs\": {\n";
-  text += fmt::format("  \"cycles\": {},\n", whole(&timing::TileShare::cycles));
+  std::string text = fmt::format(" \"costs\": {{\n  \"cycles\": {},\n", whole(by_number, &timing::TileShare::cycles));
   text += fmt::format("  \"energy_nj\": {},\n",
                       list(tiles, [&](std::size_t t) { return fmt::format("{:.1f}", by_number[t].energy_nj); }));
-  text += "  \"bounds\": " +
-          list(timing::kBoundCount,
-               [](std::size_t b) { return fmt::format("\"{}\"", name(static_cast<timing::Bound>(b))); }) +
-          ",\n";
-  text += fmt::format("  \"bound_by\": {},\n", list(tiles, [&](std::size_t t) {
-                        const std::optional<timing::Bound>& by = by_number[t].bound_by;
-                        return by ? static_cast<int>(index(*by)) : -1;
-                      }));
-  text += fmt::format("  \"saves\": {},\n  \"dram\": {{", whole(&timing::TileShare::bound_cycles));
+  if (shares_.bounds) text += bound_members(by_number);
+  text += "  \"dram\": {";
   const char* between = "\n";
   for (std::size_t p = 0; p < memory::kPurposeCount; ++p) {
     const auto bytes = [&](std::size_t t) {
@@ -106,7 +108,12 @@ std::string FrameCosts::tile_members() const {
       text += fmt::format("{}   \"{}\": {}", std::exchange(between, ",\n"), name(static_cast<memory::Purpose>(p)),
                           list(tiles, bytes));
   }
-  text += "}},\n \"lists\": ";
+  return text + "}},\n" + list_members();
+}
+
+std::string FrameCosts::list_members() const {
+  const std::size_t tiles = shares_.lists.size();
+  std::string text = " \"lists\": ";
   std::vector<std::size_t> unlisted(tiles);
   text += list(tiles, [&](std::size_t t) {
     std::map<std::size_t, std::pair<std::uint64_t, std::uint64_t>> sums;  // by row: invocations, sub-patches

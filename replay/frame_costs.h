@@ -27,7 +27,8 @@ nlohmann::json share_rows(const NamedShares& shares, bool by_node);
 //   stats.json       "drawables", "materials": share_rows(); the kMaxRows with most cycles, then one of all others with the
 //                    names kOthers. What none asked for has the names "".
 //   tiles_NNNN.json  "costs": {"cycles": [...], "energy_nj": [...], "dram": {purpose: [...]}, "bound_by": [...], "saves":
-//                    [...]}: tile by tile; bound_by holds indices into "bounds", -1 of a tile that hangs on nothing.
+//                    [...]}: tile by tile; bound_by holds indices into "bounds", -1 of a tile that hangs on nothing;
+//                    neither they nor "saves" are there where bounds are not known (gpu::FrameShares).
 //                    "lists": tile by tile [row, sub-patches, invocations, row, ...], `row` of the frame's "drawables"; at
 //                    most kMaxInList drawables, those with most invocations first; "unlisted": how many others.
 class FrameCosts {
@@ -43,6 +44,8 @@ class FrameCosts {
   std::string tile_members() const;
 
  private:
+  std::string list_members() const;
+
   const gpu::FrameShares& shares_;
   nlohmann::json drawables_, materials_;
   std::map<std::uint32_t, std::size_t> rows_;  // of drawables_, by number

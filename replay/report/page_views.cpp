@@ -162,7 +162,7 @@ json PageViews::page_tiles(const fs::path& file) {
     json& costs = out["costs"];
     for (json& nj : costs.at("energy_nj")) nj = static_cast<std::int64_t>(std::llround(nj.get<double>()));
     for (const char* name : {"cycles", "energy_nj", "saves", "bound_by"})
-      note(std::string("cost.") + name, costs.at(name));
+      if (costs.contains(name)) note(std::string("cost.") + name, costs[name]);
     for (const auto& [purpose, values] : costs.at("dram").items()) note("dram." + purpose, values);
   }
   return out;

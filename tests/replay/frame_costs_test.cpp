@@ -117,6 +117,18 @@ TEST(FrameCosts, AreThoseOfTheRecord) {
   }
 }
 
+// What takes too long by default is left out, not guessed.
+TEST(FrameCosts, WithEventsTilesHaveCyclesButNoBounds) {
+  const test::TemporaryFolder out;
+  for (const char* model : {"phases", "events"}) {
+    replay_into(out, "vases", {"--set", std::string("machine.timing=") + model});
+    const json costs = json::parse(test::read_text(out / "tiles_0000.json"))["costs"];
+    for (const char* member : {"bounds", "bound_by", "saves"})
+      EXPECT_EQ(costs.contains(member), model == std::string("phases")) << member;
+    EXPECT_GT(sum(costs["cycles"]), 0);
+  }
+}
+
 // FS1: what tiles move, purpose by purpose, is what the ledger has of their units.
 std::map<std::string, double> bytes_off(const json& frame, const json& tiles) {
   std::map<std::string, double> off;

@@ -60,7 +60,7 @@ function tileSection() {
     const out = [`Tile ${tile % tiles.grid[0]}, ${Math.floor(tile / tiles.grid[0])}`];
     const values = mapValues(tiles, shown.map);
     if (values && shown.map !== 'cost.bound_by') out.push(`${mapTitle(shown.map)}: ${showAs(mapInfo(shown.map).unit)(values[tile])}${kScales[mapInfo(shown.map).unit] ? '' : ' ' + mapInfo(shown.map).unit}`);
-    if (tiles.costs && tiles.costs.bound_by[tile] >= 0) out.push(`bound by ${boundWords(tiles.costs.bounds[tiles.costs.bound_by[tile]])}`);
+    if (tiles.costs && tiles.costs.bound_by && tiles.costs.bound_by[tile] >= 0) out.push(`bound by ${boundWords(tiles.costs.bounds[tiles.costs.bound_by[tile]])}`);
     return out;
   }
   function paint() {
@@ -107,9 +107,9 @@ function pinnedTile(tiles, ranks) {
   const tile = shown.tile, costs = tiles.costs, rows = frameOf().drawables || [], x = tile % tiles.grid[0], y = Math.floor(tile / tiles.grid[0]);
   const out = [make('h3', {}, `Tile ${x}, ${y}`)];
   if (costs) {
-    const place = ranks.indexOf(tile) + 1, bound = costs.bound_by[tile];
+    const place = ranks.indexOf(tile) + 1, bound = costs.bound_by ? costs.bound_by[tile] : null;
     out.push(make('p', { class: 'verdict' }, `${number(costs.cycles[tile])} cycles (${quantity(milliseconds(costs.cycles[tile]), 'ms')}), ${place} of ${ranks.length} from the slowest; ${quantity(costs.energy_nj[tile], 'nJ')}. `,
-      bound >= 0 ? make('b', {}, `Bound by ${boundWords(costs.bounds[bound])}: twice of it saves ${number(costs.saves[tile])} cycles (${percent(costs.saves[tile] / Math.max(1, costs.cycles[tile]))}).`) : 'Nothing that is doubled alone ends it sooner.'));
+      bound === null ? 'What bounds it: tessera time --split tiles.' : bound >= 0 ? make('b', {}, `Bound by ${boundWords(costs.bounds[bound])}: twice of it saves ${number(costs.saves[tile])} cycles (${percent(costs.saves[tile] / Math.max(1, costs.cycles[tile]))}).`) : 'Nothing that is doubled alone ends it sooner.'));
     const bytes = Object.entries(costs.dram).map(([purpose, of]) => [purpose, of[tile]]).filter(([, value]) => value > 0).sort((a, b) => b[1] - a[1]), all = bytes.reduce((sum, [, value]) => sum + value, 0);
     out.push(make('div', { class: 'bytes', role: 'img', 'aria-label': bytes.map(([purpose, value]) => `${purposeName(purpose)} ${quantity(value, 'bytes')}`).join(', ') }, ...bytes.map(([purpose, value]) => make('i', { style: `flex:${value};background:${purposeColor(purpose)}`, title: `${purposeName(purpose)} ${quantity(value, 'bytes')}` }))),
       make('p', { class: 'keys' }, ...bytes.map(([purpose, value]) => make('span', {}, make('i', { style: `background:${purposeColor(purpose)}` }), `${purposeName(purpose)} ${quantity(value, 'bytes')}`)), make('span', {}, `all ${quantity(all, 'bytes')}`)));
