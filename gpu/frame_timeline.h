@@ -55,8 +55,8 @@ constexpr std::string_view name(Source source) {
 // The schedule of one view, for traces and for the page. Cycles from the start of the frame.
 //
 // Invariants (cited by the tests):
-//   TL1  Tiles of a slot are disjoint, spans of a tile are disjoint and inside it.
-//   TL3  Windows hold the frame's bytes, and of each unit the cycles that it was busy.
+//   FT1  Tiles of a slot are disjoint, spans of a tile are disjoint and inside it.
+//   FT2  Windows hold the frame's bytes, and of each unit the cycles that it was busy.
 struct FrameTimeline {
   static constexpr std::size_t kWindows = 256;  // of the frame
   struct Geometry {

@@ -30,10 +30,10 @@ constexpr std::array kVegaModules = {
     "vega-canvas",     "vega-scale",      "vega-scenegraph",      "vega-expression", "vega-selection",
     "vega-statistics", "vega-functions",  "vega-runtime",         "vega-view",       "vega-event-selector",
     "vega-parser",     "vega-transforms", "vega-view-transforms", "vega-encode"};
-constexpr std::array kScripts = {"page.js",     "units.js",    "packed.js", "store.js",    "plots.js",
-                                 "bar.js",      "cards.js",    "viewer.js", "machine.js",  "timeline.js",
-                                 "tiles.js",    "compare.js",  "memory.js", "details.js",  "replay.js",
-                                 "parallel.js", "pictures.js", "sweep.js",  "tradeoff.js", "start.js"};
+constexpr std::array kScripts = {"page.js",     "units.js",   "packed.js", "store.js",    "plots.js",
+                                 "bar.js",      "cards.js",   "viewer.js", "machine.js",  "timeline.js",
+                                 "tiles.js",    "compare.js", "memory.js", "details.js",  "replay.js",
+                                 "parallel.js", "images.js",  "sweep.js",  "tradeoff.js", "start.js"};
 
 json one_replay(const fs::path& folder, PageViews& views, std::string& note) {
   return replay_report({folder}, views, note);

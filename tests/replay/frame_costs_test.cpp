@@ -129,7 +129,7 @@ TEST(FrameCosts, WithEventsTilesHaveCyclesButNoBounds) {
   }
 }
 
-// FS1: what tiles move, purpose by purpose, is what the ledger has of their units.
+// SH1: what tiles move, purpose by purpose, is what the ledger has of their units.
 std::map<std::string, double> bytes_off(const json& frame, const json& tiles) {
   std::map<std::string, double> off;
   for (const auto& [purpose, values] : tiles["costs"]["dram"].items()) off[purpose] += sum(values);
@@ -206,7 +206,7 @@ TEST(FrameCosts, OfManyDrawablesTheRestIsOneRow) {
   EXPECT_EQ(tile["unlisted"][0], FrameCosts::kMaxRows + 1 - FrameCosts::kMaxInList);
 }
 
-// TL1 and TL3, in the file.
+// FT1 and FT2, in the file.
 TEST(FrameCosts, TheTimelineHoldsTheBytesOfTheFrameAndTilesOfASlotFollowEachOther) {
   for (const char* model : {"phases", "events"}) {
     const test::TemporaryFolder out;

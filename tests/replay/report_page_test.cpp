@@ -272,16 +272,16 @@ TEST_F(ReportPageInBrowser, TheTimelineZoomsByKeysAndPinsATile) {
     repaintAll();
     await viewOf();
     await new Promise((resolve) => setTimeout(resolve, 50));
-    const picture = () => canvas.toDataURL().length + canvas.toDataURL().slice(2000, 4000), whole = picture();
+    const look = () => canvas.toDataURL().length + canvas.toDataURL().slice(2000, 4000), whole = look();
     const press = (key) => canvas.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true, cancelable: true }));
     press('+');
     press('+');
-    const near = picture();
+    const near = look();
     press('Home');
-    document.body.dataset.zoomed = near !== whole && picture() === whole;
+    document.body.dataset.zoomed = near !== whole && look() === whole;
     show({ tile: 5 });
     await new Promise((resolve) => setTimeout(resolve, 50));
-    document.body.dataset.pinned = picture() !== whole;)");
+    document.body.dataset.pinned = look() !== whole;)");
   EXPECT_EQ(found(opened, "zoomed"), "true");
   EXPECT_EQ(found(opened, "pinned"), "true");
 }

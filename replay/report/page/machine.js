@@ -86,19 +86,19 @@ function machineSection() {
 
 function diagram(frame, widest, waits, press) {
   const [width, height] = kMachineSize, cores = run().stats.gpu.tilecore.count;
-  const picture = draw('svg', { viewBox: `0 0 ${width} ${height}`, class: 'diagram', role: 'group', 'aria-label': 'Units of the machine and what they move' });
+  const drawing = draw('svg', { viewBox: `0 0 ${width} ${height}`, class: 'diagram', role: 'group', 'aria-label': 'Units of the machine and what they move' });
   // Cores behind the first.
-  for (const shift of [12, 6].slice(cores > 2 ? 0 : cores > 1 ? 1 : 2)) picture.append(draw('rect', { x: kCores[0] + shift, y: kCores[1] - shift, width: kCores[2] - 12, height: kCores[3], class: 'shell' }));
-  picture.append(draw('rect', { x: kCores[0], y: kCores[1], width: kCores[2] - 12 + (cores > 1 ? 0 : 12), height: kCores[3], class: frame.timing.bound_by === 'tilecores' ? 'shell bound' : 'shell' }),
+  for (const shift of [12, 6].slice(cores > 2 ? 0 : cores > 1 ? 1 : 2)) drawing.append(draw('rect', { x: kCores[0] + shift, y: kCores[1] - shift, width: kCores[2] - 12, height: kCores[3], class: 'shell' }));
+  drawing.append(draw('rect', { x: kCores[0], y: kCores[1], width: kCores[2] - 12 + (cores > 1 ? 0 : 12), height: kCores[3], class: frame.timing.bound_by === 'tilecores' ? 'shell bound' : 'shell' }),
     draw('text', { x: kCores[0] + 14, y: kCores[1] + 21, class: 'group' }, `${cores} tile core${cores === 1 ? '' : 's'}`),
     draw('text', { x: kCores[0] + 110, y: kCores[1] + 21, class: 'quiet' }, `a tile in work ${percent(frame.timing.units.tilecores.utilisation)} of the time${frame.timing.bound_by === 'tilecores' ? '; together they bound the frame' : ''}`));
-  for (const [x, text] of [[20, 'geometry'], [440, 'visibility'], [862, 'shading'], [1110, 'pixels']]) picture.append(draw('text', { x, y: 79, class: 'quiet' }, text));
-  picture.append(draw('path', { d: 'M190 159 H226', class: 'wire', 'marker-end': 'url(#tip)' }), draw('path', { d: 'M382 120 H434', class: 'wire', 'marker-end': 'url(#tip)' }),
+  for (const [x, text] of [[20, 'geometry'], [440, 'visibility'], [862, 'shading'], [1110, 'pixels']]) drawing.append(draw('text', { x, y: 79, class: 'quiet' }, text));
+  drawing.append(draw('path', { d: 'M190 159 H226', class: 'wire', 'marker-end': 'url(#tip)' }), draw('path', { d: 'M382 120 H434', class: 'wire', 'marker-end': 'url(#tip)' }),
     draw('path', { d: 'M834 170 H856', class: 'wire', 'marker-end': 'url(#tip)' }), draw('path', { d: 'M1082 170 H1104', class: 'wire', 'marker-end': 'url(#tip)' }),
     draw('defs', {}, draw('marker', { id: 'tip', viewBox: '0 0 8 8', refX: 6, refY: 4, markerWidth: 8, markerHeight: 8, orient: 'auto' }, draw('path', { d: 'M0 0 L8 4 L0 8 z', class: 'tip' }))));
-  picture.append(...arrows(frame, widest));
-  for (const [name, unit] of Object.entries(kUnits)) picture.append(unitBox(name, unit, frame, waits, press));
-  return picture;
+  drawing.append(...arrows(frame, widest));
+  for (const [name, unit] of Object.entries(kUnits)) drawing.append(unitBox(name, unit, frame, waits, press));
+  return drawing;
 }
 
 function unitBox(name, unit, frame, waits, press) {

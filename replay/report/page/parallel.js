@@ -29,7 +29,7 @@ function parallelSection({ points, columns, varying }, press) {
     const x = (k) => 60 + (all.length === 1 ? 0 : k * (width - 130) / (all.length - 1)), y = (place) => bottom - place * (bottom - top);
     for (const name of kept.keys()) if (!all.some((axis) => axis.name === name)) kept.delete(name);
     const within = (point) => all.every((axis) => { const range = kept.get(axis.name), place = axis.place(point); return !range || (place !== null && place >= range[0] && place <= range[1]); });
-    const room = Math.max(12, Math.floor((x(1) - x(0)) * 2 / 7) - 1), first = all[0], picture = draw('svg', { viewBox: `0 0 ${width} ${height}`, width, height, role: 'img', 'aria-label': 'Parallel coordinates of all points; the table of points has the same numbers' });
+    const room = Math.max(12, Math.floor((x(1) - x(0)) * 2 / 7) - 1), first = all[0], drawing = draw('svg', { viewBox: `0 0 ${width} ${height}`, width, height, role: 'img', 'aria-label': 'Parallel coordinates of all points; the table of points has the same numbers' });
     let inside = 0;
     for (const point of points.slice(0, 4000)) {
       const places = all.map((axis, k) => [x(k), axis.place(point)]).filter(([, place]) => place !== null), kind = within(point);
@@ -37,7 +37,7 @@ function parallelSection({ points, columns, varying }, press) {
       const line = draw('polyline', { points: places.map(([at, place]) => `${at.toFixed(1)},${y(place).toFixed(1)}`).join(' '), class: kind ? 'through' : 'through out', stroke: kSeries[Math.round(first.place(point) * (first.labels.length - 1)) % kSeries.length] });
       hinted(line, () => [`Point ${point.index}`, ...varying.map((key) => `${key} = ${point.axis[key]}`), ...[...chosen].map((name) => `${name}: ${number(point.mean[name])}`)]);
       line.addEventListener('click', () => press({ index: point.index }));
-      picture.append(line);
+      drawing.append(line);
     }
     all.forEach((axis, k) => {
       const column = draw('g', { class: 'column' }, draw('line', { x1: x(k), x2: x(k), y1: top, y2: bottom, class: 'rule' }), draw('rect', { x: x(k) - 10, y: top - 8, width: 20, height: bottom - top + 16, fill: 'transparent', class: 'grip' }),
@@ -46,18 +46,18 @@ function parallelSection({ points, columns, varying }, press) {
       const range = kept.get(axis.name);
       if (range) column.append(draw('rect', { x: x(k) - 5, y: y(range[1]), width: 10, height: Math.max(2, y(range[0]) - y(range[1])), class: 'kept' }));
       let from = null;
-      const place = (event) => { const box = picture.getBoundingClientRect(); return Math.max(-0.02, Math.min(1.02, (bottom - (event.clientY - box.top) / box.height * height) / (bottom - top))); };
+      const place = (event) => { const box = drawing.getBoundingClientRect(); return Math.max(-0.02, Math.min(1.02, (bottom - (event.clientY - box.top) / box.height * height) / (bottom - top))); };
       column.querySelector('.grip').addEventListener('pointerdown', (event) => { from = place(event); });
-      picture.addEventListener('pointerup', (event) => {
+      drawing.addEventListener('pointerup', (event) => {
         if (from === null) return;
         const to = place(event);
         if (Math.abs(to - from) < 0.02) kept.delete(axis.name); else kept.set(axis.name, [Math.min(from, to), Math.max(from, to)]);
         from = null;
         paint();
       });
-      picture.append(column);
+      drawing.append(column);
     });
-    holder.replaceChildren(picture);
+    holder.replaceChildren(drawing);
     count.textContent = kept.size > 0 ? `${inside} of ${points.length} points lie within.` : `${points.length} points.`;
   }
   paint();

@@ -51,7 +51,7 @@ function sweepReport() {
     curveSection(tools);
     purposeSection(tools);
   }
-  if (data.views.length > 0) browser = pictureSection();
+  if (data.views.length > 0) browser = sweepImages();
   const list = section('points', 'Points');
   list.append(table([{ title: 'point', of: (row) => row[0] }, ...varying.map((key) => ({ title: key, of: (row) => points[row[0]].axis[key] })), { title: 'frame', of: (row) => (row[1] === null ? '' : row[1]) }, { title: 'status', of: (row) => row[2] },
     ...columns.filter((name) => name in columnIndex).map((name) => ({ title: name, of: (row) => (row[columnIndex[name]] === null ? '' : row[columnIndex[name]]) }))], sweep.rows, { press: (row) => press({ index: row[0] }), limit: 200 }));

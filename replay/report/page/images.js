@@ -1,6 +1,6 @@
 // The images of a sweep: one of many views, with a map of its tiles over it.
 
-function pictureSection() {
+function sweepImages() {
   const views = data.views, part = section('frames', 'Images');
   const state = { view: 0, map: '', opacity: 0.7, log: false, tile: -1 };
   if (wanted.has('picture')) state.view = Math.max(0, Math.min(views.length - 1, Number(wanted.get('picture')) || 0));
