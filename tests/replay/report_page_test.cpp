@@ -236,7 +236,7 @@ TEST_F(ReportPageInBrowser, TwoRunsAreSideBySideWithTheKeysThatDifferFirst) {
                              std::filesystem::copy_options::overwrite_existing);
   const OpenedPage opened = open_with("joint", R"(
     const part = document.getElementById('compare');
-    document.body.dataset.keys = [...part.querySelector('table').querySelectorAll('tbody tr')].map((row) => [...row.children].slice(0, 3).map((cell) => cell.textContent).join('=')).join(';');
+    document.body.dataset.keys = [...document.querySelectorAll('#differences tbody tr')].map((row) => [...row.children].slice(0, 3).map((cell) => cell.textContent).join('=')).join(';');
     document.body.dataset.cards = document.querySelectorAll('#summary .versus').length;
     const select = part.querySelector('select');
     select.value = 'difference';

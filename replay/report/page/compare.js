@@ -1,4 +1,4 @@
-// A | B: two frames, or two runs, side by side: first the keys that differ, then images and figures.
+// A | B: two frames, or two runs, side by side: the keys that differ, images and figures.
 
 // [[key, a, b]] of two configurations.
 function differences(a, b) {
@@ -6,18 +6,32 @@ function differences(a, b) {
   return [...new Set([...left.keys(), ...right.keys()])].filter((key) => String(left.get(key)) !== String(right.get(key))).map((key) => [key, left.get(key), right.get(key)]);
 }
 
+// Of two runs the keys that differ, before anything else.
+function differenceSection() {
+  if (runs().length < 2) return;
+  const part = section('differences', 'What differs'), holder = make('div');
+  part.append(holder);
+  const configuration = (at) => ({ ...run(at).stats.gpu, ...run(at).stats.settings, capture: run(at).stats.capture.file });
+  const entry = follow(part, ['run', 'frame', 'other'], () => {
+    const other = shown.other || firstOther(), rows = differences(configuration(shown), configuration(other));
+    holder.replaceChildren(rows.length > 0 ? table([{ title: 'key', of: (row) => row[0] }, { title: `A: ${run(shown).label}`, of: (row) => row[1], show: plain }, { title: `B: ${run(other).label}`, of: (row) => row[2], show: plain },
+      { title: 'unit', of: (row) => (data.keys[row[0]] || {}).unit || '' }, { title: 'meaning', of: (row) => (data.keys[row[0]] || {}).meaning || '', wide: true }], rows, { label: 'Keys that differ' }) : make('p', { class: 'note' }, 'No key differs.'));
+  });
+  entry.always = true;
+}
+
 function compareSection() {
   if (runs().length < 2 && framesOf().length < 2) return;
   const part = section('compare', 'A | B');
   const link = document.querySelector('#contents a[href="#compare"]');
-  const keys = make('div'), figures = make('div'), images = make('div');
+  const figures = make('div'), images = make('div');
   const left = make('img', { alt: '', decoding: 'async' }), right = make('img', { alt: '', decoding: 'async' }), canvas = make('canvas');
   const stage = make('div', { class: 'swipe' }, left, right, canvas), split = make('input', { type: 'range', min: 0, max: 100, value: 50, 'aria-label': 'Swipe between A and B', input: () => wipe() });
   const says = make('p', { class: 'note', 'aria-live': 'polite' });
   const how = chooser('Show', [['swipe', 'swipe'], ['beside', 'side by side'], ['difference', 'difference']], wantedOf('compare', ['swipe', 'beside', 'difference'], 'swipe'), () => paintImages());
   const gain = chooser('Amplify', [[1, '1×'], [4, '4×'], [16, '16×'], [64, '64×']], 4, () => paintImages());
   images.append(make('div', { class: 'controls' }, how.label, gain.label, split), stage, says);
-  part.append(keys, images, figures);
+  part.append(images, figures);
   const wipe = () => { right.style.clipPath = `inset(0 0 0 ${split.value}%)`; stage.style.setProperty('--at', split.value + '%'); };
   stage.addEventListener('pointermove', (event) => { if (how.select.value !== 'swipe') return; const at = stage.getBoundingClientRect(); split.value = Math.max(0, Math.min(100, 100 * (event.clientX - at.left) / at.width)); wipe(); });
 
@@ -66,10 +80,6 @@ function compareSection() {
     part.hidden = !shown.other;
     if (link) link.hidden = !shown.other;
     if (!shown.other) return;
-    const configuration = (at) => ({ ...run(at).stats.gpu, ...run(at).stats.settings, capture: run(at).stats.capture.file });
-    const rows = shown.run === shown.other.run ? [] : differences(configuration(shown), configuration(shown.other));
-    keys.replaceChildren(make('h3', {}, 'Configuration'), rows.length > 0 ? table([{ title: 'key', of: (row) => row[0] }, { title: `A: ${nameOf(shown)}`, of: (row) => row[1], show: plain }, { title: `B: ${nameOf(shown.other)}`, of: (row) => row[2], show: plain },
-      { title: 'meaning', of: (row) => (data.keys[row[0]] || {}).meaning || '', wide: true }], rows, { label: 'Keys that differ' }) : make('p', { class: 'note' }, 'No key differs.'));
     const a = frameOf(), b = otherFrame(), both = kFigures.map((figure) => ({ ...figure, a: figure.of(a, shown), b: figure.of(b, shown.other) })).filter((row) => row.a !== null && row.b !== null);
     figures.replaceChildren(make('h3', {}, 'Figures'), table([{ title: 'figure', of: (row) => row.title }, { title: 'A', of: (row) => row.a, show: (value, row) => quantity(value, row.unit) }, { title: 'B', of: (row) => row.b, show: (value, row) => quantity(value, row.unit) },
       { title: 'B to A', of: (row) => (row.a ? row.b / row.a - 1 : 0), show: signedPercent }], both, { label: 'Figures of both' }));

@@ -7,6 +7,7 @@ function replayReport() {
   if (wanted.has('tile')) shown.tile = Number(wanted.get('tile'));
   if (runs().length > 1 || wanted.has('compare')) shown.other = runs().length > 1 || last > 0 ? firstOther() : null;
   controlBar();
+  differenceSection();
   cardSection();
   compareSection();
   machineSection();

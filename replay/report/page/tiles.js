@@ -35,6 +35,7 @@ function tileSection() {
   const part = section('frames', 'Tiles, drawables and materials', 'A press on a tile pins it; a press on a drawable or a material shows the tiles where it is drawn. Arrow keys move the pinned tile, Escape lets go.');
   const state = { opacity: 0.75, log: false };
   const viewer = tileViewer('Image with a map of its tiles. Arrow keys choose a tile.', (tile) => show({ tile }), (tile) => hintOf(tile));
+  const second = tileViewer('Image B with the same map.', (tile) => show({ tile }), (tile) => hintOf(tile, tilesB)), secondPart = make('div', { hidden: true }, make('p', { class: 'note' }), second.element);
   const legend = mapLegend(), pinned = make('div', { class: 'tile', 'aria-live': 'polite' }), tables = make('div', { class: 'costs' });
   const names = Object.keys(data.scales).filter((name) => data.scales[name][1] > 0);
   const order = ['cost.cycles', 'cost.bound_by', 'cost.energy_nj', 'cost.saves'];
@@ -44,8 +45,8 @@ function tileSection() {
   const log = make('input', { type: 'checkbox', change: () => { state.log = log.checked; paint(); } });
   const release = make('button', { type: 'button', click: () => show({ row: -1, material: '' }) }, 'Show all');
   part.append(make('div', { class: 'controls' }, maps.label, make('label', {}, 'Opacity', opacity), make('label', {}, log, 'logarithmic'), release),
-    make('div', { class: 'split' }, make('div', { class: 'stay' }, viewer.element, legend.element, ...[data.image_note, data.left_out > 0 ? `${data.left_out} further images are left out.` : ''].filter(Boolean).map((note) => make('p', { class: 'note' }, note))), make('div', {}, pinned, tables)));
-  let tiles = null, ranks = null;
+    make('div', { class: 'split' }, make('div', { class: 'stay' }, viewer.element, legend.element, secondPart, ...[data.image_note, data.left_out > 0 ? `${data.left_out} further images are left out.` : ''].filter(Boolean).map((note) => make('p', { class: 'note' }, note))), make('div', {}, pinned, tables)));
+  let tiles = null, tilesB = null, ranks = null;
   const rows = () => frameOf().drawables || [];
   // Rows of the frame's drawables that are chosen.
   const chosenRows = () => (shown.row >= 0 ? [shown.row] : shown.material ? rows().map((row, index) => [row, index]).filter(([row]) => row.material === shown.material.slice(1)).map(([, index]) => index) : null);
@@ -56,11 +57,12 @@ function tileSection() {
     tiles.lists.forEach((list, tile) => { for (let k = 0; k < list.length; k += 3) if (chosen.includes(list[k]) && (list[k + 2] > 0 || list[k + 1] > 0)) mask.add(tile); });
     return mask;
   }
-  function hintOf(tile) {
-    const out = [`Tile ${tile % tiles.grid[0]}, ${Math.floor(tile / tiles.grid[0])}`];
-    const values = mapValues(tiles, shown.map);
+  function hintOf(tile, of = tiles) {
+    if (!of) return [];
+    const out = [`Tile ${tile % of.grid[0]}, ${Math.floor(tile / of.grid[0])}`];
+    const values = mapValues(of, shown.map);
     if (values && shown.map !== 'cost.bound_by') out.push(`${mapTitle(shown.map)}: ${showAs(mapInfo(shown.map).unit)(values[tile])}${kScales[mapInfo(shown.map).unit] ? '' : ' ' + mapInfo(shown.map).unit}`);
-    if (tiles.costs && tiles.costs.bound_by && tiles.costs.bound_by[tile] >= 0) out.push(`bound by ${boundWords(tiles.costs.bounds[tiles.costs.bound_by[tile]])}`);
+    if (of.costs && of.costs.bound_by && of.costs.bound_by[tile] >= 0) out.push(`bound by ${boundWords(of.costs.bounds[of.costs.bound_by[tile]])}`);
     return out;
   }
   function paint() {
@@ -73,12 +75,26 @@ function tileSection() {
     const mask = maskOf(), map = mask ? null : mapDrawing(tiles, shown.map, data.scales[shown.map], state.opacity, state.log);
     viewer.draw({ view, address: imageAddress(), label: nameOf(shown), tiles, map, mask, tile: shown.tile });
     legend.draw(map);
+    paintSecond();
     pinned.replaceChildren(...pinnedTile(tiles, ranks));
+  }
+  // B beside A: the same map on the same scale.
+  function paintSecond() {
+    const at = shown.other, view = at ? run(at).views[at.frame] : null;
+    secondPart.hidden = !view;
+    if (!view) return;
+    secondPart.querySelector('p').textContent = `B: ${nameOf(at)}`;
+    viewOf(at).then((of) => {
+      if (shown.other !== at) return;
+      tilesB = of && of.tiles;
+      const there = tilesB && shown.tile >= 0 && shown.tile < tilesB.grid[0] * tilesB.grid[1] && tiles && tiles.grid.join() === tilesB.grid.join();
+      second.draw({ view, address: imageAddress(at), label: nameOf(at), tiles: tilesB, map: tilesB ? mapDrawing(tilesB, shown.map, data.scales[shown.map], state.opacity, state.log) : null, mask: null, tile: there ? shown.tile : -1 });
+    });
   }
   function paintTables() {
     tables.replaceChildren(...costTables(rows(), (row) => show({ row: shown.row === row ? -1 : row, material: '' }), (material) => show({ material: shown.material === material ? '' : material, row: -1 })));
   }
-  const load = follow(part, ['run', 'frame'], () => {
+  const load = follow(part, ['run', 'frame', 'other'], () => {
     const at = { ...shown };
     viewOf(at).then((view) => {
       if (at.frame !== shown.frame || at.run !== shown.run) return;
@@ -88,7 +104,7 @@ function tileSection() {
     });
     paintTables();
   });
-  follow(part.appendChild(make('div')), ['tile', 'row', 'material', 'map'], () => paint()).always = true;
+  follow(part.appendChild(make('div')), ['tile', 'row', 'material', 'map', 'other'], () => paint()).always = true;
   load.always = false;
   // Where there is none pinned, the tile with most cycles is a press away.
   part.querySelector('.controls').append(make('button', { type: 'button', click: () => { if (ranks) show({ tile: ranks[0] }); } }, 'Slowest tile'));

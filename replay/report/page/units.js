@@ -51,7 +51,7 @@ function axisScale(most, unit) {
   for (const step of kLarge) if (Math.abs(most) >= 10 * step[0]) chosen = step;
   return [chosen[0], [chosen[1].trim() === 'k' ? 'thousand' : chosen[1].trim() === 'M' ? 'million' : chosen[1].trim() === 'G' ? 'billion' : '', unit].filter(Boolean).join(' ')];
 }
-function percent(part, significant = 2) { return part === 0 ? '0 %' : Math.abs(part) < 0.001 ? '<0.1 %' : digits(100 * part, significant) + ' %'; }
+function percent(part, significant = 2) { return part === 0 ? '0 %' : Math.abs(part) < 0.001 ? '<0.1\u00a0%' : digits(100 * part, significant) + '\u00a0%'; }
 function signedPercent(part) { return Math.abs(part) < 0.001 ? percent(part) : (part > 0 ? '+' : part < 0 ? '−' : '') + percent(Math.abs(part), 3); }
 
 // Okabe and Ito's colours and ones between: told apart by colour-blind readers too. The same purpose has the same colour in every
