@@ -36,6 +36,7 @@ function tileSection() {
   const state = { opacity: 0.75, log: false };
   const viewer = tileViewer('Image with a map of its tiles. Arrow keys choose a tile.', (tile) => show({ tile }), (tile) => hintOf(tile));
   const second = tileViewer('Image B with the same map.', (tile) => show({ tile }), (tile) => hintOf(tile, tilesB)), secondPart = make('div', { hidden: true }, make('p', { class: 'note' }), second.element);
+  const partial = make('p', { class: 'note', hidden: true }, 'Some tiles draw more than are listed here: those where it is seen least may be missing.');
   const legend = mapLegend(), pinned = make('div', { class: 'tile', 'aria-live': 'polite' }), tables = make('div', { class: 'costs' });
   const names = Object.keys(data.scales).filter((name) => data.scales[name][1] > 0);
   const order = ['cost.cycles', 'cost.bound_by', 'cost.energy_nj', 'cost.saves'];
@@ -45,7 +46,7 @@ function tileSection() {
   const log = make('input', { type: 'checkbox', change: () => { state.log = log.checked; paint(); } });
   const release = make('button', { type: 'button', click: () => show({ row: -1, material: '' }) }, 'Show all');
   part.append(make('div', { class: 'controls' }, maps.label, make('label', {}, 'Opacity', opacity), make('label', {}, log, 'logarithmic'), release),
-    make('div', { class: 'split' }, make('div', { class: 'stay' }, viewer.element, legend.element, secondPart, ...[data.image_note, data.left_out > 0 ? `${data.left_out} further images are left out.` : ''].filter(Boolean).map((note) => make('p', { class: 'note' }, note))), make('div', {}, pinned, tables)));
+    make('div', { class: 'split' }, make('div', { class: 'stay' }, viewer.element, legend.element, secondPart, partial, ...[data.image_note, data.left_out > 0 ? `${data.left_out} further images are left out.` : ''].filter(Boolean).map((note) => make('p', { class: 'note' }, note))), make('div', {}, pinned, tables)));
   let tiles = null, tilesB = null, ranks = null;
   const rows = () => frameOf().drawables || [];
   // Rows of the frame's drawables that are chosen.
@@ -75,6 +76,7 @@ function tileSection() {
     const mask = maskOf(), map = mask ? null : mapDrawing(tiles, shown.map, data.scales[shown.map], state.opacity, state.log);
     viewer.draw({ view, address: imageAddress(), label: nameOf(shown), tiles, map, mask, tile: shown.tile });
     legend.draw(map);
+    partial.hidden = !mask || !tiles.unlisted || tiles.unlisted.every((count) => count === 0);
     paintSecond();
     pinned.replaceChildren(...pinnedTile(tiles, ranks));
   }

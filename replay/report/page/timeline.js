@@ -4,6 +4,7 @@
 const kSpans = [['data', 'waits for its list'], ['visibility', 'visibility'], ['unit', 'waits for the shader'], ['data', 'waits for texels'], ['shading', 'shading'], ['unit', 'waits for the resolve unit'], ['data', 'waits for pixels'], ['store', 'resolve and store']];
 
 function timelineSection() {
+  if (!frameOf().timing) return;
   const part = section('timeline', 'Timeline', 'Drag or arrow keys move, the wheel or + and − zoom, Home shows all; a press pins the tile. In Perfetto: tessera replay --trace FILE.pftrace.');
   const canvas = make('canvas', { tabindex: 0, class: 'gantt', role: 'application', 'aria-label': 'Timeline of the frame. Arrow keys move, plus and minus zoom, Home shows all.' });
   const legend = make('p', { class: 'keys' }, ...[['geometry', 'front end, binner'], ['visibility', 'visibility'], ['shading', 'shading'], ['store', 'resolve and store'], ['unit', 'waits for a unit'], ['data', 'waits for data']].map(([kind, text]) => make('span', {}, make('i', { style: `background:${kPhaseColors[kind]}` }), text)));
