@@ -101,6 +101,7 @@ void Timeline::add_waits(const FrameTimeline& frame) {
     }
   for (std::size_t k = 0; k < kNames.size(); ++k) {
     std::sort(steps[k].begin(), steps[k].end());
+    counter(kNames[k], "tiles", 0, 0);
     int tiles = 0;
     for (std::size_t s = 0; s < steps[k].size(); ++s) {
       tiles += steps[k][s].second;

@@ -185,7 +185,7 @@ TEST(FrameCosts, OfManyDrawablesTheRestIsOneRow) {
   constexpr std::uint32_t kCount = 300;
   for (std::uint32_t d = 0; d < kCount; ++d) {
     head["drawables"].push_back(
-        {{"first", d}, {"stride", 1}, {"count", 1}, {"node", fmt::format("n{}", d)}, {"material", "m"}});
+        {{"first", d}, {"stride", 1u}, {"count", 1u}, {"node", fmt::format("n{}", d)}, {"material", "m"}});
     shares.drawables[d + 1] = {.invocations = 1, .cycles = 1000.0 - d};
     shares.lists[0].push_back({d + 1, 1, d});
   }
@@ -210,8 +210,9 @@ TEST(FrameCosts, OfManyDrawablesTheRestIsOneRow) {
 TEST(FrameCosts, TheTimelineHoldsTheBytesOfTheFrameAndTilesOfASlotFollowEachOther) {
   for (const char* model : {"phases", "events"}) {
     const test::TemporaryFolder out;
-    replay_into(out, "serpent",
-                {"--set", "tilecore.memory_bytes=1048576", "--set", std::string("machine.timing=") + model});
+    replay_into(
+        out, "serpent",
+        {"--frames", "0:1", "--set", "tilecore.memory_bytes=1048576", "--set", std::string("machine.timing=") + model});
     const json frame = stats_of(out)["frames"][0], tiles = json::parse(test::read_text(out / "tiles_0000.json")),
                &of = tiles["timeline"];
     double bytes = 0;

@@ -190,10 +190,12 @@ TEST_F(ReportPageInBrowser, ArrowsHoldTheLedger) {
 
 TEST_F(ReportPageInBrowser, MapsOfZerosAreNotOfferedAndScalesStayOverFrames) {
   std::set<std::string> expected;
-  for (int frame = 0; frame < 3; ++frame)
-    for (const auto& [name, map] : tiles(frame)["maps"].items())
+  for (int frame = 0; frame < 3; ++frame) {
+    const json of = tiles(frame);
+    for (const auto& [name, map] : of["maps"].items())
       for (const json& value : map["values"])
         if (value != 0) expected.insert(name);
+  }
   const OpenedPage opened = open_with("replay", std::string(kLitTiles) + R"(
     const select = [...document.querySelectorAll('#frames select')][0], scale = () => document.querySelector('#frames .legend').textContent;
     document.body.dataset.maps = [...select.options].map((option) => option.value).filter((name) => name && !name.includes('.')).sort().join(' ');

@@ -472,7 +472,7 @@ TEST_F(Report, WithoutVegaAReplaySaysSoAndIsDoneAndAReportFails) {
   EXPECT_EQ(report.status, 1);
   EXPECT_THAT(report.errors, HasSubstr("libjs-vega"));
   const ProcessResult sweep = without_vega({"sweep", path("study.json"), "--out", path("bare_sweep")});
-  EXPECT_EQ(sweep.status, 0);
+  EXPECT_EQ(sweep.status, 0) << sweep.errors;
   EXPECT_EQ(test::read_text(path("bare_sweep/sweep.csv")), test::read_text(path("sweep/sweep.csv")));
 }
 

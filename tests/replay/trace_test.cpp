@@ -93,8 +93,9 @@ TEST(Trace, IsJsonWhoseSlicesNestWithATrackForEveryUnit) {
 TEST(Trace, ShowsAllTilesOfACoreAndWhereTheyAre) {
   const test::TemporaryFolder out;
   const std::string file = (out / "t.json").string();
-  ASSERT_EQ(run_tessera({"replay", capture("serpent"), "--size", "320x180", "--set", "tilecore.memory_bytes=1048576",
-                         "--quiet", "--no-report", "--out", out.path().string(), "--trace", file})
+  ASSERT_EQ(run_tessera({"replay", capture("serpent"), "--frames", "0:1", "--size", "320x180", "--set",
+                         "tilecore.memory_bytes=1048576", "--quiet", "--no-report", "--out", out.path().string(),
+                         "--trace", file})
                 .status,
             0);
   const json trace = json::parse(test::read_text(file)), tiles = json::parse(test::read_text(out / "tiles_0000.json"));
