@@ -13,6 +13,7 @@
 #include "base/whole_file.h"
 #include "binner/queue_entry.h"
 #include "gpu/presets.h"
+#include "gpu/relative_value.h"
 #include "hardware/voltage.h"
 #include "tilecore/tessellation/micro_mesh.h"
 
@@ -49,13 +50,17 @@ std::vector<std::string> key_names() {
 // Other units of a key of the memory.
 struct ClockedKey {
   KeyInfo info;
+  double (hardware::Machine::*get)() const;
   void (hardware::Machine::*set)(double);
 };
 const std::vector<ClockedKey>& clocked_keys() {
   static const std::vector<ClockedKey> kKeys = {
       {{"memory.bytes_per_clk", "bytes/clk", "", "", 0.125, 65536, {}, true, {}},
+       &hardware::Machine::bytes_per_clk,
        &hardware::Machine::set_bytes_per_clk},
-      {{"memory.latency_clk", "clk", "", "", 0, 10000, {}, true, {}}, &hardware::Machine::set_latency_clk}};
+      {{"memory.latency_clk", "clk", "", "", 0, 10000, {}, true, {}},
+       &hardware::Machine::latency_clk,
+       &hardware::Machine::set_latency_clk}};
   return kKeys;
 }
 
@@ -158,12 +163,13 @@ hardware::Area GpuConfiguration::area() const {
 
 bool set_gpu_key(const std::string& name, const json& value, GpuConfiguration& gpu) {
   if (const auto* key = gpu_keys().find(name)) {
-    gpu_keys().set(gpu, *key, value);
+    gpu_keys().set(gpu, *key, absolute_value(*key, gpu_keys().value(gpu, *key), value));
     return true;
   }
   for (const ClockedKey& key : clocked_keys())
     if (key.info.name == name) {
-      (gpu.*key.set)(std::get<double>(parse_key_value(key.info, 0.0, value)));
+      (gpu.*
+       key.set)(std::get<double>(parse_key_value(key.info, 0.0, absolute_value(key.info, (gpu.*key.get)(), value))));
       return true;
     }
   if (name == "energy.leakage_mw")

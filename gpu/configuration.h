@@ -60,6 +60,7 @@ const KeyTable<GpuConfiguration>& gpu_keys();
 
 // Sets a key of gpu_keys(), or memory.bytes_per_clk or memory.latency_clk: the memory's rate and latency in clocks of the
 // GPU, as its clock.mhz is at this moment (in a file: the file's). Another clock.mhz later leaves the memory as it is.
+// Numbers also take the text "x1.3" (relative_value.h): so many times what the machine has.
 // False: no such key. Throws UsageError for a value out of range and for keys that others have replaced, naming those.
 bool set_gpu_key(const std::string& name, const nlohmann::json& value, GpuConfiguration& gpu);
 
