@@ -109,6 +109,7 @@ Gpu from_json(const std::string& file, json root) {
   Gpu gpu = preset(text("preset", Gpu().preset));
   gpu.name = text("name", "");
   gpu.description = text("description", "");
+  text("$schema", "");  // for editors
   // What a file says of its numbers is for people.
   if (const auto sources = root.find("sources"); sources != root.end()) {
     if (!sources->is_object()) throw InputError(file, "/sources", "is not an object of texts");

@@ -108,7 +108,7 @@ class Run {
       finish(point, {{"fault", point.fault}}, watch, &SweepOutcome::refused);
       return std::nullopt;
     }
-    const bool records = keeps_record() || at + 1 < group.size();
+    const bool records = keeps_record() || others_missing(point);
     double seconds = 0;
     std::optional<RenderedPoint> rendered;
     std::string fault;
@@ -155,6 +155,14 @@ class Run {
     ++outcome_.made;
     ++(outcome_.*counted);
     progress_->update(outcome_.made, fmt::format("{}: {:.2f} s", point_label(study_, point), watch.seconds()));
+  }
+
+  // Of its function, in this part of the sweep or in another.
+  bool others_missing(const SweepPoint& point) const {
+    const std::vector<std::size_t>& all = siblings_.at(point.function);
+    return std::any_of(all.begin(), all.end(), [&](std::size_t p) {
+      return points_[p].hash != point.hash && !folder_.has_point(points_[p].hash);
+    });
   }
 
   // Records of a search wait for points that it has not thought of yet.
