@@ -15,7 +15,7 @@ namespace tessera::scene {
 // the image, and LimitError when a limit would be exceeded. Harmless oddities load: weights that do not sum to 1,
 // longer buffers, strided animation data, unused objects. What glTF forbids although it has one meaning loads with one
 // of Capture::notices, and is refused with CaptureLimits::strict. Throws UsageError, which lists the variants, where the
-// file lacks CaptureLimits::variant.
+// file lacks CaptureLimits::variant or something of CaptureLimits::selection.
 Capture read_capture(const std::filesystem::path& file, const CaptureLimits& limits = {});
 
 }  // namespace tessera::scene

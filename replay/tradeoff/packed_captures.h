@@ -6,6 +6,7 @@
 #include <string>
 
 #include "gpu/prepared_capture.h"
+#include "replay/view_options.h"
 #include "scene/limits.h"
 
 namespace tessera::replay {
@@ -26,7 +27,7 @@ struct Packing {
 class PackedCaptures {
  public:
   // Throws what read_capture() throws.
-  PackedCaptures(std::filesystem::path file, const scene::CaptureLimits& limits);
+  PackedCaptures(std::filesystem::path file, const scene::CaptureLimits& limits, ViewChoices view = {});
   ~PackedCaptures();
   PackedCaptures(const PackedCaptures&) = delete;
   PackedCaptures& operator=(const PackedCaptures&) = delete;
@@ -44,6 +45,7 @@ class PackedCaptures {
 
   std::filesystem::path file_, folder_;
   scene::CaptureLimits limits_;
+  ViewChoices view_;
   std::map<std::string, Loaded> known_;  // by Packing::arguments()
 };
 

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "replay/option_numbers.h"
+#include "scene/capture.h"
+#include "scene/limits.h"
+
+namespace CLI {
+class App;
+}
+
+namespace tessera::replay {
+
+// What of a capture is drawn and how it is looked at, where that is not what the file says. The words are those of the
+// options --scene, --camera, --animation, --orbit, --lens and --shutter, of members of a study and of stats.json.
+struct ViewChoices {
+  scene::Selection selection;
+  std::optional<std::string> orbit, lens, shutter;
+
+  bool empty() const { return json().empty(); }
+  // {"camera": "eye", "shutter": "0:0.5"}: those that are given.
+  nlohmann::json json() const;
+  // " --camera 'eye' --shutter '0:0.5'", as a shell takes it.
+  std::string arguments() const;
+
+  // Throws UsageError for words that are no numbers, and for choices that contradict each other.
+  void check() const;
+  // What is given replaces what the file says. Words as check() takes them.
+  void apply(scene::CaptureSettings& settings) const;
+};
+
+// Reads a capture and looks at it so. Throws what scene::read_capture() and check() throw.
+scene::Capture read_capture(const std::filesystem::path& file, scene::CaptureLimits limits, const ViewChoices& view);
+
+inline constexpr const char* kViewGroup = "What is looked at";
+// --scene, --camera, --animation, --orbit and --lens; the second one --shutter. `group`: of the help.
+void add_view_options(CLI::App& app, ViewChoices& view, const char* group);
+void add_shutter_option(CLI::App& app, std::optional<std::string>& shutter, const char* group);
+
+// "OPEN:CLOSE", fractions of a frame. Throws UsageError.
+NumberPair parse_shutter(const std::string& option, const std::string& text);
+
+// A text in the quotes that a shell wants: 'NAME'.
+std::string shell_quoted(const std::string& text);
+
+}  // namespace tessera::replay
