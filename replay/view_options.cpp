@@ -78,9 +78,12 @@ nlohmann::json ViewChoices::json() const {
   return out;
 }
 
+bool ViewChoices::empty() const { return json().empty(); }
+
 std::string ViewChoices::arguments() const {
   std::string text;
-  for (const auto& [name, word] : json().items())
+  const nlohmann::json words = json();
+  for (const auto& [name, word] : words.items())
     text += fmt::format(" --{} {}", name, shell_quoted(word.get<std::string>()));
   return text;
 }

@@ -22,7 +22,7 @@ struct ViewChoices {
   scene::Selection selection;
   std::optional<std::string> orbit, lens, shutter;
 
-  bool empty() const { return json().empty(); }
+  bool empty() const;
   // {"camera": "eye", "shutter": "0:0.5"}: those that are given.
   nlohmann::json json() const;
   // " --camera 'eye' --shutter '0:0.5'", as a shell takes it.

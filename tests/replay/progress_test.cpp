@@ -69,6 +69,21 @@ TEST(Progress, WithinAStepIsSaidOnceItTakesASecond) {
   EXPECT_EQ(step_of(1300, true), "end");
 }
 
+// Half a step in the first second leaves three halves.
+TEST(Progress, WithinAStepSaysWhatIsLeft) {
+  const std::string said = said_on_a_terminal([&] {
+    Progress progress(2, false, [] { return StepProgress("6 of 12 tiles", 0.5); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(1300));
+  });
+  EXPECT_NE(said.find("0/2  6 of 12 tiles  3 s left"), std::string::npos) << said;
+  testing::internal::CaptureStderr();
+  {
+    Progress progress(2, false, [] { return StepProgress("6 of 12 tiles", 0.5); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(1300));
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "[0/2] 6 of 12 tiles, 3 s left\n");
+}
+
 TEST(Replay, SaysHowLongLoadingTook) {
   const test::TemporaryFolder folder;
   const std::string out = (folder / "out").string();
