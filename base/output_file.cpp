@@ -136,14 +136,6 @@ void check_output_file(const fs::path& target, const fs::path& made) {
     refuse(target, fmt::format("the folder {} is missing", quoted(end.parent_path())));
 }
 
-void check_not_input(const fs::path& target, std::initializer_list<fs::path> inputs) {
-  for (const fs::path& input : inputs) {
-    std::error_code ignored;
-    if (fs::is_regular_file(input, ignored) && fs::equivalent(target, input, ignored))
-      refuse(target, "it is the input, which would be lost; choose another name");
-  }
-}
-
 void check_output_folder(const fs::path& folder, const std::vector<std::string>& names) {
   std::error_code error;
   const fs::path place = absolute_normal(folder);

@@ -53,11 +53,7 @@ class OutputFile {
 // folder that the command itself makes, in which `target` may lie.
 void check_output_file(const std::filesystem::path& target, const std::filesystem::path& made = {});
 
-// Throws UsageError when `target` is the same file as one of these `inputs`, whatever the links and names: it would be
-// replaced by what is made of it.
-void check_not_input(const std::filesystem::path& target, std::initializer_list<std::filesystem::path> inputs);
-
-// As check_output_file(), for the folder of --out, which may be missing with its parents, and for the results in it: `names` may have
+// The same for the folder of --out, which may be missing with its parents, and for the results in it: `names` may have
 // wildcards in their last part ("points/*.json"). Throws UsageError when `folder` is not a folder, or when something of
 // such a name is anything but a regular file or lies, through symlinks, outside of it; WriteError when nothing can be
 // made there.

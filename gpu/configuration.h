@@ -67,8 +67,7 @@ bool set_gpu_key(const std::string& name, const nlohmann::json& value, GpuConfig
 std::vector<std::string> preset_names();
 
 // A preset by name, or a JSON file with the same keys nested by their dots ({"tile": {"width": 16}}); keys that the
-// file leaves out keep the value of its "preset" member (default "mid-mobile"), or of its "base": a preset, or another
-// such file, found from the folder of this one. "name", "description" and "sources" (texts
+// file leaves out keep the value of its "preset" member (default "mid-mobile"). "name", "description" and "sources" (texts
 // by key) are for people. Throws UsageError for an unknown preset,
 // InputError for a file that is not such a configuration, LimitError for one of more than 16 MiB.
 GpuConfiguration load_gpu(const std::string& preset_or_file);

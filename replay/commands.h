@@ -5,8 +5,6 @@
 #include <string>
 #include <utility>
 
-#include "base/error.h"
-
 namespace CLI {
 class App;
 }
@@ -24,11 +22,12 @@ class Command {
 // Thrown once all that was left to do is done and written: the command ends with this status, and `line`, if any, on
 // standard error.
 struct EarlyEnd {
-  ExitStatus status;
+  static constexpr int kDifferent = 5, kStopped = 130;
+  int status;
   std::string line;
 };
 // The end of work that a signal stopped: `line` says how to go on.
-inline EarlyEnd stopped(std::string line) { return {ExitStatus::kStopped, std::move(line)}; }
+inline EarlyEnd stopped(std::string line) { return {EarlyEnd::kStopped, std::move(line)}; }
 
 // --strict, of every command that reads captures: sets scene::CaptureLimits::strict.
 void add_strict_flag(CLI::App& app, bool& strict);

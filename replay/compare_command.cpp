@@ -15,6 +15,7 @@
 #include "replay/commands.h"
 #include "replay/compare/comparison.h"
 #include "replay/compare/image_comparison.h"
+#include "replay/file_kind.h"
 #include "replay/progress.h"
 
 namespace tessera::replay {
@@ -192,7 +193,7 @@ class CompareCommand final : public Command {
   // Status 5 where something is worse than allowed.
   static void end_with(const std::vector<std::string>& broken) {
     if (broken.empty()) return;
-    throw EarlyEnd{ExitStatus::kDifferent,
+    throw EarlyEnd{EarlyEnd::kDifferent,
                    fmt::format("tessera: {}{}", broken[0],
                                broken.size() > 1 ? fmt::format("; and {} more", broken.size() - 1) : "")};
   }

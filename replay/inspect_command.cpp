@@ -15,6 +15,7 @@
 #include "replay/view_options.h"
 #include "scene/assembly.h"
 #include "scene/pose.h"
+#include "scene/selection.h"
 #include "scene/view.h"
 
 namespace tessera::replay {
@@ -126,10 +127,10 @@ json animations_json(const Capture& capture) {
   return rows;
 }
 
-json scenes_json(const Capture& capture) {
+json scenes_json(const scene::SceneList& scenes) {
   json rows = json::array();
-  for (std::size_t s = 0; s < capture.scenes.size(); ++s)
-    rows.push_back({{"name", capture.scenes[s]}, {"drawn", static_cast<int>(s) == capture.scene}});
+  for (std::size_t s = 0; s < scenes.names.size(); ++s)
+    rows.push_back({{"name", scenes.names[s]}, {"drawn", static_cast<int>(s) == scenes.drawn}});
   return rows;
 }
 
@@ -180,7 +181,7 @@ json extensions_json(const Capture& capture) {
   return rows;
 }
 
-json inspect(const Capture& capture, bool whole) {
+json inspect(const Capture& capture, const scene::SceneList& scenes, bool whole) {
   const scene::Assembly assembly = scene::assemble(capture);
   std::size_t triangles = 0, bezier = 0, clusters = 0, procedures = 0, instances = 0;
   for (const scene::InstancedNode& node : assembly.instanced_nodes) instances += node.order.size();
@@ -212,7 +213,7 @@ json inspect(const Capture& capture, bool whole) {
           {"materials", materials_json(capture)},
           {"animations", animations_json(capture)},
           {"skins", capture.skins.size()},
-          {"scenes", scenes_json(capture)},
+          {"scenes", scenes_json(scenes)},
           {"cameras", cameras_json(capture)},
           {"view", view_json(capture, whole)},
           {"lights", capture.lights.size()},
@@ -331,7 +332,9 @@ class InspectCommand final : public Command {
     json report;
     {
       const LongStep step("reading " + escape_control(capture_), LongStep::quiet_without_terminal());
-      report = inspect(read_capture(capture_, {.strict = strict_}, view_), json_);
+      scene::SceneList scenes;
+      const Capture capture = read_capture(capture_, {.strict = strict_}, view_, std::nullopt, &scenes);
+      report = inspect(capture, scenes, json_);
     }
     if (json_)
       fmt::print("{}\n", json_text(report, 2));

@@ -13,6 +13,7 @@
 #include "base/output_file.h"
 #include "base/text.h"
 #include "replay/commands.h"
+#include "replay/file_kind.h"
 #include "replay/option_numbers.h"
 #include "replay/pack/meshopt_encoder.h"
 #include "replay/pack/packer.h"

@@ -25,6 +25,7 @@
 #include "gpu/tile_memory.h"
 #include "gpu/timeline.h"
 #include "replay/commands.h"
+#include "replay/file_kind.h"
 #include "replay/frame_files.h"
 #include "replay/option_numbers.h"
 #include "replay/output_lock.h"
@@ -168,7 +169,7 @@ class ReplayCommand final : public Command {
     limits.strict = strict_;
     limits.variant = variant_;
     std::optional<LongStep> step(std::in_place, "reading " + escape_control(capture_), quiet_);
-    const scene::Capture capture = read_capture(capture_, limits, view_);
+    const scene::Capture capture = read_capture(capture_, limits, view_, chosen_size());
     step.reset();
     const auto [first, last] = frame_range(capture);
     const gpu::RenderRequest request = render_request(capture, settings, gpu, limits.max_bytes, last - first > 1);
@@ -372,16 +373,19 @@ class ReplayCommand final : public Command {
     std::uint64_t burst_bytes_ = 0;
   };
 
+  std::optional<ImageSize> chosen_size() const {
+    return size_.empty() ? std::nullopt : std::optional(parse_size("--size", size_));
+  }
+
   gpu::RenderRequest render_request(const scene::Capture& capture, const gpu::RunSettings& settings,
                                     const gpu::GpuConfiguration& gpu, std::uint64_t max_bytes,
                                     bool several_frames) const {
     gpu::RenderRequest request;
     request.width = capture.settings.width;
     request.height = capture.settings.height;
-    if (!size_.empty()) {
-      const ImageSize size = parse_size("--size", size_);
-      request.width = size.width;
-      request.height = size.height;
+    if (const std::optional<ImageSize> size = chosen_size()) {
+      request.width = size->width;
+      request.height = size->height;
     }
     request.region = {0, 0, request.width, request.height};
     if (!region_.empty()) {
@@ -449,7 +453,7 @@ class ReplayCommand final : public Command {
   void say_notices(const scene::Capture& capture, const gpu::Device& renderer) const {
     if (quiet_) return;
     for (const std::string& notice : capture.notices) std::fprintf(stderr, "note: %s\n", notice.c_str());
-    if (renderer.automatic_camera() && !capture.settings.framed && !capture.settings.orbit)
+    if (renderer.automatic_camera())
       std::fprintf(stderr, "note: the capture has no camera; the scene is framed automatically\n");
     if (!capture.settings.declared)
       std::fprintf(stderr, "note: the capture has no settings of its own; size, frames and shutter are the defaults\n");

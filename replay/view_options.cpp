@@ -89,28 +89,35 @@ std::string ViewChoices::arguments() const {
 }
 
 void ViewChoices::check() const {
-  scene::CaptureSettings scratch;
-  apply(scratch);
+  if (orbit) parse_orbit(*orbit);
+  if (lens) parse_lens(*lens);
+  if (shutter) parse_shutter("--shutter", *shutter);
   if (orbit && selection.camera && *selection.camera != "auto")
     throw UsageError(
         "--orbit turns the automatic camera; with --camera there is none: leave one of them out, or say --camera auto");
 }
 
-void ViewChoices::apply(scene::CaptureSettings& settings) const {
-  if (orbit) settings.orbit = parse_orbit(*orbit);
-  if (lens) settings.lens = parse_lens(*lens);
-  if (!shutter) return;
-  const NumberPair open = parse_shutter("--shutter", *shutter);
-  settings.shutter_open = open.a;
-  settings.shutter_close = open.b;
+scene::Capture read_capture(const std::filesystem::path& file, const scene::CaptureLimits& limits,
+                            const ViewChoices& view, std::optional<ImageSize> size, scene::SceneList* scenes) {
+  view.check();
+  scene::Selection selection = view.selection;
+  if (selection.camera == "auto") selection.camera.reset();
+  scene::Capture capture =
+      read_as(FileKind::kCapture, file, [&] { return scene::read_capture(file, limits, selection, scenes); });
+  look_at(capture, view, size.value_or(ImageSize{capture.settings.width, capture.settings.height}));
+  return capture;
 }
 
-scene::Capture read_capture(const std::filesystem::path& file, scene::CaptureLimits limits, const ViewChoices& view) {
-  view.check();
-  limits.selection = view.selection;
-  scene::Capture capture = read_as(FileKind::kCapture, file, [&] { return scene::read_capture(file, limits); });
-  view.apply(capture.settings);
-  return capture;
+void look_at(scene::Capture& capture, const ViewChoices& view, ImageSize size) {
+  if (view.shutter) {
+    const NumberPair open = parse_shutter("--shutter", *view.shutter);
+    capture.settings.shutter_open = open.a;
+    capture.settings.shutter_close = open.b;
+  }
+  if (view.framed())
+    scene::add_framing_camera(capture, size.width, size.height,
+                              view.orbit ? std::optional(parse_orbit(*view.orbit)) : std::nullopt);
+  if (view.lens) scene::set_lens(capture, parse_lens(*view.lens), size.width, size.height);
 }
 
 void add_view_options(CLI::App& app, ViewChoices& view, const char* group) {

@@ -9,6 +9,7 @@
 #include "replay/option_numbers.h"
 #include "scene/capture.h"
 #include "scene/limits.h"
+#include "scene/selection.h"
 
 namespace CLI {
 class App;
@@ -28,14 +29,21 @@ struct ViewChoices {
   // " --camera 'eye' --shutter '0:0.5'", as a shell takes it.
   std::string arguments() const;
 
+  // The scene is framed automatically, whatever cameras there are.
+  bool framed() const { return orbit.has_value() || selection.camera == "auto"; }
+
   // Throws UsageError for words that are no numbers, and for choices that contradict each other.
   void check() const;
-  // What is given replaces what the file says. Words as check() takes them.
-  void apply(scene::CaptureSettings& settings) const;
 };
 
-// Reads a capture and looks at it so. Throws what scene::read_capture() and check() throw.
-scene::Capture read_capture(const std::filesystem::path& file, scene::CaptureLimits limits, const ViewChoices& view);
+// Reads a capture and looks at it so: what is chosen replaces what the file says. `size`: of the images, for which a
+// scene may have to be framed; else the capture's own. `scenes`, if any, gets the scenes of the file. Throws what
+// scene::read_capture() and check() throw.
+scene::Capture read_capture(const std::filesystem::path& file, const scene::CaptureLimits& limits,
+                            const ViewChoices& view, std::optional<ImageSize> size = std::nullopt,
+                            scene::SceneList* scenes = nullptr);
+// The last part of it, for a capture that was read with the selection of `view`.
+void look_at(scene::Capture& capture, const ViewChoices& view, ImageSize size);
 
 inline constexpr const char* kViewGroup = "What is looked at";
 // --scene, --camera, --animation, --orbit and --lens; the second one --shutter. `group`: of the help.

@@ -199,8 +199,7 @@ struct Animation {
 // TESSERA_lens: thin lens of a camera. Radius 0 is a pinhole.
 struct Lens {
   float aperture_radius = 0.0f;  // scene units
-  float focus_distance = 0.0f;   // scene units in front of the camera; infinity allowed. 0, of CaptureSettings::lens
-                                 // alone: the middle of what the scene draws
+  float focus_distance = 0.0f;   // scene units in front of the camera; infinity allowed
 };
 
 struct Camera {
@@ -227,13 +226,7 @@ struct LightParameters {
   }
 };
 
-// Where automatic framing looks from, in degrees.
-struct Orbit {
-  double azimuth = 0;               // about +y, counterclockwise seen from above, from its usual place
-  std::optional<double> elevation;  // above the horizon; unset: as usual. Between -89 and 89
-};
-
-// TESSERA_capture: how the file wants to be replayed; or whoever replays it.
+// TESSERA_capture: how the file wants to be replayed.
 struct CaptureSettings {
   int width = 1280, height = 720;
   double frame_rate = 30.0;
@@ -245,10 +238,6 @@ struct CaptureSettings {
   std::optional<float> environment;  // intensity; unset: 1, or 0.3 of the studio's when the file has lights
   std::optional<Vec3> background;    // linear colour; unset: the environment
   bool declared = false;             // false: the file says nothing, these are defaults
-  // Framed automatically (scene/framing.h), whatever cameras there are; and from where.
-  bool framed = false;
-  std::optional<Orbit> orbit;
-  std::optional<Lens> lens;  // instead of the camera's
 };
 
 struct Capture {
@@ -260,9 +249,7 @@ struct Capture {
   // Host time of reading it: of the file, its JSON and its checks; then of what its buffers and images hold.
   double load_seconds = 0, decode_seconds = 0;
   std::vector<Node> nodes;
-  std::vector<std::string> scenes;  // names of all
-  int scene = kNone;                // the one that is drawn, of `scenes`; kNone: the file has none
-  std::vector<int> roots;           // nodes of the scene that is drawn
+  std::vector<int> roots;  // nodes of the scene that is drawn
   std::vector<Mesh> meshes;
   std::vector<Procedure> procedures;
   std::vector<Material> materials;

@@ -61,7 +61,8 @@ void check_claims(const nlohmann::json& json, MemoryBudget budget) {
 
 }  // namespace
 
-Capture read_capture(const std::filesystem::path& file, const CaptureLimits& limits) {
+Capture read_capture(const std::filesystem::path& file, const CaptureLimits& limits, const Selection& selection,
+                     SceneList* scenes) {
   const double begin = seconds_now();
   const std::string name = file.string();
   MemoryBudget budget(limits.max_bytes, name);
@@ -80,8 +81,9 @@ Capture read_capture(const std::filesystem::path& file, const CaptureLimits& lim
   const int variant = gltf::choose_variant(json, limits.variant, root);
   gltf::validate_links(json, root, notes);
   check_claims(json, budget);
-  const gltf::Selected selected = gltf::select(json, limits.selection, root);
+  const gltf::Selected selected = gltf::select(json, selection, root);
   if (selected.scene != kNone) json["scene"] = selected.scene;
+  if (scenes != nullptr) *scenes = gltf::list_scenes(json);
 
   const std::vector<std::string> unread = gltf::find_unread_extensions(json, root, budget, notes);
   gltf::Document document(std::move(json), file, std::move(container.binary), container.has_binary, limits, budget,

@@ -176,9 +176,9 @@ std::vector<double> framed_times(const Capture& capture) {
   return times;
 }
 
-CameraChoice frame_scene(const Capture& capture, int width, int height) {
+CameraChoice frame_scene(const Capture& capture, int width, int height, const std::optional<Orbit>& orbit) {
   const double tan_y = std::tan(kHalfField), tan_x = tan_y * width / height;
-  Extent extent(kWidthShare * tan_x, kHeightShare * tan_y, way_back(capture.settings.orbit));
+  Extent extent(kWidthShare * tan_x, kHeightShare * tan_y, way_back(orbit));
   add_scene(capture, framed_times(capture), extent);
   if (extent.empty())
     for (const double side : {-1.0, 1.0}) extent.add(DVec3(side));

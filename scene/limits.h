@@ -18,15 +18,6 @@
 
 namespace tessera::scene {
 
-// What of a file is drawn, where that is not what the file says: each by its name, or by its number in the file.
-struct Selection {
-  std::optional<std::string> scene;
-  // A camera, or a node that has one; "auto": the scene is framed automatically, whatever cameras there are.
-  std::optional<std::string> camera;
-  // The only animation that plays; "all": the first, and each further one that moves nothing already moved; "none".
-  std::optional<std::string> animation;
-};
-
 // How a capture is read, and what that may cost. Every allocation whose size a file decides is charged before it is made.
 struct CaptureLimits {
   std::uint64_t max_bytes = 4ull << 30;       // decoded data of one capture, all together
@@ -35,7 +26,6 @@ struct CaptureLimits {
   bool strict = false;  // refuse what glTF forbids also where it has one meaning, instead of a note
   // KHR_materials_variants: whose materials are drawn, by name; without, those that the primitives name themselves.
   std::optional<std::string> variant{};
-  Selection selection{};
 };
 
 // What a budget refuses. Its message names the file.

@@ -84,44 +84,17 @@ Camera CameraChoice::at(const Capture& capture, double time) const {
   return number == kNone ? camera : animate_camera(capture, time, number, camera);
 }
 
-namespace {
-
-// The lens that was chosen instead of the camera's.
-Lens chosen_lens(const Capture& capture, const CameraChoice& choice) {
-  Lens lens = *capture.settings.lens;
-  if (lens.aperture_radius > 0 && !(lens.focus_distance > 0)) {
-    const double time = capture.settings.first_frame / capture.settings.frame_rate;
-    const DMat4 world = choice.view(pose_at(capture, time)).camera_to_world;
-    const double middle = middle_distance(capture, world, time);
-    lens.focus_distance = static_cast<float>(std::max(middle, static_cast<double>(choice.camera.near)));
+CameraChoice choose_camera(const Capture& capture, int width, int height) {
+  int node = capture.settings.camera_node;
+  if (node == kNone) {
+    const Pose pose = pose_at(capture, capture.settings.first_frame / capture.settings.frame_rate);
+    for (std::size_t n = 0; n < capture.nodes.size() && node == kNone; ++n)
+      if (capture.nodes[n].camera != kNone && pose.in_scene[n]) node = static_cast<int>(n);
   }
-  return lens;
-}
-
-CameraChoice choose_place(const Capture& capture, int width, int height) {
-  const int node = camera_node(capture);
   if (node == kNone) return frame_scene(capture, width, height);
   CameraChoice choice;
   choice.node = node;
   choice.camera = capture.cameras[static_cast<std::size_t>(capture.nodes[static_cast<std::size_t>(node)].camera)];
-  return choice;
-}
-
-}  // namespace
-
-int camera_node(const Capture& capture) {
-  const CaptureSettings& settings = capture.settings;
-  if (settings.framed || settings.orbit) return kNone;
-  if (settings.camera_node != kNone) return settings.camera_node;
-  const Pose pose = pose_at(capture, settings.first_frame / settings.frame_rate);
-  for (std::size_t n = 0; n < capture.nodes.size(); ++n)
-    if (capture.nodes[n].camera != kNone && pose.in_scene[n]) return static_cast<int>(n);
-  return kNone;
-}
-
-CameraChoice choose_camera(const Capture& capture, int width, int height) {
-  CameraChoice choice = choose_place(capture, width, height);
-  if (capture.settings.lens) choice.camera.lens = chosen_lens(capture, choice);
   return choice;
 }
 

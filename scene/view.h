@@ -53,11 +53,7 @@ struct CameraChoice {
   Camera at(const Capture& capture, double time) const;
 };
 
-// The camera of the capture's settings, else the first camera of the scene, else one that frames it (scene/framing.h);
-// that one in any case where settings.framed or settings.orbit ask for it. The lens is settings.lens where there is one.
+// The camera of the capture's settings, else the first camera of the scene, else one that frames it (scene/framing.h).
 CameraChoice choose_camera(const Capture& capture, int width, int height);
-
-// The node of that camera; kNone where the scene is framed.
-int camera_node(const Capture& capture);
 
 }  // namespace tessera::scene

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "scene/view.h"
+#include "scene/selection.h"
 
 namespace tessera::replay {
 namespace {
@@ -30,60 +30,62 @@ json& appended(json& document, const char* list, json object) {
   return objects;
 }
 
-// A node with the camera that frames the scene. Returns the camera.
-json& add_camera(json& document, const scene::CameraChoice& choice, const scene::Capture& capture) {
-  const scene::Camera& camera = choice.camera;
+// The camera that was made to frame the scene, with its node. Returns the node's number.
+std::size_t add_camera(json& document, const PackedView& packed) {
+  const scene::Node& made = packed.capture.nodes.back();
+  const scene::Camera& camera = packed.capture.cameras.back();
   json perspective = {{"yfov", camera.vertical_fov}, {"znear", camera.near}};
-  if (camera.far > 0) perspective["zfar"] = camera.far;
-  json& cameras = appended(document, "cameras",
-                           {{"name", "automatic"}, {"type", "perspective"}, {"perspective", std::move(perspective)}});
+  const json& cameras = appended(
+      document, "cameras", {{"name", camera.name}, {"type", "perspective"}, {"perspective", std::move(perspective)}});
   json matrix = json::array();
   for (int column = 0; column < 4; ++column)
-    for (int row = 0; row < 4; ++row) matrix.push_back(choice.fixed_world[column][row]);
-  const json& nodes = appended(document, "nodes",
-                               {{"name", "automatic"}, {"camera", cameras.size() - 1}, {"matrix", std::move(matrix)}});
+    for (int row = 0; row < 4; ++row) matrix.push_back((*made.matrix)[column][row]);
+  const json& nodes =
+      appended(document, "nodes", {{"name", made.name}, {"camera", cameras.size() - 1}, {"matrix", std::move(matrix)}});
   const std::size_t node = nodes.size() - 1;
-  if (capture.scene != scene::kNone)
-    document["scenes"][static_cast<std::size_t>(capture.scene)]["nodes"].push_back(node);
-  settings_of(document)["camera"] = node;
-  return cameras.back();
+  if (packed.scenes.drawn != scene::kNone)
+    document["scenes"][static_cast<std::size_t>(packed.scenes.drawn)]["nodes"].push_back(node);
+  return node;
 }
 
 }  // namespace
 
-scene::Capture read_for_view(const std::filesystem::path& source, const json& settings, const ViewChoices& view,
-                             bool strict) {
-  scene::Capture capture = read_capture(source, {.strict = strict}, view);
-  if (!settings.is_object() || settings.empty()) return capture;
-  scene::CaptureSettings& own = capture.settings;
-  own.declared = true;
-  if (settings.contains("resolution")) own.width = settings["resolution"][0], own.height = settings["resolution"][1];
-  own.frame_rate = settings.value("frameRate", own.frame_rate);
-  if (settings.contains("frames")) {
-    own.first_frame = settings["frames"]["first"];
-    own.frame_count = settings["frames"]["count"];
+PackedView read_for_view(const std::filesystem::path& source, const json& settings, const ViewChoices& view,
+                         bool strict) {
+  PackedView packed;
+  // What is attached counts already where the scene is framed.
+  ViewChoices selected;
+  selected.selection = view.selection;
+  if (selected.selection.camera == "auto") selected.selection.camera.reset();
+  packed.capture = read_capture(source, {.strict = strict}, selected, std::nullopt, &packed.scenes);
+  packed.file_nodes = packed.capture.nodes.size();
+  scene::CaptureSettings& own = packed.capture.settings;
+  if (settings.is_object() && !settings.empty()) {
+    own.declared = true;
+    if (settings.contains("resolution")) own.width = settings["resolution"][0], own.height = settings["resolution"][1];
+    own.frame_rate = settings.value("frameRate", own.frame_rate);
+    if (settings.contains("frames")) {
+      own.first_frame = settings["frames"]["first"];
+      own.frame_count = settings["frames"]["count"];
+    }
   }
-  return capture;
+  look_at(packed.capture, view, {own.width, own.height});
+  return packed;
 }
 
-void store_view(json& document, const ViewChoices& view, const scene::Capture& capture) {
-  if (view.selection.scene) document["scene"] = capture.scene;
-  if (view.selection.animation) settings_of(document)["animations"] = capture.played_animations;
-  const scene::CaptureSettings& settings = capture.settings;
-  if (!view.selection.camera && !view.orbit && !view.lens) return;
-  const scene::CameraChoice choice = scene::choose_camera(capture, settings.width, settings.height);
-  json* camera = nullptr;
-  if (choice.node == scene::kNone) {
-    camera = &add_camera(document, choice, capture);
-  } else {
-    settings_of(document)["camera"] = choice.node;
-    const json& node = document["nodes"][static_cast<std::size_t>(choice.node)];
-    camera = &document["cameras"][node["camera"].get<std::size_t>()];
-  }
+void store_view(json& document, const ViewChoices& view, const PackedView& packed) {
+  if (view.selection.scene) document["scene"] = packed.scenes.drawn;
+  if (view.selection.animation) settings_of(document)["animations"] = packed.capture.played_animations;
+  if (!view.selection.camera && !view.framed() && !view.lens) return;
+  const auto chosen = static_cast<std::size_t>(scene::camera_node(packed.capture));
+  const std::size_t node = chosen < packed.file_nodes ? chosen : add_camera(document, packed);
+  settings_of(document)["camera"] = node;
   if (!view.lens) return;
-  json lens = {{"apertureRadius", choice.camera.lens.aperture_radius}};
-  if (choice.camera.lens.focus_distance > 0) lens["focusDistance"] = choice.camera.lens.focus_distance;
-  (*camera)["extensions"]["TESSERA_lens"] = std::move(lens);
+  const scene::Lens& lens = packed.capture.cameras[static_cast<std::size_t>(packed.capture.nodes[chosen].camera)].lens;
+  json stored = {{"apertureRadius", lens.aperture_radius}};
+  if (lens.focus_distance > 0) stored["focusDistance"] = lens.focus_distance;
+  json& camera = document["cameras"][document["nodes"][node]["camera"].get<std::size_t>()];
+  camera["extensions"]["TESSERA_lens"] = std::move(stored);
   use_extension(document, "TESSERA_lens");
 }
 

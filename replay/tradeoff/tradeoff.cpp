@@ -49,7 +49,7 @@ class Tradeoff {
     limits.max_bytes = options_.max_bytes;
     limits.strict = options_.strict;
     limits.variant = options_.variant;
-    PackedCaptures captures(options_.capture, limits, options_.view);
+    PackedCaptures captures(options_.capture, limits, options_.view, ImageSize{options_.width, options_.height});
     const gpu::PreparedCapture& prepared = *captures.original();
     place(prepared.capture);
     const std::vector<Block> blocks = plan(prepared);

@@ -390,8 +390,6 @@ void build_scene(Document& document, const Selected& selected, Capture& capture)
   build_instances(document, capture);
   build_procedures(document, capture);
   capture.roots = build_roots(document, capture.nodes);
-  for (const tinygltf::Scene& scene : document.model.scenes) capture.scenes.push_back(scene.name);
-  if (!capture.scenes.empty()) capture.scene = std::max(document.model.defaultScene, 0);
   capture.skins = build_skins(document);
   charge_poses(document, capture);
   check_joints(document, capture);
@@ -402,7 +400,6 @@ void build_scene(Document& document, const Selected& selected, Capture& capture)
   build_lights(document, capture);
   capture.settings = build_settings(document);
   if (selected.camera_node != kNone) capture.settings.camera_node = selected.camera_node;
-  capture.settings.framed = selected.framed;
   build_environment(document, capture);
 }
 

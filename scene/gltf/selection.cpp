@@ -72,7 +72,7 @@ std::vector<std::size_t> drawn_nodes(const json& document, int scene) {
   return drawn;
 }
 
-int camera_node(const json& document, int scene, const std::string& wanted, const Place& root) {
+int find_camera(const json& document, int scene, const std::string& wanted, const Place& root) {
   const json &nodes = array_of(document, "nodes"), &cameras = array_of(document, "cameras");
   std::optional<std::size_t> camera = named(cameras, wanted);
   const std::vector<std::size_t> drawn = drawn_nodes(document, scene);
@@ -102,10 +102,7 @@ Selected select(const json& document, const Selection& selection, const Place& r
     if (!scene) refuse("scene", *selection.scene, scenes, root);
     selected.scene = static_cast<int>(*scene);
   }
-  if (selection.camera) {
-    selected.framed = *selection.camera == "auto";
-    if (!selected.framed) selected.camera_node = camera_node(document, selected.scene, *selection.camera, root);
-  }
+  if (selection.camera) selected.camera_node = find_camera(document, selected.scene, *selection.camera, root);
   if (!selection.animation) return selected;
   selected.all_animations = *selection.animation == "all";
   if (selected.all_animations) return selected;
@@ -116,6 +113,13 @@ Selected select(const json& document, const Selection& selection, const Place& r
   if (!animation) refuse("animation", *selection.animation, animations, root);
   selected.animations->push_back(static_cast<int>(*animation));
   return selected;
+}
+
+SceneList list_scenes(const json& document) {
+  SceneList list;
+  for (const json& scene : array_of(document, "scenes")) list.names.push_back(name_of(scene));
+  if (!list.names.empty()) list.drawn = document.value("scene", 0);
+  return list;
 }
 
 }  // namespace tessera::scene::gltf
