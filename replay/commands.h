@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace CLI {
 class App;
@@ -17,6 +18,16 @@ class Command {
   virtual ~Command() = default;
   virtual void run() = 0;
 };
+
+// Thrown once all that was left to do is done and written: the command ends with this status, and `line`, if any, on
+// standard error.
+struct EarlyEnd {
+  static constexpr int kDifferent = 5, kStopped = 130;
+  int status;
+  std::string line;
+};
+// The end of work that a signal stopped: `line` says how to go on.
+inline EarlyEnd stopped(std::string line) { return {EarlyEnd::kStopped, std::move(line)}; }
 
 // --strict, of every command that reads captures: sets scene::CaptureLimits::strict.
 void add_strict_flag(CLI::App& app, bool& strict);

@@ -7,7 +7,7 @@ int main(int argc, char** argv) {
       {"time", "Time a recorded replay again on another machine", make_time_command},
       {"inspect", "Say what is in a capture", make_inspect_command},
       {"pack", "Compress a glTF asset and attach capture settings", make_pack_command},
-      {"compare", "Differences between two images or two replays", make_compare_command},
+      {"compare", "Why one replay is slower than another; differences of images", make_compare_command},
       {"sweep", "Render every point of a design space and measure it", make_sweep_command},
       {"tradeoff", "What accuracy costs: error of every setting beside its time, cycles, traffic and energy",
        make_tradeoff_command},
