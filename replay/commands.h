@@ -26,6 +26,7 @@ void add_variant_option(CLI::App& app, std::optional<std::string>& variant);
 std::string variant_argument(const std::optional<std::string>& variant);
 
 std::unique_ptr<Command> make_replay_command(CLI::App& app);
+std::unique_ptr<Command> make_view_command(CLI::App& app);
 std::unique_ptr<Command> make_time_command(CLI::App& app);
 std::unique_ptr<Command> make_inspect_command(CLI::App& app);
 std::unique_ptr<Command> make_pack_command(CLI::App& app);
