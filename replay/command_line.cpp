@@ -102,6 +102,10 @@ int run_command_line(int argc, char** argv, std::span<const CommandEntry> entrie
     for (std::size_t i = 0; i < subs.size(); ++i)
       if (subs[i]->parsed()) made[i]->run();
     return finish_output();
+  } catch (const EarlyEnd& end) {
+    if (!end.line.empty()) std::fprintf(stderr, "%s\n", end.line.c_str());
+    const int status = finish_output();
+    return status == 0 ? static_cast<int>(end.status) : status;
   } catch (const InputError& error) {
     return fail(ExitStatus::kBadInput, error.what());
   } catch (const UsageError& error) {

@@ -3,6 +3,9 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+
+#include "base/error.h"
 
 namespace CLI {
 class App;
@@ -17,6 +20,15 @@ class Command {
   virtual ~Command() = default;
   virtual void run() = 0;
 };
+
+// Thrown once all that was left to do is done and written: the command ends with this status, and `line`, if any, on
+// standard error.
+struct EarlyEnd {
+  ExitStatus status;
+  std::string line;
+};
+// The end of work that a signal stopped: `line` says how to go on.
+inline EarlyEnd stopped(std::string line) { return {ExitStatus::kStopped, std::move(line)}; }
 
 // --strict, of every command that reads captures: sets scene::CaptureLimits::strict.
 void add_strict_flag(CLI::App& app, bool& strict);

@@ -88,18 +88,22 @@ class ViewCommand final : public Command {
     for (const std::string& notice : capture.notices) std::fprintf(stderr, "note: %s\n", notice.c_str());
     start_.capture = &capture;
     install_stop_handler();
-    ViewServer server(start_, limits.max_bytes, port_, [this](const ViewResult& result) { keep(result); });
-    step.emplace("rendering the first frame", false);
-    while (!stop_requested() && !server.session().wait_for_start(50)) {
+    {
+      ViewServer server(start_, limits.max_bytes, port_, [this](const ViewResult& result) { keep(result); });
+      step.emplace("rendering the first frame", false);
+      while (!stop_requested() && !server.session().wait_for_start(50)) {
+      }
+      step.reset();
+      if (!stop_requested()) {
+        fmt::print("{}\n", server.url());
+        std::fflush(stdout);
+      }
+      while (!stop_requested()) {
+        server.beat();
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      }
     }
-    step.reset();
-    if (stop_requested()) return;
-    fmt::print("{}\n", server.url());
-    std::fflush(stdout);
-    while (!stop_requested()) {
-      server.beat();
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    }
+    throw stopped("");
   }
 
  private:
