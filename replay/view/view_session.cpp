@@ -25,7 +25,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kMaxHistory = 500;
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double seconds_from(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 // What a card shows; bytes as they came in time where events were simulated.
 json summary_json(const json& total, const gpu::FrameResult& frame, const gpu::GpuConfiguration& gpu) {
@@ -189,7 +189,7 @@ void ViewSession::time(const ViewPoint& point, bool stale) {
   model.timing = std::move(cost.timing);
   model.energy = std::move(cost.energy);
   model.area = std::move(cost.area);
-  publish(point, false, stale, seconds_since(start));
+  publish(point, false, stale, seconds_from(start));
 }
 
 void ViewSession::check_memory(const ViewPoint& point) const {
@@ -239,7 +239,7 @@ void ViewSession::render(const ViewPoint& point) {
                  PngEffort::kFast));
   image.view = view_json(frame, point.request.region);
   rendering_ = std::unique_ptr<Rendering>(new Rendering{point, std::move(frame), std::move(views), std::move(image)});
-  publish(point, true, false, seconds_since(start));
+  publish(point, true, false, seconds_from(start));
 }
 
 void ViewSession::publish(const ViewPoint& point, bool rendered, bool stale, double seconds) {

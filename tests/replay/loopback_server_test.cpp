@@ -13,6 +13,7 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "base/error.h"
@@ -277,6 +278,23 @@ TEST_F(Loopback, LS5AReaderThatIsSlowGetsTheNewestAndNothingQueuesUp) {
   EXPECT_THAT(text, testing::EndsWith("\r\n")) << "of a chunk";
   EXPECT_NE(text.find(fmt::format("-{}-end", kSent - 1)), std::string::npos);
   EXPECT_LT(text.size(), std::size_t{40} << 20);
+}
+
+TEST_F(Loopback, StreamsComeAndGoWhileEventsAreSent) {
+  std::atomic<bool> done = false;
+  std::vector<std::thread> senders;
+  for (const char* name : {"result", "state"})
+    senders.emplace_back([&, name] {
+      for (int k = 0; !done; ++k) server_.send(name, std::to_string(k));
+    });
+  for (int k = 0; k < 100; ++k) {
+    const Client client(server_.port());
+    client.write("GET " + root() + "events HTTP/1.1\r\nHost: " + host() + "\r\n\r\n");
+    EXPECT_THAT(client.read("data: "), HasSubstr("event: ")) << k;
+  }
+  done = true;
+  for (std::thread& sender : senders) sender.join();
+  EXPECT_THAT(get(root()), StartsWith("HTTP/1.1 200 "));
 }
 
 TEST_F(Loopback, LS6EndsWhateverClientsDo) {

@@ -116,7 +116,7 @@ function keyRow(key, ask) {
 function viewReport() {
   const view = data.view, keys = Object.fromEntries(view.keys.map((key) => [key.key, key]));
   const part = section('view', 'What if');
-  const cards = make('div', { class: 'cards', 'aria-live': 'polite' }), state = make('p', { class: 'state', 'aria-live': 'polite' }), fault = make('p', { class: 'error', role: 'alert' });
+  const cards = make('div', { class: 'cards', 'aria-live': 'polite' }), notice = make('p', { class: 'note' }), state = make('p', { class: 'state', 'aria-live': 'polite' }), fault = make('p', { class: 'error', role: 'alert' });
   const list = make('div', { class: 'keys' }), image = make('img', { alt: 'the frame' });
   const command = make('pre', { class: 'command' }), tried = make('div');
   const asking = asker((text) => { fault.textContent = text; if (text) follow(shown); });
@@ -145,7 +145,7 @@ function viewReport() {
   const all = make('button', { type: 'button', click: () => asking.ask(Object.fromEntries([...Object.keys(shown.changes), 'frame'].map((name) => [name, null])), true) }, 'All as at the start');
   const copy = make('button', { type: 'button', click: () => navigator.clipboard.writeText(command.textContent).then(() => { copy.textContent = 'Copied'; setTimeout(() => { copy.textContent = 'Copy'; }, 1500); }) }, 'Copy');
 
-  part.append(cards, state, fault, make('div', { class: 'sides' }, make('div', {}, list, more, make('div', { class: 'controls' }, make('label', {}, 'Frame', frame), all)), image),
+  part.append(cards, state, notice, fault, make('div', { class: 'sides' }, make('div', {}, list, more, make('div', { class: 'controls' }, make('label', {}, `Frame (of the capture: ${view.frames[0]} to ${view.frames[0] + view.frames[1] - 1})`, frame), all)), image),
     make('h3', {}, 'As a command line'), make('div', { class: 'controls' }, copy), command, make('h3', {}, 'What was tried'), tried);
 
   function fillCards() {
@@ -179,6 +179,7 @@ function viewReport() {
     fillCards();
     fillTried();
     command.textContent = shown.command;
+    notice.textContent = data.stats.gpu_notices.join(' ');
     if (image.getAttribute('src') !== data.views[0].image) image.src = data.views[0].image;
     if (asking.answers(shown)) {
       Object.keys(shown.changes).forEach(add);
