@@ -9,6 +9,7 @@
 #include "gpu/configuration.h"
 #include "gpu/displacement_memory.h"
 #include "gpu/frame_result.h"
+#include "gpu/moving_focus.h"
 #include "gpu/pipeline.h"
 #include "gpu/prepared_capture.h"
 #include "gpu/record_memory.h"
@@ -119,6 +120,7 @@ class Device {
   RecordMemory record_memory_;
   scene::CameraChoice camera_;
   tilecore::ResolveSettings resolve_;
+  MovingFocus focus_;
   std::vector<Eye> eyes_;  // the left or only one, the right one
   Pipeline pipeline_;
   ViewObserver* observer_ = nullptr;

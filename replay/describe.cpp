@@ -270,7 +270,8 @@ std::string range_of(const json& row) {
     return text;
   }
   if (row.contains("min")) return fmt::format("{:.15g} to {:.15g}", row["min"].get<double>(), row["max"].get<double>());
-  return row.contains("type") && row["type"] == "boolean" ? "true, false" : "";
+  if (!row.contains("type")) return "";
+  return row["type"] == "boolean" ? "true, false" : row["type"] == "text" ? "any text" : "";
 }
 
 std::string cell_text(const json& row, const std::string& key) {

@@ -1,11 +1,14 @@
 #include "replay/sweep/points.h"
 
+#include <map>
+
 #include <fmt/format.h>
 
 #include "base/error.h"
 #include "base/json_text.h"
 #include "base/sha256.h"
 #include "base/whole_file.h"
+#include "gpu/focus_track.h"
 #include "gpu/tile_memory.h"
 #include "replay/sweep/capture_library.h"
 
@@ -14,9 +17,26 @@ namespace {
 
 using nlohmann::json;
 
+// The bytes of a file that settings name, once for all points.
+class FileHashes {
+ public:
+  const std::string& of(const std::string& file) {
+    const auto [at, is_new] = known_.try_emplace(file);
+    if (is_new) {
+      Sha256 hash;
+      hash.add(read_whole_file(file, gpu::FocusTrack::kMaxBytes, file));
+      at->second = hash.finish();
+    }
+    return at->second;
+  }
+
+ private:
+  std::map<std::string, std::string> known_;
+};
+
 // Everything that a point's result follows from. nlohmann sorts the keys, so the text is canonical.
 json point_inputs(const Study& study, const PointConfiguration& configuration, const std::string& capture_hash,
-                  const std::string& program) {
+                  const std::string& program, const std::string& track_hash) {
   json inputs = {{"schema", kPointSchema},   {"program", program},
                  {"capture", capture_hash},  {"frames", nullptr},
                  {"size", nullptr},          {"baselines", study.baselines},
@@ -26,6 +46,8 @@ json point_inputs(const Study& study, const PointConfiguration& configuration, c
   if (configuration.size) inputs["size"] = {configuration.size->width, configuration.size->height};
   inputs["gpu"] = gpu::gpu_json(configuration.gpu);
   inputs["settings"] = gpu::settings_json(configuration.settings);
+  // What a file holds, not where it is.
+  if (!track_hash.empty()) inputs["settings"]["resolve.focus_track"] = track_hash;
   return inputs;
 }
 
@@ -42,19 +64,23 @@ bool next_steps(const Study& study, std::vector<std::uint32_t>& steps) {
 std::vector<SweepPoint> expand_points(const Study& study, const std::string& program) {
   std::vector<SweepPoint> points;
   points.reserve(study.point_count);
+  FileHashes files;
   for (std::size_t c = 0; c < study.captures.size(); ++c) {
     const std::string capture_hash = capture_fingerprint(study.captures[c]);
     std::vector<std::uint32_t> steps(study.axes.size(), 0);
     do {
       SweepPoint point{c, steps, "", ""};
       const PointConfiguration configuration = configure_point(study, steps);
+      std::string track_hash;
       try {
+        const std::string& track = configuration.settings.resolve.foveation.focus_track;
+        if (!track.empty()) track_hash = files.of(track);
         gpu::check_gpu(configuration.gpu);
         if (configuration.chosen_tile_memory) gpu::check_tile_memory(configuration.gpu, configuration.settings);
-      } catch (const UsageError& error) {
+      } catch (const Error& error) {
         point.fault = error.what();
       }
-      point.hash = sha256_name(json_text(point_inputs(study, configuration, capture_hash, program)));
+      point.hash = sha256_name(json_text(point_inputs(study, configuration, capture_hash, program, track_hash)));
       points.push_back(std::move(point));
     } while (next_steps(study, steps));
   }
