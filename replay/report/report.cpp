@@ -142,13 +142,11 @@ std::string page_text(json data, const std::string& nonce) {
     if (name == kLastScript && data.at("kind") == "view") script.append(page_files().at("view.js")).append("\n");
     script.append(page_files().at(name)).append("\n");
   }
+  std::string style(page_files().at("page.css"));
+  if (data.at("kind") == "view") style.append(page_files().at("view.css"));
   const std::string title = markup_text(data.at("title")), text = script_json(data),
                     mark = nonce.empty() ? "" : " nonce=\"" + nonce + "\"";
-  return fill_page({{"@TITLE@", title},
-                    {"@STYLE@", page_files().at("page.css")},
-                    {"@DATA@", text},
-                    {"@NONCE@", mark},
-                    {"@SCRIPT@", script}});
+  return fill_page({{"@TITLE@", title}, {"@STYLE@", style}, {"@DATA@", text}, {"@NONCE@", mark}, {"@SCRIPT@", script}});
 }
 
 std::string write_report(const fs::path& folder) {

@@ -1,7 +1,8 @@
 // The page of `tessera view`: a panel that changes settings and numbers of the machine, above the report of the newest
 // result. data.view: {keys: rows of `tessera describe` with "start" and "timing", frames: [first, count], result, history, state}.
 
-// What is shown at first, most asked first; any other key can be added.
+const viewReport = (() => {
+// What is latest at first, most asked first; any other key can be added.
 const kFirstKeys = ['memory.gb_per_s', 'clock.mhz', 'tilecore.count', 'shader.lanes', 'l2.bytes', 'tile.width', 'tile.height', 'sampling.samples_per_pixel', 'frontend.split_pixels', 'shading.rate', 'resolve.desampling', 'machine.timing'];
 // Where a slider stops: what hardware has, rather than steps of five per cent.
 const kStops = {
@@ -24,7 +25,7 @@ function stopsOf(key) {
 }
 
 // "+30 %", "-5.2 %"; "" where nothing changed.
-function percent(value, before) {
+function against(value, before) {
   if (typeof value !== 'number' || typeof before !== 'number' || before === 0 || value === before) return '';
   const by = 100 * (value / before - 1);
   return `${by > 0 ? '+' : '\u2212'}${Math.abs(by) >= 100 ? Math.abs(by).toFixed(0) : Number(Math.abs(by).toPrecision(2))}\u202f%`;
@@ -32,11 +33,11 @@ function percent(value, before) {
 
 // What cards and the history show of a result's summary; `less` is better.
 const kCards = [
-  { title: 'frame time', unit: 'ms', of: (s) => s.ms, less: true }, { title: 'frames', unit: '/s', of: (s) => 1000 / s.ms, less: false },
-  { title: 'energy', unit: 'mJ', of: (s) => s.energy_nj * 1e-6, less: true }, { title: 'memory traffic', unit: 'MB', of: (s) => s.dram_bytes * 1e-6, less: true },
+  { title: 'frame time', unit: 'ms', of: (s) => s.ms, less: true, tried: true }, { title: 'frames', unit: '/s', of: (s) => 1000 / s.ms, less: false },
+  { title: 'energy', unit: 'mJ', of: (s) => s.energy_nj * 1e-6, less: true, tried: true }, { title: 'memory traffic', unit: 'MB', of: (s) => s.dram_bytes * 1e-6, less: true, tried: true },
   { title: 'bandwidth used', unit: 'GB/s', of: (s) => s.dram_bytes * 1e-6 / s.ms }];
 
-const digits = (value) => (Number.isFinite(value) ? String(Number(value.toPrecision(4))) : '');
+const digitsOf = (value) => (Number.isFinite(value) ? String(Number(value.toPrecision(4))) : '');
 const valueText = (value) => (typeof value === 'number' ? number(value) : String(value));
 
 // ---- Asking the program -------------------------------------------------------------------------------------------
@@ -75,7 +76,7 @@ function asker(told) {
 // A row of the panel: how to change a key, what it is, and the way back. show(value) follows what others change.
 function keyRow(key, ask) {
   const delta = make('span', { class: 'delta' }), name = key.key;
-  const change = (value, keep) => { delta.textContent = percent(value, key.start); ask({ [name]: value }, keep); };
+  const change = (value, keep) => { delta.textContent = against(value, key.start); ask({ [name]: value }, keep); };
   const parts = [];
   let show;
   if (key.type === 'choice') {
@@ -106,7 +107,7 @@ function keyRow(key, ask) {
   const line = make('div', { class: 'key', 'data-key': name },
     make('span', { class: 'name', title: `${key.meaning} ${range ? range + '; d' : 'D'}efault ${valueText(key.default)}.` }, name), make('span', { class: 'ways' }, ...parts), delta, back,
     make('span', { class: 'note' }, `${key.timing ? 'timed' : 'rendered'}${range ? ', ' + range : ''}, default ${valueText(key.default)}`));
-  const follow = (value) => { show(value); delta.textContent = percent(value, key.start); back.disabled = value === key.start; };
+  const follow = (value) => { show(value); delta.textContent = against(value, key.start); back.disabled = value === key.start; };
   follow(key.start);
   return { key, line, show: follow };
 }
@@ -118,10 +119,10 @@ function viewReport() {
   const part = section('view', 'What if');
   const cards = make('div', { class: 'cards', 'aria-live': 'polite' }), notice = make('p', { class: 'note' }), state = make('p', { class: 'state', 'aria-live': 'polite' }), fault = make('p', { class: 'error', role: 'alert' });
   const list = make('div', { class: 'keys' }), image = make('img', { alt: 'the frame' });
-  const command = make('pre', { class: 'command' }), tried = make('div');
-  const asking = asker((text) => { fault.textContent = text; if (text) follow(shown); });
+  const command = make('pre', { class: 'command' }), tried = make('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'What was tried' });
+  const asking = asker((text) => { fault.textContent = text; if (text) follow(latest); });
   const rows = new Map();
-  let shown = view.result, history = view.history;
+  let latest = view.result, history = view.history;
 
   const add = (name) => {
     if (!keys[name] || rows.has(name)) return;
@@ -138,11 +139,11 @@ function viewReport() {
     if (name === '') return;
     if (!keys[name]) { asking.ask({ [name]: null }, false); return; }  // the program names the nearest key
     add(name);
-    follow(shown);
+    follow(latest);
     field.value = '';
   } }, field, make('button', { type: 'submit' }, 'Add'), names);
   const frame = make('input', { type: 'number', min: 0, step: 1, 'aria-label': 'Frame', change: () => { if (frame.value !== '') asking.ask({ frame: Number(frame.value) }, true); } });
-  const all = make('button', { type: 'button', click: () => asking.ask(Object.fromEntries([...Object.keys(shown.changes), 'frame'].map((name) => [name, null])), true) }, 'All as at the start');
+  const all = make('button', { type: 'button', click: () => asking.ask(Object.fromEntries([...Object.keys(latest.changes), 'frame'].map((name) => [name, null])), true) }, 'All as at the start');
   const copy = make('button', { type: 'button', click: () => navigator.clipboard.writeText(command.textContent).then(() => { copy.textContent = 'Copied'; setTimeout(() => { copy.textContent = 'Copy'; }, 1500); }) }, 'Copy');
 
   part.append(cards, state, notice, fault, make('div', { class: 'sides' }, make('div', {}, list, more, make('div', { class: 'controls' }, make('label', {}, `Frame (of the capture: ${view.frames[0]} to ${view.frames[0] + view.frames[1] - 1})`, frame), all)), image),
@@ -151,18 +152,21 @@ function viewReport() {
   function fillCards() {
     const start = history[0].summary;
     cards.replaceChildren(...kCards.map((card) => {
-      const value = card.of(shown.summary), before = card.of(start), way = value === before || card.less === undefined ? '' : (value < before) === card.less ? 'better' : 'worse';
-      return make('div', { class: 'card' }, make('span', { class: 'note' }, card.title), make('strong', {}, `${digits(value)}\u202f${card.unit}`), make('span', { class: 'delta ' + way }, percent(value, before) || '\u00a0'));
-    }), make('div', { class: 'card' }, make('span', { class: 'note' }, 'bound by'), make('strong', {}, shown.summary.bound_by || '-'), make('span', { class: 'delta' }, shown.summary.bound_by === start.bound_by ? '\u00a0' : `before: ${start.bound_by}`)));
+      const value = card.of(latest.summary), before = card.of(start), way = value === before || card.less === undefined ? '' : (value < before) === card.less ? 'better' : 'worse';
+      return make('div', { class: 'card' }, make('span', { class: 'note' }, card.title), make('strong', {}, `${digitsOf(value)}\u202f${card.unit}`), make('span', { class: 'delta ' + way }, against(value, before) || '\u00a0'));
+    }), make('div', { class: 'card' }, make('span', { class: 'note' }, 'bound by'), make('strong', {}, latest.summary.bound_by || '-'), make('span', { class: 'delta' }, latest.summary.bound_by === start.bound_by ? '\u00a0' : `before: ${start.bound_by}`)));
   }
   function fillTried() {
-    const start = history[0].summary, changes = (entry) => Object.entries(entry.changes).map(([key, value]) => `${key}=${value}`).concat(entry.frame === history[0].frame ? [] : [`frame ${entry.frame}`]).join(' ') || 'the start';
-    const columns = kCards.filter((card) => card.unit !== '/s').flatMap((card) => [{ title: `${card.title}, ${card.unit}`, of: (entry) => Number(digits(card.of(entry.summary))) }, { title: 'against start', of: (entry) => percent(card.of(entry.summary), card.of(start)) }]);
-    tried.replaceChildren(table([{ title: 'no.', of: (entry) => entry.revision }, { title: 'settings', of: changes, wide: true }, ...columns, { title: 'bound by', of: (entry) => entry.summary.bound_by },
-      { title: 'how', of: (entry) => `${entry.rendered ? 'rendered' : 'timed'} in ${entry.seconds.toFixed(2)} s` }], history.slice().reverse(), (entry) => {
-      const back = Object.fromEntries(Object.keys(shown.changes).filter((key) => !(key in entry.changes)).map((key) => [key, null]));
-      asking.ask({ ...back, ...entry.changes, frame: entry.frame }, true);
-    }), make('p', { class: 'note' }, 'A press on a row goes back to it.'));
+    const start = history[0].summary, shownCards = kCards.filter((card) => card.tried);
+    const words = (entry) => Object.entries(entry.changes).map(([key, value]) => `${key}=${value}`).concat(entry.frame === history[0].frame ? [] : [`frame ${entry.frame}`]).join(' ') || 'the start';
+    const cells = (entry) => shownCards.flatMap((card) => [make('td', { class: 'number' }, digitsOf(card.of(entry.summary))), make('td', { class: 'delta' }, against(card.of(entry.summary), card.of(start)))]);
+    tried.replaceChildren(make('table', {}, make('thead', {}, make('tr', {}, make('th', {}, 'no.'), make('th', {}, 'settings'), ...shownCards.flatMap((card) => [make('th', { class: 'number' }, `${card.title}, ${card.unit}`), make('th', { title: 'against the start' }, '\u0394')]), make('th', {}, 'bound by'), make('th', {}, 'how'))),
+      make('tbody', {}, ...history.slice().reverse().map((entry) => make('tr', { class: entry.revision === latest.revision ? 'chosen' : undefined }, make('td', { class: 'number' }, entry.revision),
+        make('td', { class: 'wide' }, make('button', { type: 'button', title: 'Back to this', click: () => goBack(entry) }, words(entry))), ...cells(entry), make('td', {}, entry.summary.bound_by), make('td', {}, `${entry.rendered ? 'rendered' : 'timed'} in ${entry.seconds.toFixed(2)} s`))))));
+  }
+  function goBack(entry) {
+    const others = Object.keys(latest.changes).filter((key) => !(key in entry.changes)).map((key) => [key, null]);
+    asking.ask({ ...Object.fromEntries(others), ...entry.changes, frame: entry.frame }, true);
   }
   // Sliders as the result has them.
   function follow(result) {
@@ -170,51 +174,52 @@ function viewReport() {
     frame.value = result.frame;
   }
   function sayState(now) {
-    const done = `${shown.rendered ? 'rendered' : 'timed'} in ${shown.seconds.toFixed(2)} s${shown.stale ? '; counters follow' : ''}`;
+    const done = `${latest.rendered ? 'rendered' : 'timed'} in ${latest.seconds.toFixed(2)} s${latest.stale ? '; counters follow' : ''}`;
     if (now.phase === 'failed') fault.textContent = now.error;
-    state.textContent = now.phase === 'rendering' ? `rendering${now.tiles ? ` ${now.done} of ${now.tiles} tiles` : ''}\u2026` : now.phase === 'timing' ? 'timing\u2026' : now.phase === 'failed' ? `shown: no. ${shown.revision}, ${done}` : done;
+    state.textContent = now.phase === 'rendering' ? `rendering${now.tiles ? ` ${now.done} of ${now.tiles} tiles` : ''}\u2026` : now.phase === 'timing' ? 'timing\u2026' : now.phase === 'failed' ? `shown: no. ${latest.revision}, ${done}` : done;
     document.body.dataset.phase = now.phase;
   }
-  function showResult() {
+  function showResult(stats) {
     fillCards();
     fillTried();
-    command.textContent = shown.command;
-    notice.textContent = data.stats.gpu_notices.join(' ');
-    if (image.getAttribute('src') !== data.views[0].image) image.src = data.views[0].image;
-    if (asking.answers(shown)) {
-      Object.keys(shown.changes).forEach(add);
-      follow(shown);
+    command.textContent = latest.command;
+    notice.textContent = stats.gpu_notices.join(' ');
+    const address = `image/${latest.image}.png`;
+    if (image.getAttribute('src') !== address) image.src = address;
+    if (asking.answers(latest)) {
+      Object.keys(latest.changes).forEach(add);
+      follow(latest);
     }
-    document.body.dataset.revision = String(shown.revision);
-    document.body.dataset.rendered = String(shown.rendered);
+    document.body.dataset.revision = String(latest.revision);
+    document.body.dataset.rendered = String(latest.rendered);
   }
-  showResult();
-  follow(shown);
+  showResult(data.stats);
+  follow(latest);
   sayState(view.state);
-  replayReport();
+  const steps = replayReport();
 
   const events = new EventSource('events');
   const told = (name, use) => events.addEventListener(name, (event) => use(JSON.parse(event.data)));
   told('result', (news) => {
-    if (news.result.revision < shown.revision) return;
-    const again = news.result.revision === shown.revision && news.result.rendered === shown.rendered;
-    shown = news.result;
+    if (news.result.revision < latest.revision) return;
+    const again = news.result.revision === latest.revision && news.result.rendered === latest.rendered;
+    latest = news.result;
     history = news.history;
-    data.stats = news.stats;
-    data.views = news.views;
-    showResult();
-    if (!again) redrawReport();
+    showResult(news.stats);
+    if (!again) redrawReport(news.stats, news.views);
   });
   told('state', sayState);
   events.addEventListener('error', () => { state.textContent = 'tessera view does not answer'; document.body.dataset.phase = 'lost'; });
+  return steps;
 }
 
 // The report below the panel, once sliders rest for a moment: drawing it takes longer than timing a frame.
 let redrawTimer = 0;
-function redrawReport() {
+function redrawReport(stats, views) {
   clearTimeout(redrawTimer);
   redrawTimer = setTimeout(() => {
-    if (typeof update === 'function') { update(data.stats); return; }
+    data.stats = stats;
+    data.views = views;
     const chosen = document.querySelector('#frames select');
     if (chosen) wanted.set('map', chosen.value);
     main.style.minHeight = `${main.offsetHeight}px`;  // so that the page does not jump
@@ -225,3 +230,5 @@ function redrawReport() {
     main.style.minHeight = '';
   }, 250);
 }
+return viewReport;
+})();
