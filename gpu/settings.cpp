@@ -89,7 +89,7 @@ const std::vector<std::string>& known_keys() {
 
 void set_key(const std::string& name, const nlohmann::json& value, RunSettings& settings, GpuConfiguration& gpu) {
   if (const auto* key = settings_keys().find(name)) {
-    if (is_relative(value) && key->choices.empty())
+    if (is_relative(value) && settings_keys().value(settings, *key).index() < 2)
       throw UsageError(
           fmt::format("{}: '{}': only numbers of the machine (tessera describe gpu) are set as multiples; "
                       "give the value itself",

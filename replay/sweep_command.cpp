@@ -11,7 +11,9 @@
 #include "base/output_file.h"
 #include "base/parallel.h"
 #include "replay/commands.h"
+#include "replay/file_kind.h"
 #include "replay/option_numbers.h"
+#include "replay/output_lock.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
 #include "replay/reproduction.h"
@@ -69,7 +71,7 @@ class SweepCommand final : public Command {
     options.jobs = jobs_ > 0 ? jobs_ : options.threads;
     read_shard();
     const ThreadLimit threads(options.threads);
-    Study study = read_study(study_, max_points_);
+    Study study = read_as(FileKind::kStudy, study_, [&] { return read_study(study_, max_points_); });
     if (study.goal && sharded())
       throw UsageError(
           "--shard: a search goes from generation to generation: run it as a whole; --jobs renders several "
@@ -81,16 +83,17 @@ class SweepCommand final : public Command {
 
     // From here on Ctrl-C leaves whole results, also while a large study is expanded.
     install_stop_handler();
-    CaptureLibrary library(study.captures, options.max_bytes, options.strict, study.variant);
+    CaptureLibrary library(study.captures, options.max_bytes, options.strict, study.variant, study.view, study.size);
     const SweepFolder folder(out_);
     if (dry_run_) return say_estimate(study, folder, options, library);
+    const OutputLock taken(out_, OutputLock::Share::kShared);  // from other commands
     const SweepLock lock(folder, sharded());
     const SweepOutcome outcome = make_points(study, folder, options, library);
-    if (outcome.stopped)
-      std::fprintf(stderr, "stopped: %zu of %zu points are done; the same command goes on\n",
-                   outcome.found + outcome.made, outcome.mine);
     if (!sharded()) finish(folder);
     if (!quiet_) say_outcome(outcome, library.load_seconds(), folder);
+    if (outcome.stopped)
+      throw stopped(fmt::format("stopped: {} of {} points are done; the same command goes on",
+                                outcome.found + outcome.made, outcome.mine));
   }
 
  private:

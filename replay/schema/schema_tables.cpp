@@ -73,9 +73,10 @@ json key_schema(const json& row, bool in_file) {
     schema["enum"] = row["choices"];
   } else if (type == "boolean") {
     schema["type"] = "boolean";
+  } else if (type == "text") {
+    schema["type"] = "string";
   } else {
     json number = {{"type", type}, {"minimum", row["min"]}, {"maximum", row["max"]}};
-    if (type == "number") number["type"] = "number";
     if (in_file)
       schema["anyOf"] = {number, {{"type", "string"}, {"pattern", "^[x*][0-9.]+([eE][-+]?[0-9]+)?$"}}};
     else

@@ -24,9 +24,10 @@ using nlohmann::json;
 using scene::gltf::Place;
 namespace fs = std::filesystem;
 
-const std::vector<std::string> kMembers = {"$schema",   "title",    "captures", "frames",  "size",    "gpu",
-                                           "settings",  "axes",     "sample",   "goal",    "columns", "zero_columns",
-                                           "baselines", "pictures", "split",    "variant", "records"};
+const std::vector<std::string> kMembers = {"$schema",   "title",     "captures", "frames",  "size",    "gpu",
+                                           "settings",  "axes",      "sample",   "goal",    "columns", "zero_columns",
+                                           "baselines", "pictures",  "split",    "variant", "records", "scene",
+                                           "camera",    "animation", "orbit",    "lens",    "shutter"};
 
 const std::string& text_of(const json& value, const Place& place) {
   if (!value.is_string()) place.refuse("is not a text");
@@ -191,6 +192,16 @@ Study read_study(const fs::path& file, std::uint64_t max_points) {
   with("title", [&](const json& value, const Place& where) { study.title = text_of(value, where); });
   with("captures", [&](const json& value, const Place& where) { read_captures(value, where, study); });
   with("variant", [&](const json& value, const Place& where) { study.variant = text_of(value, where); });
+  for (const auto& [name, word] : {std::pair{"scene", &study.view.selection.scene},
+                                   {"camera", &study.view.selection.camera},
+                                   {"animation", &study.view.selection.animation},
+                                   {"orbit", &study.view.orbit},
+                                   {"lens", &study.view.lens},
+                                   {"shutter", &study.view.shutter}})
+    with(name, [&, word = word](const json& value, const Place& where) {
+      *word = text_of(value, where);
+      at_place(where, [&] { return study.view.check(), 0; });
+    });
   with("frames", [&](const json& value, const Place& where) {
     study.frames = at_place(where, [&] { return parse_frames("frames", text_of(value, where)); });
   });
@@ -257,6 +268,9 @@ PointConfiguration configure_point(const Study& study, const std::vector<std::ui
     gpu::set_key(*key, *value, point.settings, point.gpu);
     if (*key == "tilecore.memory_bytes") point.chosen_tile_memory = true;
   }
+  // As captures are found.
+  if (std::string& track = point.settings.resolve.foveation.focus_track; !track.empty())
+    track = beside(study.file, track).string();
   // A point that has chosen too little is not measured (expand_points).
   if (!point.chosen_tile_memory) gpu::grow_tile_memory(point.gpu, point.settings);
   return point;
