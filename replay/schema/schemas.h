@@ -14,8 +14,8 @@ namespace tessera::replay {
 // effects) come from these: {"$table": NAME} in a template becomes an object of them.
 //
 // Invariants (cited by the tests):
-//   SC1  An object whose members are a closed set allows no others.
-//   SC2  Each member has a description.
+//   JS1  An object whose members are a closed set allows no others.
+//   JS2  Each member has a description.
 
 // stats, tiles, sweep, tradeoff, machine, study, record.
 const std::vector<std::string>& schema_names();

@@ -13,9 +13,9 @@ namespace tessera::replay {
 // many points as the goal wants, for each capture, or when kIdleGenerations in turn brought none that is new.
 //
 // Invariants (cited by the tests):
-//   SE1  The points follow from the study, the captures and the program alone: a search that was killed goes through
+//   GS1  The points follow from the study, the captures and the program alone: a search that was killed goes through
 //        the same generations again, and finds their results.
-//   SE2  Nothing is rendered for a candidate whose function (SweepPoint::function) was rendered before.
+//   GS2  Nothing is rendered for a candidate whose function (SweepPoint::function) was rendered before.
 struct SearchResult {
   SweepOutcome outcome;
   std::vector<SweepPoint> points;  // candidate by candidate, capture by capture

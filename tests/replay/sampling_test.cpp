@@ -129,7 +129,7 @@ TEST(DifferentialEvolution, FindsKnownMinimaThatRandomPointsDoNot) {
   }
 }
 
-// Invariants DE1 to DE3.
+// Invariants DE1, DE2 and DE3.
 TEST(DifferentialEvolution, StaysInTheCubeNeverGetsWorseAndFollowsFromTheSeed) {
   DifferentialEvolution one(3, 8, 7), same(3, 8, 7), other(3, 8, 8);
   EXPECT_NE(one.ask(), other.ask());
@@ -381,7 +381,7 @@ TEST_F(Search, ATenthOfTheGridFindsItsBest) {
   EXPECT_GE(best_of(found.output), best * 0.99999) << "no better than all of them";
 }
 
-// Invariants SE1 and SE2.
+// Invariants GS1 and GS2.
 TEST_F(Search, KilledAndStartedAgainGivesTheSameBytes) {
   ASSERT_EQ(sweep("whole", searching(60), {"--quiet", "--threads", "3"}).status, 0);
   const ProcessResult killed =

@@ -63,7 +63,7 @@ void visit_schemas(const json& value, const std::string& place,
   for (const auto& [name, member] : value.items()) visit_schemas(member, place + "/" + name, visit);
 }
 
-// Invariants SC1 and SC2.
+// Invariants JS1 and JS2.
 TEST(Schemas, ObjectsAreClosedAndEachMemberIsDescribed) {
   for (const std::string& name : schema_names()) {
     const json schema = schema_json(name);
@@ -83,9 +83,10 @@ TEST(Schemas, ObjectsAreClosedAndEachMemberIsDescribed) {
         EXPECT_TRUE(of.contains("description") && of["description"] != "") << place << "/" << member;
         ++members;
       }
-      if (value.contains("required"))
+      if (value.contains("required")) {
         for (const json& required : value["required"])
           EXPECT_TRUE(value["properties"].contains(required.get<std::string>())) << place << ": " << required;
+      }
     });
     EXPECT_GT(members, 5u) << name;
   }
