@@ -152,6 +152,15 @@ bool needs_items(const Study& study) {
   return times_events(gpu::load_gpu(study.gpu));
 }
 
+bool varies_in_timing(const Study& study) {
+  const std::vector<std::string> keys = study.axis_keys();
+  return std::any_of(keys.begin(), keys.end(), [](const std::string& name) {
+    const auto* key = gpu::gpu_keys().find(name);
+    // Other units of a key of the memory (gpu::set_gpu_key()) are no rows of the table.
+    return key != nullptr ? key->timing : name == kGpuKey || name.starts_with("memory.");
+  });
+}
+
 std::vector<json> point_values(const Study& study, const SweepPoint& point) {
   std::vector<json> values;
   for (std::size_t a = 0; a < study.axes.size(); ++a)

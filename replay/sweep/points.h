@@ -58,6 +58,8 @@ std::vector<std::size_t> points_of_shard(const std::vector<SweepPoint>& points, 
 
 // Whether a frame's record must hold its items: some point is timed by events, or frames are split.
 bool needs_items(const Study& study);
+// Whether points may differ in what times them only: some axis has such a key, or is one of machines.
+bool varies_in_timing(const Study& study);
 
 // Values of a point along all axes, in the order of Study::axis_keys().
 std::vector<nlohmann::json> point_values(const Study& study, const SweepPoint& point);
