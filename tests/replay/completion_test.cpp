@@ -100,6 +100,7 @@ TEST_F(BashCompletion, OffersFilesAndTopics) {
   EXPECT_EQ(offered({"tessera", "replay", "--trace", "st"}), std::set<std::string>{"study.json"});
   EXPECT_EQ(offered({"tessera", "describe", "co"}), (std::set<std::string>{"completion", "counters"}));
   EXPECT_EQ(offered({"tessera", "describe", "completion", ""}), (std::set<std::string>{"bash", "zsh"}));
+  EXPECT_EQ(offered({"tessera", "describe", "schema", "st"}), (std::set<std::string>{"stats", "study"}));
 }
 
 TEST(ZshCompletion, IsTakenByZshAndNamesEveryOption) {
