@@ -26,8 +26,8 @@ using testing::IsEmpty;
 using testing::Not;
 namespace fs = std::filesystem;
 
-const std::vector<std::string> kCommands = {"replay",   "time",   "inspect", "pack",     "compare",  "sweep",
-                                            "tradeoff", "report", "dram",    "describe", "selfcheck"};
+const std::vector<std::string> kCommands = {"replay",   "time",   "inspect", "pack",     "compare",   "sweep",
+                                            "tradeoff", "report", "dram",    "describe", "selfcheck", "view"};
 
 std::set<std::string> lines_of(const std::string& text) {
   std::set<std::string> lines;
