@@ -270,7 +270,11 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& 
     timing::WarmCaches* const caches = caches_.of_frame(gpu_, frame);
     const timing::WarmCaches before = request_.attribute && caches != nullptr ? *caches : timing::WarmCaches();
     result.model = model_machine(gpu_, recorder.finish(job, result.counters.ledger), caches);
-    if (request_.attribute) result.shares = frame_shares(gpu_, *result.model, recorder.take_traffic(), before);
+    if (request_.attribute) {
+      const MachineModel& model = *result.model;
+      result.shares = frame_shares(gpu_, model.record.work, model.schedule, model.timing, model.energy,
+                                   recorder.take_traffic(), before);
+    }
   }
   if (eliminates(gpu_)) end_elimination(eye, result);
   if (guesses) {

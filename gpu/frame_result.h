@@ -38,7 +38,7 @@ struct FrameResult {
   // Host time in seconds; tile_threads and resolve_threads: processor time, summed over threads.
   std::map<std::string, double> stage_seconds;
   double seconds = 0;
-  std::optional<MachineModel> model;  // with output.machine_model
+  std::optional<MachineModel> model;    // with output.machine_model
   std::optional<FrameShares> shares{};  // of all views, with RenderRequest::attribute
   TileMaps maps{};
   MaterialPlaces materials{};

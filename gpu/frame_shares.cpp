@@ -76,14 +76,14 @@ void FrameShares::add(const FrameShares& view) {
   lists = flatten(both);
 }
 
-FrameShares frame_shares(const GpuConfiguration& gpu, const MachineModel& model, std::vector<TileTraffic> traffic,
-                         const timing::WarmCaches& before) {
-  const timing::FrameWork& work = model.record.work;
+FrameShares frame_shares(const GpuConfiguration& gpu, const timing::FrameWork& work, const timing::Schedule& schedule,
+                         const timing::FrameTiming& timing, const hardware::FrameEnergy& energy,
+                         std::vector<TileTraffic> traffic, const timing::WarmCaches& before, bool bounds) {
   FrameShares shares;
-  shares.drawables = timing::attribute(gpu, work, model.timing, model.energy);
+  shares.drawables = timing::attribute(gpu, work, timing, energy);
   // [measured] With events each doubling takes as long as the frame: five times the model's time.
-  shares.bounds = gpu.queues.model == hardware::TimingModel::kPhases;
-  shares.tiles = timing::attribute_tiles(gpu, work, model.schedule, before, shares.bounds);
+  shares.bounds = bounds && gpu.queues.model == hardware::TimingModel::kPhases;
+  shares.tiles = timing::attribute_tiles(gpu, work, schedule, before, shares.bounds);
   shares.lists = lists_of(work, traffic.size());
   shares.traffic = std::move(traffic);
   return shares;

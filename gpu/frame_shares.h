@@ -31,8 +31,10 @@ struct FrameShares {
   void add(const FrameShares& view);
 };
 
-// Needs items in the model's record. `before`: the caches with which the view began.
-FrameShares frame_shares(const GpuConfiguration& gpu, const MachineModel& model, std::vector<TileTraffic> traffic,
-                         const timing::WarmCaches& before);
+// Of one view, whose work has items. `before`: the caches with which it began. `bounds`: what binds tiles is looked for, if
+// that is quick.
+FrameShares frame_shares(const GpuConfiguration& gpu, const timing::FrameWork& work, const timing::Schedule& schedule,
+                         const timing::FrameTiming& timing, const hardware::FrameEnergy& energy,
+                         std::vector<TileTraffic> traffic, const timing::WarmCaches& before, bool bounds = true);
 
 }  // namespace tessera::gpu

@@ -127,11 +127,11 @@ void add_lists(const timing::WorkRound& round, const timing::Schedule::Span& geo
   }
 }
 
-void add_tracks(const GpuConfiguration& gpu, const MachineModel& model, FrameTimeline& timeline) {
+void add_tracks(const GpuConfiguration& gpu, const timing::FrameWork& work, const timing::Schedule& schedule,
+                FrameTimeline& timeline) {
   std::vector<std::vector<double>> until(static_cast<std::size_t>(gpu.cores.count));  // by core and slot
-  for (const TileSchedule& tile : model.schedule.tiles) {
-    TileTrack& track =
-        timeline.tiles.emplace_back(track_of(gpu, model.record.work.rounds[tile.round].tiles[tile.index], tile));
+  for (const TileSchedule& tile : schedule.tiles) {
+    TileTrack& track = timeline.tiles.emplace_back(track_of(gpu, work.rounds[tile.round].tiles[tile.index], tile));
     std::vector<double>& slots = until[tile.core];
     const auto free = std::find_if(slots.begin(), slots.end(), [&](double end) { return end <= track.begin; });
     track.slot = static_cast<std::uint32_t>(free - slots.begin());
@@ -143,9 +143,8 @@ void add_tracks(const GpuConfiguration& gpu, const MachineModel& model, FrameTim
   }
 }
 
-void add_windows(const GpuConfiguration& gpu, const MachineModel& model, FrameTimeline& timeline) {
-  const timing::Schedule& schedule = model.schedule;
-  const timing::FrameWork& work = model.record.work;
+void add_windows(const GpuConfiguration& gpu, const timing::FrameWork& work, const timing::Schedule& schedule,
+                 const timing::FrameTiming& timing, FrameTimeline& timeline) {
   std::vector<Windows> bytes(kSourceCount, Windows(timeline.window)),
       busy(timing::kStageCount, Windows(timeline.window));
   const auto add_bytes = [&](Source source, double begin, double end, std::uint64_t count) {
@@ -179,24 +178,25 @@ void add_windows(const GpuConfiguration& gpu, const MachineModel& model, FrameTi
   }
   busy[static_cast<std::size_t>(Stage::kDram)] = all;
   for (std::size_t s = 0; s < timing::kStageCount; ++s)
-    timeline.busy[s] = std::move(busy[s]).scaled(model.timing.busy[s], timeline.window);
+    timeline.busy[s] = std::move(busy[s]).scaled(timing.busy[s], timeline.window);
 }
 
 }  // namespace
 
-FrameTimeline frame_timeline(const GpuConfiguration& gpu, const MachineModel& model) {
+FrameTimeline frame_timeline(const GpuConfiguration& gpu, const timing::FrameWork& work,
+                             const timing::Schedule& schedule, const timing::FrameTiming& timing) {
   FrameTimeline timeline;
-  timeline.cycles = model.schedule.cycles;
+  timeline.cycles = schedule.cycles;
   timeline.window = timeline.cycles / static_cast<double>(kWindows);
   std::size_t next = 0;
-  for (std::size_t r = 0; r < model.schedule.geometry.size(); ++r) {
-    const timing::WorkRound& round = model.record.work.rounds[r];
-    timeline.geometry.push_back(geometry_of(gpu, round.geometry, model.schedule.geometry[r]));
-    add_lists(round, model.schedule.geometry[r], model.schedule.tiles.data() + next, timeline.list_bytes);
+  for (std::size_t r = 0; r < schedule.geometry.size(); ++r) {
+    const timing::WorkRound& round = work.rounds[r];
+    timeline.geometry.push_back(geometry_of(gpu, round.geometry, schedule.geometry[r]));
+    add_lists(round, schedule.geometry[r], schedule.tiles.data() + next, timeline.list_bytes);
     next += round.tiles.size();
   }
-  add_tracks(gpu, model, timeline);
-  add_windows(gpu, model, timeline);
+  add_tracks(gpu, work, schedule, timeline);
+  add_windows(gpu, work, schedule, timing, timeline);
   return timeline;
 }
 

@@ -72,6 +72,10 @@ struct FrameTimeline {
   std::vector<std::pair<double, double>> list_bytes;          // from a cycle on, so many are live
 };
 
-FrameTimeline frame_timeline(const GpuConfiguration& gpu, const MachineModel& model);
+FrameTimeline frame_timeline(const GpuConfiguration& gpu, const timing::FrameWork& work,
+                             const timing::Schedule& schedule, const timing::FrameTiming& timing);
+inline FrameTimeline frame_timeline(const GpuConfiguration& gpu, const MachineModel& model) {
+  return frame_timeline(gpu, model.record.work, model.schedule, model.timing);
+}
 
 }  // namespace tessera::gpu

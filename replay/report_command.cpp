@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/output_file.h"
 #include "replay/commands.h"
+#include "replay/file_kind.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
 
@@ -39,7 +40,8 @@ class ReportCommand final : public Command {
     std::string note;
     {
       const LongStep step("writing the report", LongStep::quiet_without_terminal());
-      note = joint ? write_joint_report({folders_.begin(), folders_.end()}, page) : write_report(first);
+      note = joint ? write_joint_report({folders_.begin(), folders_.end()}, page)
+                   : read_as(FileKind::kFolder, folders_.front(), [&] { return write_report(first); });
     }
     if (!note.empty()) std::fprintf(stderr, "note: %s\n", note.c_str());
     fmt::print("{}\n", page.string());

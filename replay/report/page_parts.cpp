@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <type_traits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -19,38 +18,6 @@ namespace {
 
 using nlohmann::json;
 using Numbers = std::vector<std::int64_t>;
-
-// Whether a text between quotes is JSON of itself, and without '<'.
-bool is_plain(std::string_view text) {
-  bool plain = true;
-  for (const char c : text) plain &= c >= ' ' && c <= '~' && c != '"' && c != '\\' && c != '<';
-  return plain;
-}
-
-void append_script_json(const json& value, std::string& out) {
-  const auto append_each = [&](const auto& items, char open, char close) {
-    out += open;
-    const char* between = "";
-    for (const auto& item : items) {
-      out += std::exchange(between, ",");
-      if constexpr (std::is_same_v<std::decay_t<decltype(items)>, json::object_t>) {
-        append_script_json(item.first, out);
-        out += ':';
-        append_script_json(item.second, out);
-      } else {
-        append_script_json(item, out);
-      }
-    }
-    out += close;
-  };
-  if (value.is_object()) return append_each(value.get_ref<const json::object_t&>(), '{', '}');
-  if (value.is_array()) return append_each(value.get_ref<const json::array_t&>(), '[', ']');
-  if (value.is_string() && is_plain(value.get_ref<const std::string&>())) {
-    out.append(1, '"').append(value.get_ref<const std::string&>()).append(1, '"');
-    return;
-  }
-  for (const char c : json_text(value)) c == '<' ? out += "\\u003c" : out += c;
-}
 
 void append_varint(std::uint64_t value, std::string& out) {
   for (; value >= 0x80; value >>= 7) out += static_cast<char>(value | 0x80);
@@ -149,12 +116,6 @@ std::string gzip_base64(std::string_view text) {
   std::string packed(libdeflate_gzip_compress_bound(compressor.get(), text.size()), '\0');
   packed.resize(libdeflate_gzip_compress(compressor.get(), text.data(), text.size(), packed.data(), packed.size()));
   return base64(packed);
-}
-
-std::string script_json(const json& value) {
-  std::string text;
-  append_script_json(value, text);
-  return text;
 }
 
 std::string markup_text(const std::string& text) {

@@ -15,8 +15,7 @@ namespace tessera::replay {
 std::string base64(std::string_view bytes);
 std::string gzip_base64(std::string_view text);
 
-// Inside a script element nothing may look like the end of it, and inside markup nothing like markup.
-std::string script_json(const nlohmann::json& value);
+// Nothing in it looks like markup.
 std::string markup_text(const std::string& text);
 
 // <script type="text/plain" id="ID">TEXT</script>; `text` is base64.

@@ -30,10 +30,11 @@ constexpr std::array kVegaModules = {
     "vega-canvas",     "vega-scale",      "vega-scenegraph",      "vega-expression", "vega-selection",
     "vega-statistics", "vega-functions",  "vega-runtime",         "vega-view",       "vega-event-selector",
     "vega-parser",     "vega-transforms", "vega-view-transforms", "vega-encode"};
-constexpr std::array kScripts = {"page.js",     "units.js",   "packed.js", "store.js",    "plots.js",
-                                 "bar.js",      "cards.js",   "viewer.js", "machine.js",  "timeline.js",
-                                 "tiles.js",    "compare.js", "memory.js", "details.js",  "replay.js",
-                                 "parallel.js", "images.js",  "sweep.js",  "tradeoff.js", "start.js"};
+constexpr std::string_view kLastScript = "start.js";
+constexpr std::array<std::string_view, 20> kScripts = {
+    "page.js",   "units.js",    "packed.js",   "store.js", "plots.js",    "bar.js",    "cards.js",
+    "viewer.js", "machine.js",  "timeline.js", "tiles.js", "compare.js",  "memory.js", "details.js",
+    "replay.js", "parallel.js", "images.js",   "sweep.js", "tradeoff.js", kLastScript};
 
 json one_replay(const fs::path& folder, PageViews& views, std::string& note) {
   return replay_report({folder}, views, note);
@@ -85,16 +86,7 @@ void write_page(const fs::path& file, const char* kind, json data, PageViews& vi
   std::string scripts;
   views.finish(data, scripts);
   data["kind"] = kind;
-  data["counters"] = meanings({"counters"}, "name");
-  data["keys"] = meanings({"settings", "gpu"}, "key");
-  std::string script = vega_script();
-  for (const char* name : kScripts) script.append(page_files().at(name)).append("\n");
-  const std::string title = markup_text(data.at("title"));
-  append_script("data", gzip_base64(json_text(data)), scripts);
-  write_file_atomically(
-      file,
-      fill_page(
-          {{"@TITLE@", title}, {"@STYLE@", page_files().at("page.css")}, {"@DATA@", scripts}, {"@SCRIPT@", script}}));
+  write_file_atomically(file, page_text(std::move(data), "", std::move(scripts)));
 }
 
 void check_modules() {
@@ -113,6 +105,23 @@ std::string missing_for_reports() {
           "files are",
           name, fmt::join(folders, ", "));
   return "";
+}
+
+std::string page_text(json data, const std::string& nonce, std::string scripts) {
+  data["counters"] = meanings({"counters"}, "name");
+  data["keys"] = meanings({"settings", "gpu"}, "key");
+  const bool live = data.at("kind") == "view";
+  std::string script = vega_script();
+  for (const std::string_view name : kScripts) {
+    if (live && name == kLastScript) script.append(page_files().at("view.js")).append("\n");
+    script.append(page_files().at(name)).append("\n");
+  }
+  std::string style(page_files().at("page.css"));
+  if (live) style.append(page_files().at("view.css"));
+  const std::string title = markup_text(data.at("title")), mark = nonce.empty() ? "" : " nonce=\"" + nonce + "\"";
+  append_script("data", gzip_base64(json_text(data)), scripts);
+  return fill_page(
+      {{"@TITLE@", title}, {"@STYLE@", style}, {"@DATA@", scripts}, {"@NONCE@", mark}, {"@SCRIPT@", script}});
 }
 
 std::string write_report(const fs::path& folder) {

@@ -26,6 +26,11 @@ std::string write_report(const std::filesystem::path& folder);
 // One page over the folders of several replays, in the first one's place: `file`.
 std::string write_joint_report(const std::vector<std::filesystem::path>& folders, const std::filesystem::path& file);
 
+// The page of what a kind of report made, as markup. Its member "kind" chooses the script: "replay", "sweep", "tradeoff"
+// or "view" (view/view_server.h). `nonce`, unless empty: that of its scripts, for a Content-Security-Policy. `scripts`:
+// elements that hold what PageViews packed. Throws SystemError as write_report().
+std::string page_text(nlohmann::json data, const std::string& nonce = "", std::string scripts = "");
+
 // Of a replay with more frames, the page shows every second, fourth, ..., so that no more are left; totals are those of
 // all.
 inline constexpr std::size_t kMaxFrames = 1024;

@@ -37,9 +37,9 @@ class Report : public testing::Test {
                                   {"size", "128x72"},
                                   {"pictures", true},
                                   {"axes", axes}};
-    test::write_text(path("study.nlohmann::json"), study.dump());
-    run({"sweep", path("study.nlohmann::json"), "--out", path("sweep")});
-    run({"sweep", path("study.nlohmann::json"), "--out", path("shard"), "--shard", "1/2"});
+    test::write_text(path("study.json"), study.dump());
+    run({"sweep", path("study.json"), "--out", path("sweep")});
+    run({"sweep", path("study.json"), "--out", path("shard"), "--shard", "1/2"});
     run({"report", path("shard")});
     // A file name that would be markup, if it could.
     std::filesystem::copy_file(test::shipped_capture("eggs"), path("a <b onclick='complain()'>&amp;.glb"));

@@ -133,15 +133,17 @@ function flatten(value, name = '') {
   return Object.entries(value).flatMap(([key, inner]) => flatten(inner, name ? name + '.' + key : key));
 }
 
-// The configuration in full: a table of keys, and the JSON itself.
+// The configuration in full: tables of keys, and the JSON itself.
+function configurationParts(parts) {
+  return [...parts.map(([title, value]) => make('details', {}, make('summary', {}, title), table([
+    { title: 'key', of: (row) => row[0] },
+    { title: 'value', of: (row) => (typeof row[1] === 'boolean' ? String(row[1]) : row[1]), show: (value) => (typeof value === 'number' ? plain(value) : String(value ?? '')) },
+    { title: 'unit', of: (row) => (data.keys[row[0]] || {}).unit || '' },
+    { title: 'meaning', of: (row) => (data.keys[row[0]] || {}).meaning || '', wide: true }], flatten(value)))),
+  make('details', {}, make('summary', {}, 'The same as JSON'), make('pre', {}, JSON.stringify(Object.fromEntries(parts), null, 1)))];
+}
 function configurationSection(parts) {
   const part = section('configuration', 'Configuration');
-  for (const [title, value] of parts) {
-    part.append(make('details', {}, make('summary', {}, title), table([
-      { title: 'key', of: (row) => row[0] },
-      { title: 'value', of: (row) => (typeof row[1] === 'boolean' ? String(row[1]) : row[1]), show: (value) => (typeof value === 'number' ? plain(value) : String(value ?? '')) },
-      { title: 'unit', of: (row) => (data.keys[row[0]] || {}).unit || '' },
-      { title: 'meaning', of: (row) => (data.keys[row[0]] || {}).meaning || '', wide: true }], flatten(value))));
-  }
-  part.append(make('details', {}, make('summary', {}, 'The same as JSON'), make('pre', {}, JSON.stringify(Object.fromEntries(parts), null, 1))));
+  if (parts.length > 0) part.append(...configurationParts(parts));
+  return part;
 }

@@ -12,5 +12,13 @@ function replayReport() {
   compareSection();
   machineSection();
   return [() => { timelineSection(); tileSection(); }, memorySection, costSections, baselineSection, sensitivitySection, counterSection, effectSection,
-    () => configurationSection([['Capture', run().stats.capture], ['Settings', run().stats.settings], ['Described machine', run().stats.gpu]])];
+    () => followedConfiguration()];
+}
+
+// That of the run that is shown.
+function followedConfiguration() {
+  const part = configurationSection([]), heading = part.firstChild;
+  const entry = follow(part, ['run'], () => part.replaceChildren(heading, ...configurationParts([['Capture', run().stats.capture], ['Settings', run().stats.settings], ['Described machine', run().stats.gpu]])));
+  entry.always = true;
+  repaint(entry);
 }

@@ -1,5 +1,5 @@
 // Last of all: which report this is. Another kind of folder adds its function here; what it returns is done after the first screen.
-const kReports = { replay: replayReport, sweep: sweepReport, tradeoff: tradeoffReport };
+const kReports = { replay: replayReport, sweep: sweepReport, tradeoff: tradeoffReport, view: () => viewReport() };
 
 function afterPaint() { return new Promise((resolve) => { setTimeout(resolve, 0); }); }
 

@@ -65,12 +65,34 @@ function imageAddress(at = shown) {
   return place ? addressOf(place) : '';
 }
 
+// Maps, their meanings and scales as far as views that came later have them.
+function learnMaps(views) {
+  data.maps = data.maps || {};
+  data.scales = data.scales || {};
+  const note = (name, values) => {
+    const [least, most] = data.scales[name] || [Infinity, 0];
+    data.scales[name] = [values.reduce((a, b) => Math.min(a, b), least), values.reduce((a, b) => Math.max(a, b), most)];
+  };
+  for (const { tiles } of views) {
+    if (!tiles || Array.isArray(tiles)) continue;
+    for (const [name, map] of Object.entries(tiles.maps)) {
+      data.maps[name] = map;
+      note(name, map.values);
+    }
+    for (const [name, values] of Object.entries(tiles.costs || {})) if (Array.isArray(values) && name !== 'bounds') note('cost.' + name, values);
+    for (const [purpose, values] of Object.entries((tiles.costs || {}).dram || {})) note('dram.' + purpose, values);
+  }
+}
+
 // New statistics of the same capture, as stats.json has them, from whoever serves this page: all sections follow. `views`: as
 // data.runs[].views, images then are addresses and tiles objects, as tiles_NNNN.json has them.
 function update(stats, views) {
   const of = data.runs[shown.run];
   of.stats = stats;
-  if (views) of.views = views;
+  if (views) {
+    of.views = views;
+    learnMaps(views);
+  }
   shown.frame = Math.min(shown.frame, stats.frames.length - 1);
   sections.forEach((entry) => { entry.stale = true; if (entry.reset) entry.reset(); });
   sections.filter((entry) => entry.seen || entry.always).forEach(repaint);
