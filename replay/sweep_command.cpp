@@ -10,7 +10,9 @@
 #include "base/output_file.h"
 #include "base/parallel.h"
 #include "replay/commands.h"
+#include "replay/file_kind.h"
 #include "replay/option_numbers.h"
+#include "replay/output_lock.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
 #include "replay/reproduction.h"
@@ -63,7 +65,7 @@ class SweepCommand final : public Command {
     options.jobs = jobs_ > 0 ? jobs_ : options.threads;
     read_shard(options);
     const ThreadLimit threads(options.threads);
-    const Study study = read_study(study_, max_points_);
+    const Study study = read_as(FileKind::kStudy, study_, [&] { return read_study(study_, max_points_); });
     check_output_folder(
         out_, {"sweep.json", "sweep.csv", "split.csv", "report.html", "points/.lock", "points/*.json", "points/*.png"});
     repeat_failures_with(fmt::format("tessera sweep {}", study_));
@@ -71,15 +73,16 @@ class SweepCommand final : public Command {
     // From here on Ctrl-C leaves whole results, also while a large study is expanded.
     install_stop_handler();
     const std::vector<SweepPoint> points = expand_points(study, program_fingerprint());
+    const OutputLock taken(out_, OutputLock::Share::kShared);  // from other commands
     const SweepFolder folder(out_);
     const SweepLock lock(folder, sharded());
     folder.write_manifest(study, points);
     const SweepOutcome outcome = run_sweep(study, points, folder, options);
-    if (outcome.stopped)
-      std::fprintf(stderr, "stopped: %zu of %zu points are done; the same command goes on\n",
-                   outcome.found + outcome.rendered, outcome.mine);
     if (!sharded()) finish(folder);
     if (!quiet_) say_outcome(outcome, points);
+    if (outcome.stopped)
+      throw stopped(fmt::format("stopped: {} of {} points are done; the same command goes on",
+                                outcome.found + outcome.rendered, outcome.mine));
   }
 
  private:

@@ -15,6 +15,7 @@
 #include "gpu/record_file.h"
 #include "gpu/tile_memory.h"
 #include "replay/commands.h"
+#include "replay/file_kind.h"
 #include "replay/machine_report.h"
 #include "replay/option_numbers.h"
 #include "replay/sensitivity.h"
@@ -63,11 +64,16 @@ class TimeCommand final : public Command {
   }
 
   void run() override {
-    if (!json_.empty()) check_output_file(json_);
+    if (!json_.empty()) {
+      check_output_file(json_);
+      check_not_input(json_, {record_});
+    }
     std::optional<Split> split;
     if (!split_.empty()) split = parse_split("--split", split_);
-    gpu::RecordReader record(
-        record_, static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 0x1p30));
+    const auto max_bytes =
+        static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 0x1p30);
+    gpu::RecordReader record =
+        read_as(FileKind::kRecord, record_, [&] { return gpu::RecordReader(record_, max_bytes); });
     gpu::RecordedMachine machine = gpu::recorded_machine(record.head(), record_);
     if (!gpu_.empty()) machine.gpu = gpu::load_gpu(gpu_);
     for (const std::string& text : sets_) gpu::apply_setting(text, machine.settings, machine.gpu);

@@ -42,6 +42,7 @@ json point_inputs(const Study& study, const PointConfiguration& configuration, c
                  {"size", nullptr},          {"baselines", study.baselines},
                  {"pictures", study.images}, {"split", study.split_names()}};
   if (study.variant) inputs["variant"] = *study.variant;
+  if (!study.view.empty()) inputs["view"] = study.view.json();
   if (study.frames) inputs["frames"] = {study.frames->first, study.frames->last};
   if (configuration.size) inputs["size"] = {configuration.size->width, configuration.size->height};
   inputs["gpu"] = gpu::gpu_json(configuration.gpu);

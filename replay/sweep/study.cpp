@@ -23,7 +23,8 @@ using scene::gltf::Place;
 namespace fs = std::filesystem;
 
 const std::vector<std::string> kMembers = {"title", "captures", "frames",    "size",     "gpu",   "settings",
-                                           "axes",  "columns",  "baselines", "pictures", "split", "variant"};
+                                           "axes",  "columns",  "baselines", "pictures", "split", "variant",
+                                           "scene", "camera",   "animation", "orbit",    "lens",  "shutter"};
 
 const std::string& text_of(const json& value, const Place& place) {
   if (!value.is_string()) place.refuse("is not a text");
@@ -164,6 +165,16 @@ Study read_study(const fs::path& file, std::uint64_t max_points) {
   with("title", [&](const json& value, const Place& where) { study.title = text_of(value, where); });
   with("captures", [&](const json& value, const Place& where) { read_captures(value, where, study); });
   with("variant", [&](const json& value, const Place& where) { study.variant = text_of(value, where); });
+  for (const auto& [name, word] : {std::pair{"scene", &study.view.selection.scene},
+                                   {"camera", &study.view.selection.camera},
+                                   {"animation", &study.view.selection.animation},
+                                   {"orbit", &study.view.orbit},
+                                   {"lens", &study.view.lens},
+                                   {"shutter", &study.view.shutter}})
+    with(name, [&, word = word](const json& value, const Place& where) {
+      *word = text_of(value, where);
+      at_place(where, [&] { return study.view.check(), 0; });
+    });
   with("frames", [&](const json& value, const Place& where) {
     study.frames = at_place(where, [&] { return parse_frames("frames", text_of(value, where)); });
   });

@@ -13,6 +13,7 @@
 #include "gpu/settings.h"
 #include "replay/option_numbers.h"
 #include "replay/time_split.h"
+#include "replay/view_options.h"
 
 namespace tessera::replay {
 
@@ -29,6 +30,7 @@ struct Study {
   std::vector<std::string> capture_names;       // as written in the file
   std::vector<std::filesystem::path> captures;  // the same, found from the folder of the file
   std::optional<std::string> variant;           // of all captures: scene::CaptureLimits::variant
+  ViewChoices view;                             // of all captures
   std::optional<FrameRange> frames;             // else those of each capture
   std::optional<ImageSize> size;                // else that of each capture
   std::string gpu = "mid-mobile";               // preset, or a file found from the folder of the study

@@ -39,6 +39,7 @@ json manifest_json(const Study& study, const std::vector<SweepPoint>& points) {
   const PointConfiguration first = configure_point(study, std::vector<std::uint32_t>(study.axes.size(), 0));
   out["first_point"] = {{"gpu", gpu::gpu_json(first.gpu)}, {"settings", gpu::settings_json(first.settings)}};
   if (study.variant) out["variant"] = *study.variant;
+  if (!study.view.empty()) out["view"] = study.view.json();
   if (study.frames) out["frames"] = {study.frames->first, study.frames->last};
   if (first.size) out["first_point"]["size"] = {first.size->width, first.size->height};
   return out;
@@ -111,7 +112,8 @@ SweepLock::SweepLock(const SweepFolder& folder, bool shared) {
     // Others are at work. Another shard may still be cleaning up, alone: wait for that.
     if (!shared || ::flock(descriptor_, LOCK_SH) != 0) {
       ::close(descriptor_);
-      throw SystemError(fmt::format("another sweep is at work in {}", folder.path().string()));
+      throw WriteError(
+          fmt::format("another sweep is at work in {}: wait for it, or choose another --out", folder.path().string()));
     }
   }
 }

@@ -49,7 +49,7 @@ class SweepFolder {
 // there removes what killed runs left half written. On file systems without locks it does nothing.
 class SweepLock {
  public:
-  // Throws SystemError when the folder is taken, WriteError when it cannot be written.
+  // Throws WriteError when the folder is taken, or cannot be written.
   SweepLock(const SweepFolder& folder, bool shared);
   ~SweepLock();
   SweepLock(const SweepLock&) = delete;

@@ -69,7 +69,7 @@ class Run {
       : study_(study),
         points_(points),
         folder_(folder),
-        library_(study.captures, options.max_bytes, options.strict, study.variant),
+        library_(study.captures, options.max_bytes, options.strict, study.variant, study.view, study.size),
         memory_(options.max_bytes) {
     std::set<std::string> asked;
     for (std::size_t p = options.shard; p < points.size(); p += options.shards) {

@@ -352,7 +352,7 @@ TEST_F(Sweep, CtrlCFinishesThePointsInHandAndTheNextRunGoesOn) {
   study["axes"].push_back({{"key", "sampling.seed"}, {"range", {{"from", 0}, {"to", 199}, {"step", 1}}}});
   write_study(study);
   const ProcessResult r = sweep("out", {}, {.interrupt_after_ms = 1500});
-  EXPECT_EQ(r.status, 0) << r.errors;
+  EXPECT_EQ(r.status, 130) << r.errors;
   EXPECT_THAT(r.errors, HasSubstr("the same command goes on"));
   EXPECT_EQ(rows_of(text("out/sweep.csv")).size(), results("out"));
   EXPECT_LT(results("out"), 2400u);
@@ -365,7 +365,7 @@ TEST_F(Sweep, TwoWholeSweepsDoNotWorkInOneFolderButShardsDo) {
   ASSERT_GE(lock, 0);
   ASSERT_EQ(::flock(lock, LOCK_SH), 0);  // as a shard holds it
   const ProcessResult whole = sweep("out", {"--quiet"});
-  EXPECT_EQ(whole.status, 1);
+  EXPECT_EQ(whole.status, 6);
   EXPECT_THAT(whole.errors, HasSubstr("another sweep is at work in"));
   EXPECT_EQ(sweep("out", {"--quiet", "--shard", "0/4"}).status, 0);
   ::close(lock);
