@@ -21,7 +21,7 @@
 #include "replay/progress.h"
 #include "replay/report/report.h"
 #include "replay/view/view_server.h"
-#include "scene/capture_reader.h"
+#include "replay/view_options.h"
 
 namespace tessera::replay {
 namespace {
@@ -60,6 +60,8 @@ class ViewCommand final : public Command {
         ->capture_default_str();
     add_strict_flag(app, strict_);
     add_variant_option(app, start_.variant);
+    add_view_options(app, start_.look, kViewGroup);
+    add_shutter_option(app, start_.look.shutter, kViewGroup);
     app.footer(
         "Prints the address of a page: that of report.html, with sliders for settings and numbers of the machine. A "
         "change\n"
@@ -83,7 +85,9 @@ class ViewCommand final : public Command {
     limits.strict = strict_;
     limits.variant = start_.variant;
     std::optional<LongStep> step(std::in_place, "reading " + escape_control(start_.file), false);
-    const scene::Capture capture = scene::read_capture(start_.file, limits);
+    const std::optional<ImageSize> size =
+        start_.size.empty() ? std::nullopt : std::optional(parse_size("--size", start_.size));
+    const scene::Capture capture = read_capture(start_.file, limits, start_.look, size);
     step.reset();
     for (const std::string& notice : capture.notices) std::fprintf(stderr, "note: %s\n", notice.c_str());
     start_.capture = &capture;

@@ -52,10 +52,7 @@ std::string shell_word(const std::string& text) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
            std::string_view("_./:=,+-@%").find(c) != std::string_view::npos;
   };
-  if (!text.empty() && std::all_of(text.begin(), text.end(), plain)) return text;
-  std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
+  return !text.empty() && std::all_of(text.begin(), text.end(), plain) ? text : shell_quoted(text);
 }
 
 int ViewPoint::first_frame(int warmup) const {
@@ -131,6 +128,7 @@ std::string ViewSpace::command_without_frames(const ViewPoint& point) const {
   std::string text = "tessera replay " + shell_word(start_.file);
   if (!start_.size.empty()) text += " --size " + shell_word(start_.size);
   if (start_.variant) text += " --variant " + shell_word(*start_.variant);
+  text += start_.look.arguments();
   if (point.first_frame(start_.warmup) < point.frame) text += fmt::format(" --warmup {}", start_.warmup);
   if (start_.gpu != ViewStart().gpu) text += " --gpu " + shell_word(start_.gpu);
   for (const std::string& set : start_.sets)

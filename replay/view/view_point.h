@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "gpu/device.h"
+#include "replay/view_options.h"
 #include "scene/capture.h"
 
 namespace tessera::replay {
@@ -21,6 +22,7 @@ struct ViewStart {
   std::vector<std::string> sets;   // "KEY=VALUE"
   std::string size;                // "WxH"; "": the capture's
   std::optional<std::string> variant;
+  ViewChoices look;          // that `capture` was read with
   std::optional<int> frame;  // none: the capture's first
   int warmup = 0;            // frames before, where history matters
 };

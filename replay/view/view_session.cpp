@@ -246,6 +246,7 @@ void ViewSession::publish(const ViewPoint& point, bool rendered, bool stale, dou
   const scene::Capture& capture = *space_.start().capture;
   Statistics statistics(capture, point.gpu, point.settings, point.request);
   statistics.add_gpu_notice(point.notice);
+  statistics.set_view(space_.start().look.json());
   statistics.set_host(capture.load_seconds, capture.decode_seconds, 0);
   statistics.add(rendering_->frame);
   auto result = std::make_shared<ViewResult>();
