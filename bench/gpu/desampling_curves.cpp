@@ -1,7 +1,8 @@
 // What desampling saves and what it costs in error, over whole replays.
 //
 //   tessera_desampling_curves OUT_FOLDER [PART]   PART: headline, thresholds, captures, stencils, drift, traffic,
-//                                                 eyes, shimmer, splits, images, faults; default: all. Prints the tables of docs/resolve.md
+//                                                 eyes, shimmer, splits, supersampling, images, faults; default:
+//                                                 all. Prints the tables of docs/resolve.md
 //                                                 and writes CSV files, plots and images
 //   tessera_desampling_curves OUT_FOLDER score CAPTURE FIRST LAST SETTINGS...
 //                                                 one row for each; SETTINGS: "KEY=VALUE,KEY=VALUE", keys of `resolve.`
@@ -174,7 +175,7 @@ void captures(const fs::path& folder) {
   std::string csv = "capture,setting,saved,psnr_db,worst_frame_db,mssim,flip\n";
   std::vector<Series> decibels, similarity, flips;
   for (const Shot& shot :
-       {Shot{"stroll", 24, 32, 640, 360}, Shot{"serpent", 12, 20, 640, 360}, Shot{"flyby", 0, 8, 640, 360},
+       {Shot{"stroll", 8, 16, 640, 360}, Shot{"serpent", 12, 20, 640, 360}, Shot{"flyby", 0, 8, 640, 360},
         Shot{"eggs", 10, 18, 640, 360}, Shot{"vases", 0, 8, 640, 360}, Shot{"city", 0, 8, 640, 360},
         Shot{"garden", 0, 8, 640, 360}, Shot{"workshop", 0, 8, 640, 360}}) {
     const scene::Capture capture = read_shipped(shot.name);
@@ -347,7 +348,7 @@ int main(int argc, char** argv) {
     fmt::print(
         stderr,
         "usage: tessera_desampling_curves OUT_FOLDER [headline|thresholds|captures|stencils|drift|traffic|eyes|shimmer|"
-        "splits|images|faults | score CAPTURE FIRST LAST SETTINGS...] | --check\n");
+        "splits|supersampling|images|faults | score CAPTURE FIRST LAST SETTINGS...] | --check\n");
     return 2;
   }
   try {
@@ -367,6 +368,7 @@ int main(int argc, char** argv) {
                                     {"eyes", eyes},
                                     {"shimmer", shimmer},
                                     {"splits", splits},
+                                    {"supersampling", supersampling},
                                     {"images", desampling_images},
                                     {"faults", desampling_faults}})
       if (part == "all" || part == name) run(first);

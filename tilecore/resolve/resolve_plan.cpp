@@ -47,6 +47,7 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& 
   assembly_ = frame.assembly;
   half_pattern_ = half_pattern(resolve.settings.rates.supersampled, dither_number(resolve));
   blocks_.clear();
+  const bool jointly = resolve.settings.block != 4 && resolve.settings.desampling == Desampling::kAdaptive;
   const IntRect& tile = surfaces_.pixels;
   for (int y = tile.y0 & ~3; y < tile.y1; y += 4)
     for (int x = tile.x0 & ~3; x < tile.x1; x += 4) {
@@ -54,10 +55,10 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& 
       block.pixels = tile.intersect({x, y, x + 4, y + 4});
       record(frame.projection.orthographic, block);
       decide(resolve, block);
-      if (resolve.settings.block == 4) fetch_ahead(resolve, block);
+      if (!jointly) fetch_ahead(resolve, block);
       blocks_.push_back(block);
     }
-  if (resolve.settings.block != 4) decide_jointly(resolve);
+  if (jointly) decide_jointly(resolve);
   // Once all velocities of the tile are there.
   for (Block& block : blocks_) plan_block(resolve, block);
   for (VelocityBuffer* velocity : {&velocity_, &eye_velocity_}) {

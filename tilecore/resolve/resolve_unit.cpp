@@ -154,11 +154,10 @@ void ResolveUnit::keep_records(ResolveFrame& resolve) const {
     std::copy_n(&surfaces_.surface[from], n, &next.surface[to]);
   }
   for (const Block& block : blocks_) {
-    const auto made = static_cast<BlockMask>(block.reconstructed | block.half_made);
-    if (made == 0) continue;
+    if (block.reconstructed == 0) continue;
     for_each_pixel(block.pixels, [&](int x, int y) {
       float& depth = next.depth[next.pixel(x, y)];
-      if ((made & block_bit(x, y)) != 0) depth = -depth;
+      if ((block.reconstructed & block_bit(x, y)) != 0) depth = -depth;
     });
   }
 }

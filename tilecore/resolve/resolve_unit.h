@@ -78,7 +78,7 @@ enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed };
 //   RU4  A pixel that sees nothing is never skipped: it costs no pixel-shader invocation.
 //   RU5  A pixel that neither advection nor a rendered pixel of its surface in the block can give is shaded.
 //   RU6  What the history keeps of a pixel is what the image shows. Nothing is kept, or charged, that nobody reads.
-//   RU7  A reconstructed pixel is never taken over: the history marks it.
+//   RU7  A reconstructed pixel is never taken over: the history marks it. One of which half was shaded may be.
 class ResolveUnit {
  public:
   // How traffic is charged, and pixels lie in memory.
