@@ -23,6 +23,7 @@ WorkRecorder::WorkRecorder(const GpuConfiguration& gpu, const RecordMemory& reco
     : gpu_(gpu),
       records_(records),
       heights_(heights),
+      image_cache_(gpu.caches.texture_bytes, gpu.caches.texture_ways, gpu.line_bytes()),
       record_accesses_(record_accesses),
       keep_items_(keep_items),
       l2_({gpu.caches.l2_bytes, gpu.caches.l2_ways, gpu.line_bytes()}) {
@@ -269,6 +270,7 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, 
   slot.work.sub_patches += requests.size();
   slot.items.record_bytes += table_bytes;
   // Items are in the order in which the tile drew: a sub-patch, or cells of procedures together.
+  if (!use.cells.empty()) image_cache_.empty();
   std::size_t next = slot.items.sub_patches.size() - (keep_items_ ? requests.size() + use.cells.size() : 0);
   auto cells = use.cells.begin();
   for (const tilecore::TessellationRequest& r : requests) {
@@ -312,7 +314,9 @@ void WorkRecorder::share_cells(Slot& slot, const tilecore::TileCore::CellsDrawn&
     const std::uint32_t patch = frame_->drawables[cell.drawable].drawable->first_patch;
     record_lines_.clear();
     if (read.first_of_piece) records_.of_piece(*frame_, patch, cell.piece, record_lines_);
+    const std::size_t numbers = record_lines_.size();
     records_.of_image(*frame_, patch, {cell.u0, cell.v0, cell.u1, cell.v1}, record_lines_);
+    if (maps_->settings().image_reads == tilecore::ProcedureSettings::ImageReads::kTextureCache) keep_misses(numbers);
     for (const RecordMemory::Lines& of : record_lines_) {
       share_lines(slot, of, Phase::kVisibility, Purpose::kPatchData);
       keep_lines(slot, of);
@@ -323,6 +327,19 @@ void WorkRecorder::share_cells(Slot& slot, const tilecore::TileCore::CellsDrawn&
   }
   if (keep_items_)
     slot.items.sub_patches[next_item++].lines = static_cast<std::uint32_t>(slot.items.lines.size() - lines);
+}
+
+void WorkRecorder::keep_misses(std::size_t first) {
+  std::vector<RecordMemory::Lines> missed;
+  for (std::size_t k = first; k < record_lines_.size(); ++k)
+    for (std::uint32_t line = record_lines_[k].first; line < record_lines_[k].end; ++line) {
+      ++image_counts_.image_requests;
+      if (image_cache_.use(line)) continue;
+      ++image_counts_.image_misses;
+      missed.push_back({line, line + 1});
+    }
+  record_lines_.resize(first);
+  record_lines_.insert(record_lines_.end(), missed.begin(), missed.end());
 }
 
 std::uint64_t WorkRecorder::move(binner::TileIndex tile, TileArray& array, std::uint64_t offset, std::uint64_t bytes) {
@@ -424,6 +441,7 @@ WorkRecorder::Sums WorkRecorder::take_sums() {
     layer_bytes_ = std::max(layer_bytes_, sums.layer_bytes);
     sums = {};
   });
+  tessera::merge(all.core.sampling, std::exchange(image_counts_, {}));
   const memory::L2::Account l2 = l2_.take_account();
   all.l2 = l2.counters;
   all.ledger += l2.ledger;

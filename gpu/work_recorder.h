@@ -17,6 +17,7 @@
 #include "hardware/shader_costs.h"
 #include "memory/l2.h"
 #include "memory/ledger.h"
+#include "memory/line_cache.h"
 #include "tilecore/tile_core.h"
 #include "timing/work.h"
 
@@ -124,6 +125,8 @@ class WorkRecorder {
   std::uint32_t share_tessellation(Slot& slot, const tilecore::TessellationRequest& request);
   void share_lines(Slot& slot, const RecordMemory::Lines& lines, timing::Phase phase, memory::Purpose purpose);
   // What drawing cells of procedures fetches: numbers of pieces, and cells.
+  // Of record_lines_ from `first` on, leaves those that the texture cache lacks.
+  void keep_misses(std::size_t first);
   void share_cells(Slot& slot, const tilecore::TileCore::CellsDrawn& cells, std::size_t& next_item);
   // Lines that the tile's texture unit missed before and while shading, and records that its pixel shader reads.
   void share_shading(Slot& slot);
@@ -144,6 +147,8 @@ class WorkRecorder {
   const tilecore::ParameterMaps* maps_ = nullptr;
   std::vector<std::uint32_t> height_lines_;
   std::vector<RecordMemory::Lines> record_lines_;
+  memory::LineCache image_cache_;            // a core's texture cache, where geometry images are read through it
+  tilecore::SamplingCounters image_counts_;  // of it
   std::array<std::array<hardware::ShaderCost, 3>, 3> domain_costs_;  // by ShaderFeatures::Surface, Motion
   bool record_accesses_, keep_items_;
   memory::L2 l2_;

@@ -257,7 +257,10 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
     if (keep_items_)
       keep_item(std::exchange(before, counted()), job.frame->assembly->patch_drawable[entry.base_patch] + 1);
   }
-  if (job.procedures != nullptr) draw_cells(job, state, before);
+  if (job.procedures != nullptr) {
+    if (job.procedures->settings().lists == ProcedureSettings::Lists::kRanges) take_unseen_cells(job, entries);
+    draw_cells(job, state, before);
+  }
   current_work_place().base_patch = -1;
   counters_.depth_blocks_updated += state.take_depth_updates();
   if (!state.layers.empty())
@@ -268,10 +271,31 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
 void TileCore::draw_cells(const TileJob& job, TileState& state, timing::SubPatchItem& before) {
   leave_segment(job);
   sampler_.draw({*job.frame, *job.procedures, samples_, state, &shader_.textures(), &counters_.alpha_tests});
+  if (const std::uint64_t handed = sampler_.take_handed()) {
+    // Posted by the tile that evaluated them.
+    const std::uint64_t bytes = memory::burst_bytes(0, handed * SamplingController::kHandedBytes, job.burst_bytes);
+    ledger_.write(memory::Unit::kSampling, memory::Purpose::kSamplingMaps, bytes);
+    ledger_.read(memory::Unit::kSampling, memory::Purpose::kSamplingMaps, bytes);
+  }
   std::vector<SamplingController::CellRead> reads = sampler_.take_reads();
   if (reads.empty()) return;
   cells_.push_back({static_cast<std::uint32_t>(tessellations_.size()), std::move(reads)});
   if (keep_items_) keep_item(std::exchange(before, counted()), 0);
+}
+
+void TileCore::take_unseen_cells(const TileJob& job, std::span<const binner::QueueEntry> entries) {
+  const std::vector<ParameterCell>& cells = job.procedures->cells();
+  std::vector<std::uint32_t> listed;
+  for (const binner::QueueEntry& entry : entries)
+    if (is_cell(job, entry)) listed.push_back(ParameterMaps::cell_of(entry.range));
+  const auto piece_of = [&](std::uint32_t cell) { return std::tie(cells[cell].drawable, cells[cell].piece); };
+  std::sort(listed.begin(), listed.end());  // piece by piece
+  const std::span<const std::uint32_t> all(listed);
+  for (std::size_t first = 0, end = 0; first < all.size(); first = end) {
+    while (end < all.size() && piece_of(all[end]) == piece_of(all[first])) ++end;
+    for (const std::uint32_t cell : job.procedures->others_in_range(all.subspan(first, end - first)))
+      sampler_.take_unseen(cell);
+  }
 }
 
 // Cells of a procedure follow each other in a list, as they were binned.
@@ -477,6 +501,7 @@ bool TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
   TESSERA_CHECK(state.started && samples_.pixels == pixels, "a tile is finished right after its last entries");
   if (job.procedures != nullptr && job.procedures->settings().refill)
     sampler_.refill_holes({*job.frame, *job.procedures, samples_, state, &shader_.textures(), &counters_.alpha_tests});
+  if (job.procedures != nullptr) sampler_.merge_layers(*job.frame, state);
   shader_.count_drawables(drawables_);
   bool open = false;
   if (job.resolve != nullptr) {
