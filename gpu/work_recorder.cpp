@@ -194,6 +194,7 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   const memory::Ledger ledger = core_.take_ledger();
   slot_.lines = core_.textures().take_misses();
   slot_.patches = core_.take_patches_read();
+  slot_.history = core_.take_history_lines();
   sums.layer_bytes = std::max(sums.layer_bytes, core_.take_layer_bytes());
 
   timing::TileWork& work = slot_.work;
@@ -217,7 +218,7 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   work.blended_layers = counted.shading.blended_layers;
   work.texels = counted.texture.texels - slot_.visibility_texels;
   const bool floats = job.resolve != nullptr && job.resolve->settings.weights == tilecore::StencilWeights::kFloat;
-  work.hashed_bytes = counted.store.signature_bytes;
+  work.hashed_bytes = counted.store.signature_bytes + counted.history.hashed_bytes;
   work.resolve_operations = counted.desampling.velocity_operations + counted.desampling.light_tests +
                             counted.desampling.pixels_advected + counted.desampling.stencil_taps * (floats ? 4 : 1) +
                             counted.transmission.texels_reduced;
@@ -304,6 +305,7 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, 
   for (; cells != use.cells.end(); ++cells) share_cells(slot, *cells, next);
   cache.use(tile, {}, use.hidden);
   share_shading(slot);
+  share_history(slot);
   return table_bytes;
 }
 
@@ -400,11 +402,19 @@ void WorkRecorder::share_shading(Slot& slot) {
   slot.patches.clear();
 }
 
-void WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phase, Purpose purpose) {
+void WorkRecorder::share_history(Slot& slot) {
+  for (const std::uint32_t line : slot.history)
+    if (!share_line(slot, RecordMemory::kHistoryAt + line, Phase::kStore, Purpose::kHistory))
+      slot.items.resolve_bytes += l2_.line_bytes();
+  slot.history.clear();
+}
+
+bool WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phase, Purpose purpose) {
   ++slot.work.l2_lines;
   TextureUse* const texture = purpose == Purpose::kTexture ? &textures_[slot.work.tile] : nullptr;
   if (texture != nullptr) ++texture->l2_lines;
-  if (l2_.read(line, purpose)) return;
+  const Unit unit = purpose == Purpose::kHistory ? Unit::kResolve : Unit::kTilecore;
+  if (l2_.read(line, purpose, unit)) return true;
   const std::uint64_t bytes = l2_.line_bytes();
   ++slot.work.l2_lines;
   if (texture != nullptr) {
@@ -414,8 +424,10 @@ void WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phas
   slot.work.dram_bytes[static_cast<std::size_t>(phase)] += bytes;
   const std::uint64_t first = purpose == Purpose::kTexture        ? 0
                               : purpose == Purpose::kSamplingMaps ? RecordMemory::kCellsAt
+                              : purpose == Purpose::kHistory      ? RecordMemory::kHistoryAt
                                                                   : records_.first_line();
-  if (record_accesses_) slot.log.add(Unit::kTilecore, purpose, false, (line - first) * bytes, bytes);
+  if (record_accesses_) slot.log.add(unit, purpose, false, (line - first) * bytes, bytes);
+  return false;
 }
 
 void WorkRecorder::end_round() {

@@ -109,6 +109,7 @@ class WorkRecorder {
     std::uint64_t visibility_texels = 0;  // before shading
     timing::TileItems items;              // when items are kept
     std::vector<std::uint32_t> patches;   // whose attributes were read
+    std::vector<std::uint32_t> history;   // lines of the previous frame
     memory::AccessLog log;
   };
   std::uint64_t share(binner::TileIndex tile, const SharedUse& use, SharedCaches caches);
@@ -130,7 +131,10 @@ class WorkRecorder {
   void share_cells(Slot& slot, const tilecore::TileCore::CellsDrawn& cells, std::size_t& next_item);
   // Lines that the tile's texture unit missed before and while shading, and records that its pixel shader reads.
   void share_shading(Slot& slot);
-  void share_line(Slot& slot, std::uint32_t line, timing::Phase phase,
+  // What its resolve unit reads of the previous frame. With items it takes its time as what bypasses the L2 does.
+  void share_history(Slot& slot);
+  // False: it was fetched.
+  bool share_line(Slot& slot, std::uint32_t line, timing::Phase phase,
                   memory::Purpose purpose = memory::Purpose::kTexture);
   // A vertex's own shader.
   const hardware::ShaderCost& domain_cost(const tilecore::TessellationRequest& request) const;

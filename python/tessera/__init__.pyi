@@ -236,7 +236,10 @@ class SettingsKeys(TypedDict, total=False):
     resolve__reconstruction: Literal["cubic", "cubic_interpolating", "cubic_unscaled", "bilinear", "nearest"]  # How missing pixels are made from rendered ones: cubic stencils of 5x5 scaled to the samples, of 7x7 interpolating, unscaled; a tent; the nearest.
     resolve__stencil_weights: Literal["packed", "float"]  # Weights from packed tables of 8 bits, or computed in single precision.
     resolve__stencil_clamp: bool  # Reconstructed pixels stay within the range of the pixels that they are made from.
-    resolve__history_records: Literal["block", "pixel"]  # How depth and surface of pixels are kept for the next frame: by block of 4x4 where that sees one plane, or by pixel. Bytes alone differ.
+    resolve__history_records: Literal["packed", "block", "pixel"]  # How depth and surface of pixels are kept for the next frame: by block of 4x4 where that sees one plane, packed without loss or not, or by pixel. Bytes alone differ.
+    resolve__history_colors: Literal["frame_buffer", "apart"]  # Which colours of the previous frame are read: the frame buffer's, or those that were shaded, kept apart in single precision, 16 bytes a pixel.
+    resolve__history_l2: bool  # What is read of the previous frame goes through the L2, so that what tiles share is fetched once.
+    resolve__keep_blocks: bool  # Blocks that have the signature of the frame before are neither read nor written where the frame buffer holds them already; not with frame_buffer.transaction_elimination, whose signatures are of whole tiles.
     resolve__stencil_reach: Literal["tile", "neighbours"]  # Whether stencils stop at the tile's border, or read neighbouring tiles in a second pass.
     resolve__foveation_r0: float  # 0 to 1e+06 pixels. Foveation: blocks farther than this from the focus get at most 8 samples; 0 is off.
     resolve__foveation_r1: float  # 0 to 1e+06 pixels. Foveation: blocks farther than this get at most 4; at least foveation_r0.
