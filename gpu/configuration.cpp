@@ -14,6 +14,7 @@
 #include "base/whole_file.h"
 #include "binner/queue_entry.h"
 #include "gpu/presets.h"
+#include "gpu/relative_value.h"
 #include "hardware/voltage.h"
 #include "tilecore/tessellation/micro_mesh.h"
 
@@ -50,13 +51,17 @@ std::vector<std::string> key_names() {
 // Other units of a key of the memory.
 struct ClockedKey {
   KeyInfo info;
+  double (hardware::Machine::*get)() const;
   void (hardware::Machine::*set)(double);
 };
 const std::vector<ClockedKey>& clocked_keys() {
   static const std::vector<ClockedKey> kKeys = {
       {{"memory.bytes_per_clk", "bytes/clk", "", "", 0.125, 65536, {}, true, {}},
+       &hardware::Machine::bytes_per_clk,
        &hardware::Machine::set_bytes_per_clk},
-      {{"memory.latency_clk", "clk", "", "", 0, 10000, {}, true, {}}, &hardware::Machine::set_latency_clk}};
+      {{"memory.latency_clk", "clk", "", "", 0, 10000, {}, true, {}},
+       &hardware::Machine::latency_clk,
+       &hardware::Machine::set_latency_clk}};
   return kKeys;
 }
 
@@ -133,6 +138,7 @@ Gpu from_json(const std::string& file, json root, int depth) {
   }
   gpu.name = text("name", "");
   gpu.description = text("description", "");
+  text("$schema", "");  // for editors
   // What a file says of its numbers is for people.
   if (const auto sources = root.find("sources"); sources != root.end()) {
     if (!sources->is_object()) throw InputError(file, "/sources", "is not an object of texts");
@@ -204,12 +210,13 @@ hardware::Area GpuConfiguration::area() const {
 
 bool set_gpu_key(const std::string& name, const json& value, GpuConfiguration& gpu) {
   if (const auto* key = gpu_keys().find(name)) {
-    gpu_keys().set(gpu, *key, value);
+    gpu_keys().set(gpu, *key, absolute_value(*key, gpu_keys().value(gpu, *key), value));
     return true;
   }
   for (const ClockedKey& key : clocked_keys())
     if (key.info.name == name) {
-      (gpu.*key.set)(std::get<double>(parse_key_value(key.info, 0.0, value)));
+      (gpu.*
+       key.set)(std::get<double>(parse_key_value(key.info, 0.0, absolute_value(key.info, (gpu.*key.get)(), value))));
       return true;
     }
   if (name == "energy.leakage_mw")

@@ -55,6 +55,9 @@ class Device {
   // Of the frame in hand; may be read on any thread.
   const WorkProgress& progress() const { return progress_; }
 
+  // On any thread: the frame in hand, and any later one, ends at its next tile; render() throws Abandoned.
+  void abandon() { progress_.abandon(); }
+
   // Null: nobody. It must outlive the device or the next call. Throws UsageError where tiles are eliminated, and where
   // surfaces transmit: who compares machines sees one that renders and writes all tiles in one pass.
   void set_observer(ViewObserver* observer);

@@ -132,7 +132,7 @@ int run_command_line(int argc, char** argv, std::span<const CommandEntry> entrie
   } catch (const EarlyEnd& end) {
     if (!end.line.empty()) std::fprintf(stderr, "%s\n", end.line.c_str());
     const int status = finish_output();
-    return status == 0 ? end.status : status;
+    return status == 0 ? static_cast<int>(end.status) : status;
   } catch (const InputError& error) {
     return fail(ExitStatus::kBadInput, error.what());
   } catch (const UsageError& error) {

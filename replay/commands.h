@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "base/error.h"
+
 namespace CLI {
 class App;
 }
@@ -22,12 +24,11 @@ class Command {
 // Thrown once all that was left to do is done and written: the command ends with this status, and `line`, if any, on
 // standard error.
 struct EarlyEnd {
-  static constexpr int kDifferent = 5, kStopped = 130;
-  int status;
+  ExitStatus status;
   std::string line;
 };
 // The end of work that a signal stopped: `line` says how to go on.
-inline EarlyEnd stopped(std::string line) { return {EarlyEnd::kStopped, std::move(line)}; }
+inline EarlyEnd stopped(std::string line) { return {ExitStatus::kStopped, std::move(line)}; }
 
 // --strict, of every command that reads captures: sets scene::CaptureLimits::strict.
 void add_strict_flag(CLI::App& app, bool& strict);
@@ -37,6 +38,7 @@ void add_variant_option(CLI::App& app, std::optional<std::string>& variant);
 std::string variant_argument(const std::optional<std::string>& variant);
 
 std::unique_ptr<Command> make_replay_command(CLI::App& app);
+std::unique_ptr<Command> make_view_command(CLI::App& app);
 std::unique_ptr<Command> make_time_command(CLI::App& app);
 std::unique_ptr<Command> make_inspect_command(CLI::App& app);
 std::unique_ptr<Command> make_pack_command(CLI::App& app);

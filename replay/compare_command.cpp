@@ -193,7 +193,7 @@ class CompareCommand final : public Command {
   // Status 5 where something is worse than allowed.
   static void end_with(const std::vector<std::string>& broken) {
     if (broken.empty()) return;
-    throw EarlyEnd{EarlyEnd::kDifferent,
+    throw EarlyEnd{ExitStatus::kDifferent,
                    fmt::format("tessera: {}{}", broken[0],
                                broken.size() > 1 ? fmt::format("; and {} more", broken.size() - 1) : "")};
   }

@@ -13,6 +13,7 @@
 #include "replay/compare/comparison.h"
 #include "replay/describe.h"
 #include "replay/frame_files.h"
+#include "replay/schema/schemas.h"
 #include "replay/tradeoff/knobs.h"
 
 namespace tessera::replay {
@@ -64,8 +65,11 @@ Value value_of(const CLI::App& command, const CLI::Option& option) {
   const std::string type = option.get_type_name();
   if (option.get_positional() && command.get_name() == "describe") {
     value.words = describe_topics();
-    value.words.insert(value.words.end(), {"completion", "man"});
-    if (option.get_name() == "SHELL") value.words = {"bash", "zsh"};
+    value.words.insert(value.words.end(), {"completion", "man", "schema"});
+    if (option.get_name() == "NAME") {
+      value.words = schema_names();
+      value.words.insert(value.words.end(), {"bash", "zsh"});
+    }
     return value;
   }
   if (option.get_positional()) {
@@ -221,6 +225,8 @@ std::string bash_completion(const CLI::App& program) {
     const std::vector<const CLI::Option*> arguments = arguments_of(*command);
     if (command->get_name() == "describe") {
       text += "      case $prev in completion) _tessera_words \"bash zsh\"; return ;; esac\n";
+      text +=
+          fmt::format("      case $prev in schema) _tessera_words \"{}\"; return ;; esac\n", joined(schema_names()));
       text += fmt::format("      {}\n", bash_value(value_of(*command, *arguments.front())));
     } else {
       text += arguments.empty() ? "      :\n" : "      _tessera_files\n";

@@ -14,6 +14,7 @@
 #include "replay/commands.h"
 #include "replay/describe.h"
 #include "replay/machine_difference.h"
+#include "replay/schema/schemas.h"
 
 namespace tessera::replay {
 namespace {
@@ -22,12 +23,15 @@ class DescribeCommand final : public Command {
  public:
   explicit DescribeCommand(CLI::App& app) : app_(app) {
     app.add_option("TOPIC", topic_,
-                   fmt::format("One of {}; man: this program's manual page; completion: a script that completes its "
-                               "command lines",
+                   fmt::format("One of {}; schema: the JSON schema of a file; man: this program's manual page; "
+                               "completion: a script that completes its command lines",
                                fmt::join(describe_topics(), ", ")))
         ->required()
         ->type_name("TOPIC");
-    app.add_option("SHELL", shell_, "Of completion: bash or zsh")->type_name("SHELL");
+    app.add_option("NAME", name_,
+                   fmt::format("Of schema: {}, without one the names; of completion: bash or zsh",
+                               fmt::join(schema_names(), ", ")))
+        ->type_name("NAME");
     app.add_flag("--json", json_, "As JSON");
     app.add_flag("--markdown", markdown_, "As the page that docs/ holds");
     app.add_option("--diff", machines_, "Of gpu: only the keys in which two machines differ")
@@ -38,18 +42,21 @@ class DescribeCommand final : public Command {
         "  tessera describe counters\n"
         "  tessera describe gpu --diff mid-mobile my_machine.json\n"
         "  source <(tessera describe completion bash)\n"
+        "  tessera describe schema stats > stats.schema.json\n"
         "  tessera describe man > tessera.1");
   }
 
   void run() override {
-    const bool script = topic_ == "completion";
-    if (!shell_.empty() && !script)
-      throw UsageError(fmt::format("unexpected argument '{}'", escape_control(shell_, 80)));
-    if ((script || topic_ == "man") && (json_ || markdown_))
+    const bool script = topic_ == "completion", schema = topic_ == "schema";
+    if (!name_.empty() && !script && !schema)
+      throw UsageError(fmt::format("unexpected argument '{}'", escape_control(name_, 80)));
+    if ((script || schema || topic_ == "man") && (json_ || markdown_))
       throw UsageError(fmt::format("describe {}: has one form; leave out --json and --markdown", topic_));
     if (!machines_.empty() && topic_ != "gpu") throw UsageError("--diff: is for `tessera describe gpu`");
     if (script)
       fmt::print("{}", completion());
+    else if (schema)
+      fmt::print("{}", name_.empty() ? fmt::format("{}\n", fmt::join(schema_names(), "\n")) : schema_text(name_));
     else if (topic_ == "man")
       fmt::print("{}", manual_page(*app_.get_parent()));
     else if (!machines_.empty())
@@ -62,11 +69,11 @@ class DescribeCommand final : public Command {
 
  private:
   std::string completion() const {
-    if (shell_ == "bash") return bash_completion(*app_.get_parent());
-    if (shell_ == "zsh") return zsh_completion(*app_.get_parent());
-    throw UsageError(shell_.empty()
+    if (name_ == "bash") return bash_completion(*app_.get_parent());
+    if (name_ == "zsh") return zsh_completion(*app_.get_parent());
+    throw UsageError(name_.empty()
                          ? "describe completion: say for which shell, bash or zsh"
-                         : fmt::format("describe completion {}: shells are bash and zsh", escape_control(shell_, 40)));
+                         : fmt::format("describe completion {}: shells are bash and zsh", escape_control(name_, 40)));
   }
 
   void say_difference() const {
@@ -78,7 +85,7 @@ class DescribeCommand final : public Command {
   }
 
   CLI::App& app_;
-  std::string topic_, shell_;
+  std::string topic_, name_;
   std::vector<std::string> machines_;
   bool json_ = false, markdown_ = false;
 };

@@ -34,7 +34,8 @@ class TimeCommand final : public Command {
                    fmt::format("The described machine: {} or a JSON file (default: the record's own)",
                                fmt::join(gpu::preset_names(), ", ")))
         ->type_name("PRESET|FILE");
-    app.add_option("--set", sets_, "Change a number of the machine; repeatable")
+    app.add_option("--set", sets_,
+                   "Change a number of the machine, to a value or to a multiple of what it is (KEY=x1.3); repeatable")
         ->type_name("KEY=VALUE")
         ->allow_extra_args(false);
     app.add_flag(
@@ -60,7 +61,8 @@ class TimeCommand final : public Command {
         "again; they are refused.\n\n"
         "Example:\n"
         "  tessera replay captures/eggs.glb --record eggs.record --out out\n"
-        "  tessera time eggs.record --set shader.lanes=64 --set clock.mhz=600");
+        "  tessera time eggs.record --set shader.lanes=64 --set clock.mhz=600\n"
+        "  tessera time eggs.record --set memory.gb_per_s=x1.3     what 30 % more bandwidth would give");
   }
 
   void run() override {

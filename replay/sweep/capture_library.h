@@ -41,6 +41,17 @@ class CaptureLibrary {
   };
   // Throws what read_capture throws.
   Loaded get(std::size_t index);
+  // Releases when it goes.
+  class Lease {
+   public:
+    explicit Lease(CaptureLibrary& library) : library_(library) {}
+    ~Lease() { library_.release(); }
+    Lease(const Lease&) = delete;
+    Lease& operator=(const Lease&) = delete;
+
+   private:
+    CaptureLibrary& library_;
+  };
   // The caller is done with what get() returned, and holds none of it any more.
   void release();
 

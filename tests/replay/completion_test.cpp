@@ -26,8 +26,8 @@ using testing::IsEmpty;
 using testing::Not;
 namespace fs = std::filesystem;
 
-const std::vector<std::string> kCommands = {"replay",   "time",   "inspect", "pack",     "compare",  "sweep",
-                                            "tradeoff", "report", "dram",    "describe", "selfcheck"};
+const std::vector<std::string> kCommands = {"replay",   "time",   "inspect", "pack",     "compare",   "sweep",
+                                            "tradeoff", "report", "dram",    "describe", "selfcheck", "view"};
 
 std::set<std::string> lines_of(const std::string& text) {
   std::set<std::string> lines;
@@ -102,6 +102,7 @@ TEST_F(BashCompletion, OffersFilesAndTopics) {
   EXPECT_EQ(offered({"tessera", "replay", "--trace", "st"}), std::set<std::string>{"study.json"});
   EXPECT_EQ(offered({"tessera", "describe", "co"}), (std::set<std::string>{"completion", "counters"}));
   EXPECT_EQ(offered({"tessera", "describe", "completion", ""}), (std::set<std::string>{"bash", "zsh"}));
+  EXPECT_EQ(offered({"tessera", "describe", "schema", "st"}), (std::set<std::string>{"stats", "study"}));
 }
 
 TEST(ZshCompletion, IsTakenByZshAndNamesEveryOption) {
