@@ -26,11 +26,22 @@ constexpr std::size_t kDrawablesToKeep = std::size_t{1} << 16;
 constexpr const char* kWholeFrames = "surfaces transmit: any of their pixels may show any pixel of what is behind";
 
 // The resolve unit's settings, of which the seed is that of the samples. Throws UsageError when they do not fit.
-tilecore::ResolveSettings resolve_settings(const RunSettings& settings, bool transmits) {
+tilecore::ResolveSettings resolve_settings(const RunSettings& settings, const GpuConfiguration& gpu, bool transmits) {
   tilecore::ResolveSettings resolve = settings.resolve;
+  check_resolve(resolve);
+  if (gpu.tile.width % resolve.block != 0 || gpu.tile.height % resolve.block != 0)
+    throw UsageError(
+        fmt::format("resolve.block: blocks of {}x{} pixels do not fill tiles of {}x{}: set resolve.block=8 "
+                    "or 4, or tile.width and tile.height to multiples of it",
+                    resolve.block, resolve.block, gpu.tile.width, gpu.tile.height));
+  if (resolve.rates.supersampled < 32 && (settings.shading.derivatives == tilecore::ShadingDerivatives::kQuad ||
+                                          settings.shading.rate == tilecore::ShadingRate::kSample ||
+                                          settings.shading.rate == tilecore::ShadingRate::kCache))
+    throw UsageError(
+        "resolve.supersampled_groups: halves of pixels are shaded apart with shading.rate=pixel or "
+        "primitive alone, and without shading.derivatives=quad: set one of these, or 32");
   if (transmits) resolve.desampling = tilecore::Desampling::kOff;
   resolve.dither.seed = settings.sampling.seed;
-  check_resolve(resolve);
   return resolve;
 }
 
@@ -68,7 +79,8 @@ Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfigu
       displacement_memory_(scene_.assembly.materials, gpu.line_bytes(), texture_memory_.lines()),
       record_memory_(scene_.assembly, gpu.line_bytes(), displacement_memory_.end()),
       camera_(frame_camera(prepared_->capture, settings, request.width, request.height)),
-      resolve_(resolve_settings(settings, behind_.level_count() > 0)),
+      resolve_(resolve_settings(settings, gpu, behind_.level_count() > 0)),
+      focus_(resolve_.foveation, prepared_->capture),
       pipeline_(gpu_, scene_.pyramids) {
   for (const double offset : {0.0, settings.stereo.eye_separation}) {
     if (!eyes_.empty() && offset == 0) break;
@@ -223,7 +235,11 @@ tilecore::ResolveFrame& Device::begin_resolve(int frame, Eye& eye, const scene::
   std::shared_ptr<const scene::FrameGeometry> previous;
   if (eye.sequence.wants_previous_pose(frame))
     previous = scene::pose_frame(scene_.assembly, eye.camera, frame_request(frame - 1));
-  tilecore::ResolveFrame& resolve = eye.sequence.begin(frame, geometry, std::move(previous), result.effect_reasons);
+  const scene::FrameRequest& request = geometry.request;
+  const DVec2 focus =
+      focus_.at(0.5 * (request.open_time + request.close_time), eye.camera, request.width, request.height);
+  tilecore::ResolveFrame& resolve =
+      eye.sequence.begin(frame, geometry, std::move(previous), focus, result.effect_reasons);
   if (left != nullptr)
     eye.sequence.advect_from_other_eye(geometry, *left, eyes_[0].sequence.history(),
                                        static_cast<float>(settings_.stereo.far_depth));

@@ -9,6 +9,7 @@
 #include "gpu/configuration.h"
 #include "gpu/displacement_memory.h"
 #include "gpu/frame_result.h"
+#include "gpu/moving_focus.h"
 #include "gpu/pipeline.h"
 #include "gpu/prepared_capture.h"
 #include "gpu/record_memory.h"
@@ -53,6 +54,9 @@ class Device {
 
   // Of the frame in hand; may be read on any thread.
   const WorkProgress& progress() const { return progress_; }
+
+  // On any thread: the frame in hand, and any later one, ends at its next tile; render() throws Abandoned.
+  void abandon() { progress_.abandon(); }
 
   // Null: nobody. It must outlive the device or the next call. Throws UsageError where tiles are eliminated, and where
   // surfaces transmit: who compares machines sees one that renders and writes all tiles in one pass.
@@ -118,6 +122,7 @@ class Device {
   RecordMemory record_memory_;
   scene::CameraChoice camera_;
   tilecore::ResolveSettings resolve_;
+  MovingFocus focus_;
   std::vector<Eye> eyes_;  // the left or only one, the right one
   Pipeline pipeline_;
   ViewObserver* observer_ = nullptr;

@@ -6,6 +6,7 @@
 
 #include "base/output_file.h"
 #include "replay/commands.h"
+#include "replay/file_kind.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
 
@@ -29,7 +30,7 @@ class ReportCommand final : public Command {
     std::string note;
     {
       const LongStep step("writing the report", LongStep::quiet_without_terminal());
-      note = write_report(folder_);
+      note = read_as(FileKind::kFolder, folder_, [&] { return write_report(folder_); });
     }
     if (!note.empty()) std::fprintf(stderr, "note: %s\n", note.c_str());
     fmt::print("{}\n", (std::filesystem::path(folder_) / "report.html").string());

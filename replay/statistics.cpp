@@ -1,5 +1,8 @@
 #include "replay/statistics.h"
 
+#include <algorithm>
+#include <bit>
+
 #include <fmt/format.h>
 
 #include "base/atomic_file.h"
@@ -93,8 +96,15 @@ void Statistics::add(const gpu::FrameResult& frame, const baselines::BaselineSet
     baselines_.add(frame.frame, *schemes);
     has_baselines_ = true;
   }
+  // Frames are much alike: looking at a few keeps this off the time of short ones.
+  if (std::has_single_bit(frames_.size())) frame_bytes_ = std::max(frame_bytes_, json_text(frames_.back(), 1).size());
   total_.accumulate(frame.counters);
   total_seconds_ += frame.seconds;
+}
+
+std::uint64_t Statistics::bytes_at_most() const {
+  // A frame in stats.json and its row in the CSV files; the whole is written beside what was there before.
+  return (frames_.size() + 2) * (frame_bytes_ + frame_bytes_ / 2) + (std::uint64_t{256} << 10);
 }
 
 json Statistics::json() const {

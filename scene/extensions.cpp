@@ -78,6 +78,8 @@ std::vector<Extension> own_extensions() {
          "When the shutter opens and closes, as fractions of a frame from its start. Equal: no motion blur."},
         {"frames", "object", "frames", "{first: 0, count: 1}", "Range of frames that a replay renders."},
         {"camera", "integer", "node", "first camera", "Node whose camera takes the image."},
+        {"animations", "integer[]", "animation", "all that move different things",
+         "Animations that play; where two move one thing, the later one does."},
         {"exposure", "number", "", "1", "Factor on light before the tone map of PNG files; EXR files do not change."},
         {"environment", "number, string or object", "", "1, or 0.3 with lights",
          "Brightness of the built-in studio; or \"uniform\"; or the URI of an equirectangular EXR or HDR image; or an "

@@ -1,7 +1,7 @@
 // What desampling saves and what it costs in error, over whole replays.
 //
 //   tessera_desampling_curves OUT_FOLDER [PART]   PART: headline, thresholds, captures, stencils, drift, traffic,
-//                                                 eyes, images; default: all. Prints the tables of docs/resolve.md
+//                                                 eyes, shimmer, splits, images, faults; default: all. Prints the tables of docs/resolve.md
 //                                                 and writes CSV files, plots and images
 //   tessera_desampling_curves OUT_FOLDER score CAPTURE FIRST LAST SETTINGS...
 //                                                 one row for each; SETTINGS: "KEY=VALUE,KEY=VALUE", keys of `resolve.`
@@ -16,6 +16,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -24,8 +25,10 @@
 
 #include "base/atomic_file.h"
 #include "base/image_metrics.h"
+#include "bench/gpu/desampling_faults.h"
 #include "bench/gpu/desampling_images.h"
 #include "bench/gpu/desampling_score.h"
+#include "bench/gpu/desampling_shimmer.h"
 #include "bench/support/line_plot.h"
 #include "bench/support/program.h"
 #include "shaders_cpp/tone_map.h"
@@ -170,14 +173,14 @@ void thresholds(const fs::path& folder) {
 // Eight captures at the same thresholds: seven frames of each that have a history.
 void captures(const fs::path& folder) {
   std::string csv = "capture,setting,saved,psnr_db,worst_frame_db,mssim,flip\n";
-  std::vector<Series> plot;
+  std::vector<Series> decibels, similarity, flips;
   for (const Shot& shot :
-       {Shot{"stroll", 8, 16, 640, 360}, Shot{"serpent", 12, 20, 640, 360}, Shot{"flyby", 0, 8, 640, 360},
+       {Shot{"stroll", 24, 32, 640, 360}, Shot{"serpent", 12, 20, 640, 360}, Shot{"flyby", 0, 8, 640, 360},
         Shot{"eggs", 10, 18, 640, 360}, Shot{"vases", 0, 8, 640, 360}, Shot{"city", 0, 8, 640, 360},
         Shot{"garden", 0, 8, 640, 360}, Shot{"workshop", 0, 8, 640, 360}}) {
     const scene::Capture capture = read_shipped(shot.name);
     const Reference reference = render_reference(capture, shot);
-    plot.push_back({shot.name, {}, {}});
+    for (std::vector<Series>* plot : {&decibels, &similarity, &flips}) plot->push_back({shot.name, {}, {}});
     for (const auto& [still, fast1, fast2] : kThresholds) {
       const Score s = score(capture, shot,
                             adaptive({fmt::format("resolve.k_stat={}", still), fmt::format("resolve.k_fast1={}", fast1),
@@ -185,15 +188,19 @@ void captures(const fs::path& folder) {
                             reference);
       csv += fmt::format("{},{} / {} / {},{:.4f},{:.3f},{:.3f},{:.5f},{:.5f}\n", shot.name, still, fast1, fast2,
                          s.saved, s.psnr, s.worst_psnr(), s.ssim, s.flip);
-      plot.back().x.push_back(100 * s.saved), plot.back().y.push_back(s.psnr);
+      for (const auto& [plot, value] : {std::pair(&decibels, s.psnr), {&similarity, s.ssim}, {&flips, s.flip}})
+        plot->back().x.push_back(100 * s.saved), plot->back().y.push_back(value);
     }
   }
   fmt::print("\n{}", csv);
   write_file_atomically(folder / "captures.csv", csv);
-  write_line_plot((folder / "captures.svg").string(),
-                  {"Error against savings, thresholds from careful to reckless", "pixel-shader invocations saved, %",
-                   "mean PSNR, dB (60: equal)"},
-                  plot);
+  for (const auto& [name, label, plot] : {std::tuple("captures_psnr.svg", "mean PSNR, dB (60: equal)", &decibels),
+                                          {"captures_mssim.svg", "MSSIM", &similarity},
+                                          {"captures_flip.svg", "mean FLIP", &flips}})
+    write_line_plot(
+        (folder / name).string(),
+        {"Error against savings, thresholds from careful to reckless", "pixel-shader invocations saved, %", label},
+        *plot);
 }
 
 void stencils(const fs::path&) {
@@ -353,8 +360,8 @@ int main(int argc, char** argv) {
   if (argc < 2 || (scores ? argc < 7 : argc > 3)) {
     fmt::print(
         stderr,
-        "usage: tessera_desampling_curves OUT_FOLDER [headline|thresholds|captures|stencils|drift|traffic|eyes|images "
-        "| score CAPTURE FIRST LAST SETTINGS...] | --check\n");
+        "usage: tessera_desampling_curves OUT_FOLDER [headline|thresholds|captures|stencils|drift|traffic|eyes|shimmer|"
+        "splits|images|faults | score CAPTURE FIRST LAST SETTINGS...] | --check\n");
     return 2;
   }
   try {
@@ -372,7 +379,10 @@ int main(int argc, char** argv) {
                                     {"drift", drift},
                                     {"traffic", traffic},
                                     {"eyes", eyes},
-                                    {"images", desampling_images}})
+                                    {"shimmer", shimmer},
+                                    {"splits", splits},
+                                    {"images", desampling_images},
+                                    {"faults", desampling_faults}})
       if (part == "all" || part == name) run(first);
     return 0;
   } catch (const std::exception& error) {

@@ -19,6 +19,7 @@
 #include "replay/pack/binary_chunk.h"
 #include "replay/pack/image_packer.h"
 #include "replay/pack/meshopt_encoder.h"
+#include "replay/pack/stored_view.h"
 #include "scene/capture_reader.h"
 #include "scene/clusters.h"
 #include "scene/extensions.h"
@@ -456,7 +457,8 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
                         const PackOptions& options) {
   PackReport report;
   // Reading it whole first finds every fault that only shows when values are decoded.
-  report.bytes_in = scene::read_capture(source, {.strict = options.strict}).file_bytes;
+  const PackedView packed = read_for_view(source, options.capture_settings, options.view, options.strict);
+  report.bytes_in = packed.capture.file_bytes;
 
   const std::string name = source.string();
   const scene::CaptureLimits limits;
@@ -503,6 +505,7 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   report.ktx2_images = images.ktx2;
   list_extensions(out, chunk, draco > 0, images);
   attach_settings(out, options);
+  store_view(out, options.view, packed);
   move_environment(document, out, chunk);
   if (out["meshes"].empty()) out.erase("meshes");
   out.erase("buffers");

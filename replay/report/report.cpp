@@ -29,8 +29,9 @@ constexpr std::array kVegaModules = {
     "vega-canvas",     "vega-scale",      "vega-scenegraph",      "vega-expression", "vega-selection",
     "vega-statistics", "vega-functions",  "vega-runtime",         "vega-view",       "vega-event-selector",
     "vega-parser",     "vega-transforms", "vega-view-transforms", "vega-encode"};
-constexpr std::array kScripts = {"page.js",  "plots.js",    "frames.js", "replay.js",
-                                 "sweep.js", "tradeoff.js", "start.js"};
+constexpr std::string_view kLastScript = "start.js";
+constexpr std::array<std::string_view, 7> kScripts = {"page.js",  "plots.js",    "frames.js", "replay.js",
+                                                      "sweep.js", "tradeoff.js", kLastScript};
 
 // The kinds of folder, by the file that tells them. Another kind is another row and another function in page/start.js.
 struct ReportKind {
@@ -133,6 +134,21 @@ std::string missing_for_reports() {
   return "";
 }
 
+std::string page_text(json data, const std::string& nonce) {
+  data["counters"] = meanings({"counters"}, "name");
+  data["keys"] = meanings({"settings", "gpu"}, "key");
+  std::string script = vega_script();
+  for (const std::string_view name : kScripts) {
+    if (name == kLastScript && data.at("kind") == "view") script.append(page_files().at("view.js")).append("\n");
+    script.append(page_files().at(name)).append("\n");
+  }
+  std::string style(page_files().at("page.css"));
+  if (data.at("kind") == "view") style.append(page_files().at("view.css"));
+  const std::string title = markup_text(data.at("title")), text = script_json(data),
+                    mark = nonce.empty() ? "" : " nonce=\"" + nonce + "\"";
+  return fill_page({{"@TITLE@", title}, {"@STYLE@", style}, {"@DATA@", text}, {"@NONCE@", mark}, {"@SCRIPT@", script}});
+}
+
 std::string write_report(const fs::path& folder) {
   std::error_code ignored;
   for (const ReportKind& kind : kKinds) {
@@ -147,15 +163,7 @@ std::string write_report(const fs::path& folder) {
                        fmt::format("is not what a {} writes: {}", kind.kind, error.what()));
     }
     data["kind"] = kind.kind;
-    data["counters"] = meanings({"counters"}, "name");
-    data["keys"] = meanings({"settings", "gpu"}, "key");
-    std::string script = vega_script();
-    for (const char* name : kScripts) script.append(page_files().at(name)).append("\n");
-    const std::string title = markup_text(data.at("title")), text = script_json(data);
-    write_file_atomically(
-        folder / "report.html",
-        fill_page(
-            {{"@TITLE@", title}, {"@STYLE@", page_files().at("page.css")}, {"@DATA@", text}, {"@SCRIPT@", script}}));
+    write_file_atomically(folder / "report.html", page_text(std::move(data)));
     return note;
   }
   throw InputError(folder.string(), "",

@@ -21,6 +21,11 @@ std::string missing_for_reports();
 // reason.
 std::string write_report(const std::filesystem::path& folder);
 
+// The page of what a kind of report made, as markup. Its member "kind" chooses the script: "replay", "sweep", "tradeoff"
+// or "view" (view/view_server.h). `nonce`, unless empty: that of its scripts, for a Content-Security-Policy. Throws
+// SystemError as write_report().
+std::string page_text(nlohmann::json data, const std::string& nonce = "");
+
 // Images beyond these are left out, evenly, and the page says so.
 inline constexpr std::size_t kMaxImages = 48;
 inline constexpr std::uint64_t kMaxImageBytes = 64u << 20;

@@ -284,6 +284,16 @@ std::vector<int> choose_animations(const std::vector<Animation>& animations) {
   return played;
 }
 
+// Those that were selected, else those that the file names, else as glTF leaves it.
+std::vector<int> played_animations(const Document& document, const Selected& selected,
+                                   const std::vector<Animation>& animations) {
+  if (selected.animations) return *selected.animations;
+  const json* extension = find_extension(document.json, "TESSERA_capture");
+  if (!selected.all_animations && extension != nullptr && extension->contains("animations"))
+    return (*extension)["animations"].get<std::vector<int>>();
+  return choose_animations(animations);
+}
+
 // What an animation turns on is there from the first frame on: shaders do not change from frame to frame.
 void settle_effects(Capture& capture) {
   for (const int a : capture.played_animations)
@@ -375,7 +385,7 @@ CaptureSettings build_settings(const Document& document) {
 
 }  // namespace
 
-void build_scene(Document& document, Capture& capture) {
+void build_scene(Document& document, const Selected& selected, Capture& capture) {
   capture.nodes = build_nodes(document, capture.meshes);
   build_instances(document, capture);
   build_procedures(document, capture);
@@ -384,11 +394,12 @@ void build_scene(Document& document, Capture& capture) {
   charge_poses(document, capture);
   check_joints(document, capture);
   capture.animations = build_animations(document, capture);
-  capture.played_animations = choose_animations(capture.animations);
+  capture.played_animations = played_animations(document, selected, capture.animations);
   settle_effects(capture);
   capture.cameras = build_cameras(document);
   build_lights(document, capture);
   capture.settings = build_settings(document);
+  if (selected.camera_node != kNone) capture.settings.camera_node = selected.camera_node;
   build_environment(document, capture);
 }
 

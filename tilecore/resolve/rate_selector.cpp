@@ -19,14 +19,16 @@ BlockDecision by_motion(const RateSettings& settings, const BlockEvidence& block
   if (!block.velocity_usable) return full;
   const SpeedThresholds& t = settings.thresholds;
   const std::uint8_t last = block.last_samples;
-  const bool known = last == 1 || last == 4 || last == 8 || last == 16;
+  const bool known = last == 1 || last == 4 || last == 8 || last == 12 || last == 16;
   const bool slow = known && last == 1 ? block.speed < t.still * (1.0f + t.hysteresis)
                                        : block.speed < t.still * (known ? 1.0f - t.hysteresis : 1.0f);
-  if (slow && block.advection_allowed) return {8, true};
+  if (slow && block.advection_allowed) return {16 - settings.advected, true};
   if (block.edge || block.cut) return full;
   const float speed = std::min(block.speed, block.blurred_speed);
   if (above(speed, t.fast2, t.hysteresis, known, last == 4)) return {4, false};
   if (above(speed, t.fast1, t.hysteresis, known, last == 4 || last == 8)) return {8, false};
+  if (t.fast0 > 0 && above(speed, t.fast0, t.hysteresis, known, last == 4 || last == 8 || last == 12))
+    return {12, false};
   return {16, false};
 }
 

@@ -16,6 +16,8 @@ struct SpeedThresholds {
   float hysteresis = 0.05f;
   // By how much the camera's motion must change from one frame to the next to be a cut. 0: nothing is.
   float cut = 16.0f;  // [assumed]
+  // From here to `fast1` three quarters are rendered. 0: nowhere.
+  float fast0 = 0.0f;
 };
 
 // What is known of a block of 4x4 pixels before anything of it is shaded.
@@ -38,11 +40,13 @@ struct RateSettings {
   SpeedThresholds thresholds;
   bool supersampling = false;  // 32 on edges
   bool advect_still_edges = true, advect_outlines = true;
-  float blur = 0.0f;  // pixels from which on; 0: never. What lens and motion mix is noisy, and so is its mean
+  float blur = 0.0f;      // pixels from which on; 0: never. What lens and motion mix is noisy, and so is its mean
+  int supersampled = 32;  // half pixels of 32 that are rendered: 16, 24 or 32; the others are reconstructed
+  int advected = 8;       // pixels of 16 that slow blocks take over: 4, 8 or 12; the others are rendered
 };
 
 struct BlockDecision {
-  int samples = 16;     // 4, 8, 16 or 32 of 4x4 pixels; 32: the two halves of each pixel apart
+  int samples = 16;     // 4, 8, 12, 16 or 32 of 4x4 pixels; 32: the two halves of each pixel apart
   bool advect = false;  // pixels that are not rendered come from the history, else from their neighbours
   // All pixels of the block show much the same mixture, whatever surfaces they see: any may stand for another.
   bool blurred = false;
@@ -55,10 +59,11 @@ struct BlockDecision {
 //   edge, blurred                         -> 8
 //   edge                                  -> 16
 //   velocity unknown                      -> 16
-//   speed < still, advection allowed      -> 8, and 8 advected
+//   speed < still, advection allowed      -> 8, and 8 advected (or 4 and 12, 12 and 4)
 //   first frame after a cut               -> 16
 //   speed > fast2                         -> 4
 //   speed > fast1                         -> 8
+//   speed > fast0                         -> 12
 //   else                                  -> 16
 // where a speed above `still` counts only as far as the frame's own shutter blurs the block (blurred_speed): what is sharp
 // although it came far shows its pattern;

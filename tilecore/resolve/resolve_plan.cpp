@@ -1,10 +1,13 @@
 // First half of the resolve unit: what is decided before anything is shaded.
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
 
+#include "tilecore/pixel_runs.h"
 #include "tilecore/resolve/block_pixels.h"
+#include "tilecore/resolve/joint_decision.h"
 #include "tilecore/resolve/resolve_unit.h"
 
 namespace tessera::tilecore {
@@ -18,6 +21,10 @@ int ceiling(float v) {
 
 // Of four channels, for the distance of a pixel's samples from where they rest [by hand].
 constexpr std::uint64_t kBlurOperations = 4;
+
+std::uint32_t dither_number(const ResolveFrame& resolve) {
+  return resolve.settings.dither.order != DitherOrder::kOff ? resolve.number : 0;
+}
 
 float in_24_bits(float v) { return std::bit_cast<float>(std::bit_cast<std::uint32_t>(v) & 0xffffff00u); }
 
@@ -36,6 +43,9 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& 
   records_.resize(surfaces_.depth.size());
   fetched_.clear(), eye_fetched_.clear(), looked_at_.clear(), eye_looked_at_.clear();
   vertex_bytes_ = 0;
+  fills_.clear();
+  assembly_ = frame.assembly;
+  half_pattern_ = half_pattern(resolve.settings.rates.supersampled, dither_number(resolve));
   blocks_.clear();
   const IntRect& tile = surfaces_.pixels;
   for (int y = tile.y0 & ~3; y < tile.y1; y += 4)
@@ -44,9 +54,10 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& 
       block.pixels = tile.intersect({x, y, x + 4, y + 4});
       record(frame.projection.orthographic, block);
       decide(resolve, block);
-      fetch_ahead(resolve, block);
+      if (resolve.settings.block == 4) fetch_ahead(resolve, block);
       blocks_.push_back(block);
     }
+  if (resolve.settings.block != 4) decide_jointly(resolve);
   // Once all velocities of the tile are there.
   for (Block& block : blocks_) plan_block(resolve, block);
   for (VelocityBuffer* velocity : {&velocity_, &eye_velocity_}) {
@@ -247,11 +258,14 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   block.still = block.still && resolve.previous.motion != nullptr;
   if (block.seen == 0) return;
   if (settings.desampling != Desampling::kAdaptive) {
-    block.decision = {settings.desampling == Desampling::kFixed4 ? 4 : 8, false};
+    block.decision = {settings.desampling == Desampling::kFixed4    ? 4
+                      : settings.desampling == Desampling::kFixed12 ? 12
+                                                                    : 8,
+                      false};
     if (resolve.auxiliary) velocity_.evaluate(block.pixels, settings.block_speed, false);
     return;
   }
-  BlockEvidence evidence;
+  BlockEvidence& evidence = block.evidence;
   evidence.still = block.still;
   evidence.cut = resolve.cut;
   const History* history = resolve.previous.history;
@@ -265,10 +279,7 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   }
   // Where all is still edges do not decide.
   const bool copies = block.still && evidence.advection_allowed && settings.rates.advect_still_edges;
-  if (!copies || resolve.auxiliary) {
-    block.outline = is_outline(settings, block);
-    block.edge = is_edge(resolve, block);
-  }
+  if (!copies || resolve.auxiliary) find_edge(resolve, block);
   evidence.edge = block.edge && !copies;
   if (evidence.edge && settings.rates.blur > 0 && state_->keeps_rest) evidence.blur = blur_of(block);
   evidence.outline = block.outline && evidence.advection_allowed && settings.rates.advect_outlines;
@@ -287,6 +298,50 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   const Vec2 middle(static_cast<float>(block.pixels.x0 & ~3) + 2.0f, static_cast<float>(block.pixels.y0 & ~3) + 2.0f);
   evidence.max_samples = resolve.foveation.max_samples(middle);
   counters_.blocks_foveated += evidence.max_samples < 16 ? 1 : 0;
+  if (settings.block == 4) settle(resolve, block, evidence, nearest);
+  block.nearest = nearest;
+}
+
+void ResolveUnit::find_edge(const ResolveFrame& resolve, Block& block) {
+  block.outline = is_outline(resolve.settings, block);
+  block.edge = is_edge(resolve, block);
+  block.edge_known = true;
+}
+
+// One decision for all blocks of 4x4 in a larger one, as far as the tile has them.
+void ResolveUnit::decide_jointly(const ResolveFrame& resolve) {
+  const int side = resolve.settings.block;
+  const IntRect& tile = surfaces_.pixels;
+  for (int y = tile.y0 & -side; y < tile.y1; y += side)
+    for (int x = tile.x0 & -side; x < tile.x1; x += side) {
+      parts_.clear();
+      for (const IntRect whole{x, y, x + side, y + side}; Block & block : blocks_)
+        if (block.seen != 0 && block.pixels.intersect(whole) == block.pixels) parts_.push_back(&block);
+      if (!parts_.empty()) settle_jointly(resolve);
+    }
+  for (const Block& block : blocks_) fetch_ahead(resolve, block);
+}
+
+void ResolveUnit::settle_jointly(const ResolveFrame& resolve) {
+  const ResolveSettings& settings = resolve.settings;
+  const bool still = std::all_of(parts_.begin(), parts_.end(), [](const Block* b) { return b->evidence.still; });
+  std::array<BlockEvidence, 16> evidence;
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    Block& part = *parts_[p];
+    // What would have been copied may now be reconstructed: its edges count.
+    if (!still && part.evidence.still && part.evidence.advection_allowed && settings.rates.advect_still_edges) {
+      if (!part.edge_known) find_edge(resolve, part);
+      part.evidence.edge = part.edge;
+      part.evidence.outline = part.outline && settings.rates.advect_outlines;
+    }
+    evidence[p] = part.evidence;
+  }
+  const BlockEvidence all = join(std::span(evidence).first(parts_.size()), settings.block_speed);
+  for (Block* part : parts_) settle(resolve, *part, all, part->nearest);
+}
+
+void ResolveUnit::settle(const ResolveFrame& resolve, Block& block, const BlockEvidence& evidence, float nearest) {
+  const ResolveSettings& settings = resolve.settings;
   block.decision = select_rate(settings.rates, evidence);
   block.blurred = block.decision.blurred;
   counters_.blocks_blurred += block.blurred;
@@ -310,7 +365,7 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
     block.rendered = block.exists;
     return;
   }
-  const std::uint32_t number = settings.dither.order != DitherOrder::kOff ? resolve.number : 0;
+  const std::uint32_t number = dither_number(resolve);
   const int rate = std::min(16, block.decision.samples);
   const BlockMask pattern = settings.desampling == Desampling::kCheckerboard
                                 ? checkerboard_mask(number)
@@ -334,6 +389,9 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
     case 8:
       ++counters_.blocks_rate_8;
       break;
+    case 12:
+      ++counters_.blocks_rate_12;
+      break;
     case 32:
       ++counters_.blocks_rate_32;
       break;
@@ -344,17 +402,18 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
   counters_.blocks_advected += block.decision.advect;
   counters_.blocks_edge += block.edge && !block.decision.advect;
   if (block.rendered == block.exists && block.decision.samples != 32) return;  // runs are 1 already
-  const std::uint8_t groups = block.decision.samples == 32 ? 2 : 1;
+  const std::uint8_t groups = block.decision.samples == 32 ? kHalvesApart : kTogether;
   if (block.exists == kFullBlock) {
     for (int j = 0; j < 4; ++j) {
       const std::uint32_t runs = row_bytes(block.rendered >> (4 * j) & 15u) * groups;
       std::memcpy(&runs_[surfaces_.index(block.pixels.x0, block.pixels.y0 + j)], &runs, sizeof runs);
     }
-    return;
+  } else {
+    for_each_pixel(block.pixels, [&](int x, int y) {
+      runs_[surfaces_.index(x, y)] = (block.rendered & block_bit(x, y)) != 0 ? groups : std::uint8_t{kSkipped};
+    });
   }
-  for_each_pixel(block.pixels, [&](int x, int y) {
-    runs_[surfaces_.index(x, y)] = (block.rendered & block_bit(x, y)) != 0 ? groups : 0;
-  });
+  if (block.decision.samples == 32 && half_pattern_ != kAllHalves) plan_halves(block);
 }
 
 BlockMask ResolveUnit::reconstructible(const ResolveSettings& settings, const Block& block, BlockMask missing) const {

@@ -60,6 +60,7 @@ bool ResolveUnit::check(ResolveFrame& resolve, std::span<const Vec3> color, std:
   bool again = false;
   for (Block& block : blocks_) {
     average_samples(block, block.rendered, color, coverage);
+    if (block.half_made != 0) fill_halves(block, color, coverage);
     const std::size_t b = next.block(block.pixels.x0, block.pixels.y0);
     next.memory[b] = static_cast<std::uint8_t>(block.decision.memory() | (block.plane ? 0 : History::kRecordPerPixel) |
                                                (block.seen == 0 ? History::kNothingSeen : 0));
@@ -159,10 +160,11 @@ void ResolveUnit::keep_records(ResolveFrame& resolve) const {
     std::copy_n(&surfaces_.surface[from], n, &next.surface[to]);
   }
   for (const Block& block : blocks_) {
-    if (block.reconstructed == 0) continue;
+    const auto made = static_cast<BlockMask>(block.reconstructed | block.half_made);
+    if (made == 0) continue;
     for_each_pixel(block.pixels, [&](int x, int y) {
       float& depth = next.depth[next.pixel(x, y)];
-      if ((block.reconstructed & block_bit(x, y)) != 0) depth = -depth;
+      if ((made & block_bit(x, y)) != 0) depth = -depth;
     });
   }
 }

@@ -170,6 +170,7 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
   std::array<std::size_t, 4> pixels;
   std::array<bool, 4> split;
   std::size_t count = 0;
+  bool halves = false;  // some are left out
   for (int y = y0; y < std::min(y0 + side, samples.pixels.height()); ++y)
     for (int x = x0; x < std::min(x0 + side, samples.pixels.width()); ++x) {
       const auto pixel = static_cast<std::size_t>(y * samples.pixels.width() + x);
@@ -178,7 +179,8 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
       } else if (job.shading == ShadingRate::kCache) {
         collect_cells(job, samples, state, pixel);
       } else {
-        split[count] = runs_of(pixel) == 2, pixels[count++] = pixel;
+        halves = halves || runs_of(pixel) > kHalvesApart;
+        split[count] = runs_of(pixel) >= kHalvesApart, pixels[count++] = pixel;
       }
     }
   if (count == 0) return;
@@ -188,15 +190,22 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
     unskip(merger.visible(), merger.runs().size());
   else
     counters_.samples_visible += merger.visible();
-  counters_.pixel_shader_invocations_saved += merger.visible() - merger.runs().size();
   counters_.fragments_merged += merger.merged();
   if (job.derivatives == ShadingDerivatives::kQuad) {
     counters_.quads += merger.quads();
     counters_.helper_invocations += 4 * merger.quads() - merger.runs().size();
   }
   const auto first_point = static_cast<std::uint32_t>(kept_ + invocations_.size());
+  point_of_run_.clear();
+  std::size_t runs_left_out = 0, samples_left_out = 0;
   for (const FragmentMerger::Run& run : merger.runs()) {
     const std::size_t s = run.sample, pixel = pixels[run.pixel];
+    if (halves) {
+      const bool out = runs_of(pixel) == (in_right_half(samples.x[s]) ? kLeftHalf : kRightHalf);
+      point_of_run_.push_back(out ? kLeftOut : static_cast<std::uint32_t>(kept_ + invocations_.size()));
+      runs_left_out += out;
+      if (out) continue;
+    }
     const std::uint32_t patch = state.patch[s];
     // In place: a copy would wait for what has just been written.
     Invocation& asked = add_invocation(job, patch, pixel);
@@ -214,9 +223,13 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
       const std::uint32_t run = merger.run_of(p, k);
       if (run == FragmentMerger::kNoRun) continue;
       if (!again_) count_visible(job, state.patch[first + k]);
-      sample_point_[first + k] = first_point + run;
+      sample_point_[first + k] = halves ? point_of_run_[run] : first_point + run;
+      samples_left_out += sample_point_[first + k] == kLeftOut;
     }
   }
+  skipped_.samples += samples_left_out, skipped_.invocations += runs_left_out;
+  counters_.pixel_shader_invocations_saved +=
+      (merger.visible() - samples_left_out) - (merger.runs().size() - runs_left_out);
 }
 
 void DeferredShader::skip_pixel(const TileJob& job, const TileSamples& samples, const TileState& state,
@@ -259,6 +272,10 @@ void DeferredShader::color_samples(const TileJob& job, const TileSamples& sample
       if (point == kNone) {
         // Samples of skipped pixels have no colour.
         if (runs_of(pixel) != 0) behind_.push_back(static_cast<std::uint32_t>(s));
+        continue;
+      }
+      if (point == kLeftOut) {
+        sample_color_[s] = Vec3(0.0f);
         continue;
       }
       sample_color_[s] = points_[point].color;

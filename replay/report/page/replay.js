@@ -4,6 +4,7 @@ function replayReport() {
   const stats = data.stats, frames = stats.frames;
   const titles = { x: 'frame', y: 'bytes', part: 'unit, purpose, direction' };
   let shown = frames[0];
+  const moved = new EventTarget();  // to another frame
 
   if (data.views.length > 0) {
     const part = section('frames', 'Frames');
@@ -22,7 +23,7 @@ function replayReport() {
       if (counters) counters();
     });
     queues = plot(histogramPart, 'Histogram of the tiles of this frame by the chosen map', spec);
-    counters = () => document.dispatchEvent(new CustomEvent('frame'));
+    counters = () => moved.dispatchEvent(new CustomEvent('frame'));
   }
 
   const memory = section('memory', 'Memory traffic');
@@ -43,7 +44,7 @@ function replayReport() {
     { title: 'counter', of: (row) => row }, { title: 'all frames', of: (row) => stats.total.counters[row] }, { title: `frame ${shown.frame}`, of: (row) => shown.counters[row] },
     { title: 'unit', of: (row) => (data.counters[row] || {}).unit || '' }, { title: 'meaning', of: (row) => (data.counters[row] || {}).meaning || '', wide: true }], Object.keys(stats.total.counters)));
   fill();
-  document.addEventListener('frame', fill);
+  moved.addEventListener('frame', fill);
 
   const effects = Object.keys(shown.effects);
   const effectPart = section('effects', 'Effects');
@@ -59,7 +60,7 @@ function replayReport() {
       { title: 'tiles', of: (row) => at(row).tiles }, { title: 'why', of: (row) => shown.effect_reasons[row] || '', wide: true }], effects));
   };
   fillPlaces();
-  document.addEventListener('frame', fillPlaces);
+  moved.addEventListener('frame', fillPlaces);
   configurationSection([['Capture', stats.capture], ['Settings', stats.settings], ['Described machine', stats.gpu]]);
 }
 

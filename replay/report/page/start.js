@@ -1,7 +1,7 @@
 // Last of all: which report this is. Another kind of folder adds its function here.
 document.getElementById('title').textContent = data.title;
 document.getElementById('subtitle').textContent = data.subtitle;
-const kReports = { replay: replayReport, sweep: sweepReport, tradeoff: tradeoffReport };
+const kReports = { replay: replayReport, sweep: sweepReport, tradeoff: tradeoffReport, view: () => viewReport() };
 try {
   kReports[data.kind]();
 } catch (error) {

@@ -214,6 +214,32 @@ TEST(RateSelector, RegimesFollowEachOtherInSpeed) {
   EXPECT_EQ(rate(unknown).samples, 16);
 }
 
+// A rate of its own between two thresholds, and shares of slow blocks that are taken over.
+TEST(RateSelector, ThreeQuartersAndTheSharesOfSlowBlocksAreWhatIsAskedFor) {
+  RateSettings settings;
+  settings.thresholds = {1, 4, 16, 0};
+  EXPECT_EQ(select_rate(settings, moving(2)).samples, 16);
+  settings.thresholds.fast0 = 2;
+  EXPECT_EQ(select_rate(settings, moving(2)).samples, 16);
+  EXPECT_EQ(select_rate(settings, moving(2.1f)).samples, 12);
+  EXPECT_FALSE(select_rate(settings, moving(2.1f, true)).advect);
+  EXPECT_EQ(select_rate(settings, moving(4.1f)).samples, 8);
+  EXPECT_EQ(select_rate(settings, moving(17)).samples, 4);
+  settings.thresholds.hysteresis = 0.1f;
+  BlockEvidence b = moving(1.9f);
+  b.last_samples = 12;
+  EXPECT_EQ(select_rate(settings, b).samples, 12);
+  b.last_samples = 16, b.speed = 2.1f;
+  EXPECT_EQ(select_rate(settings, b).samples, 16);
+  for (const int advected : {4, 8, 12}) {
+    settings.advected = advected;
+    const BlockDecision slow = select_rate(settings, moving(0.5f, true));
+    EXPECT_TRUE(slow.advect);
+    EXPECT_EQ(slow.samples, 16 - advected);
+    EXPECT_EQ(slow.memory(), 1);
+  }
+}
+
 TEST(RateSelector, EdgesAreRenderedFullyOrTwiceUnlessEverySampleIsStill) {
   RateSettings settings;
   BlockEvidence b = moving(100, true);
@@ -278,7 +304,7 @@ TEST(RateSelector, FoveationIsTheSmallerRate) {
 }
 
 TEST(Foveation, StepsAtTheTwoRadii) {
-  const Foveation f({.r0 = 10, .r1 = 20}, 200, 100);
+  const Foveation f({10, 20, 0.5, 0.5, "", ""}, {0.5, 0.5}, 200, 100);
   EXPECT_EQ(f.max_samples({110, 50}), 16);
   EXPECT_EQ(f.max_samples({110.1f, 50}), 8);
   EXPECT_EQ(f.max_samples({100, 70}), 8);
