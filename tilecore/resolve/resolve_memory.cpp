@@ -68,7 +68,10 @@ void ResolveUnit::find_kept_blocks(ResolveFrame& resolve, const Memory& memory, 
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     Block& block = blocks_[i];
     resolve.next->stay[resolve.next->block(block.pixels.x0, block.pixels.y0)] = History::kUnknown;
-    if (may_stay(resolve, block)) compare_with_signature(resolve, memory, block, open);
+    if (may_stay(resolve, block))
+      compare_with_signature(resolve, memory, block, open);
+    else if (resolve.keeps_blocks && block.discrepant && block.copied)  // its signature was asked first
+      signatures_read_.push_back({block.pixels.x0 / 4, block.pixels.y0 / 4, 0, 0});
     kept_.kept[i] = block.kept;
     kept_.any = kept_.any || block.kept;
   }
