@@ -457,8 +457,8 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
                         const PackOptions& options) {
   PackReport report;
   // Reading it whole first finds every fault that only shows when values are decoded.
-  const PackedView packed = read_for_view(source, options.capture_settings, options.view, options.strict);
-  report.bytes_in = packed.capture.file_bytes;
+  const PackedView looked_at = read_for_view(source, options.capture_settings, options.view, options.strict);
+  report.bytes_in = looked_at.capture.file_bytes;
 
   const std::string name = source.string();
   const scene::CaptureLimits limits;
@@ -505,7 +505,7 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   report.ktx2_images = images.ktx2;
   list_extensions(out, chunk, draco > 0, images);
   attach_settings(out, options);
-  store_view(out, options.view, packed);
+  store_view(out, options.view, looked_at);
   move_environment(document, out, chunk);
   if (out["meshes"].empty()) out.erase("meshes");
   out.erase("buffers");

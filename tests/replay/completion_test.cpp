@@ -73,9 +73,11 @@ TEST_F(BashCompletion, OffersCommandsAndTheirOptions) {
   for (const std::string& command : kCommands) {
     const auto options = offered({"tessera", command, "--"});
     std::istringstream help(run_tessera({command, "--help"}).output);
-    for (std::string line; std::getline(help, line);)
-      if (const std::size_t at = line.find("--"); line.starts_with("  ") && at != std::string::npos && at < 8)
-        EXPECT_THAT(options, Contains(line.substr(at, line.find_first_of(" ,", at) - at))) << line;
+    for (std::string line; std::getline(help, line);) {
+      const std::size_t at = line.find("--");
+      if (!line.starts_with("  ") || at == std::string::npos || at >= 8) continue;
+      EXPECT_THAT(options, Contains(line.substr(at, line.find_first_of(" ,", at) - at))) << line;
+    }
   }
 }
 

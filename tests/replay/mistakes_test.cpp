@@ -327,7 +327,9 @@ TEST_F(Outputs, TheSameCommandAgainGivesTheSameAndLeavesWhatIsForeign) {
     EXPECT_EQ(after["notes/mine.txt"], "precious");
     EXPECT_EQ(after["frame_of_mine.png"], "precious");
     for (const char* timed : {"stats.json", "stats.csv"}) after.erase(timed);
-    if (run == 1) EXPECT_EQ(after, before);
+    if (run == 1) {
+      EXPECT_EQ(after, before);
+    }
     before = after;
   }
 }
