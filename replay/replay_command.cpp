@@ -150,7 +150,7 @@ class ReplayCommand final : public Command {
         check_not_input(file, {capture_, gpu_});
       }
     gpu::RunSettings settings;
-    gpu::GpuConfiguration gpu = gpu::load_gpu(gpu_);
+    gpu::GpuConfiguration gpu = read_as(FileKind::kMachine, gpu_, [&] { return gpu::load_gpu(gpu_); });
     for (const std::string& text : sets_) gpu::apply_setting(text, settings, gpu);
     if (spp_) gpu::settings_keys().set(settings, *gpu::settings_keys().find("sampling.samples_per_pixel"), *spp_);
     if (seed_) gpu::settings_keys().set(settings, *gpu::settings_keys().find("sampling.seed"), *seed_);
