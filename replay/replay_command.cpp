@@ -198,6 +198,7 @@ class ReplayCommand final : public Command {
     NamedFiles files(*this, gpu, settings, request, renderer);
     install_stop_handler();
     const OutputLock lock(out_);
+    OutputLock::remove_unfinished(out_);
     warm_up(renderer, std::max(0, first - warmup_), first);
     std::optional<gpu::Device> second;
     if (renders_two_at_once(capture, gpu, settings, request, last - first, limits.max_bytes))

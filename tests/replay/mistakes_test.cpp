@@ -225,6 +225,7 @@ class Outputs : public testing::Test {
     EXPECT_TRUE(one_line(r.errors)) << r.errors;
     EXPECT_THAT(r.errors, HasSubstr(reason));
     EXPECT_THAT(r.errors, HasSubstr("frames are in"));
+    EXPECT_THAT(r.errors, testing::Not(HasSubstr(".part")));
     EXPECT_GE(frames_in(out), 1u);
     EXPECT_LT(frames_in(out), 40u);
     EXPECT_EQ(stats_of(out)["stopped"]["wanted_frames"], 40);
@@ -267,9 +268,11 @@ TEST_F(Outputs, ARunThatIsKilledLeavesWholeFilesAndTheNextOneWorks) {
   for (int frame = 0; frame < 3; ++frame)
     EXPECT_NO_THROW(json::parse(test::read_text(out / ("tiles_000" + std::to_string(frame) + ".json"))));
   EXPECT_FALSE(fs::exists(out / "stats.json"));
+  test::write_text(out / "frame_0001.png.1-1.part", "half");
   const ProcessResult again = run_tessera(replay(out, {"--frames", "0:2", "--size", "320x180"}));
   EXPECT_EQ(again.status, 0) << again.errors;
   EXPECT_EQ(frames_in(out), 2u);
+  EXPECT_FALSE(half_written(out));
 }
 
 TEST_F(Outputs, AStoppedRunEndsWithStatus130AndSaysHowToGoOn) {
