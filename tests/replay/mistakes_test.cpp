@@ -278,7 +278,8 @@ TEST_F(Outputs, ARunThatIsKilledLeavesWholeFilesAndTheNextOneWorks) {
 TEST_F(Outputs, AStoppedRunEndsWithStatus130AndSaysHowToGoOn) {
   for (const char* signal : {"INT", "TERM"}) {
     const fs::path out = folder_ / signal;
-    const ProcessResult r = shell("\"$@\" & child=$!; sleep 1; kill -" + std::string(signal) + " $child; wait $child",
+    const ProcessResult r = shell("\"$@\" & child=$!; while [ ! -e " + (out / "frame_0003.png").string() +
+                                      " ]; do sleep 0.05; done; kill -" + std::string(signal) + " $child; wait $child",
                                   replay(out, {"--frames", "3:5000", "--size", "320x180"}));
     // A shell ignores SIGINT for what runs in the background.
     if (r.timed_out) continue;
