@@ -349,7 +349,8 @@ void DeferredShader::collect_layers(const TileJob& job, const TileSamples& sampl
   if (!again_) counters_.blended_layers += state.layers.size();
   // Far to near within a sample; equal depths by patch and triangle.
   std::sort(state.layers.begin(), state.layers.end(), [](const TileState::Layer& a, const TileState::Layer& b) {
-    return std::tie(a.sample, b.z, a.patch, a.triangle) < std::tie(b.sample, a.z, b.patch, b.triangle);
+    return std::tie(a.sample, b.z, a.patch, a.triangle, a.b1, a.b2) <
+           std::tie(b.sample, a.z, b.patch, b.triangle, b.b1, b.b2);
   });
   const auto spp = static_cast<std::size_t>(samples.spp);
   layer_quads_.clear();
