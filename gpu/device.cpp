@@ -257,8 +257,9 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& 
   MachineRecord record;
   const bool observed = observer_ != nullptr && left == nullptr;
   const DisplacementMemory* const heights = settings_.output.machine_model ? &displacement_memory_ : nullptr;
-  WorkRecorder recorder(gpu_, record_memory_, heights, request_.record_accesses,
-                        request_.record_items || gpu_.queues.model == hardware::TimingModel::kEvents);
+  WorkRecorder recorder(
+      gpu_, record_memory_, heights, request_.record_accesses,
+      request_.record_items || request_.attribute || gpu_.queues.model == hardware::TimingModel::kEvents);
   if (eliminates(gpu_)) begin_elimination(frame, eye, job);
   pipeline_.render({gpu_, job, recorder, result, observed ? &record : nullptr, &progress_,
                     gpu_.tile.rendering_elimination ? &eye.inputs : nullptr},
@@ -266,7 +267,14 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& 
   record.textures = recorder.take_textures();
   if (settings_.output.machine_model) {
     const StageTimer timer(result, "model");
-    result.model = model_machine(gpu_, recorder.finish(job, result.counters.ledger), caches_.of_frame(gpu_, frame));
+    timing::WarmCaches* const caches = caches_.of_frame(gpu_, frame);
+    const timing::WarmCaches before = request_.attribute && caches != nullptr ? *caches : timing::WarmCaches();
+    result.model = model_machine(gpu_, recorder.finish(job, result.counters.ledger), caches);
+    if (request_.attribute) {
+      const MachineModel& model = *result.model;
+      result.shares = frame_shares(gpu_, model.record.work, model.schedule, model.timing, model.energy,
+                                   recorder.take_traffic(), before);
+    }
   }
   if (eliminates(gpu_)) end_elimination(eye, result);
   if (guesses) {
@@ -294,6 +302,7 @@ void Device::render_right_eye(int frame, const scene::FrameGeometry& left, Frame
   result.maps.add(right.maps);
   result.materials.add(right.materials);
   merge(result.drawables, right.drawables);
+  if (result.shares && right.shares) result.shares->add(*right.shares);
   if (result.model && right.model) {  // one eye after the other
     result.model->timing.accumulate(right.model->timing);
     result.model->energy.accumulate(right.model->energy);

@@ -28,6 +28,7 @@ struct RenderRequest {
   bool record_accesses = false;    // keep every transfer over the memory interface, for traces
   bool record_items = false;       // keep every sub-patch and warp, for records; machine.timing=events does as well
   bool resolve_auxiliary = false;  // images of what the resolve unit did; with desampling only
+  bool attribute = false;          // what drawables and tiles have of the frame; keeps items. With output.machine_model
   bool error = false;              // and of its error: renders every frame fully as well
 };
 

@@ -16,6 +16,11 @@ namespace {
 
 constexpr std::size_t kVisibility = static_cast<std::size_t>(Phase::kVisibility);
 
+std::uint64_t& bytes_of(TileTraffic& traffic, Purpose purpose, bool write) {
+  memory::Traffic& of = traffic[static_cast<std::size_t>(purpose)];
+  return write ? of.written_bytes : of.read_bytes;
+}
+
 }  // namespace
 
 WorkRecorder::WorkRecorder(const GpuConfiguration& gpu, const RecordMemory& records, const DisplacementMemory* heights,
@@ -170,6 +175,7 @@ WorkRecorder::Round WorkRecorder::begin_round(const binner::Binner& binner, cons
   binner_ = now;
   slots_.resize(binner.grid().tile_count());
   textures_.resize(binner.grid().tile_count());
+  traffic_.resize(binner.grid().tile_count());
   order_ = &order;
   return Round(*this);
 }
@@ -226,6 +232,12 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
     work.pixels += static_cast<std::uint64_t>(pixels.width()) * static_cast<std::uint64_t>(pixels.height());
   }
   work.dram_bytes = timing::phase_bytes(ledger);
+  for (std::size_t unit = 0; unit < memory::kUnitCount; ++unit)
+    for (std::size_t purpose = 0; purpose < memory::kPurposeCount; ++purpose) {
+      const memory::Traffic& more = ledger.traffic(static_cast<Unit>(unit), static_cast<Purpose>(purpose));
+      recorder_.traffic_[tile_][purpose].read_bytes += more.read_bytes;
+      recorder_.traffic_[tile_][purpose].written_bytes += more.written_bytes;
+    }
   if (recorder_.keep_items_) take_items(ledger);
 
   tilecore::merge(sums.core, counted);
@@ -258,6 +270,7 @@ std::uint64_t WorkRecorder::share_records(Slot& slot, std::span<const std::uint3
   for (const std::uint32_t record : records) bytes += cache.read(record, record_accesses_ ? &slot.log : nullptr);
   rounds_.read_bytes += bytes;
   slot.work.dram_bytes[kVisibility] += bytes;
+  bytes_of(traffic_[slot.work.tile], Purpose::kTileQueue, false) += bytes;
   return bytes;
 }
 
@@ -334,6 +347,7 @@ std::uint64_t WorkRecorder::move(binner::TileIndex tile, TileArray& array, std::
   Slot& slot = slots_[tile];
   const Phase phase = timing::phase_of(array.unit, array.purpose, array.write);
   slot.work.dram_bytes[static_cast<std::size_t>(phase)] += moved;
+  bytes_of(traffic_[tile], array.purpose, array.write) += moved;
   if (array.write) {
     slot.items.written_bytes += moved;
     arrays_.write(array.unit, array.purpose, moved);
@@ -395,6 +409,7 @@ void WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phas
     (phase == Phase::kVisibility ? texture->visibility_bytes : texture->shading_bytes) += bytes;
   }
   slot.work.dram_bytes[static_cast<std::size_t>(phase)] += bytes;
+  bytes_of(traffic_[slot.work.tile], purpose, false) += bytes;
   const std::uint64_t first = purpose == Purpose::kTexture        ? 0
                               : purpose == Purpose::kSamplingMaps ? RecordMemory::kCellsAt
                                                                   : records_.first_line();

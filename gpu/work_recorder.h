@@ -35,6 +35,9 @@ struct FrameRecord {
   std::vector<RoundAccesses> accesses;
 };
 
+// What a tile moved over the external memory interface, by purpose.
+using TileTraffic = std::array<memory::Traffic, memory::kPurposeCount>;
+
 // An array in memory of which each tile has a piece, one behind the other in the machine's order: a burst moves with the
 // first tile that needs it.
 struct TileArray {
@@ -96,6 +99,8 @@ class WorkRecorder {
   // By tile, of the whole frame.
   std::vector<TextureUse> take_textures() { return std::exchange(textures_, {}); }
 
+  std::vector<TileTraffic> take_traffic() { return std::exchange(traffic_, {}); }
+
   // `ledger`: of the whole frame; what no round holds of it becomes other_bytes. Ends the recording.
   FrameRecord finish(const tilecore::TileJob& job, const memory::Ledger& ledger);
 
@@ -150,6 +155,7 @@ class WorkRecorder {
   PerThread<Sums> sums_;
   std::vector<Slot> slots_;  // by tile
   std::vector<TextureUse> textures_;
+  std::vector<TileTraffic> traffic_;
   const tilecore::TileOrder* order_ = nullptr;
   memory::AccessLog geometry_log_;
   // Of base patches' records in their memory, by number, and their end, when transfers are recorded. Records of
