@@ -128,7 +128,7 @@ std::shared_ptr<const ViewResult> ViewSession::result() const {
 json ViewSession::state() const {
   const std::lock_guard lock(mutex_);
   json state = state_;
-  if (device_ != nullptr) {
+  if (device_ != nullptr && state.at("phase") == "rendering") {
     state["done"] = device_->progress().done();
     state["tiles"] = device_->progress().tiles();
   }

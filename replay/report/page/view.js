@@ -223,7 +223,7 @@ function redrawReport(stats, views) {
     data.stats = stats;
     data.views = views;
     update(stats, views);
-  }, 250);
+  }, 100);
 }
 return viewReport;
 })();
