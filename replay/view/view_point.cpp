@@ -104,7 +104,8 @@ ViewPoint ViewSpace::changed(const ViewPoint& from, const json& changes) const {
   if (!changes.is_object()) throw UsageError("expected an object of keys and values");
   Changes all = from.changes;
   int frame = from.frame;
-  for (const auto& [key, value] : changes.items()) {
+  for (const auto& [name, value] : changes.items()) {
+    const std::string& key = name;
     if (key == "frame") {
       frame = value.is_null() ? first_ : frame_of(value);
       continue;

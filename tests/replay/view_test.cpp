@@ -13,7 +13,6 @@
 #include <thread>
 
 #include "base/error.h"
-#include "base/image_codec.h"
 #include "replay/view/view_session.h"
 #include "scene/capture_reader.h"
 #include "tests/support/browser.h"
@@ -97,14 +96,6 @@ class Session {
   std::vector<std::shared_ptr<const ViewResult>> results_;
   ViewSession session_;
 };
-
-DecodedImage decoded(const std::string& png) {
-  DecodedImage image;
-  std::string fault;
-  EXPECT_TRUE(decode_image(std::span(reinterpret_cast<const std::uint8_t*>(png.data()), png.size()), {}, image, fault))
-      << fault;
-  return image;
-}
 
 // VS1: what its command line gives.
 void expect_as_replayed(const ViewResult& result) {
