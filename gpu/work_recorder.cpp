@@ -16,6 +16,11 @@ namespace {
 
 constexpr std::size_t kVisibility = static_cast<std::size_t>(Phase::kVisibility);
 
+std::uint64_t& bytes_of(TileTraffic& traffic, Purpose purpose, bool write) {
+  memory::Traffic& of = traffic[static_cast<std::size_t>(purpose)];
+  return write ? of.written_bytes : of.read_bytes;
+}
+
 }  // namespace
 
 WorkRecorder::WorkRecorder(const GpuConfiguration& gpu, const RecordMemory& records, const DisplacementMemory* heights,
@@ -171,6 +176,7 @@ WorkRecorder::Round WorkRecorder::begin_round(const binner::Binner& binner, cons
   binner_ = now;
   slots_.resize(binner.grid().tile_count());
   textures_.resize(binner.grid().tile_count());
+  traffic_.resize(binner.grid().tile_count());
   order_ = &order;
   return Round(*this);
 }
@@ -194,6 +200,7 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   const memory::Ledger ledger = core_.take_ledger();
   slot_.lines = core_.textures().take_misses();
   slot_.patches = core_.take_patches_read();
+  slot_.history = core_.take_history_lines();
   sums.layer_bytes = std::max(sums.layer_bytes, core_.take_layer_bytes());
 
   timing::TileWork& work = slot_.work;
@@ -217,7 +224,7 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   work.blended_layers = counted.shading.blended_layers;
   work.texels = counted.texture.texels - slot_.visibility_texels;
   const bool floats = job.resolve != nullptr && job.resolve->settings.weights == tilecore::StencilWeights::kFloat;
-  work.hashed_bytes = counted.store.signature_bytes;
+  work.hashed_bytes = counted.store.signature_bytes + counted.history.hashed_bytes;
   work.resolve_operations = counted.desampling.velocity_operations + counted.desampling.light_tests +
                             counted.desampling.pixels_advected + counted.desampling.stencil_taps * (floats ? 4 : 1) +
                             counted.transmission.texels_reduced;
@@ -227,6 +234,12 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
     work.pixels += static_cast<std::uint64_t>(pixels.width()) * static_cast<std::uint64_t>(pixels.height());
   }
   work.dram_bytes = timing::phase_bytes(ledger);
+  for (std::size_t unit = 0; unit < memory::kUnitCount; ++unit)
+    for (std::size_t purpose = 0; purpose < memory::kPurposeCount; ++purpose) {
+      const memory::Traffic& more = ledger.traffic(static_cast<Unit>(unit), static_cast<Purpose>(purpose));
+      recorder_.traffic_[tile_][purpose].read_bytes += more.read_bytes;
+      recorder_.traffic_[tile_][purpose].written_bytes += more.written_bytes;
+    }
   if (recorder_.keep_items_) take_items(ledger);
 
   tilecore::merge(sums.core, counted);
@@ -259,6 +272,7 @@ std::uint64_t WorkRecorder::share_records(Slot& slot, std::span<const std::uint3
   for (const std::uint32_t record : records) bytes += cache.read(record, record_accesses_ ? &slot.log : nullptr);
   rounds_.read_bytes += bytes;
   slot.work.dram_bytes[kVisibility] += bytes;
+  bytes_of(traffic_[slot.work.tile], Purpose::kTileQueue, false) += bytes;
   return bytes;
 }
 
@@ -304,6 +318,7 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, 
   for (; cells != use.cells.end(); ++cells) share_cells(slot, *cells, next);
   cache.use(tile, {}, use.hidden);
   share_shading(slot);
+  share_history(slot);
   return table_bytes;
 }
 
@@ -351,6 +366,7 @@ std::uint64_t WorkRecorder::move(binner::TileIndex tile, TileArray& array, std::
   Slot& slot = slots_[tile];
   const Phase phase = timing::phase_of(array.unit, array.purpose, array.write);
   slot.work.dram_bytes[static_cast<std::size_t>(phase)] += moved;
+  bytes_of(traffic_[tile], array.purpose, array.write) += moved;
   if (array.write) {
     slot.items.written_bytes += moved;
     arrays_.write(array.unit, array.purpose, moved);
@@ -400,11 +416,19 @@ void WorkRecorder::share_shading(Slot& slot) {
   slot.patches.clear();
 }
 
-void WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phase, Purpose purpose) {
+void WorkRecorder::share_history(Slot& slot) {
+  for (const std::uint32_t line : slot.history)
+    if (!share_line(slot, RecordMemory::kHistoryAt + line, Phase::kStore, Purpose::kHistory))
+      slot.items.resolve_bytes += l2_.line_bytes();
+  slot.history.clear();
+}
+
+bool WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phase, Purpose purpose) {
   ++slot.work.l2_lines;
   TextureUse* const texture = purpose == Purpose::kTexture ? &textures_[slot.work.tile] : nullptr;
   if (texture != nullptr) ++texture->l2_lines;
-  if (l2_.read(line, purpose)) return;
+  const Unit unit = purpose == Purpose::kHistory ? Unit::kResolve : Unit::kTilecore;
+  if (l2_.read(line, purpose, unit)) return true;
   const std::uint64_t bytes = l2_.line_bytes();
   ++slot.work.l2_lines;
   if (texture != nullptr) {
@@ -412,10 +436,13 @@ void WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phas
     (phase == Phase::kVisibility ? texture->visibility_bytes : texture->shading_bytes) += bytes;
   }
   slot.work.dram_bytes[static_cast<std::size_t>(phase)] += bytes;
+  bytes_of(traffic_[slot.work.tile], purpose, false) += bytes;
   const std::uint64_t first = purpose == Purpose::kTexture        ? 0
                               : purpose == Purpose::kSamplingMaps ? RecordMemory::kCellsAt
+                              : purpose == Purpose::kHistory      ? RecordMemory::kHistoryAt
                                                                   : records_.first_line();
-  if (record_accesses_) slot.log.add(Unit::kTilecore, purpose, false, (line - first) * bytes, bytes);
+  if (record_accesses_) slot.log.add(unit, purpose, false, (line - first) * bytes, bytes);
+  return false;
 }
 
 void WorkRecorder::end_round() {

@@ -36,6 +36,9 @@ struct FrameRecord {
   std::vector<RoundAccesses> accesses;
 };
 
+// What a tile moved over the external memory interface, by purpose.
+using TileTraffic = std::array<memory::Traffic, memory::kPurposeCount>;
+
 // An array in memory of which each tile has a piece, one behind the other in the machine's order: a burst moves with the
 // first tile that needs it.
 struct TileArray {
@@ -97,6 +100,8 @@ class WorkRecorder {
   // By tile, of the whole frame.
   std::vector<TextureUse> take_textures() { return std::exchange(textures_, {}); }
 
+  std::vector<TileTraffic> take_traffic() { return std::exchange(traffic_, {}); }
+
   // `ledger`: of the whole frame; what no round holds of it becomes other_bytes. Ends the recording.
   FrameRecord finish(const tilecore::TileJob& job, const memory::Ledger& ledger);
 
@@ -109,6 +114,7 @@ class WorkRecorder {
     std::uint64_t visibility_texels = 0;  // before shading
     timing::TileItems items;              // when items are kept
     std::vector<std::uint32_t> patches;   // whose attributes were read
+    std::vector<std::uint32_t> history;   // lines of the previous frame
     memory::AccessLog log;
   };
   std::uint64_t share(binner::TileIndex tile, const SharedUse& use, SharedCaches caches);
@@ -130,7 +136,10 @@ class WorkRecorder {
   void share_cells(Slot& slot, const tilecore::TileCore::CellsDrawn& cells, std::size_t& next_item);
   // Lines that the tile's texture unit missed before and while shading, and records that its pixel shader reads.
   void share_shading(Slot& slot);
-  void share_line(Slot& slot, std::uint32_t line, timing::Phase phase,
+  // What its resolve unit reads of the previous frame. With items it takes its time as what bypasses the L2 does.
+  void share_history(Slot& slot);
+  // False: it was fetched.
+  bool share_line(Slot& slot, std::uint32_t line, timing::Phase phase,
                   memory::Purpose purpose = memory::Purpose::kTexture);
   // A vertex's own shader.
   const hardware::ShaderCost& domain_cost(const tilecore::TessellationRequest& request) const;
@@ -155,6 +164,7 @@ class WorkRecorder {
   PerThread<Sums> sums_;
   std::vector<Slot> slots_;  // by tile
   std::vector<TextureUse> textures_;
+  std::vector<TileTraffic> traffic_;
   const tilecore::TileOrder* order_ = nullptr;
   memory::AccessLog geometry_log_;
   // Of base patches' records in their memory, by number, and their end, when transfers are recorded. Records of

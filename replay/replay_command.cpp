@@ -26,6 +26,7 @@
 #include "gpu/timeline.h"
 #include "replay/commands.h"
 #include "replay/file_kind.h"
+#include "replay/frame_costs.h"
 #include "replay/frame_files.h"
 #include "replay/option_numbers.h"
 #include "replay/output_lock.h"
@@ -37,6 +38,7 @@
 #include "replay/sensitivity.h"
 #include "replay/statistics.h"
 #include "replay/tile_map_files.h"
+#include "replay/timeline_member.h"
 #include "replay/view_options.h"
 
 namespace tessera::replay {
@@ -97,7 +99,8 @@ class ReplayCommand final : public Command {
     add_variant_option(app, variant_);
     add_view_options(app, view_, kViewGroup);
     add_shutter_option(app, view_.shutter, kViewGroup);
-    app.add_option("--trace", trace_, "Write when each unit did what, for Perfetto or chrome://tracing (JSON)")
+    app.add_option("--trace", trace_,
+                   "Write when each unit did what, for Perfetto: JSON, or protobuf where FILE ends in .pftrace")
         ->type_name("FILE");
     app.add_option("--trace-frames", trace_frames_,
                    "Frames that --trace and --dram-trace hold, B not included (default: all)")
@@ -150,7 +153,7 @@ class ReplayCommand final : public Command {
         check_not_input(file, {capture_, gpu_});
       }
     gpu::RunSettings settings;
-    gpu::GpuConfiguration gpu = gpu::load_gpu(gpu_);
+    gpu::GpuConfiguration gpu = read_as(FileKind::kMachine, gpu_, [&] { return gpu::load_gpu(gpu_); });
     for (const std::string& text : sets_) gpu::apply_setting(text, settings, gpu);
     if (spp_) gpu::settings_keys().set(settings, *gpu::settings_keys().find("sampling.samples_per_pixel"), *spp_);
     if (seed_) gpu::settings_keys().set(settings, *gpu::settings_keys().find("sampling.seed"), *seed_);
@@ -198,6 +201,7 @@ class ReplayCommand final : public Command {
     NamedFiles files(*this, gpu, settings, request, renderer);
     install_stop_handler();
     const OutputLock lock(out_);
+    OutputLock::remove_unfinished(out_);
     warm_up(renderer, std::max(0, first - warmup_), first);
     std::optional<gpu::Device> second;
     if (renders_two_at_once(capture, gpu, settings, request, last - first, limits.max_bytes))
@@ -206,8 +210,10 @@ class ReplayCommand final : public Command {
     std::vector<timing::FrameWork> first_views;
     ReservedSpace room(out_);
     try {
+      const DrawableNames names(
+          gpu::record_head("", renderer.assembly(), gpu, settings, request.width, request.height));
       render_frames(devices, {first, last}, {out_, aux_, exposure, settings.output.exr_compression},
-                    baselines_ ? &schemes : nullptr, files, statistics, first_views, room);
+                    baselines_ ? &schemes : nullptr, {gpu, names}, files, statistics, first_views, room);
     } catch (const WriteError& error) {
       room.release();
       save_what_was_done(statistics, {first, last}, error);
@@ -230,11 +236,17 @@ class ReplayCommand final : public Command {
  private:
   class NamedFiles;
 
+  // What tiles and drawables of a frame are told by.
+  struct CostSources {
+    const gpu::GpuConfiguration& gpu;
+    const DrawableNames& names;
+  };
+
   // Renders frames and writes what is written of each, until the last or a signal. Statistics of a frame have room on the
   // disk before its images are written. Throws WriteError.
   void render_frames(const std::vector<gpu::Device*>& devices, FrameRange range, FrameWriter::Settings writer,
-                     const baselines::BaselineObserver* schemes, NamedFiles& files, Statistics& statistics,
-                     std::vector<timing::FrameWork>& first_views, ReservedSpace& room) const {
+                     const baselines::BaselineObserver* schemes, const CostSources& sources, NamedFiles& files,
+                     Statistics& statistics, std::vector<timing::FrameWork>& first_views, ReservedSpace& room) const {
     FrameWriter images(std::move(writer));
     const int frames = range.last - range.first;
     Progress progress(static_cast<std::size_t>(frames), quiet_, [&] { return tiles_done(devices); });
@@ -242,12 +254,16 @@ class ReplayCommand final : public Command {
     for (int frame = range.first; frame < range.last && !stop_requested(); ++frame) {
       gpu::FrameResult result = stream.next();
       if (sensitivity_ && first_views.empty()) first_views = views_of(result);
-      statistics.add(result, schemes != nullptr ? &schemes->last() : nullptr);
+      std::optional<FrameCosts> costs;
+      if (result.shares) costs.emplace(*result.shares, sources.names);
+      statistics.add(result, schemes != nullptr ? &schemes->last() : nullptr, costs ? &*costs : nullptr);
       room.grow(statistics.bytes_at_most());
       files.add(result);
       images.add(frame, std::move(result.targets));
       if (result.right) images.add(frame, std::move(result.right->targets), "right");
-      write_file_atomically(fs::path(out_) / tile_maps_name(frame), tile_maps_json(frame, result.maps));
+      std::string members;
+      if (costs) members = costs->tile_members() + timeline_member(gpu::frame_timeline(sources.gpu, *result.model));
+      write_file_atomically(fs::path(out_) / tile_maps_name(frame), tile_maps_json(frame, result.maps, members));
       progress.update(static_cast<std::size_t>(frame - range.first + 1),
                       fmt::format("frame {}: {:.2f} s", frame, result.seconds));
     }
@@ -351,7 +367,7 @@ class ReplayCommand final : public Command {
         record_->add(result.frame, views);
       }
       if (result.frame < frames_.first || result.frame >= frames_.last) return;
-      if (timeline_) timeline_->add(result.frame, *result.model);
+      if (timeline_) timeline_->add(result.frame, *result.model, result.maps.columns);
       if (dram_) dram_->add(frame_bursts(*result.model, map_, burst_bytes_), result.model->schedule.cycles);
     }
     void commit(const gpu::Device& renderer) {
@@ -399,6 +415,7 @@ class ReplayCommand final : public Command {
     request.auxiliary = !aux_.empty();
     request.record_accesses = !dram_trace_.empty();
     request.record_items = !record_.empty();
+    request.attribute = settings.output.machine_model;
     request.resolve_auxiliary = std::any_of(aux_.begin(), aux_.end(), is_resolve_layer);
     request.error = std::find(aux_.begin(), aux_.end(), "error") != aux_.end();
     if (request.resolve_auxiliary && settings.resolve.desampling == tilecore::Desampling::kOff)

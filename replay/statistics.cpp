@@ -81,10 +81,14 @@ void Statistics::add_gpu_notice(const std::string& notice) {
   if (!notice.empty()) head_["gpu_notices"].push_back(notice);
 }
 
-void Statistics::add(const gpu::FrameResult& frame, const baselines::BaselineSet* schemes) {
+void Statistics::add(const gpu::FrameResult& frame, const baselines::BaselineSet* schemes, const FrameCosts* costs) {
   nlohmann::json stages = nlohmann::json::object();
   for (const auto& [stage, seconds] : frame.stage_seconds) stages[stage] = seconds;
   frames_.push_back(frame_json(frame, schemes));
+  if (costs != nullptr) {
+    frames_.back()["drawables"] = costs->drawables();
+    frames_.back()["materials"] = costs->materials();
+  }
   frames_.back()["host"] = {{"seconds", frame.seconds}, {"stages", stages}, {"simd", simd_target_name()}};
   if (frame.model) {
     if (!timing_) timing_.emplace();

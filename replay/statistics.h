@@ -10,6 +10,7 @@
 
 #include "gpu/device.h"
 #include "replay/baseline_report.h"
+#include "replay/frame_costs.h"
 #include "scene/capture.h"
 
 namespace tessera::replay {
@@ -42,8 +43,9 @@ class Statistics {
   // Of its first frame (sensitivity_json()): the member "sensitivity".
   void set_sensitivity(nlohmann::json sensitivity) { head_["sensitivity"] = std::move(sensitivity); }
 
-  // `schemes`: the baselines of the same frame, or null.
-  void add(const gpu::FrameResult& frame, const baselines::BaselineSet* schemes = nullptr);
+  // `schemes`: the baselines of the same frame, or null. `costs`: members "drawables" and "materials"; null: none.
+  void add(const gpu::FrameResult& frame, const baselines::BaselineSet* schemes = nullptr,
+           const FrameCosts* costs = nullptr);
   std::size_t frame_count() const { return frames_.size(); }
 
   nlohmann::json json() const;

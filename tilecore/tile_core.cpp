@@ -143,11 +143,17 @@ std::uint64_t sort_steps(std::uint64_t entries) {
 
 CoreCounters TileCore::take_counters() {
   resolve_counters_.pixels_shaded += resolve_.take_pixels_shaded();
-  return {std::exchange(counters_, {}),    visibility_.take_stencil_counters(),
-          visibility_.take_ray_counters(), sampler_.take_counters(),
-          shader_.take_counters(),         shader_.textures().take_counters(),
-          resolve_.take_counters(),        std::exchange(resolve_counters_, {}),
-          store_.take_compression(),       store_.take_counters(),
+  return {std::exchange(counters_, {}),
+          visibility_.take_stencil_counters(),
+          visibility_.take_ray_counters(),
+          sampler_.take_counters(),
+          shader_.take_counters(),
+          shader_.textures().take_counters(),
+          resolve_.take_counters(),
+          resolve_.take_history_counters(),
+          std::exchange(resolve_counters_, {}),
+          store_.take_compression(),
+          store_.take_counters(),
           std::exchange(transmission_, {})};
 }
 memory::Ledger TileCore::take_ledger() {
@@ -440,6 +446,11 @@ void TileCore::load_state(const TileJob& job, const TileState& state) {
 
 // ---- Shading ----------------------------------------------------------------------------------------------------
 
+HistoryStorage TileCore::history_storage(const TileJob& job) {
+  return {job.burst_bytes,         job.store.coder, job.store.compressed,    job.grid->tile_width(),
+          job.grid->tile_height(), job.line_bytes,  job.store.signature_bits};
+}
+
 bool TileCore::finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group) {
   const double start = thread_seconds();
   resolve_.plan(*job.resolve, *job.frame, samples_, state);
@@ -453,15 +464,14 @@ bool TileCore::finish_desampled(const TileJob& job, TileState& state, FrameTarge
   }
   const DeferredShader::Skipped skipped = shader_.take_skipped();
   resolve_.count_skipped(skipped.samples, skipped.invocations);
-  const bool open =
-      resolve_.complete(*job.resolve, shader_.color(), shader_.coverage(), {job.burst_bytes, job.store.coder}, targets);
+  const bool open = resolve_.complete(*job.resolve, shader_.color(), shader_.coverage(), history_storage(job), targets);
   resolve_seconds_ += (planned - start) + (thread_seconds() - shaded);
   return open;
 }
 
 void TileCore::finish_deferred(const TileJob& job, binner::TileIndex tile, FrameTargets& targets) {
   const double start = thread_seconds();
-  resolve_.finish_deferred(*job.resolve, job.grid->pixels(tile), {job.burst_bytes, job.store.coder}, targets);
+  resolve_.finish_deferred(*job.resolve, job.grid->pixels(tile), history_storage(job), targets);
   resolve_seconds_ += thread_seconds() - start;
 }
 
@@ -513,8 +523,12 @@ bool TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
         {shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes, false},
         targets.color, resolve_counters_, ledger_);
   }
-  const TileStore::Outcome stored =
-      store_.store(job.store, {tile, pixels, targets.region, job.burst_bytes, open}, targets.color, ledger_);
+  TileStore::Tile whole{tile, pixels, targets.region, job.burst_bytes, open};
+  if (job.resolve != nullptr) {
+    whole.kept = &resolve_.kept();
+    whole.payloads = job.resolve->next->payload.empty() ? nullptr : &job.resolve->next->payload;
+  }
+  const TileStore::Outcome stored = store_.store(job.store, whole, targets.color, ledger_);
   if (stored.changed && job.resolve != nullptr) resolve_.keep_stored(*job.resolve, targets);
   if (targets.auxiliary) shader_.write_auxiliary(samples_, state, targets);
   if (!targets.coarse_depth.farthest.empty()) store_coarse_depth(state, targets.coarse_depth);

@@ -1,6 +1,7 @@
 #include "replay/view/view_session.h"
 
 #include <chrono>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -9,12 +10,16 @@
 #include "base/error.h"
 #include "base/image_codec.h"
 #include "base/text.h"
+#include "gpu/frame_timeline.h"
 #include "gpu/image_bytes.h"
 #include "gpu/machine_model.h"
 #include "gpu/record_file.h"
+#include "replay/drawable_names.h"
+#include "replay/frame_costs.h"
 #include "replay/reproduction.h"
 #include "replay/statistics.h"
 #include "replay/tile_map_files.h"
+#include "replay/timeline_member.h"
 #include "shaders_cpp/tone_map.h"
 
 namespace tessera::replay {
@@ -47,8 +52,7 @@ json view_json(const gpu::FrameResult& frame, const IntRect& region) {
   return {{"label", fmt::format("frame {}", frame.frame)},
           {"frame", frame.frame},
           {"size", {region.width(), region.height()}},
-          {"region", {region.x0, region.y0}},
-          {"tiles", json::parse(tile_maps_json(frame.frame, frame.maps))}};
+          {"region", {region.x0, region.y0}}};
 }
 
 }  // namespace
@@ -58,6 +62,9 @@ struct ViewSession::Rendering {
   gpu::FrameResult frame;  // without images and record
   std::vector<timing::FrameWork> views;
   ViewImage image;
+  DrawableNames names;
+  gpu::FrameShares shares;
+  gpu::FrameTimeline timeline;  // of the left eye
 };
 
 ViewSession::ViewSession(ViewStart start, std::uint64_t max_bytes)
@@ -121,7 +128,7 @@ std::shared_ptr<const ViewResult> ViewSession::result() const {
 json ViewSession::state() const {
   const std::lock_guard lock(mutex_);
   json state = state_;
-  if (device_ != nullptr) {
+  if (device_ != nullptr && state.at("phase") == "rendering") {
     state["done"] = device_->progress().done();
     state["tiles"] = device_->progress().tiles();
   }
@@ -184,7 +191,21 @@ void ViewSession::time(const ViewPoint& point, bool stale) {
   const Clock::time_point start = Clock::now();
   set_phase(point, "timing");
   gpu::CachesOfFrames caches;
-  gpu::FrameCost cost = gpu::frame_cost(point.gpu, rendering_->views, caches.of_frame(point.gpu, point.frame));
+  // What is moved for a tile does not hang on when.
+  const std::vector<gpu::TileTraffic>& traffic = rendering_->shares.traffic;
+  std::optional<gpu::FrameShares> shares;
+  gpu::FrameTimeline timeline;
+  const auto each = [&](const timing::FrameWork& work, const gpu::ViewCost& view, const timing::WarmCaches& before) {
+    gpu::FrameShares of =
+        gpu::frame_shares(point.gpu, work, view.schedule, view.timing, view.energy,
+                          shares ? std::vector<gpu::TileTraffic>(traffic.size()) : traffic, before, false);
+    if (shares) return shares->add(of);
+    timeline = gpu::frame_timeline(point.gpu, work, view.schedule, view.timing);
+    shares = std::move(of);
+  };
+  gpu::FrameCost cost = gpu::frame_cost(point.gpu, rendering_->views, caches.of_frame(point.gpu, point.frame), each);
+  rendering_->shares = std::move(*shares);
+  rendering_->timeline = std::move(timeline);
   gpu::MachineModel& model = *rendering_->frame.model;
   model.timing = std::move(cost.timing);
   model.energy = std::move(cost.energy);
@@ -226,6 +247,11 @@ void ViewSession::render(const ViewPoint& point) {
   std::vector<timing::FrameWork> views;
   views.push_back(std::move(frame.model->record.work));
   if (frame.right) views.push_back(std::move(*frame.right->work));
+  gpu::FrameTimeline timeline =
+      gpu::frame_timeline(point.gpu, views.front(), frame.model->schedule, frame.model->timing);
+  gpu::FrameShares shares = std::move(*frame.shares);
+  DrawableNames names(
+      gpu::record_head("", device.assembly(), point.gpu, point.settings, point.request.width, point.request.height));
   frame.model->record = {};
   frame.model->schedule = {};
   const tilecore::FrameTargets targets = std::move(frame.targets);
@@ -238,7 +264,8 @@ void ViewSession::render(const ViewPoint& point) {
                                                                  : space_.start().capture->settings.exposure),
                  PngEffort::kFast));
   image.view = view_json(frame, point.request.region);
-  rendering_ = std::unique_ptr<Rendering>(new Rendering{point, std::move(frame), std::move(views), std::move(image)});
+  rendering_ = std::unique_ptr<Rendering>(new Rendering{point, std::move(frame), std::move(views), std::move(image),
+                                                        std::move(names), std::move(shares), std::move(timeline)});
   publish(point, true, false, seconds_from(start));
 }
 
@@ -248,7 +275,8 @@ void ViewSession::publish(const ViewPoint& point, bool rendered, bool stale, dou
   statistics.add_gpu_notice(point.notice);
   statistics.set_view(space_.start().look.json());
   statistics.set_host(capture.load_seconds, capture.decode_seconds, 0);
-  statistics.add(rendering_->frame);
+  const FrameCosts costs(rendering_->shares, rendering_->names);
+  statistics.add(rendering_->frame, nullptr, &costs);
   auto result = std::make_shared<ViewResult>();
   result->revision = point.revision;
   result->rendered = rendered;
@@ -260,6 +288,8 @@ void ViewSession::publish(const ViewPoint& point, bool rendered, bool stale, dou
   result->stats = statistics.json();
   result->summary = summary_json(result->stats.at("total"), rendering_->frame, point.gpu);
   result->image = rendering_->image;
+  result->image.view["tiles"] = json::parse(tile_maps_json(
+      point.frame, rendering_->frame.maps, costs.tile_members() + timeline_member(rendering_->timeline)));
   {
     const std::lock_guard lock(mutex_);
     result->kept = point.keep || (wanted_.revision == point.revision && wanted_.keep);

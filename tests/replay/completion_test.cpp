@@ -73,9 +73,11 @@ TEST_F(BashCompletion, OffersCommandsAndTheirOptions) {
   for (const std::string& command : kCommands) {
     const auto options = offered({"tessera", command, "--"});
     std::istringstream help(run_tessera({command, "--help"}).output);
-    for (std::string line; std::getline(help, line);)
-      if (const std::size_t at = line.find("--"); line.starts_with("  ") && at != std::string::npos && at < 8)
-        EXPECT_THAT(options, Contains(line.substr(at, line.find_first_of(" ,", at) - at))) << line;
+    for (std::string line; std::getline(help, line);) {
+      const std::size_t at = line.find("--");
+      if (!line.starts_with("  ") || at == std::string::npos || at >= 8) continue;
+      EXPECT_THAT(options, Contains(line.substr(at, line.find_first_of(" ,", at) - at))) << line;
+    }
   }
 }
 
@@ -87,7 +89,7 @@ TEST_F(BashCompletion, OffersWhatAnOptionTakes) {
   EXPECT_EQ(offered({"tessera", "replay", "--set", "shading.rate", "=", "p"}),
             (std::set<std::string>{"pixel", "primitive"}));
   EXPECT_EQ(offered({"tessera", "replay", "--set", "shading.rate", "="}),
-            (std::set<std::string>{"pixel", "primitive", "sample"}));
+            (std::set<std::string>{"cache", "pixel", "primitive", "sample"}));
   EXPECT_EQ(offered({"tessera", "replay", "--gpu", "=", "v3"}), std::set<std::string>{"v3d"});
   EXPECT_EQ(offered({"tessera", "replay", "--aux", "depth,nor"}), std::set<std::string>{"depth,normal"});
   EXPECT_EQ(offered({"tessera", "time", "--split", "d"}), std::set<std::string>{"drawables"});

@@ -18,7 +18,7 @@ namespace tessera::tilecore {
 enum class Reconstruction {
   kCubic,               // 5x5, distances times 2/3, B = C = 1/3: the default
   kCubicInterpolating,  // 7x7, distances times 1/2, B = 0, C = 1/2 (Catmull-Rom at a sample spacing of two pixels)
-  kCubicUnscaled,       // 5x5, distances in pixels, B = C = 1/3. k(2) = 0: on these lattices it is kBilinear
+  kCubicUnscaled,       // 5x5, distances in pixels, B = C = 1/3. k(2) = 0: at 4 and 8 samples it is kBilinear
   kBilinear,            // 3x3, a tent of width 2: the mean of the neighbours on both lattices
   kNearest,             // the nearest usable pixel; of equally near ones the first in raster order
 };

@@ -24,8 +24,8 @@ namespace tessera::tilecore {
 //
 // Invariants (cited by the tests):
 //   JD1  Of one part it is that part.
-//   JD2  The rate is at least that which the parts' least speed and all their permissions would give: joining never shades
-//        a part with an edge at less than 16.
+//   JD2  What forbids a rate in one part forbids it in all: none gets more than foveation allows one of them, one with an
+//        edge is not reconstructed, one that may not be advected is not.
 BlockEvidence join(std::span<const BlockEvidence> parts, BlockSpeed statistic);
 
 }  // namespace tessera::tilecore

@@ -92,6 +92,9 @@ MotionField::MotionField(const FrameGeometry& now, const FrameGeometry& then)
       motion.same_shading = false;
     all_still_ = all_still_ && motions_.back().kind == Kind::kStill;
   }
+  const auto rests = [&](const scene::View& view) { return view.world_to_camera == then.views[0].world_to_camera; };
+  camera_rests_ = same_projection(now.projection, then.projection) && rests(now.views[0]) && rests(now.views[1]) &&
+                  rests(then.views[1]);
   lights_ = LightReach(now, then);
   const double interval = std::abs(now.request.open_time - then.request.open_time);
   if (interval > 0) shutter_ = static_cast<float>((now.request.close_time - now.request.open_time) / interval);

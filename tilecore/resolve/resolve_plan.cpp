@@ -41,12 +41,13 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& 
   runs_.assign(surfaces_.depth.size(), 1);
   colors_.resize(surfaces_.depth.size());
   records_.resize(surfaces_.depth.size());
-  fetched_.clear(), eye_fetched_.clear();
+  fetched_.clear(), eye_fetched_.clear(), looked_at_.clear(), eye_looked_at_.clear();
   vertex_bytes_ = 0;
   fills_.clear();
   assembly_ = frame.assembly;
   half_pattern_ = half_pattern(resolve.settings.rates.supersampled, dither_number(resolve));
   blocks_.clear();
+  const bool jointly = resolve.settings.block != 4 && resolve.settings.desampling == Desampling::kAdaptive;
   const IntRect& tile = surfaces_.pixels;
   for (int y = tile.y0 & ~3; y < tile.y1; y += 4)
     for (int x = tile.x0 & ~3; x < tile.x1; x += 4) {
@@ -54,10 +55,10 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& 
       block.pixels = tile.intersect({x, y, x + 4, y + 4});
       record(frame.projection.orthographic, block);
       decide(resolve, block);
-      if (resolve.settings.block == 4) fetch_ahead(resolve, block);
+      if (!jointly) fetch_ahead(resolve, block);
       blocks_.push_back(block);
     }
-  if (resolve.settings.block != 4) decide_jointly(resolve);
+  if (jointly) decide_jointly(resolve);
   // Once all velocities of the tile are there.
   for (Block& block : blocks_) plan_block(resolve, block);
   for (VelocityBuffer* velocity : {&velocity_, &eye_velocity_}) {
@@ -230,6 +231,7 @@ void ResolveUnit::record(bool orthographic, Block& block) {
   }
   if (!(worst <= History::kPlaneError)) return;  // nor where nothing opaque is seen
   block.plane = true;
+  block.plane_value = value[0], block.plane_by_x = by_x, block.plane_by_y = by_y;
   for (std::size_t i = 0; i < 16; ++i)
     records_[first + i / 4 * stride + i % 4] = orthographic ? plane[i] : 1.0f / plane[i];
 }
@@ -269,8 +271,8 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   evidence.cut = resolve.cut;
   const History* history = resolve.previous.history;
   if (history != nullptr && reads_blocks(settings))
-    evidence.last_samples =
-        history->memory[history->block(block.pixels.x0, block.pixels.y0)] & ~History::kRecordPerPixel;
+    evidence.last_samples = history->memory[history->block(block.pixels.x0, block.pixels.y0)] &
+                            ~(History::kRecordPerPixel | History::kNothingSeen);
   if (history != nullptr && advects(settings)) {
     const bool rejected = history->rejected_around(block.pixels.x0, block.pixels.y0);
     counters_.blocks_distrusted += rejected;
@@ -443,7 +445,7 @@ BlockMask ResolveUnit::advect_plain(const ResolveFrame& resolve, const Block& bl
         wanted = static_cast<BlockMask>(wanted & ~block_bit(x, y));
     });
   const History& history = block.from_other_eye ? *resolve.other_eye.history : *resolve.previous.history;
-  const HistoryView view{history.color.data(), history.depth.data(), history.surface.data(), history.region,
+  const HistoryView view{history.between_pixels(), history.depth.data(), history.surface.data(), history.region,
                          history.region.width()};
   const BlockOfPixels pixels{block.pixels.x0,
                              block.pixels.y0,
@@ -454,7 +456,10 @@ BlockMask ResolveUnit::advect_plain(const ResolveFrame& resolve, const Block& bl
                              surfaces_.pixels.width()};
   const PlainAdvection plain = advect_plain_pixels(pixels, wanted, view, {settings.depth_tolerance, block.slope}, out,
                                                    out_stride, advection_work_);
-  if (plain.taken != 0) (block.from_other_eye ? eye_fetched_ : fetched_).push_back(plain.texels);
+  if (plain.taken != 0) {
+    (block.from_other_eye ? eye_fetched_ : fetched_).push_back(plain.texels);
+    (block.from_other_eye ? eye_looked_at_ : looked_at_).push_back(plain.texels);
+  }
   return plain.taken;
 }
 
@@ -496,30 +501,32 @@ void ResolveUnit::copy_still(const ResolveFrame& resolve, Block& block, BlockMas
   block.advected = kept_pixels(*resolve.previous.history, block, missing, colors);
   const auto lost = static_cast<BlockMask>(missing & ~block.advected);
   block.rendered = static_cast<BlockMask>(block.rendered | lost);
+  block.copied = true, block.lost = lost;
   counters_.advections_disoccluded += pixel_count(lost);
   if (block.advected == 0) return;
   for_each_pixel(block.pixels, [&](int x, int y) {
     if ((block.advected & block_bit(x, y)) != 0) colors_[surfaces_.index(x, y)] = colors[4 * (y & 3) + (x & 3)];
   });
-  fetched_.push_back(block.pixels);
 }
 
 bool ResolveUnit::advect(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, int x, int y,
                          Vec4& out, bool count) {
   const std::size_t pixel = surfaces_.index(x, y);
   const History& history = block.from_other_eye ? *resolve.other_eye.history : *resolve.previous.history;
-  const HistoryView view{history.color.data(), history.depth.data(), history.surface.data(), history.region,
+  const HistoryView view{history.between_pixels(), history.depth.data(), history.surface.data(), history.region,
                          history.region.width()};
   const AdvectedPixel result =
       advect_pixel(x, y, velocity.then_depth()[pixel], surfaces_.surface[pixel], view, velocity.view(block.pixels),
                    resolve.settings.advection, block.slope, advection_work_);
-  // What was looked at was read, whatever it showed.
+  // What was looked at was read, whatever it showed; colours only where records agree.
   if (result.outcome != Advection::kUnusableVelocity && result.outcome != Advection::kOutsideFrame) {
     const Vec2 v = velocity.velocity()[pixel];
     const int left = x - ceiling(v.x), top = y - ceiling(v.y),
               ring = resolve.settings.advection.fetch == Fetch::kBicubic ? 1 : 0;
-    (block.from_other_eye ? eye_fetched_ : fetched_)
-        .push_back(history.region.intersect({left - ring, top - ring, left + 2 + ring, top + 2 + ring}));
+    const IntRect texels = history.region.intersect({left - ring, top - ring, left + 2 + ring, top + 2 + ring});
+    (block.from_other_eye ? eye_looked_at_ : looked_at_).push_back(texels);
+    if (result.outcome == Advection::kTaken || result.outcome == Advection::kNonFinite)
+      (block.from_other_eye ? eye_fetched_ : fetched_).push_back(texels);
   }
   if (result.outcome == Advection::kTaken &&
       (!block.from_other_eye || velocity.then_depth()[pixel] > resolve.other_eye_depth)) {

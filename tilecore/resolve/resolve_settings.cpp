@@ -122,8 +122,16 @@ Keys<ResolveSettings> pixel_keys() {
       {"resolve.stencil_clamp", &ResolveSettings::clamp_to_range,
        "Reconstructed pixels stay within the range of the pixels that they are made from."},
       {"resolve.history_records", &ResolveSettings::records,
-       "How depth and surface of pixels are kept for the next frame: by block of 4x4 where that sees one plane, or by "
-       "pixel. Bytes alone differ."},
+       "How depth and surface of pixels are kept for the next frame: by block of 4x4 where that sees one plane, packed "
+       "without loss or not, or by pixel. Bytes alone differ."},
+      {"resolve.history_colors", &ResolveSettings::colors,
+       "Which colours of the previous frame are read: the frame buffer's, or those that were shaded, kept apart in "
+       "single precision, 16 bytes a pixel."},
+      {"resolve.history_l2", &ResolveSettings::history_l2,
+       "What is read of the previous frame goes through the L2, so that what tiles share is fetched once."},
+      {"resolve.keep_blocks", &ResolveSettings::keep_blocks,
+       "Blocks that have the signature of the frame before are neither read nor written where the frame buffer holds "
+       "them already; not with frame_buffer.transaction_elimination, whose signatures are of whole tiles."},
       {"resolve.stencil_reach", &ResolveSettings::reach,
        "Whether stencils stop at the tile's border, or read neighbouring tiles in a second pass."},
   });

@@ -39,9 +39,17 @@ enum class StencilReach { kTile, kNeighbours };
 
 // How the machine keeps depth and surface of pixels for the next frame; images are the same.
 enum class HistoryRecords {
-  kBlock,  // by block where that sees one plane, else by pixel as well
-  kPixel,  // 8 bytes a pixel
+  kPacked,  // as kBlock, in cells of 16 blocks, each with a lossless code
+  kBlock,   // by block where that sees one plane, else by pixel as well
+  kPixel,   // 8 bytes a pixel
 };
+
+// Which colours of the previous frame are read.
+enum class HistoryColors {
+  kFrameBuffer,  // its finished pixels, in the frame buffer's format and as it lies in memory
+  kApart,        // as they were shaded, single precision, kept beside it: 16 bytes a pixel are written again
+};
+inline constexpr std::uint64_t kApartColorBytes = 16;
 
 // Keys resolve.*.
 struct ResolveSettings {
@@ -61,7 +69,10 @@ struct ResolveSettings {
   bool clamp_to_range = false;
   StencilReach reach = StencilReach::kTile;
   FoveationSettings foveation;
-  HistoryRecords records = HistoryRecords::kBlock;
+  HistoryRecords records = HistoryRecords::kPacked;
+  HistoryColors colors = HistoryColors::kFrameBuffer;
+  bool keep_blocks = true;  // [measured] docs/resolve.md: never more bytes
+  bool history_l2 = true;   // [measured] likewise
 };
 Keys<ResolveSettings> resolve_keys();
 
@@ -91,7 +102,10 @@ inline constexpr auto kEnumWords<tilecore::EdgeEvidence> = std::to_array<std::st
 template <>
 inline constexpr auto kEnumWords<tilecore::StencilWeights> = std::to_array<std::string_view>({"packed", "float"});
 template <>
-inline constexpr auto kEnumWords<tilecore::HistoryRecords> = std::to_array<std::string_view>({"block", "pixel"});
+inline constexpr auto kEnumWords<tilecore::HistoryRecords> = std::to_array<std::string_view>({"packed", "block",
+                                                                                              "pixel"});
+template <>
+inline constexpr auto kEnumWords<tilecore::HistoryColors> = std::to_array<std::string_view>({"frame_buffer", "apart"});
 template <>
 inline constexpr auto kEnumWords<tilecore::StencilReach> = std::to_array<std::string_view>({"tile", "neighbours"});
 

@@ -193,6 +193,8 @@ function viewReport() {
     document.body.dataset.revision = String(latest.revision);
     document.body.dataset.rendered = String(latest.rendered);
   }
+  data.runs = [{ label: '', stats: data.stats, views: data.views }];
+  learnMaps(data.views);
   showResult(data.stats);
   follow(latest);
   sayState(view.state);
@@ -220,15 +222,8 @@ function redrawReport(stats, views) {
   redrawTimer = setTimeout(() => {
     data.stats = stats;
     data.views = views;
-    const chosen = document.querySelector('#frames select');
-    if (chosen) wanted.set('map', chosen.value);
-    main.style.minHeight = `${main.offsetHeight}px`;  // so that the page does not jump
-    main.querySelectorAll(':scope > section:not(#view)').forEach((old) => old.remove());
-    document.querySelectorAll('#contents a:not([href="#view"])').forEach((old) => old.remove());
-    drawn.length = 0;
-    replayReport();
-    main.style.minHeight = '';
-  }, 250);
+    update(stats, views);
+  }, 100);
 }
 return viewReport;
 })();
