@@ -31,6 +31,14 @@ struct RasterEnclosure {
 
 Interval with_error(const Enclosure& e) { return {e.low(), e.high()}; }
 
+bool is_unknown(const Interval& x) { return std::isnan(x.low()) || std::isnan(x.high()); }
+
+// At either of two keys. What is no number at one of them may be anything: a shape that deforms may be singular at one
+// key alone.
+Interval either(const Interval& a, const Interval& b) {
+  return is_unknown(a) || is_unknown(b) ? Interval(-kInfinity, kInfinity) : hull(a, b);
+}
+
 // A coordinate on screen: its range, its derivatives, and what it is in the middle of the box where that is known.
 struct ScreenCoordinate {
   Interval value, by_s, by_t, middle = Interval(-kInfinity, kInfinity);
@@ -54,19 +62,20 @@ ScreenCoordinate on_screen(const Enclosure& x, const Enclosure& z, const scene::
 }
 
 ScreenCoordinate join(const ScreenCoordinate& a, const ScreenCoordinate& b) {
-  return {hull(a.value, b.value), hull(a.by_s, b.by_s), hull(a.by_t, b.by_t)};
+  return {either(a.value, b.value), either(a.by_s, b.by_s), either(a.by_t, b.by_t)};
 }
 
 // The same at every time between the keys. A point's position is a mean of its positions at the keys, weighted with its
 // depths; its derivative is one of quotients whose parts are linear in time.
 ScreenCoordinate moving(const std::array<RasterEnclosure, 2>& r, Enclosure RasterEnclosure::*axis, double near) {
   const Enclosure &x0 = r[0].*axis, &x1 = r[1].*axis, &z0 = r[0].z, &z1 = r[1].z;
-  const Interval depth = hull(with_error(z0), with_error(z1)),
+  const Interval depth = either(with_error(z0), with_error(z1)),
                  front(std::max(near, depth.low()), std::max(near, depth.high()));
-  Interval value = hull(with_error(x0), with_error(x1)) / front;
-  if (z0.low() >= near && z1.low() >= near) value = hull(projected(x0, z0, near).value, projected(x1, z1, near).value);
-  return {value, (hull(x0.by_s(), x1.by_s()) - value * hull(z0.by_s(), z1.by_s())) / front,
-          (hull(x0.by_t(), x1.by_t()) - value * hull(z0.by_t(), z1.by_t())) / front};
+  Interval value = either(with_error(x0), with_error(x1)) / front;
+  if (z0.low() >= near && z1.low() >= near)
+    value = either(projected(x0, z0, near).value, projected(x1, z1, near).value);
+  return {value, (either(x0.by_s(), x1.by_s()) - value * either(z0.by_s(), z1.by_s())) / front,
+          (either(x0.by_t(), x1.by_t()) - value * either(z0.by_t(), z1.by_t())) / front};
 }
 
 // What the lens adds: a shift by up to lens_scale * |coc(z)|, and its derivative.
@@ -78,8 +87,8 @@ void add_lens(const scene::Projection& p, const Interval& depth, const std::arra
   const Interval coc = p.orthographic ? one - z * focus : one / z - focus,
                  slope = p.orthographic ? focus : one / (z * z);
   c.value = c.value + lens * coc;
-  c.by_s = c.by_s + lens * slope * hull(r[0].z.by_s(), r[1].z.by_s());
-  c.by_t = c.by_t + lens * slope * hull(r[0].z.by_t(), r[1].z.by_t());
+  c.by_s = c.by_s + lens * slope * either(r[0].z.by_s(), r[1].z.by_s());
+  c.by_t = c.by_t + lens * slope * either(r[0].z.by_t(), r[1].z.by_t());
 }
 
 ProcedureCellBounds::Image image_of(const std::array<ScreenCoordinate, 2>& c) {
@@ -118,6 +127,11 @@ MovingBox box_of(const Vector3<Enclosure>& open, const Vector3<Enclosure>& close
     box.low[key] = {p.x.low(), p.y.low(), p.z.low()};
     box.high[key] = {p.x.high(), p.y.high(), p.z.high()};
   }
+  // Known at one key alone is unknown.
+  for (std::size_t key = 0; key < 2; ++key)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (std::isnan(box.low[1 - key][axis] + box.high[1 - key][axis]))
+        box.low[key][axis] = box.high[key][axis] = std::numeric_limits<double>::quiet_NaN();
   return box;
 }
 
@@ -151,7 +165,7 @@ ProcedureCellBounds bound_procedure_cell(const scene::FrameGeometry& frame, cons
                 transformed(drawable.to_raster[key], 2, p)};
   }
   ProcedureCellBounds out;
-  const Interval depth = hull(with_error(r[0].z), with_error(r[1].z));
+  const Interval depth = either(with_error(r[0].z), with_error(r[1].z));
   // NaN is unknown, not outside.
   if (depth.high() < projection.near || (projection.far > 0 && depth.low() > projection.far)) {
     out.outside = true;

@@ -262,9 +262,8 @@ TEST(ParameterMaps, PublishedCellsAreCaughtWhereTheyComeClosestToLeavingTheirBou
   const Misses anywhere = count_misses(trials);
   trials.cells = 4;
   const Misses extremes = count_misses(trials);
-  // Of points at the extremes more are missed than of points anywhere.
-  EXPECT_GT(static_cast<double>(extremes.cells - anywhere.cells) / (extremes.points - anywhere.points),
-            2.0 * anywhere.cells / anywhere.points);
+  EXPECT_GT(anywhere.cells, 0);
+  EXPECT_GT(extremes.cells, 2 * anywhere.cells);
 }
 
 }  // namespace
