@@ -16,7 +16,7 @@ namespace {
 
 // Head of a file; the arrays follow in the order in which History declares them.
 struct Head {
-  std::array<char, 8> magic{'T', 'S', 'R', 'H', 'I', 'S', 'T', '2'};
+  std::array<char, 8> magic{'T', 'S', 'R', 'H', 'I', 'S', 'T', '3'};
   std::int32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
   std::int64_t frame = 0;
   std::array<Vec2, 9> camera{};
@@ -47,6 +47,7 @@ History::History(IntRect region_in) : region(region_in) {
   surface.assign(pixels, 0);
   memory.assign(blocks, 0);
   reject.assign(blocks, 0);
+  contrast.assign(blocks, 0);
 }
 
 bool History::rejected_around(int x, int y) const {
@@ -70,6 +71,7 @@ std::string History::bytes() const {
   append(bytes, surface);
   append(bytes, memory);
   append(bytes, reject);
+  append(bytes, contrast);
   return bytes;
 }
 
@@ -97,7 +99,7 @@ History History::restore(const std::filesystem::path& file, std::uint64_t max_pi
   const auto columns = static_cast<std::uint64_t>((region.x1 + 3) / 4 - region.x0 / 4),
              rows = static_cast<std::uint64_t>((region.y1 + 3) / 4 - region.y0 / 4);
   const std::uint64_t expected =
-      sizeof head + pixels * (sizeof(Vec4) + sizeof(float) + sizeof(std::uint32_t)) + columns * rows * 2;
+      sizeof head + pixels * (sizeof(Vec4) + sizeof(float) + sizeof(std::uint32_t)) + columns * rows * 3;
   if (std::filesystem::file_size(file) != expected)
     throw InputError(file.string(),
                      fmt::format("byte {}", std::min<std::uint64_t>(expected, std::filesystem::file_size(file))),
@@ -110,6 +112,7 @@ History History::restore(const std::filesystem::path& file, std::uint64_t max_pi
   extract(in, out.surface);
   extract(in, out.memory);
   extract(in, out.reject);
+  extract(in, out.contrast);
   if (!in) throw InputError(file.string(), "", "cannot be read to its end");
   return out;
 }

@@ -35,6 +35,7 @@ struct History {
   static constexpr std::uint64_t kPlaneBytes = 16;
   static constexpr std::uint64_t kPixelRecordsBytes = 16 * kSurfaceBytes;
   static constexpr std::uint64_t kBlockBytes = 1;       // regime, frames of rejects, whether pixels have records
+  static constexpr std::uint64_t kContrastBytes = 1;    // of a block
   static constexpr float kPlaneError = 1.0f / 4096;     // share of its depth by which a plane may miss a pixel
   static constexpr std::uint8_t kRecordPerPixel = 128;  // in `memory`
 
@@ -45,9 +46,10 @@ struct History {
   std::vector<float> depth;
   std::vector<std::uint32_t> surface;  // as PixelSurfaces::surface
 
-  CameraMotion camera;               // since the frame before; unknown after the first
-  std::vector<std::uint8_t> memory;  // per block: BlockDecision::memory(), and kRecordPerPixel
-  std::vector<std::uint8_t> reject;  // per block: frames for which nothing is advected here
+  CameraMotion camera;                 // since the frame before; unknown after the first
+  std::vector<std::uint8_t> memory;    // per block: BlockDecision::memory(), and kRecordPerPixel
+  std::vector<std::uint8_t> reject;    // per block: frames for which nothing is advected here
+  std::vector<std::uint8_t> contrast;  // per block: block_contrast.h
 
   static constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::min();
 

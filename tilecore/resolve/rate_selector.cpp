@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "tilecore/resolve/block_contrast.h"
+
 namespace tessera::tilecore {
 namespace {
 
@@ -25,16 +27,19 @@ BlockDecision by_motion(const RateSettings& settings, const BlockEvidence& block
   if (slow && block.advection_allowed) return {8, true};
   if (block.edge || block.cut) return full;
   const float speed = std::min(block.speed, block.blurred_speed);
-  if (above(speed, t.fast2, t.hysteresis, known, last == 4)) return {4, false};
-  if (above(speed, t.fast1, t.hysteresis, known, last == 4 || last == 8)) return {8, false};
-  return {16, false};
+  int samples = above(speed, t.fast2, t.hysteresis, known, last == 4)                ? 4
+                : above(speed, t.fast1, t.hysteresis, known, last == 4 || last == 8) ? 8
+                                                                                     : 16;
+  if (settings.pattern_error > 0)
+    while (predicted_error(samples, block.contrast) > settings.pattern_error) samples *= 2;
+  return {samples, false};
 }
 
 }  // namespace
 
 BlockDecision select_rate(const RateSettings& settings, const BlockEvidence& block) {
   BlockDecision decision = by_motion(settings, block);
-  if (block.edge && !decision.advect && settings.blur > 0 && block.blur > settings.blur) decision = {8, false, true};
+  if (block.edge && !decision.advect && settings.blur > 0 && block.blur > settings.blur) decision = {16, false, true};
   decision.samples = std::min(decision.samples, block.max_samples);
   return decision;
 }

@@ -31,6 +31,7 @@ struct DesamplingCounters {
   std::uint64_t pixels_advected = 0, pixels_reconstructed = 0, pixels_forced = 0, pixels_shaded_again = 0;
   std::uint64_t advections_outside = 0, advections_disoccluded = 0, advections_unusable = 0;
   std::uint64_t velocity_evaluations = 0, velocity_operations = 0, stencil_taps = 0, light_tests = 0;
+  std::uint64_t blocks_patterned = 0, pixels_on_borders = 0, contrast_operations = 0;
   std::uint64_t samples_skipped = 0, invocations_saved = 0;
 };
 
@@ -58,7 +59,7 @@ struct ResolveFrame {
   std::vector<std::uint8_t>
       deferred;  // per block of the region: to be filled in the second pass; 1, or 2 when it has an edge
 };
-enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed };
+enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed, kByCell };
 
 // Decides which pixels of a tile are shaded and fills the others. Works on resolved pixels, by blocks of 4x4 that lie
 // on multiples of four pixels of the frame. Keeps its scratch memory; one instance per thread.
@@ -72,11 +73,12 @@ enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed };
 //   RU1  Decisions of a block depend on its own pixels and on the history alone: not on the tile, its neighbours, or
 //        threads.
 //   RU2  With StencilReach::kNeighbours neither do images; without, stencils stop at the tile's border.
-//   RU3  A pixel that is shaded has the colour that it has without desampling, bit for bit.
+//   RU3  A pixel that is shaded has the colour that it has without desampling, bit for bit; but in blurred blocks, whose
+//        samples see what they would see and share invocations by shading cell.
 //   RU4  A pixel that sees nothing is never skipped: it costs no pixel-shader invocation.
 //   RU5  A pixel that neither advection nor a rendered pixel of its surface in the block can give is shaded.
 //   RU6  What the history keeps of a pixel is what the image shows. Nothing is kept, or charged, that nobody reads.
-//   RU7  A reconstructed pixel is never taken over: the history marks it.
+//   RU7  A reconstructed pixel, or one shaded by cell, is never taken over: the history marks it.
 class ResolveUnit {
  public:
   // How traffic is charged, and pixels lie in memory.
@@ -89,7 +91,7 @@ class ResolveUnit {
             TileState& state);
 
   // Of the tile planned last: how many groups of its samples the shader takes each pixel of the tile for. 0: it is
-  // skipped.
+  // skipped; kRunsByCell.
   std::span<const std::uint8_t> runs() const { return runs_; }
 
   // `color` and `coverage`: spp values per pixel; those of pixels with runs() == 0 are not read. True: what was taken over
@@ -126,6 +128,9 @@ class ResolveUnit {
          from_other_eye = false;
     bool plane = false;  // a record of the whole block says where its pixels are
     float slope = 0;     // of DepthTolerance
+    bool leaves_contrast = false;
+    std::uint8_t last_contrast = 0;  // as the frame before has it in its place
+    float left_by_blur = 1;          // of contrast, by this frame's shutter
   };
 
   void plan_block(const ResolveFrame& resolve, Block& block);
@@ -137,6 +142,10 @@ class ResolveUnit {
   float blur_of(const Block& block) const;
   bool is_relit(const MotionField& motion, const Block& block);
   float slope_of(const Block& block) const;
+  // Of the frame before, where the block comes from. What motion is known of the block is in velocity_.
+  float contrast_before(const History& history, Block& block);
+  void keep_contrast(ResolveFrame& resolve);
+  void charge_contrast(const ResolveFrame& resolve, Memory memory);
   // Those of the missing pixels that have a rendered pixel of their surface in the block.
   BlockMask reconstructible(const ResolveSettings& settings, const Block& block, BlockMask missing) const;
   void try_advection(const ResolveFrame& resolve, Block& block, BlockMask missing);
@@ -184,7 +193,7 @@ class ResolveUnit {
   std::vector<Vec4> colors_;                    // per pixel of the tile: the advected ones' from plan() on, then all
   std::vector<float> records_;                  // depth of each pixel, as the history keeps it
   std::vector<IntRect> fetched_, eye_fetched_;  // of the histories, for this tile; pixels
-  std::vector<IntRect> block_rects_;
+  std::vector<IntRect> block_rects_, contrast_rects_;  // of blocks
   TouchedBursts touched_;
   std::uint64_t vertex_bytes_ = 0;  // of the other frames' vertices, for velocities of this tile
   int spp_ = 1;
@@ -224,7 +233,12 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
     {"resolve.blocks_creased", &tilecore::DesamplingCounters::blocks_creased, Combine::kSum, "blocks",
      "Of blocks_edge, those in which depth has no edge but its normals differ by more than resolve.edge_angle.", ""},
     {"resolve.blocks_blurred", &tilecore::DesamplingCounters::blocks_blurred, Combine::kSum, "blocks",
-     "Blocks with an edge that lens and motion blur by more than resolve.k_blur: of their pixels half are shaded.", ""},
+     "Blocks with an edge that lens and motion blur by more than resolve.k_blur: their samples share invocations by "
+     "shading cell.",
+     ""},
+    {"resolve.blocks_patterned", &tilecore::DesamplingCounters::blocks_patterned, Combine::kSum, "blocks",
+     "Fast blocks that were shaded at a higher rate for their contrast in the frame before, or since that is unknown.",
+     ""},
     {"resolve.blocks_distrusted", &tilecore::DesamplingCounters::blocks_distrusted, Combine::kSum, "blocks",
      "Blocks where nothing was advected because it had gone wrong around them.", ""},
     {"resolve.blocks_discrepant", &tilecore::DesamplingCounters::blocks_discrepant, Combine::kSum, "blocks",
@@ -237,6 +251,10 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
      "Pixels made from rendered neighbours.", ""},
     {"resolve.pixels_forced", &tilecore::DesamplingCounters::pixels_forced, Combine::kSum, "pixels",
      "Pixels shaded although their block's rate leaves them out: no rendered pixel of the block shows their surface.",
+     ""},
+    {"resolve.pixels_on_borders", &tilecore::DesamplingCounters::pixels_on_borders, Combine::kSum, "pixels",
+     "Pixels shaded although their block's rate leaves them out: stencils stop at the tile's border, to which lines of "
+     "samples go on.",
      ""},
     {"resolve.pixels_shaded_again", &tilecore::DesamplingCounters::pixels_shaded_again, Combine::kSum, "pixels",
      "With resolve.discrepancy_same_frame: advected pixels of those blocks, shaded after all.", ""},
@@ -255,6 +273,8 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
      ""},
     {"resolve.light_tests", &tilecore::DesamplingCounters::light_tests, Combine::kSum, "tests",
      "Tests of a block against the reach of a light that changed.", ""},
+    {"resolve.contrast_operations", &tilecore::DesamplingCounters::contrast_operations, Combine::kSum, "operations",
+     "Operations of four channels for the contrast of blocks: one for each pixel, three for each difference.", ""},
     {"resolve.stencil_taps", &tilecore::DesamplingCounters::stencil_taps, Combine::kSum, "multiply-adds",
      "Rendered pixels that entered a reconstructed one, four channels each.", ""},
     {"resolve.samples_skipped", &tilecore::DesamplingCounters::samples_skipped, Combine::kSum, "samples",

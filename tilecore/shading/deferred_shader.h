@@ -56,7 +56,8 @@ class DeferredShader {
   // `runs`, unless empty, says for each pixel how many groups of its samples are shaded apart: 0, the pixel is skipped
   // and its samples have no colour; 1; 2, samples in the left half of the pixel do not share runs with those in the
   // right half, and each run is taken near the middle of its half (with shading.rate=pixel or primitive; per sample and
-  // from the cache, this is the same as 1).
+  // from the cache, this is the same as 1); kRunsByCell, its samples are shaded as with shading.rate=cache, in a cache
+  // that is empty when the tile begins.
   void shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache = true,
              std::span<const std::uint8_t> runs = {}, shaders::RadianceImage* behind = nullptr);
   // Right after shade(), of the same tile: shades those of its skipped pixels for which `again` is 1, as if they had not
@@ -131,6 +132,9 @@ class DeferredShader {
   // Pixels that are shaded together: one, or the 2x2 of a quad.
   void collect_block(const TileJob& job, const TileSamples& samples, const TileState& state, int x, int y, int side);
   int runs_of(std::size_t pixel) const { return runs_.empty() ? 1 : runs_[pixel]; }
+  bool by_cell(const TileJob& job, std::size_t pixel) const {
+    return job.shading == ShadingRate::kCache || runs_of(pixel) == kRunsByCell;
+  }
   // What a pixel sees that was skipped and now is shaded.
   void unskip(std::size_t samples, std::size_t invocations) {
     skipped_.samples -= samples, skipped_.invocations -= invocations;
