@@ -179,16 +179,13 @@ TEST(Desampling, TilesDoNotShowInWhatIsReprojected) {  // RU1, RU2
       const auto images = [&](int tile) {
         Machine m;
         m.set(std::string("resolve.stencil_reach=") + reach).set(std::string("resolve.bfecc=") + bfecc);
-        if (tile_local)
-          m.thresholds("2", "1000000", "1000000");
-        else
-          m.thresholds("0.3", "0.3", "1");
+        if (tile_local) m.thresholds("2", "1000000", "1000000");
         m.gpu.tile.width = m.gpu.tile.height = tile;
         return m.frames(capture, 10, 13);
       };
       const auto expected = images(64);
-      EXPECT_GT(counters(expected[2]).pixels_advected, 200u);
-      EXPECT_EQ(counters(expected[2]).pixels_reconstructed == 0, tile_local);
+      EXPECT_GT(counters(expected[2]).pixels_advected, 1000u);
+      if (tile_local) EXPECT_EQ(counters(expected[2]).pixels_reconstructed, 0u);
       for (const int tile : {8, 16, 32}) {
         const auto got = images(tile);
         for (std::size_t f = 0; f < 3; ++f)

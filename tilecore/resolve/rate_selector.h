@@ -42,7 +42,7 @@ struct RateSettings {
   bool advect_still_edges = true, advect_outlines = true;
   float blur = 0.0f;  // pixels from which on; 0: never
   // Of displayed values between 0 and 1, that reconstruction may be predicted to have in a block; 0: it does not matter.
-  float pattern_error = 0.01f;  // [measured] docs/resolve.md
+  float pattern_error = 0.008f;  // [measured] docs/resolve.md
 };
 
 struct BlockDecision {

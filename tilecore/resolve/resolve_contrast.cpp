@@ -8,7 +8,7 @@
 
 namespace tessera::tilecore {
 
-// Root mean square over where the block and a pixel around it lay; of blocks that nobody looked at, edges, none.
+// The largest of the bytes of the blocks that the block lay in; what nobody looked at, an edge, is left out.
 float ResolveUnit::contrast_before(const History& history, Block& block) {
   const IntRect& pixels = block.pixels;
   const Vec2 motion = velocity_.velocity()[surfaces_.index(std::min((pixels.x0 & ~3) + 2, pixels.x1 - 1),
@@ -17,27 +17,17 @@ float ResolveUnit::contrast_before(const History& history, Block& block) {
   if (!(std::abs(motion.x) < kFarthest && std::abs(motion.y) < kFarthest)) return contrast_of(kUnknownContrast);
   const int left = pixels.x0 - static_cast<int>(std::floor(motion.x + 0.5f)),
             top = pixels.y0 - static_cast<int>(std::floor(motion.y + 0.5f));
-  const IntRect there =
-      history.region.intersect({left - 1, top - 1, left + pixels.width() + 1, top + pixels.height() + 1});
+  const IntRect there = history.region.intersect({left, top, left + pixels.width(), top + pixels.height()});
   if (there.x0 >= there.x1 || there.y0 >= there.y1) return contrast_of(kUnknownContrast);
-  const IntRect blocks{there.x0 / 4, there.y0 / 4, (there.x1 - 1) / 4 + 1, (there.y1 - 1) / 4 + 1};
-  const int x0 = history.region.x0 / 4, y0 = history.region.y0 / 4;
-  contrast_rects_.push_back({blocks.x0 - x0, blocks.y0 - y0, blocks.x1 - x0, blocks.y1 - y0});
-  float sum = 0.0f, area = 0.0f;
+  const auto column = [&](int x) { return x / 4 - history.region.x0 / 4; };
+  const auto row = [&](int y) { return y / 4 - history.region.y0 / 4; };
+  const IntRect blocks{column(there.x0), row(there.y0), column(there.x1 - 1) + 1, row(there.y1 - 1) + 1};
+  contrast_rects_.push_back(blocks);
   for (int y = blocks.y0; y < blocks.y1; ++y)
-    for (int x = blocks.x0; x < blocks.x1; ++x) {
-      const std::uint8_t code = history.contrast[history.block(4 * x, 4 * y)];
-      if (code == kUnknownContrast) continue;
-      const IntRect shared = there.intersect({4 * x, 4 * y, 4 * x + 4, 4 * y + 4});
-      const auto weight = static_cast<float>(shared.width() * shared.height());
-      const float contrast = contrast_of(code);
-      sum += weight * (contrast * contrast), area += weight;
-    }
-  counters_.contrast_operations += static_cast<std::uint64_t>(blocks.width() * blocks.height());
-  if (area == 0.0f) return contrast_of(kUnknownContrast);
-  const float contrast = std::sqrt(sum / area);
-  block.last_contrast = contrast_code(contrast);
-  return contrast;
+    for (int x = blocks.x0; x < blocks.x1; ++x)
+      block.last_contrast =
+          std::max(block.last_contrast, history.contrast[static_cast<std::size_t>(y * history.block_columns() + x)]);
+  return contrast_of(block.last_contrast);
 }
 
 void ResolveUnit::keep_contrast(ResolveFrame& resolve) {
