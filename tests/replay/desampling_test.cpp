@@ -189,7 +189,9 @@ TEST(Desampling, TilesDoNotShowInWhatIsReprojected) {  // RU1, RU2
       };
       const auto expected = images(64);
       EXPECT_GT(counters(expected[2]).pixels_advected, 1000u);
-      if (tile_local) EXPECT_EQ(counters(expected[2]).pixels_reconstructed, 0u);
+      if (tile_local) {
+        EXPECT_EQ(counters(expected[2]).pixels_reconstructed, 0u);
+      }
       for (const int tile : {8, 16, 32}) {
         const auto got = images(tile);
         for (std::size_t f = 0; f < 3; ++f)

@@ -63,7 +63,9 @@ double seam(const Picture& image, BlockMask pattern, int tile, bool lines) {
       std::array<Vec4, 16> out;
       ReconstructionWork work;
       EXPECT_EQ(reconstruct_block(Reconstruction::kCubic, true, false, window, missing, out.data(), work), 0);
-      if (lines) EXPECT_EQ(work.direct_pixels, 0u);  // tables have them
+      if (lines) {
+        EXPECT_EQ(work.direct_pixels, 0u);  // tables have them
+      }
       for (int p = 0; p < 16; ++p) {
         const int x = bx + p % 4, y = by + p / 4;
         const bool border = x - inside.x0 < 2 || inside.x1 - x <= 2 || y - inside.y0 < 2 || inside.y1 - y <= 2;
