@@ -227,7 +227,7 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   work.hashed_bytes = counted.store.signature_bytes + counted.history.hashed_bytes;
   work.resolve_operations = counted.desampling.velocity_operations + counted.desampling.light_tests +
                             counted.desampling.pixels_advected + counted.desampling.stencil_taps * (floats ? 4 : 1) +
-                            counted.transmission.texels_reduced;
+                            counted.desampling.contrast_operations + counted.transmission.texels_reduced;
   work.pixels = counted.transmission.pixels_kept;
   if (finished) {
     const IntRect pixels = job.grid->pixels(static_cast<binner::TileIndex>(tile_));

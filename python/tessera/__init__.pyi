@@ -211,6 +211,7 @@ class SettingsKeys(TypedDict, total=False):
     resolve__k_fast2: float  # 0 to 1e+06 pixels/frame. Blocks faster than this are shaded at 4 of 16 pixels.
     resolve__k_cut: float  # 0 to 1e+06 pixels/frame. Where the camera's motion changes by more than this from one frame to the next, nothing is fast: a cut; 0: nothing is one.
     resolve__hysteresis: float  # 0 to 0.5. Share of a threshold by which a speed must pass it before a block changes its regime.
+    resolve__pattern_error: float  # 0 to 1. A fast block is shaded at a higher rate where the contrast of the previous frame in its place says that stencils would be wrong by more than this, of displayed values between 0 and 1; 0: nowhere.
     resolve__block: int  # 4 to 16 pixels. Side of the blocks that decisions are made for: 4, 8 or 16. Patterns, records and stencils are those of 4x4 pixels; one edge in a block shades all of it.
     resolve__block_speed: Literal["mean", "max", "median", "min"]  # Which of its pixels' speeds a block goes by; max does not overlook a small fast object.
     resolve__edges: Literal["inverse_depth", "depth"]  # What the edge detector takes the Laplacian of; that of 1/z is zero on any plane.
@@ -218,7 +219,7 @@ class SettingsKeys(TypedDict, total=False):
     resolve__edge_angle: float  # 0 to 180 degrees. An edge, too, where normals of the block, which follow from depth, differ by more than this; 0: none is.
     resolve__edge_evidence: Literal["surface", "patch", "depth"]  # What makes an edge besides the Laplacian: samples of a block that see several drawables; or several base patches; or nothing.
     resolve__supersampling: bool  # Blocks with an edge are shaded at 32 instead of 16: the left and the right half of a pixel's samples do not share pixel-shader invocations (shading.rate=pixel).
-    resolve__k_blur: float  # 0 to 1e+06 pixels. Blocks with an edge whose points lens and motion spread by more than this are shaded at 8 of 16 pixels; 0: none are.
+    resolve__k_blur: float  # 0 to 1e+06 pixels. In blocks with an edge whose points lens and motion spread by more than this, samples of all pixels share invocations by shading cell, as with shading.rate=cache; 0: in none.
     resolve__advect_still_edges: bool  # Blocks with an edge of which every sample is at rest may be advected: the copies are exact.
     resolve__advect_outlines: bool  # Slow blocks in which several surfaces meet may be advected: pixels that see one of them take over what it showed, the others are shaded.
     resolve__advected_pixels: int  # 4 to 12 of 16 pixels. Of slow blocks so many pixels come from the previous frame, the others are shaded: 4, 8 or 12.
@@ -241,6 +242,7 @@ class SettingsKeys(TypedDict, total=False):
     resolve__history_l2: bool  # What is read of the previous frame goes through the L2, so that what tiles share is fetched once.
     resolve__keep_blocks: bool  # Blocks that have the signature of the frame before are neither read nor written where the frame buffer holds them already; not with frame_buffer.transaction_elimination, whose signatures are of whole tiles.
     resolve__stencil_reach: Literal["tile", "neighbours"]  # Whether stencils stop at the tile's border, or read neighbouring tiles in a second pass.
+    resolve__border_lines: bool  # Where stencils stop at the tile's border, a tile's corners are shaded, and the lines of a quarter's samples go on to the border.
     resolve__foveation_r0: float  # 0 to 1e+06 pixels. Foveation: blocks farther than this from the focus get at most 8 samples; 0 is off.
     resolve__foveation_r1: float  # 0 to 1e+06 pixels. Foveation: blocks farther than this get at most 4; at least foveation_r0.
     resolve__focus_x: float  # 0 to 1 frame widths. Where the eye looks, from the left.

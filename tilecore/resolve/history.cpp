@@ -16,7 +16,7 @@ namespace {
 
 // Head of a file; the arrays follow in the order in which History declares them.
 struct Head {
-  std::array<char, 8> magic{'T', 'S', 'R', 'H', 'I', 'S', 'T', '3'};
+  std::array<char, 8> magic{'T', 'S', 'R', 'H', 'I', 'S', 'T', '4'};
   std::int32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
   std::int64_t frame = 0;
   std::array<Vec2, 9> camera{};
@@ -48,6 +48,7 @@ History::History(IntRect region_in) : region(region_in) {
   surface.assign(pixels, 0);
   memory.assign(blocks, 0);
   reject.assign(blocks, 0);
+  contrast.assign(blocks, 0);
   stay.assign(blocks, kUnknown);
 }
 
@@ -73,6 +74,7 @@ std::string History::bytes() const {
   append(bytes, surface);
   append(bytes, memory);
   append(bytes, reject);
+  append(bytes, contrast);
   append(bytes, stay);
   append(bytes, payload);
   append(bytes, cells);
@@ -106,7 +108,7 @@ History History::restore(const std::filesystem::path& file, std::uint64_t max_pi
   if (head.payloads > columns * rows || head.cells > columns * rows)
     throw InputError(file.string(), "byte 112", "there are more sizes than blocks");
   const std::uint64_t expected = sizeof head + pixels * (sizeof(Vec4) + sizeof(float) + sizeof(std::uint32_t)) +
-                                 columns * rows * 3 + (head.payloads + head.cells) * sizeof(std::uint16_t);
+                                 columns * rows * 4 + (head.payloads + head.cells) * sizeof(std::uint16_t);
   if (std::filesystem::file_size(file) != expected)
     throw InputError(file.string(),
                      fmt::format("byte {}", std::min<std::uint64_t>(expected, std::filesystem::file_size(file))),
@@ -121,6 +123,7 @@ History History::restore(const std::filesystem::path& file, std::uint64_t max_pi
   extract(in, out.surface);
   extract(in, out.memory);
   extract(in, out.reject);
+  extract(in, out.contrast);
   extract(in, out.stay);
   extract(in, out.payload);
   extract(in, out.cells);

@@ -39,7 +39,8 @@ struct History {
   static constexpr std::uint64_t kPixelRecordsBytes = 16 * kSurfaceBytes;
   // Regime, whether anything is seen, and frames of rejects, or of a block without any `stay`.
   static constexpr std::uint64_t kBlockBytes = 1;
-  static constexpr float kPlaneError = 1.0f / 4096;  // share of its depth by which a plane may miss a pixel
+  static constexpr std::uint64_t kContrastBytes = 1;  // of a block
+  static constexpr float kPlaneError = 1.0f / 4096;   // share of its depth by which a plane may miss a pixel
   static constexpr std::uint8_t kRecordPerPixel = 128, kNothingSeen = 64;  // in `memory`
 
   IntRect region;
@@ -49,9 +50,10 @@ struct History {
   std::vector<float> depth;
   std::vector<std::uint32_t> surface;  // as PixelSurfaces::surface
 
-  CameraMotion camera;               // since the frame before; unknown after the first
-  std::vector<std::uint8_t> memory;  // per block: BlockDecision::memory(), kRecordPerPixel, kNothingSeen
-  std::vector<std::uint8_t> reject;  // per block: frames for which nothing is advected here
+  CameraMotion camera;                 // since the frame before; unknown after the first
+  std::vector<std::uint8_t> memory;    // per block: BlockDecision::memory(), kRecordPerPixel, kNothingSeen
+  std::vector<std::uint8_t> reject;    // per block: frames for which nothing is advected here
+  std::vector<std::uint8_t> contrast;  // per block: block_contrast.h
   enum Stay : std::uint8_t { kUnknown, kSigned, kSettled };  // kSettled: signed, and as in the frame before
   std::vector<std::uint8_t> stay;                            // per block
   // What blocks of the compressed frame buffer (stored_block()) and cells of packed records take; empty: they are none.

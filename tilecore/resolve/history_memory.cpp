@@ -55,6 +55,8 @@ HistoryMemory::HistoryMemory(const HistoryStorage& how, const ResolveSettings& s
       signatures_at_ = behind(records_at_, pixels * History::kSurfaceBytes);
       break;
   }
+  squares_ = touched(blocks_, kContrastSide, kContrastSide);
+  contrast_at_ = behind(signatures_at_, blocks * kSignatureBytes);
 }
 
 void HistoryMemory::touch_stored(const History& of, int column, int row, IntRect pixels, TouchedBursts& out) const {
@@ -75,6 +77,21 @@ void HistoryMemory::touch_stored(const History& of, int column, int row, IntRect
   }
   const IntRect inside = block.intersect(pixels);
   out.touch({block, how_.coder.pixel_bytes(), at}, inside);
+}
+
+void HistoryMemory::touch_contrast(IntRect blocks, TouchedBursts& out) const {
+  if (blocks.empty()) return;
+  constexpr auto kBlocks = static_cast<std::uint64_t>(kContrastSide);
+  const IntRect squares = touched(blocks, kContrastSide, kContrastSide);
+  for (int row = squares.y0; row < squares.y1; ++row)
+    for (int column = squares.x0; column < squares.x1; ++column) {
+      const IntRect inside = blocks.intersect(
+          {column * kContrastSide, row * kContrastSide, (column + 1) * kContrastSide, (row + 1) * kContrastSide});
+      const auto first = static_cast<std::uint64_t>(inside.y0 % kContrastSide),
+                 last = static_cast<std::uint64_t>((inside.y1 - 1) % kContrastSide);
+      const std::uint64_t at = contrast_at_ + squares_.index(column, row) * kBlocks * kBlocks * History::kContrastBytes;
+      out.touch(at + first * kBlocks * History::kContrastBytes, (last + 1 - first) * kBlocks * History::kContrastBytes);
+    }
 }
 
 void HistoryMemory::touch_colors(const History& of, IntRect pixels, TouchedBursts& out) const {

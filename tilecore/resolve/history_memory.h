@@ -37,6 +37,7 @@ struct HistoryStorage {
 //   states      History::kBlockBytes a block, tile by tile
 //   records     cells (packed_records.h); or planes, then records of pixels, of blocks row by row; or those of pixels
 //   signatures  kSignatureBytes a block, row by row
+//   contrast    History::kContrastBytes a block, in squares of 8x8 blocks: what a tile of 32x32 pixels writes is a burst
 //
 // Invariants (cited by the tests):
 //   HM1  Of a compressed frame buffer a block that is asked for is read as it is stored, whole; what is stored raw, by
@@ -45,6 +46,7 @@ struct HistoryStorage {
 class HistoryMemory {
  public:
   static constexpr std::uint64_t kSignatureBytes = 16;
+  static constexpr int kContrastSide = 8;  // of squares, in blocks
 
   HistoryMemory(const HistoryStorage& how, const ResolveSettings& settings, IntRect region);
 
@@ -53,6 +55,7 @@ class HistoryMemory {
   void touch_records(const History& of, IntRect pixels, TouchedBursts& out) const;
   void touch_states(IntRect blocks, TouchedBursts& out) const;
   void touch_signature(int column, int row, TouchedBursts& out) const;
+  void touch_contrast(IntRect blocks, TouchedBursts& out) const;
   // To be written: a block's records, and a cell of `bytes`.
   void touch_record(int column, int row, bool plane, TouchedBursts& out) const;
   void touch_pixel_records(IntRect pixels, TouchedBursts& out) const {
@@ -90,8 +93,8 @@ class HistoryMemory {
   HistoryStorage how_;
   HistoryColors colors_;
   HistoryRecords records_;
-  IntRect region_, blocks_, tiles_, stored_, cells_;
-  std::uint64_t headers_at_ = 0, states_at_ = 0, records_at_ = 0, pixels_at_ = 0, signatures_at_ = 0;
+  IntRect region_, blocks_, tiles_, stored_, cells_, squares_;
+  std::uint64_t headers_at_ = 0, states_at_ = 0, records_at_ = 0, pixels_at_ = 0, signatures_at_ = 0, contrast_at_ = 0;
 };
 
 }  // namespace tessera::tilecore
@@ -110,13 +113,13 @@ inline constexpr auto kCounterFields<tilecore::HistoryCounters> =
         {"resolve.history_record_bytes", &tilecore::HistoryCounters::record_bytes, Combine::kSum, "bytes",
          "Likewise depths and surfaces.", ""},
         {"resolve.history_state_bytes", &tilecore::HistoryCounters::state_bytes, Combine::kSum, "bytes",
-         "Likewise bytes of blocks, those around the tile included.", ""},
+         "Likewise bytes of blocks, those around the tile included, and their contrast.", ""},
         {"resolve.history_signature_bytes", &tilecore::HistoryCounters::signature_bytes, Combine::kSum, "bytes",
          "Likewise signatures of blocks.", ""},
         {"resolve.history_records_written", &tilecore::HistoryCounters::records_written, Combine::kSum, "bytes",
          "Depths and surfaces that tiles wrote for the next frame, in bursts.", ""},
         {"resolve.history_states_written", &tilecore::HistoryCounters::states_written, Combine::kSum, "bytes",
-         "Likewise bytes of blocks.", ""},
+         "Likewise bytes of blocks, and their contrast.", ""},
         {"resolve.history_signatures_written", &tilecore::HistoryCounters::signatures_written, Combine::kSum, "bytes",
          "Likewise signatures of blocks.", ""},
         {"resolve.blocks_signed", &tilecore::HistoryCounters::blocks_signed, Combine::kSum, "blocks",

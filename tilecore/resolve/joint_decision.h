@@ -17,6 +17,7 @@ namespace tessera::tilecore {
 //   outline                 one has it, and all with an edge have it: an edge that is none forbids
 //   still, velocity usable, advection allowed: all
 //   blur, blurred speed, foveation's limit: the least
+//   contrast                the largest
 //   speed                   of all their pixels by `statistic`: mean of means, max of max, min of min; of medians the median
 //
 // `parts`: those that see something, one at least; in raster order. last_samples is the first one's: it was the same for

@@ -132,7 +132,7 @@ void ResolveUnit::read_history(const ResolveFrame& resolve, const Memory& memory
 BlockRecord ResolveUnit::record_of(const Block& block) const {
   BlockRecord out;
   out.exists = block.exists;
-  out.reconstructed = block.reconstructed;
+  out.reconstructed = block.marked();
   out.plane = block.plane;
   out.value = block.plane_value, out.by_x = block.plane_by_x, out.by_y = block.plane_by_y;
   if (block.plane) {
@@ -229,6 +229,7 @@ void ResolveUnit::charge(ResolveFrame& resolve, const Memory& memory) {
   touched_.start(memory.burst_bytes);
   for (const IntRect& block : signatures_written_) places.touch_signature(block.x0, block.y0, touched_);
   history_counters_.signatures_written += write_touched(memory);
+  if (reads_contrast(settings)) charge_contrast(places, memory, settings.history_l2);
   if (!reads_blocks(settings)) return;
   touched_.start(memory.burst_bytes);
   places.touch_states(tile, touched_);

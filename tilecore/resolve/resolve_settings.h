@@ -68,6 +68,7 @@ struct ResolveSettings {
   StencilWeights weights = StencilWeights::kPacked;
   bool clamp_to_range = false;
   StencilReach reach = StencilReach::kTile;
+  bool border_lines = true;  // with kTile: lines of samples go on to the tile's border (tile_border.h)
   FoveationSettings foveation;
   HistoryRecords records = HistoryRecords::kPacked;
   HistoryColors colors = HistoryColors::kFrameBuffer;
@@ -83,8 +84,11 @@ void check_resolve(const ResolveSettings& settings);
 constexpr bool advects(const ResolveSettings& s) {
   return s.desampling == Desampling::kAdaptive && s.advect && s.rates.thresholds.still > 0;
 }
-// Whether decisions want what the previous frame left of each block: its regime for the hysteresis, its rejects for
-// advection.
+// Whether decisions want the contrast that the previous frame left of each block.
+constexpr bool reads_contrast(const ResolveSettings& s) {
+  return s.desampling == Desampling::kAdaptive && s.rates.pattern_error > 0;
+}
+// Whether they want its regime for the hysteresis, its rejects for advection.
 constexpr bool reads_blocks(const ResolveSettings& s) {
   return advects(s) || (s.desampling == Desampling::kAdaptive && s.rates.thresholds.hysteresis > 0);
 }

@@ -103,7 +103,7 @@ bool ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
     if (block.reconstructed == 0) continue;
     const IntRect wanted = next.region.intersect(
         {block.pixels.x0 - margin, block.pixels.y0 - margin, block.pixels.x1 + margin, block.pixels.y1 + margin});
-    if (resolve.settings.reach == StencilReach::kNeighbours && !block.blurred && wanted.intersect(tile) != wanted) {
+    if (resolve.settings.reach == StencilReach::kNeighbours && wanted.intersect(tile) != wanted) {
       resolve.deferred[b] = block.edge ? 2 : 1;
       ++counters_.blocks_deferred;
       open = true;
@@ -120,6 +120,7 @@ bool ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
     if (!next.rounded.empty()) as_halves({row, pixels}, &next.rounded[next.pixel(tile.x0, y)]);
     std::memcpy(targets.color.at(tile.x0 - targets.region.x0, y - targets.region.y0).data(), row, bytes);
   }
+  keep_contrast(resolve);
   if (targets.resolve_auxiliary) write_auxiliary(resolve, targets);
   charge(resolve, memory);
   return open;
@@ -160,10 +161,11 @@ void ResolveUnit::keep_records(ResolveFrame& resolve) const {
     std::copy_n(&surfaces_.surface[from], n, &next.surface[to]);
   }
   for (const Block& block : blocks_) {
-    if (block.reconstructed == 0) continue;
+    const BlockMask marked = block.marked();
+    if (marked == 0) continue;
     for_each_pixel(block.pixels, [&](int x, int y) {
       float& depth = next.depth[next.pixel(x, y)];
-      if ((block.reconstructed & block_bit(x, y)) != 0) depth = -depth;
+      if ((marked & block_bit(x, y)) != 0) depth = -depth;
     });
   }
 }
@@ -179,8 +181,10 @@ void ResolveUnit::resolve_pixels(ResolveFrame& resolve, const FrameTargets& targ
       const std::size_t to = next.pixel(block.pixels.x0, y);
       const unsigned row = static_cast<unsigned>(4 * (y & 3) + shift);
       const unsigned advected = block.advected >> row, reconstructed = block.reconstructed >> row;
+      const unsigned by_cell = block.blurred ? static_cast<unsigned>(block.rendered) >> row : 0u;
       const std::uint32_t origin = row_bytes(advected) * static_cast<std::uint32_t>(PixelOrigin::kAdvected) +
-                                   row_bytes(reconstructed) * static_cast<std::uint32_t>(PixelOrigin::kReconstructed);
+                                   row_bytes(reconstructed) * static_cast<std::uint32_t>(PixelOrigin::kReconstructed) +
+                                   row_bytes(by_cell) * static_cast<std::uint32_t>(PixelOrigin::kByCell);
       std::memcpy(&resolve.origin[to], &origin, static_cast<std::size_t>(width));
     }
     pixels_shaded_ += pixel_count(block.rendered);
@@ -243,8 +247,8 @@ std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveF
     by_y = (1.0f / records.depth_at(x0, y0 + 3) - inverse) * (1.0f / 3.0f);
   }
   const float tolerance = std::abs(inverse) * 4.0f * resolve.settings.edges.threshold;
-  const bool any_surface = resolve.settings.desampling == Desampling::kCheckerboard || block.blurred;
-  const int margin = block.blurred ? 0 : stencil_reach(resolve.settings);  // what lies around may be sharp
+  const bool any_surface = resolve.settings.desampling == Desampling::kCheckerboard;
+  const int margin = stencil_reach(resolve.settings);
   std::array<std::uint16_t, kWindowSide> usable{};
   const int left = std::max(reach.x0, x0 - margin), right = std::min(reach.x1, x0 + 4 + margin);
   for (int y = std::max(reach.y0, y0 - margin); y < std::min(reach.y1, y0 + 4 + margin); ++y) {
@@ -253,7 +257,8 @@ std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveF
     for (int x = left; x < right; ++x) {
       const std::size_t pixel = first + static_cast<std::size_t>(x - left),
                         record = first_record + static_cast<std::size_t>(x - left);
-      bool use = resolve.origin[pixel] == static_cast<std::uint8_t>(PixelOrigin::kShaded) &&
+      const auto origin = static_cast<PixelOrigin>(resolve.origin[pixel]);
+      bool use = (origin == PixelOrigin::kShaded || origin == PixelOrigin::kByCell) &&
                  (any_surface || records.surface[record] == surface);
       if (plane && use && !any_surface) {
         const float z = std::abs(records.depth[record]),
@@ -279,8 +284,8 @@ void ResolveUnit::reconstruct(ResolveFrame& resolve, const Block& block, const R
     const std::uint32_t surface = records.surface[records.index(x0 + (number & 3), y0 + (number >> 2))];
     BlockMask missing = 0;
     for_each_pixel(block.pixels, [&](int x, int y) {
-      if ((left & block_bit(x, y)) != 0 && (settings.desampling == Desampling::kCheckerboard || block.blurred ||
-                                            records.surface[records.index(x, y)] == surface))
+      if ((left & block_bit(x, y)) != 0 &&
+          (settings.desampling == Desampling::kCheckerboard || records.surface[records.index(x, y)] == surface))
         missing = static_cast<BlockMask>(missing | block_bit(x, y));
     });
     left = static_cast<BlockMask>(left & ~missing);

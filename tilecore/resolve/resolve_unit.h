@@ -35,6 +35,7 @@ struct DesamplingCounters {
   std::uint64_t pixels_advected = 0, pixels_reconstructed = 0, pixels_forced = 0, pixels_shaded_again = 0;
   std::uint64_t advections_outside = 0, advections_disoccluded = 0, advections_unusable = 0;
   std::uint64_t velocity_evaluations = 0, velocity_operations = 0, stencil_taps = 0, light_tests = 0;
+  std::uint64_t blocks_patterned = 0, pixels_on_borders = 0, contrast_operations = 0;
   std::uint64_t samples_skipped = 0, invocations_saved = 0;
 };
 
@@ -64,7 +65,7 @@ struct ResolveFrame {
   std::vector<std::uint8_t>
       deferred;  // per block of the region: to be filled in the second pass; 1, or 2 when it has an edge
 };
-enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed };
+enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed, kByCell };
 
 // Decides which pixels of a tile are shaded and fills the others. Works on resolved pixels, by blocks of 4x4 that lie
 // on multiples of four pixels of the frame. Keeps its scratch memory; one instance per thread.
@@ -78,12 +79,14 @@ enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed };
 //   RU1  Decisions of a block depend on its own pixels and on the history alone: not on the tile, its neighbours, or
 //        threads.
 //   RU2  With StencilReach::kNeighbours neither do images; without, stencils stop at the tile's border.
-//   RU3  A pixel that is shaded has the colour that it has without desampling, bit for bit.
+//   RU3  A pixel that is shaded has the colour that it has without desampling, bit for bit; but in blurred blocks, whose
+//        samples see what they would see and share invocations by shading cell.
 //   RU4  A pixel that sees nothing is never skipped: it costs no pixel-shader invocation.
 //   RU5  A pixel that neither advection nor a rendered pixel of its surface in the block can give is shaded.
 //   RU6  What the history keeps of a pixel is what the image shows. Nothing is kept, or charged, that nobody reads. A
 //        block that stays as it is is neither read nor written, and the image is the same.
-//   RU7  A reconstructed pixel is never taken over: the history marks it. One of which half was shaded may be.
+//   RU7  A reconstructed pixel, or one shaded by cell, is never taken over: the history marks it. One of which half was
+//        shaded may be.
 class ResolveUnit {
  public:
   // How traffic is charged, and what it keeps lies in memory.
@@ -136,12 +139,19 @@ class ResolveUnit {
     bool edge_known = false, edge = false, outline = false, creased = false, blurred = false, still = false,
          same_shading = false, from_other_eye = false;
     bool plane = false;  // a record of the whole block says where its pixels are
+    bool leaves_contrast = false;
+    std::uint8_t last_contrast = 0;  // as the frame before has it in its place
+    float left_by_blur = 1;          // of contrast, by this frame's shutter
     float plane_value = 0, plane_by_x = 0, plane_by_y = 0;
     float slope = 0;      // of DepthTolerance
     float nearest = 0;    // what another eye may see of it
     bool copied = false;  // at rest; what is not shaded is copied
     BlockMask lost = 0;   // not copied, as the history has something else
     bool discrepant = false, kept = false;
+    // Pixels that nobody may take over.
+    BlockMask marked() const { return blurred ? exists : reconstructed; }
+    // Shows what the frame before showed there.
+    bool rests() const { return copied && !discrepant && lost == 0; }
   };
 
   void plan_block(const ResolveFrame& resolve, Block& block);
@@ -158,6 +168,11 @@ class ResolveUnit {
   float blur_of(const Block& block) const;
   bool is_relit(const MotionField& motion, const Block& block);
   float slope_of(const Block& block) const;
+  // Of the frame before, where the block comes from. What motion is known of the block is in velocity_.
+  float contrast_before(const History& history, Block& block);
+  void keep_contrast(ResolveFrame& resolve);
+  void charge_contrast(const HistoryMemory& places, const Memory& memory, bool by_lines);
+  bool any_rests(const IntRect& blocks) const;
   // Those of the missing pixels that have a rendered pixel of their surface in the block.
   BlockMask reconstructible(const ResolveSettings& settings, const Block& block, BlockMask missing) const;
   void try_advection(const ResolveFrame& resolve, Block& block, BlockMask missing);
@@ -243,6 +258,7 @@ class ResolveUnit {
   // Of the histories, for this tile: pixels whose records, and of which the colours were read.
   std::vector<IntRect> looked_at_, eye_looked_at_, fetched_, eye_fetched_;
   std::vector<IntRect> signatures_read_, signatures_written_;  // column and row of blocks
+  std::vector<IntRect> contrast_rects_, written_contrast_;     // of blocks
   KeptBlocks kept_;
   TouchedBursts touched_;
   std::vector<std::uint32_t> lines_;
@@ -289,7 +305,12 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
     {"resolve.blocks_creased", &tilecore::DesamplingCounters::blocks_creased, Combine::kSum, "blocks",
      "Of blocks_edge, those in which depth has no edge but its normals differ by more than resolve.edge_angle.", ""},
     {"resolve.blocks_blurred", &tilecore::DesamplingCounters::blocks_blurred, Combine::kSum, "blocks",
-     "Blocks with an edge that lens and motion blur by more than resolve.k_blur: of their pixels half are shaded.", ""},
+     "Blocks with an edge that lens and motion blur by more than resolve.k_blur: their samples share invocations by "
+     "shading cell.",
+     ""},
+    {"resolve.blocks_patterned", &tilecore::DesamplingCounters::blocks_patterned, Combine::kSum, "blocks",
+     "Fast blocks that were shaded at a higher rate for their contrast in the frame before, or since that is unknown.",
+     ""},
     {"resolve.blocks_distrusted", &tilecore::DesamplingCounters::blocks_distrusted, Combine::kSum, "blocks",
      "Blocks where nothing was advected because it had gone wrong around them.", ""},
     {"resolve.blocks_discrepant", &tilecore::DesamplingCounters::blocks_discrepant, Combine::kSum, "blocks",
@@ -305,6 +326,10 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
      ""},
     {"resolve.pixels_forced", &tilecore::DesamplingCounters::pixels_forced, Combine::kSum, "pixels",
      "Pixels shaded although their block's rate leaves them out: no rendered pixel of the block shows their surface.",
+     ""},
+    {"resolve.pixels_on_borders", &tilecore::DesamplingCounters::pixels_on_borders, Combine::kSum, "pixels",
+     "Pixels shaded although their block's rate leaves them out: stencils stop at the tile's border, to which lines of "
+     "samples go on.",
      ""},
     {"resolve.pixels_shaded_again", &tilecore::DesamplingCounters::pixels_shaded_again, Combine::kSum, "pixels",
      "With resolve.discrepancy_same_frame: advected pixels of those blocks, shaded after all.", ""},
@@ -323,6 +348,8 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
      ""},
     {"resolve.light_tests", &tilecore::DesamplingCounters::light_tests, Combine::kSum, "tests",
      "Tests of a block against the reach of a light that changed.", ""},
+    {"resolve.contrast_operations", &tilecore::DesamplingCounters::contrast_operations, Combine::kSum, "operations",
+     "Operations of four channels for the contrast of blocks: one for each pixel, three for each difference.", ""},
     {"resolve.stencil_taps", &tilecore::DesamplingCounters::stencil_taps, Combine::kSum, "multiply-adds",
      "Rendered pixels that entered a reconstructed one, four channels each.", ""},
     {"resolve.samples_skipped", &tilecore::DesamplingCounters::samples_skipped, Combine::kSum, "samples",

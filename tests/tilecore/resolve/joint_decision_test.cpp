@@ -75,5 +75,14 @@ TEST(JointDecision, TheSpeedIsTheChosenStatisticOfTheParts) {
   EXPECT_EQ(join(parts, BlockSpeed::kMedian).speed, 2);
 }
 
+TEST(JointDecision, TheContrastIsTheLargestOfTheParts) {  // JD2
+  std::vector<BlockEvidence> parts(3);
+  for (BlockEvidence& part : parts) part.velocity_usable = true, part.speed = 3, part.max_samples = 16;
+  EXPECT_EQ(select_rate({}, join(parts, BlockSpeed::kMean)).samples, 8);
+  parts[1].contrast = 0.5f;
+  EXPECT_EQ(join(parts, BlockSpeed::kMean).contrast, 0.5f);
+  EXPECT_EQ(select_rate({}, join(parts, BlockSpeed::kMean)).samples, 16);
+}
+
 }  // namespace
 }  // namespace tessera::tilecore
