@@ -130,7 +130,7 @@ MovingBox box_of(const Vector3<Enclosure>& open, const Vector3<Enclosure>& close
   // Known at one key alone is unknown.
   for (std::size_t key = 0; key < 2; ++key)
     for (std::size_t axis = 0; axis < 3; ++axis)
-      if (std::isnan(box.low[1 - key][axis] + box.high[1 - key][axis]))
+      if (std::isnan(box.low[1 - key][axis]) || std::isnan(box.high[1 - key][axis]))
         box.low[key][axis] = box.high[key][axis] = std::numeric_limits<double>::quiet_NaN();
   return box;
 }
