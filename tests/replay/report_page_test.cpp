@@ -243,7 +243,8 @@ TEST_F(ReportPageInBrowser, TwoRunsAreSideBySideWithTheKeysThatDifferFirst) {
     const select = part.querySelector('select');
     select.value = 'difference';
     select.dispatchEvent(new Event('change'));
-    await new Promise((resolve) => setTimeout(resolve, 400));
+    await Promise.all([...part.querySelectorAll('.swipe img')].map((image) => image.decode()));
+    for (let k = 0; k < 100 && !part.querySelector('p.note[aria-live]').textContent; ++k) await new Promise((resolve) => setTimeout(resolve, 50));
     document.body.dataset.says = part.querySelector('p.note[aria-live]').textContent;)");
   EXPECT_EQ(found(opened, "keys"), "tile.height=32=16;tile.width=32=16");
   EXPECT_GE(std::stoi(found(opened, "cards")), 6);
