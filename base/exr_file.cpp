@@ -265,7 +265,11 @@ void write_exr(const std::filesystem::path& target, int width, int height, const
       output.writePixels(rows);
     }
   } catch (const std::exception& error) {
-    throw WriteError(fmt::format("cannot write {}: {}", target.string(), error.what()));
+    // 'Failed to write pixel data to image file "NAME". No space left on device.', of a name that is not the user's.
+    std::string reason = error.what();
+    if (const std::size_t at = reason.rfind("\". "); at != std::string::npos) reason = reason.substr(at + 3);
+    if (reason.ends_with('.')) reason.pop_back();
+    throw WriteError(fmt::format("cannot write {}: {}", target.string(), reason));
   }
   file.commit();
 }

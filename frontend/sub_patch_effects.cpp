@@ -91,6 +91,7 @@ bool stays_sharp(const ScreenBounds& bounds, const scene::Projection& projection
 bool EffectSelector::deforms(std::uint32_t patch) const {
   const scene::Drawable& drawable = *drawable_->drawable;
   if (!drawable_->deforming) return false;
+  if (drawable_->procedure != nullptr) return true;
   if (drawable.kind != scene::Primitive::Kind::kBezierPatches) {
     const scene::MeshClusters& clusters = frame_.assembly->clusters[drawable.geometry];
     const scene::Cluster& cluster = clusters.clusters[patch - drawable.first_patch];

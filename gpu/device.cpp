@@ -13,6 +13,7 @@
 #include "gpu/view_inputs.h"
 #include "shaders_cpp/environment_image.h"
 #include "tilecore/procedural/sampling_controller.h"
+#include "tilecore/resolve/frame_compression.h"
 
 namespace tessera::gpu {
 namespace {
@@ -153,12 +154,32 @@ tilecore::TileJob Device::make_job(const scene::FrameGeometry& frame, const binn
   job.cull_occlusion = gpu_.tilecore.occlusion_culling;
   job.visibility = gpu_.tilecore.visibility;
   job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);
+  job.line_bytes = static_cast<std::uint64_t>(gpu_.line_bytes());
   job.box_bits = gpu_.tilecore.box_bits;
   if (settings_.output.machine_model)
     job.textures = {&texture_memory_, gpu_.caches.texture_bytes, gpu_.caches.texture_ways, gpu_.line_bytes()};
   job.store = frame_store();
   if (behind_.level_count() > 0) job.lighting.behind = job.behind = &behind_;
   return job;
+}
+
+void Device::prepare_history(tilecore::History& history, bool whole) const {
+  const tilecore::FrameStore store = frame_store();
+  const bool rounds = resolve_.colors == tilecore::HistoryColors::kFrameBuffer && !store.coder.quantises() &&
+                      resolve_.desampling == tilecore::Desampling::kAdaptive;
+  history.rounded.resize(rounds ? history.color.size() : 0);
+  if (whole) {
+    if (rounds) tilecore::as_halves(history.color, history.rounded.data());
+    return;
+  }
+  const std::uint64_t blocks =
+      store.compressed ? tilecore::TileStore::header_bytes(store, history.region) / tilecore::kBlockHeaderBytes : 0;
+  history.payload.resize(blocks);
+}
+
+void Device::set_history(tilecore::History history) {
+  prepare_history(history, true);
+  eyes_[0].sequence.set_history(std::move(history));
 }
 
 std::unique_ptr<tilecore::ParameterMaps> Device::map_procedures(const tilecore::TileJob& job,
@@ -222,6 +243,11 @@ tilecore::ResolveFrame& Device::begin_resolve(int frame, Eye& eye, const scene::
   if (left != nullptr)
     eye.sequence.advect_from_other_eye(geometry, *left, eyes_[0].sequence.history(),
                                        static_cast<float>(settings_.stereo.far_depth));
+  prepare_history(*resolve.next, false);
+  // Signatures of whole tiles want all of their colours.
+  resolve.keeps_blocks = resolve_.keep_blocks && tilecore::reads_blocks(resolve_) &&
+                         resolve_.colors == tilecore::HistoryColors::kFrameBuffer &&
+                         !gpu_.frame_buffer.transaction_elimination;
   resolve.auxiliary = request_.resolve_auxiliary;
   result.effects["desampling"] = true;
   if (resolve.previous.history != nullptr && tilecore::advects(resolve_) &&

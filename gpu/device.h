@@ -66,7 +66,7 @@ class Device {
   // What the frame rendered last leaves to the next, with resolve.desampling=adaptive; and to go on from that of
   // another replay.
   const tilecore::History& history() const { return eyes_[0].sequence.history(); }
-  void set_history(tilecore::History history) { eyes_[0].sequence.set_history(std::move(history)); }
+  void set_history(tilecore::History history);
 
   // How pixels are stored, without what a frame leaves to the next.
   tilecore::FrameStore frame_store() const;
@@ -100,6 +100,8 @@ class Device {
   void end_elimination(Eye& eye, const FrameResult& result) const;
   // The sparse pass of the sampling controller; null where ordinary patches draw the procedures, or there are none.
   std::unique_ptr<tilecore::ParameterMaps> map_procedures(const tilecore::TileJob& job, FrameResult& result) const;
+  // What a frame leaves to the next, as it lies in the frame buffer. `whole`: all of its pixels are there.
+  void prepare_history(tilecore::History& history, bool whole) const;
   // What the resolve unit works by in this view. `left`: the pose of the finished left eye, for the right one.
   tilecore::ResolveFrame& begin_resolve(int frame, Eye& eye, const scene::FrameGeometry& geometry,
                                         const scene::FrameGeometry* left, FrameResult& result);

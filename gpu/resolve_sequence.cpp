@@ -49,6 +49,7 @@ tilecore::ResolveFrame& ResolveSequence::begin(int number, const scene::FrameGeo
   eye_motion_.reset();
   frame_.origin.resize(next.color.size());
   frame_.deferred.resize(next.memory.size());
+  frame_.written.assign(next.memory.size(), 0);
   const bool adaptive = settings_.desampling == tilecore::Desampling::kAdaptive;
   const bool advects = tilecore::advects(settings_);
   frame_.keeps_records = advects || read_by_other_eye_;

@@ -28,6 +28,7 @@ WorkRecorder::WorkRecorder(const GpuConfiguration& gpu, const RecordMemory& reco
     : gpu_(gpu),
       records_(records),
       heights_(heights),
+      image_cache_(gpu.caches.texture_bytes, gpu.caches.texture_ways, gpu.line_bytes()),
       record_accesses_(record_accesses),
       keep_items_(keep_items),
       l2_({gpu.caches.l2_bytes, gpu.caches.l2_ways, gpu.line_bytes()}) {
@@ -199,6 +200,7 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   const memory::Ledger ledger = core_.take_ledger();
   slot_.lines = core_.textures().take_misses();
   slot_.patches = core_.take_patches_read();
+  slot_.history = core_.take_history_lines();
   sums.layer_bytes = std::max(sums.layer_bytes, core_.take_layer_bytes());
 
   timing::TileWork& work = slot_.work;
@@ -222,10 +224,10 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   work.blended_layers = counted.shading.blended_layers;
   work.texels = counted.texture.texels - slot_.visibility_texels;
   const bool floats = job.resolve != nullptr && job.resolve->settings.weights == tilecore::StencilWeights::kFloat;
-  work.hashed_bytes = counted.store.signature_bytes;
+  work.hashed_bytes = counted.store.signature_bytes + counted.history.hashed_bytes;
   work.resolve_operations = counted.desampling.velocity_operations + counted.desampling.light_tests +
                             counted.desampling.pixels_advected + counted.desampling.stencil_taps * (floats ? 4 : 1) +
-                            counted.transmission.texels_reduced;
+                            counted.desampling.contrast_operations + counted.transmission.texels_reduced;
   work.pixels = counted.transmission.pixels_kept;
   if (finished) {
     const IntRect pixels = job.grid->pixels(static_cast<binner::TileIndex>(tile_));
@@ -282,6 +284,7 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, 
   slot.work.sub_patches += requests.size();
   slot.items.record_bytes += table_bytes;
   // Items are in the order in which the tile drew: a sub-patch, or cells of procedures together.
+  if (!use.cells.empty()) image_cache_.empty();
   std::size_t next = slot.items.sub_patches.size() - (keep_items_ ? requests.size() + use.cells.size() : 0);
   auto cells = use.cells.begin();
   for (const tilecore::TessellationRequest& r : requests) {
@@ -315,6 +318,7 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, 
   for (; cells != use.cells.end(); ++cells) share_cells(slot, *cells, next);
   cache.use(tile, {}, use.hidden);
   share_shading(slot);
+  share_history(slot);
   return table_bytes;
 }
 
@@ -325,7 +329,9 @@ void WorkRecorder::share_cells(Slot& slot, const tilecore::TileCore::CellsDrawn&
     const std::uint32_t patch = frame_->drawables[cell.drawable].drawable->first_patch;
     record_lines_.clear();
     if (read.first_of_piece) records_.of_piece(*frame_, patch, cell.piece, record_lines_);
+    const std::size_t numbers = record_lines_.size();
     records_.of_image(*frame_, patch, {cell.u0, cell.v0, cell.u1, cell.v1}, record_lines_);
+    if (maps_->settings().image_reads == tilecore::ProcedureSettings::ImageReads::kTextureCache) keep_misses(numbers);
     for (const RecordMemory::Lines& of : record_lines_) {
       share_lines(slot, of, Phase::kVisibility, Purpose::kPatchData);
       keep_lines(slot, of);
@@ -336,6 +342,19 @@ void WorkRecorder::share_cells(Slot& slot, const tilecore::TileCore::CellsDrawn&
   }
   if (keep_items_)
     slot.items.sub_patches[next_item++].lines = static_cast<std::uint32_t>(slot.items.lines.size() - lines);
+}
+
+void WorkRecorder::keep_misses(std::size_t first) {
+  std::vector<RecordMemory::Lines> missed;
+  for (std::size_t k = first; k < record_lines_.size(); ++k)
+    for (std::uint32_t line = record_lines_[k].first; line < record_lines_[k].end; ++line) {
+      ++image_counts_.image_requests;
+      if (image_cache_.use(line)) continue;
+      ++image_counts_.image_misses;
+      missed.push_back({line, line + 1});
+    }
+  record_lines_.resize(first);
+  record_lines_.insert(record_lines_.end(), missed.begin(), missed.end());
 }
 
 std::uint64_t WorkRecorder::move(binner::TileIndex tile, TileArray& array, std::uint64_t offset, std::uint64_t bytes) {
@@ -397,11 +416,19 @@ void WorkRecorder::share_shading(Slot& slot) {
   slot.patches.clear();
 }
 
-void WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phase, Purpose purpose) {
+void WorkRecorder::share_history(Slot& slot) {
+  for (const std::uint32_t line : slot.history)
+    if (!share_line(slot, RecordMemory::kHistoryAt + line, Phase::kStore, Purpose::kHistory))
+      slot.items.resolve_bytes += l2_.line_bytes();
+  slot.history.clear();
+}
+
+bool WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phase, Purpose purpose) {
   ++slot.work.l2_lines;
   TextureUse* const texture = purpose == Purpose::kTexture ? &textures_[slot.work.tile] : nullptr;
   if (texture != nullptr) ++texture->l2_lines;
-  if (l2_.read(line, purpose)) return;
+  const Unit unit = purpose == Purpose::kHistory ? Unit::kResolve : Unit::kTilecore;
+  if (l2_.read(line, purpose, unit)) return true;
   const std::uint64_t bytes = l2_.line_bytes();
   ++slot.work.l2_lines;
   if (texture != nullptr) {
@@ -412,8 +439,10 @@ void WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phas
   bytes_of(traffic_[slot.work.tile], purpose, false) += bytes;
   const std::uint64_t first = purpose == Purpose::kTexture        ? 0
                               : purpose == Purpose::kSamplingMaps ? RecordMemory::kCellsAt
+                              : purpose == Purpose::kHistory      ? RecordMemory::kHistoryAt
                                                                   : records_.first_line();
-  if (record_accesses_) slot.log.add(Unit::kTilecore, purpose, false, (line - first) * bytes, bytes);
+  if (record_accesses_) slot.log.add(unit, purpose, false, (line - first) * bytes, bytes);
+  return false;
 }
 
 void WorkRecorder::end_round() {
@@ -439,6 +468,7 @@ WorkRecorder::Sums WorkRecorder::take_sums() {
     layer_bytes_ = std::max(layer_bytes_, sums.layer_bytes);
     sums = {};
   });
+  tessera::merge(all.core.sampling, std::exchange(image_counts_, {}));
   const memory::L2::Account l2 = l2_.take_account();
   all.l2 = l2.counters;
   all.ledger += l2.ledger;

@@ -40,9 +40,18 @@ std::string conversion_complaint(const std::string& text) {
          ": expected a number that is not too large or negative";
 }
 
+// "--size: At Most 1 required but received 2" likewise.
+std::string count_complaint(const std::string& text) {
+  const std::string_view most = ": At Most 1 required but received ";
+  const std::size_t at = text.find(most);
+  if (at == std::string::npos) return text;
+  return fmt::format("{}: is given {} times; give it once", text.substr(0, at), text.substr(at + most.size()));
+}
+
 // The parser's complaint; where it is an argument that nobody expects, with the nearest one that is.
 std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
   if (dynamic_cast<const CLI::ConversionError*>(&error) != nullptr) return conversion_complaint(error.what());
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) return count_complaint(error.what());
   const std::vector<std::string> extras = app.remaining(true);
   if (dynamic_cast<const CLI::ExtrasError*>(&error) == nullptr || extras.empty() || app.get_subcommands().empty())
     return error.what();

@@ -157,6 +157,7 @@ std::string about(FileKind kind, FileKind wanted, const fs::path& file) {
     case FileKind::kFolder:
       return about_folder(wanted, file);
     case FileKind::kCapture:
+      if (wanted == FileKind::kMachine) return "is a capture: give a preset or a JSON file that describes a machine";
       return fmt::format(
           "is a capture: `tessera replay {}` renders it{}", name,
           wanted == FileKind::kRecord ? fmt::format(", and with --record FILE writes what this takes") : "");

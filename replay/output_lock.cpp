@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <regex>
 
 #include <fmt/format.h>
 
@@ -36,6 +37,17 @@ OutputLock::OutputLock(const fs::path& folder, Share share) {
 OutputLock::~OutputLock() {
   remove_made();
   if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void OutputLock::remove_unfinished(const fs::path& folder) {
+  static const std::regex kOurs(
+      "(frame_[0-9]+(\\.right)?\\.(exr|png)|tiles_[0-9]+\\.json|stats\\.(json|csv)|baselines\\.csv|report\\.html)"
+      "\\.[0-9]+-[0-9]+\\.part");
+  std::error_code error;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    std::error_code ignored;
+    if (std::regex_match(at->path().filename().string(), kOurs)) fs::remove(at->path(), ignored);
+  }
 }
 
 void OutputLock::remove_made() {

@@ -19,6 +19,8 @@ class OutputLock {
   // or nothing can be made.
   explicit OutputLock(const std::filesystem::path& folder, Share share = Share::kAlone);
   ~OutputLock();
+  // Removes what a killed replay left half written there: of our names alone. For who has the folder alone.
+  static void remove_unfinished(const std::filesystem::path& folder);
   OutputLock(const OutputLock&) = delete;
   OutputLock& operator=(const OutputLock&) = delete;
 

@@ -153,7 +153,7 @@ class ReplayCommand final : public Command {
         check_not_input(file, {capture_, gpu_});
       }
     gpu::RunSettings settings;
-    gpu::GpuConfiguration gpu = gpu::load_gpu(gpu_);
+    gpu::GpuConfiguration gpu = read_as(FileKind::kMachine, gpu_, [&] { return gpu::load_gpu(gpu_); });
     for (const std::string& text : sets_) gpu::apply_setting(text, settings, gpu);
     if (spp_) gpu::settings_keys().set(settings, *gpu::settings_keys().find("sampling.samples_per_pixel"), *spp_);
     if (seed_) gpu::settings_keys().set(settings, *gpu::settings_keys().find("sampling.seed"), *seed_);
@@ -201,6 +201,7 @@ class ReplayCommand final : public Command {
     NamedFiles files(*this, gpu, settings, request, renderer);
     install_stop_handler();
     const OutputLock lock(out_);
+    OutputLock::remove_unfinished(out_);
     warm_up(renderer, std::max(0, first - warmup_), first);
     std::optional<gpu::Device> second;
     if (renders_two_at_once(capture, gpu, settings, request, last - first, limits.max_bytes))

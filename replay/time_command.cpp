@@ -77,7 +77,7 @@ class TimeCommand final : public Command {
     gpu::RecordReader record =
         read_as(FileKind::kRecord, record_, [&] { return gpu::RecordReader(record_, max_bytes); });
     gpu::RecordedMachine machine = gpu::recorded_machine(record.head(), record_);
-    if (!gpu_.empty()) machine.gpu = gpu::load_gpu(gpu_);
+    if (!gpu_.empty()) machine.gpu = read_as(FileKind::kMachine, gpu_, [&] { return gpu::load_gpu(gpu_); });
     for (const std::string& text : sets_) gpu::apply_setting(text, machine.settings, machine.gpu);
     gpu::check_gpu(machine.gpu);
     const std::string notice =

@@ -12,6 +12,7 @@
 #include "base/parallel.h"
 #include "base/text.h"
 #include "replay/commands.h"
+#include "replay/file_kind.h"
 #include "replay/option_numbers.h"
 #include "replay/output_lock.h"
 #include "replay/progress.h"
@@ -168,7 +169,7 @@ class TradeoffCommand final : public Command {
     options.capture = capture_;
     options.folder = out_;
     options.gpu_name = gpu_;
-    options.gpu = gpu::load_gpu(gpu_);
+    options.gpu = read_as(FileKind::kMachine, gpu_, [&] { return gpu::load_gpu(gpu_); });
     for (const std::string& text : sets_) {
       apply_setting(text, options.settings, options.gpu);
       options.base.emplace_back(text.substr(0, text.find('=')), text.substr(text.find('=') + 1));

@@ -19,7 +19,7 @@ std::vector<Extension> shared_extensions() {
       {"KHR_animation_pointer",
        "animation channel target",
        "Animates what a JSON pointer names: a node's transformation, weights and visibility; a material's factors and "
-       "texture transformations; cameras and lights. Pointers at anything else are skipped.",
+       "texture transformations; cameras and lights; parameters of procedures. Pointers at anything else are skipped.",
        {}},
       {"KHR_draco_mesh_compression", "mesh primitive", "Vertices and indices compressed with Draco.", {}},
       {"KHR_lights_punctual", "root, node", "Directional, point and spot lights.", {}},
@@ -119,6 +119,8 @@ std::vector<Extension> own_extensions() {
         {"shading", "object", "", "{model: material}", "model: name of a shading model; its parameters beside it."},
         {"material", "integer", "material", "glTF's default",
          "Factors of the metallic-roughness model, double-sidedness."},
+        {"tessellation", "object", "segments", "{min: 1, max: 64}",
+         "Along each side of a base patch, where the surface is tessellated."},
         {"image", "object", "", "none",
          "Of the shape geometryImage: positions, an accessor of points row by row, and width."}}},
       {"TESSERA_subdivision",

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include "scene/animated_procedures.h"
 #include "scene/deform.h"
 #include "shaders_cpp/procedures/procedures.h"
 
@@ -134,11 +135,12 @@ void add_scene(const Capture& capture, const std::vector<double>& times, Extent&
   std::map<const Primitive*, std::vector<Vec3>> boxes;
   for (const double time : times) {
     const Pose pose = pose_at(capture, time);
+    const PosedProcedures procedures = pose_procedures(capture, time, time);
     for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
       const Node& node = capture.nodes[n];
       if (!pose.in_scene[n]) continue;
       if (node.procedure != kNone)
-        add_procedure(capture.procedures[static_cast<std::size_t>(node.procedure)], pose.world[n], extent);
+        add_procedure(procedures.at(capture, static_cast<std::size_t>(node.procedure), 0), pose.world[n], extent);
       if (node.mesh == kNone) continue;
       for (const Primitive& primitive : capture.meshes[static_cast<std::size_t>(node.mesh)].primitives) {
         Deformed deformed;

@@ -12,6 +12,7 @@ enum PixelRuns : std::uint8_t {
   kHalvesApart = 2,  // those in the left half do not share with those in the right
   kLeftHalf = 3,     // those in the right half are skipped
   kRightHalf = 4,
+  kByCell = 5,  // samples share with those of any other such pixel that see the same shading cell
 };
 
 // Of a sample at `x` of the frame.

@@ -38,18 +38,29 @@ int difference_at(const Image8& a, const Image8& b, int x, int y) {
   return sum;
 }
 
-// The crop, on multiples of eight pixels, in which two images differ most.
-IntRect worst_part(const Image8& a, const Image8& b) {
-  IntRect worst{0, 0, kCropWidth, kCropHeight};
+// The crop, on multiples of eight pixels, that has most of something.
+IntRect part_with_most(int width, int height, const std::function<int(int x, int y)>& amount) {
+  IntRect best{0, 0, kCropWidth, kCropHeight};
   long most = -1;
-  for (int y0 = 0; y0 + kCropHeight <= a.height; y0 += 8)
-    for (int x0 = 0; x0 + kCropWidth <= a.width; x0 += 8) {
+  for (int y0 = 0; y0 + kCropHeight <= height; y0 += 8)
+    for (int x0 = 0; x0 + kCropWidth <= width; x0 += 8) {
       long sum = 0;
       for (int y = y0; y < y0 + kCropHeight; ++y)
-        for (int x = x0; x < x0 + kCropWidth; ++x) sum += difference_at(a, b, x, y);
-      if (sum > most) most = sum, worst = {x0, y0, x0 + kCropWidth, y0 + kCropHeight};
+        for (int x = x0; x < x0 + kCropWidth; ++x) sum += amount(x, y);
+      if (sum > most) most = sum, best = {x0, y0, x0 + kCropWidth, y0 + kCropHeight};
     }
-  return worst;
+  return best;
+}
+
+// Where two images differ most; where they do not, what shows most.
+IntRect worst_part(const Image8& a, const Image8& full) {
+  if (a.values != full.values)
+    return part_with_most(a.width, a.height, [&](int x, int y) { return difference_at(a, full, x, y); });
+  return part_with_most(a.width, a.height, [&](int x, int y) {
+    int sum = 0;
+    for (std::size_t c = 0; c < 3; ++c) sum += std::abs(full.at(x, y)[c] - full.at(std::max(x, 1) - 1, y)[c]);
+    return sum;
+  });
 }
 
 Image8 difference_of(const Image8& a, const Image8& b) {

@@ -11,7 +11,10 @@ namespace tessera::bench {
 // Adaptive desampling by thresholds and splits beside checkerboard; shimmer.csv, and the ratio at checkerboard's savings.
 void shimmer(const std::filesystem::path& folder);
 
-// Rates, splits, sizes of blocks and supersampled groups, one at a time; splits.csv.
+// Rates, splits and sizes of blocks, one at a time, against full shading; splits.csv.
 void splits(const std::filesystem::path& folder);
+
+// Half pixels at edges, against what supersampling stands for: an invocation for every sample; supersampling.csv.
+void supersampling(const std::filesystem::path& folder);
 
 }  // namespace tessera::bench

@@ -31,6 +31,14 @@ struct RasterEnclosure {
 
 Interval with_error(const Enclosure& e) { return {e.low(), e.high()}; }
 
+bool is_unknown(const Interval& x) { return std::isnan(x.low()) || std::isnan(x.high()); }
+
+// At either of two keys. What is no number at one of them may be anything: a shape that deforms may be singular at one
+// key alone.
+Interval either(const Interval& a, const Interval& b) {
+  return is_unknown(a) || is_unknown(b) ? Interval(-kInfinity, kInfinity) : hull(a, b);
+}
+
 // A coordinate on screen: its range, its derivatives, and what it is in the middle of the box where that is known.
 struct ScreenCoordinate {
   Interval value, by_s, by_t, middle = Interval(-kInfinity, kInfinity);
@@ -54,19 +62,20 @@ ScreenCoordinate on_screen(const Enclosure& x, const Enclosure& z, const scene::
 }
 
 ScreenCoordinate join(const ScreenCoordinate& a, const ScreenCoordinate& b) {
-  return {hull(a.value, b.value), hull(a.by_s, b.by_s), hull(a.by_t, b.by_t)};
+  return {either(a.value, b.value), either(a.by_s, b.by_s), either(a.by_t, b.by_t)};
 }
 
 // The same at every time between the keys. A point's position is a mean of its positions at the keys, weighted with its
 // depths; its derivative is one of quotients whose parts are linear in time.
 ScreenCoordinate moving(const std::array<RasterEnclosure, 2>& r, Enclosure RasterEnclosure::*axis, double near) {
   const Enclosure &x0 = r[0].*axis, &x1 = r[1].*axis, &z0 = r[0].z, &z1 = r[1].z;
-  const Interval depth = hull(with_error(z0), with_error(z1)),
+  const Interval depth = either(with_error(z0), with_error(z1)),
                  front(std::max(near, depth.low()), std::max(near, depth.high()));
-  Interval value = hull(with_error(x0), with_error(x1)) / front;
-  if (z0.low() >= near && z1.low() >= near) value = hull(projected(x0, z0, near).value, projected(x1, z1, near).value);
-  return {value, (hull(x0.by_s(), x1.by_s()) - value * hull(z0.by_s(), z1.by_s())) / front,
-          (hull(x0.by_t(), x1.by_t()) - value * hull(z0.by_t(), z1.by_t())) / front};
+  Interval value = either(with_error(x0), with_error(x1)) / front;
+  if (z0.low() >= near && z1.low() >= near)
+    value = either(projected(x0, z0, near).value, projected(x1, z1, near).value);
+  return {value, (either(x0.by_s(), x1.by_s()) - value * either(z0.by_s(), z1.by_s())) / front,
+          (either(x0.by_t(), x1.by_t()) - value * either(z0.by_t(), z1.by_t())) / front};
 }
 
 // What the lens adds: a shift by up to lens_scale * |coc(z)|, and its derivative.
@@ -78,8 +87,8 @@ void add_lens(const scene::Projection& p, const Interval& depth, const std::arra
   const Interval coc = p.orthographic ? one - z * focus : one / z - focus,
                  slope = p.orthographic ? focus : one / (z * z);
   c.value = c.value + lens * coc;
-  c.by_s = c.by_s + lens * slope * hull(r[0].z.by_s(), r[1].z.by_s());
-  c.by_t = c.by_t + lens * slope * hull(r[0].z.by_t(), r[1].z.by_t());
+  c.by_s = c.by_s + lens * slope * either(r[0].z.by_s(), r[1].z.by_s());
+  c.by_t = c.by_t + lens * slope * either(r[0].z.by_t(), r[1].z.by_t());
 }
 
 ProcedureCellBounds::Image image_of(const std::array<ScreenCoordinate, 2>& c) {
@@ -109,29 +118,46 @@ double rounding_of_projection(const RasterEnclosure& r, const ScreenCoordinate& 
 
 double known(double value) { return std::isnan(value) ? kInfinity : value; }
 
-MovingBox box_of(const Vector3<Enclosure>& p) {
+// Of the points at both motion keys.
+MovingBox box_of(const Vector3<Enclosure>& open, const Vector3<Enclosure>& close) {
   MovingBox box;
   box.axes = {DVec3(1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1)};
-  box.low[0] = box.low[1] = {p.x.low(), p.y.low(), p.z.low()};
-  box.high[0] = box.high[1] = {p.x.high(), p.y.high(), p.z.high()};
+  for (std::size_t key = 0; key < 2; ++key) {
+    const Vector3<Enclosure>& p = key == 0 ? open : close;
+    box.low[key] = {p.x.low(), p.y.low(), p.z.low()};
+    box.high[key] = {p.x.high(), p.y.high(), p.z.high()};
+  }
+  // Known at one key alone is unknown.
+  for (std::size_t key = 0; key < 2; ++key)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (std::isnan(box.low[1 - key][axis] + box.high[1 - key][axis]))
+        box.low[key][axis] = box.high[key][axis] = std::numeric_limits<double>::quiet_NaN();
   return box;
 }
 
 }  // namespace
 
 MovingBox procedure_box(const scene::ProcedurePatch& patch, const scene::ParameterRange& range) {
-  const Vector3<Enclosure> p =
-      enclose(patch.shape, *patch.piece, static_cast<double>(patch.u(range.u0)), static_cast<double>(patch.v(range.v0)),
-              static_cast<double>(patch.u(range.u1)), static_cast<double>(patch.v(range.v1)));
-  return box_of(p);
+  const auto points = [&](const scene::Procedure::Piece& piece) {
+    return enclose(patch.shape, piece, static_cast<double>(patch.u(range.u0)), static_cast<double>(patch.v(range.v0)),
+                   static_cast<double>(patch.u(range.u1)), static_cast<double>(patch.v(range.v1)));
+  };
+  const Vector3<Enclosure> open = points(*patch.piece);
+  return box_of(open, patch.piece == patch.piece_close ? open : points(*patch.piece_close));
 }
 
 ProcedureCellBounds bound_procedure_cell(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
-                                         const scene::Procedure::Piece& piece, const ParameterBox& box) {
+                                         std::size_t piece, const ParameterBox& box) {
   const scene::Projection& projection = frame.projection;
-  const Vector3<Enclosure> p = enclose(drawable.procedure->shape, piece, box.u0, box.v0, box.u1, box.v1);
+  const auto points = [&](const scene::Procedure& procedure) {
+    return enclose(procedure.shape, procedure.pieces[piece], box.u0, box.v0, box.u1, box.v1);
+  };
+  std::array<Vector3<Enclosure>, 2> points_at;
+  points_at[0] = points(*drawable.procedure);
+  points_at[1] = drawable.deforming ? points(*drawable.procedure_close) : points_at[0];
   std::array<RasterEnclosure, 2> r;
   for (std::size_t key = 0; key < 2; ++key) {
+    const Vector3<Enclosure>& p = points_at[key];
     if (key == 1 && !drawable.moving)
       r[1] = r[0];
     else
@@ -139,7 +165,7 @@ ProcedureCellBounds bound_procedure_cell(const scene::FrameGeometry& frame, cons
                 transformed(drawable.to_raster[key], 2, p)};
   }
   ProcedureCellBounds out;
-  const Interval depth = hull(with_error(r[0].z), with_error(r[1].z));
+  const Interval depth = either(with_error(r[0].z), with_error(r[1].z));
   // NaN is unknown, not outside.
   if (depth.high() < projection.near || (projection.far > 0 && depth.low() > projection.far)) {
     out.outside = true;
@@ -160,7 +186,7 @@ ProcedureCellBounds bound_procedure_cell(const scene::FrameGeometry& frame, cons
     // Fronts have negative area where y points down, as glTF's wind counter-clockwise.
     out.faces_away = drawable.mirrored ? area.high() < 0 : area.low() > 0;
   }
-  out.box = box_of(p);
+  out.box = box_of(points_at[0], points_at[1]);
   for (std::size_t key = 0; key < 2; ++key)
     out.rounding = std::max(out.rounding, known(rounding_of_projection(r[key], c[0], c[1], projection)));
   if (!drawable.moving && projection.lens_scale == 0) out.image = image_of(c);

@@ -490,8 +490,8 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
     const std::optional<int> grid = meshopt ? position_grid(document, mesh, options.bits.position) : std::nullopt;
     for (json& primitive : mesh["primitives"]) {
       ++report.primitives;
-      if (json* packed = extension_of(primitive, kDraco))
-        (*packed)["bufferView"] = chunk.copy_view((*packed)["bufferView"].get<std::size_t>());
+      if (json* compressed = extension_of(primitive, kDraco))
+        (*compressed)["bufferView"] = chunk.copy_view((*compressed)["bufferView"].get<std::size_t>());
       else if (meshopt)
         report.compressed += compress_with_meshopt(document, out, primitive, options, grid, chunk, placed) ? 1 : 0;
       else if (options.method != PackMethod::kNone && compress_primitive(document, out, primitive, options, chunk))
@@ -519,8 +519,8 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   const json result = checked_json(out.dump(), target.string());
   if (draco > 0) {
     scene::MemoryBudget second_budget(limits.max_bytes, target.string());
-    gltf::Document packed(result, target, chunk.bytes(), true, limits, second_budget);
-    describe_decoded(packed, out);
+    gltf::Document written(result, target, chunk.bytes(), true, limits, second_budget);
+    describe_decoded(written, out);
   }
   const std::string bytes = glb_bytes(out, chunk.bytes());
   put_in_place(target, bytes);

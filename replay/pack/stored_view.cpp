@@ -61,10 +61,10 @@ PackedView read_for_view(const std::filesystem::path& source, const json& settin
   packed.file_nodes = packed.capture.nodes.size();
   scene::CaptureSettings& own = packed.capture.settings;
   if (settings.is_object() && !settings.empty()) {
-    own.declared = true;
     if (settings.contains("resolution")) own.width = settings["resolution"][0], own.height = settings["resolution"][1];
     own.frame_rate = settings.value("frameRate", own.frame_rate);
     if (settings.contains("frames")) {
+      own.declared = true;  // else the whole animation is framed
       own.first_frame = settings["frames"]["first"];
       own.frame_count = settings["frames"]["count"];
     }

@@ -79,6 +79,7 @@ std::vector<std::string> other_columns() {
     for (const char* of : {"sub_patches", "sub_patches_elided", "tiles"})
       names.push_back("effect_places." + effect + "." + of);
   }
+  for (const char* kept : {"history", "velocity"}) names.push_back(std::string("effect_reasons.") + kept);
   for (const json& counter : describe_counters())
     if (const std::string name = counter["name"]; !name.starts_with(kBaseline))
       names.push_back("right_eye.counters." + name);

@@ -4,6 +4,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -236,7 +237,11 @@ std::string split_csv(const JoinedSweep& sweep) {
 std::optional<BestPoint> best_point(const JoinedSweep& sweep) {
   const json& manifest = sweep.manifest;
   Goal goal;
-  goal.column = "timing.cycles";
+  // Cycles of different clocks are not those of the faster machine.
+  const json& axes = manifest.at("axes");
+  const bool clocks =
+      std::any_of(axes.begin(), axes.end(), [](const json& key) { return key == "clock.mhz" || key == kGpuKey; });
+  goal.column = clocks ? "energy.total_nj" : "timing.cycles";
   if (manifest.contains("goal")) goal = read_goal(manifest["goal"], scene::gltf::Place("sweep.json").at("goal"));
   // Candidates are points with the same values, one for each capture.
   std::map<std::string, std::size_t> first_of;

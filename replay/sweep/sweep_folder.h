@@ -87,7 +87,8 @@ std::string sweep_csv(const JoinedSweep& sweep);
 std::string split_csv(const JoinedSweep& sweep);
 
 // Of a manifest with a goal: its best candidate among the rows, by number of its first point. Nothing where there are no
-// frames yet. Without a goal: that of the fewest cycles.
+// frames yet. Without a goal: that of the fewest cycles, of the least
+// energy where clocks vary.
 struct BestPoint {
   std::size_t point = 0;
   std::string label, value;  // "tile.width=16 ...", "timing.cycles 12345"

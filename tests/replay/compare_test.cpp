@@ -197,7 +197,7 @@ TEST_F(Compare, RealReplaysAndRecordsTimedAgain) {
   const json report = compared({a, b});
   const json stats = json::parse(test::read_text(folder_ / "b" / "stats.json"));
   EXPECT_EQ(row(report["summary"], "cycles")["b"], stats["total"]["timing"]["cycles"]);
-  EXPECT_EQ(row(report["keys"], "tile.width"), json({{"name", "tile.width"}, {"a", 16}, {"b", 8}})) << report["keys"];
+  EXPECT_EQ(row(report["keys"], "tile.width"), json({{"name", "tile.width"}, {"a", 32}, {"b", 8}})) << report["keys"];
   EXPECT_EQ(report["frames"].size(), 1u);
   // Images are the same for any tile size.
   EXPECT_EQ(run_tessera({"compare", a, b, "--threshold", "max=0", "--threshold", "ssim=1"}).status, 0);

@@ -89,7 +89,7 @@ TEST_F(BashCompletion, OffersWhatAnOptionTakes) {
   EXPECT_EQ(offered({"tessera", "replay", "--set", "shading.rate", "=", "p"}),
             (std::set<std::string>{"pixel", "primitive"}));
   EXPECT_EQ(offered({"tessera", "replay", "--set", "shading.rate", "="}),
-            (std::set<std::string>{"pixel", "primitive", "sample"}));
+            (std::set<std::string>{"cache", "pixel", "primitive", "sample"}));
   EXPECT_EQ(offered({"tessera", "replay", "--gpu", "=", "v3"}), std::set<std::string>{"v3d"});
   EXPECT_EQ(offered({"tessera", "replay", "--aux", "depth,nor"}), std::set<std::string>{"depth,normal"});
   EXPECT_EQ(offered({"tessera", "time", "--split", "d"}), std::set<std::string>{"drawables"});

@@ -134,8 +134,8 @@ TEST_P(MachineOf, EventsOfTilesAddUpToTheCounters) {
     EXPECT_EQ(sum.sampling_operations, sampling.operations) << name;
     EXPECT_EQ(sum.stencil_tests, r.counters.stencil.tests) << name;
     const tilecore::DesamplingCounters& desampling = r.counters.desampling;
-    EXPECT_EQ(sum.resolve_operations,
-              desampling.velocity_evaluations + desampling.pixels_advected + desampling.stencil_taps)
+    EXPECT_EQ(sum.resolve_operations, desampling.velocity_evaluations + desampling.pixels_advected +
+                                          desampling.stencil_taps + desampling.contrast_operations)
         << name;
     EXPECT_EQ(sum.entries, r.counters.tilecore.entries_fetched) << name;
     EXPECT_EQ(sum.sort_steps, r.counters.tilecore.sort_steps) << name;

@@ -1,13 +1,9 @@
 // Scenes that desampling once got wrong, against full shading as a display shows it.
 #include <gtest/gtest.h>
 
-#include <limits>
-
-#include "base/image_metrics.h"
-#include "gpu/device.h"
 #include "replay/statistics.h"
 #include "scene/capture_reader.h"
-#include "shaders_cpp/tone_map.h"
+#include "tests/replay/desampled_comparison.h"
 #include "tests/support/captures.h"
 #include "tests/support/fault_scenes.h"
 
@@ -16,59 +12,7 @@ namespace {
 
 using scene::Capture;
 
-constexpr int kWidth = test::kFaultWidth, kHeight = test::kFaultHeight;
-
-// Frames of a capture, adaptive beside fully shaded.
-struct Comparison {
-  struct Frame {
-    Image shown, expected;
-    double psnr_db, saved;  // of pixel-shader invocations
-    tilecore::DesamplingCounters counters;
-    std::string advection;
-  };
-  std::vector<Frame> frames;
-
-  Comparison(const Capture& capture, int first, int last, const std::vector<std::string>& sets = {},
-             IntRect region = {0, 0, kWidth, kHeight}) {
-    gpu::RunSettings plain, desampled;
-    gpu::GpuConfiguration gpu;
-    for (const std::string& text : sets) gpu::apply_setting(text, desampled, gpu);
-    desampled.resolve.desampling = tilecore::Desampling::kAdaptive;
-    const gpu::RenderRequest request{kWidth, kHeight, region};
-    gpu::Device full(capture, gpu, plain, request), device(capture, gpu, desampled, request);
-    for (int f = first; f < last; ++f) {
-      const gpu::FrameResult expected = full.render(f), got = device.render(f);
-      Frame frame{display(got.targets.color), display(expected.targets.color),   0, 0,
-                  got.counters.desampling,    got.effect_reasons.at("advection")};
-      frame.psnr_db = psnr(frame.shown, frame.expected);
-      const auto all = static_cast<double>(expected.counters.shading.pixel_shader_invocations);
-      frame.saved = 1 - static_cast<double>(got.counters.shading.pixel_shader_invocations) / all;
-      frames.push_back(std::move(frame));
-    }
-  }
-
-  const Frame& back() const { return frames.back(); }
-  double worst_psnr(std::size_t from) const {
-    double worst = std::numeric_limits<double>::infinity();
-    for (std::size_t f = from; f < frames.size(); ++f) worst = std::min(worst, frames[f].psnr_db);
-    return worst;
-  }
-  double saved(std::size_t from) const {
-    double sum = 0;
-    for (std::size_t f = from; f < frames.size(); ++f) sum += frames[f].saved;
-    return sum / static_cast<double>(frames.size() - from);
-  }
-
- private:
-  static Image display(const Image& linear) {
-    const Image8 bytes = shaders::to_display(linear, 1.0f);
-    Image image(bytes.width, bytes.height, 3);
-    for (int y = 0; y < bytes.height; ++y)
-      for (int x = 0; x < bytes.width; ++x)
-        for (std::size_t c = 0; c < 3; ++c) image.at(x, y)[c] = static_cast<float>(bytes.at(x, y)[c]) / 255.0f;
-    return image;
-  }
-};
+constexpr int kWidth = Comparison::kWidth, kHeight = Comparison::kHeight;
 
 // ---- What is still ----------------------------------------------------------------------------------------------
 
@@ -113,16 +57,6 @@ TEST(ResolveFaults, WhatIsSharpIsNotCoarseHoweverFarItCame) {
   const Comparison c(scene::read_capture(test::shipped_capture("flyby")), 0, 6);
   EXPECT_GE(c.worst_psnr(0), 50);
   EXPECT_GE(c.saved(1), 0.30);
-}
-
-// What lens and motion spread over whole blocks is shaded at half rate where that is asked for.
-TEST(ResolveFaults, BlurredEdgesAreHalvedOnRequest) {
-  const Capture capture = scene::read_capture(test::shipped_capture("eggs"));
-  const Comparison off(capture, 13, 15), on(capture, 13, 15, {"resolve.k_blur=1"});
-  EXPECT_EQ(off.back().counters.blocks_blurred, 0u);
-  EXPECT_GT(on.back().counters.blocks_blurred, 1000u);
-  EXPECT_GT(on.saved(1), 0.2);
-  EXPECT_GT(on.worst_psnr(0), 33);
 }
 
 // ---- One surface before itself, and creases ---------------------------------------------------------------------

@@ -94,7 +94,7 @@ TEST_F(Time, ANumberIsSetAsAMultipleOfWhatTheMachineHas) {
   EXPECT_EQ(more, same);
   EXPECT_EQ(more.first["memory"]["gb_per_s"], now * 1.3);
   EXPECT_EQ(more.first["clock"]["mhz"], 500);
-  EXPECT_LT(more.second, stats["total"]["timing"]["cycles"].get<std::uint64_t>()) << "eggs are bound by DRAM";
+  EXPECT_LT(more.second, stats["total"]["timing"]["cycles"].get<std::uint64_t>()) << "eggs wait for DRAM in part";
   EXPECT_EQ(cycles({"memory.gb_per_s=*1.3"}), same);
   EXPECT_EQ(cycles({"memory.bytes_per_clk=x1.3"}), same);
   EXPECT_EQ(cycles({"shader.lanes=x2", "shader.lanes=x0.5"}).first, cycles({}).first) << "one after the other";

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "tilecore/resolve/cubic_weights.h"
+#include "tilecore/resolve/stencil_tilt.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "tilecore/resolve/any_stencils_kernel.cpp"
@@ -24,8 +25,6 @@ struct WeightedTap {
   const Vec4* color;
   float weight;
 };
-
-constexpr std::size_t kMaxDirectTaps = 49;  // 7x7
 
 // Largest weight first. Sums differences from it, so that a flat colour is exact whatever the weights.
 struct TapList {
@@ -56,10 +55,10 @@ struct TapList {
 };
 
 constexpr auto kKernelWeights = [] {
-  std::array<std::array<float, kWindowMargin + 1>, kReconstructionCount> k{};
+  std::array<std::array<double, kWindowMargin + 1>, kReconstructionCount> k{};
   for (std::size_t r = 0; r < kReconstructionCount; ++r)
     for (std::size_t d = 0; d <= kWindowMargin; ++d)
-      k[r][d] = static_cast<float>(kernel_weight(static_cast<Reconstruction>(r), static_cast<int>(d)));
+      k[r][d] = kernel_weight(static_cast<Reconstruction>(r), static_cast<int>(d));
   return k;
 }();
 
@@ -104,24 +103,26 @@ TapList nearest_taps(const WindowView& view, int pixel, bool only_one) {
 TapList kernel_taps(const WindowView& view, Reconstruction kernel, int pixel) {
   const auto& k = kKernelWeights[static_cast<std::size_t>(kernel)];
   const int reach = kernel_reach(kernel), cx = pixel % 4 + kWindowMargin, cy = pixel / 4 + kWindowMargin;
-  TapList taps;
-  float sum = 0, magnitude = 0;
+  std::array<ExactTap, kMaxDirectTaps> exact;
+  std::size_t count = 0;
+  double sum = 0, magnitude = 0;
   const unsigned within = (1u << (2 * reach + 1)) - 1;
   for (int dy = -reach; dy <= reach; ++dy) {
-    const float wy = k[static_cast<std::size_t>(dy < 0 ? -dy : dy)];
+    const double wy = k[static_cast<std::size_t>(dy < 0 ? -dy : dy)];
     const unsigned row = view.usable[static_cast<std::size_t>(cy + dy)] >> (cx - reach) & within;
     for (unsigned left = row; left != 0; left &= left - 1) {
       const int dx = std::countr_zero(left) - reach;
-      const float w = k[static_cast<std::size_t>(dx < 0 ? -dx : dx)] * wy;
-      if (w == 0.0f) continue;
-      taps.add(view.at(cx + dx, cy + dy), w);
-      sum += w;
-      magnitude += w < 0 ? -w : w;
+      const double w = k[static_cast<std::size_t>(dx < 0 ? -dx : dx)] * wy;
+      if (w == 0.0) continue;
+      exact[count++] = {dx, dy, w};
+      sum += w, magnitude += w < 0 ? -w : w;
     }
   }
-  taps.holds = taps.count > 0 && sum >= static_cast<float>(kMinimumDenominator) * magnitude;
-  const float scale = 1.0f / sum;
-  for (std::size_t i = 0; i < taps.count; ++i) taps.taps[i].weight *= scale;
+  TapList taps;
+  taps.holds = count > 0 && sum >= kMinimumDenominator * magnitude;
+  if (taps.holds) tilt<kMaxDirectTaps>(std::span(exact.data(), count));
+  for (std::size_t i = 0; i < count; ++i)
+    taps.add(view.at(cx + exact[i].dx, cy + exact[i].dy), static_cast<float>(exact[i].weight));
   return taps;
 }
 

@@ -8,6 +8,7 @@
 #include "tilecore/resolve/cubic_weights.h"
 #include "tilecore/resolve/interior_stencils.h"
 #include "tilecore/resolve/stencil_lookup.h"
+#include "tilecore/resolve/tile_border.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -36,9 +37,13 @@ struct RowWords {
     middle &= ~(spread << kWindowMargin);
   }
   bool any() const { return ((top << 16 | middle | bottom >> 16) & kWindowColumns * kEachRow) != 0; }
-  // As pattern_of() wants it.
+  // As pattern_of() wants it, of the four pixels in the block's middle: they have no border's lines.
   unsigned corner() const {
-    return static_cast<unsigned>((middle >> kWindowMargin & 3u) | (middle >> (16 + kWindowMargin) & 3u) << 2);
+    const auto row = [&](int y) {
+      const auto pair = static_cast<unsigned>(middle >> (16 * y + kWindowMargin + 1) & 3u);
+      return pair >> 1 | (pair & 1u) << 1;
+    };
+    return row(2) | row(1) << 2;
   }
 
   static constexpr std::uint64_t kEachRow = 0x0001000100010001;
@@ -59,6 +64,16 @@ struct PatternRows {
   explicit PatternRows(unsigned corner) : even(columns(corner & 3)), odd(columns(corner >> 2)) {}
   // The block begins at an odd column of the window.
   static unsigned columns(unsigned pair) { return (pair & 1 ? 0x2aau : 0u) | (pair & 2 ? 0x155u : 0u); }
+  // With the columns that border_line() renders besides.
+  PatternRows with_lines(unsigned border) const {
+    PatternRows lines = *this;
+    const unsigned more = border_columns(border);
+    if (more & ~(even | odd)) (even != 0 ? lines.even : lines.odd) |= more;
+    return lines;
+  }
+  static unsigned border_columns(unsigned border) {
+    return (border & kLeftBorder ? 1u << kWindowMargin : 0u) | (border & kRightBorder ? 8u << kWindowMargin : 0u);
+  }
 };
 
 bool is_interior(const RowWords& rows, const PatternRows& pattern, int reach) {
@@ -83,8 +98,14 @@ std::optional<unsigned> border_of(const UsableRows& rows, const PatternRows& pat
   if (border & kRightBorder) within &= 0x7fu;
   const int first = border & kTopBorder ? kWindowMargin : kWindowMargin - reach;
   const int last = border & kBottomBorder ? kWindowMargin + 3 : kWindowMargin + 3 + reach;
+  const PatternRows lines = pattern.with_lines(border);
   for (int y = first; y <= last; ++y) {
-    const unsigned expected = (y + kWindowMargin) & 1 ? pattern.odd : pattern.even;
+    unsigned expected = (y + kWindowMargin) & 1 ? lines.odd : lines.even;
+    const bool top = y == kWindowMargin && (border & kTopBorder) != 0,
+               bottom = y == kWindowMargin + 3 && (border & kBottomBorder) != 0;
+    if (top && expected == 0) expected = lines.odd;
+    if (bottom && expected == 0) expected = lines.even;
+    if (top || bottom) expected |= PatternRows::border_columns(border);
     if ((rows[static_cast<std::size_t>(y)] ^ expected) & within) return std::nullopt;
   }
   return border;

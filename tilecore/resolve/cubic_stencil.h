@@ -18,7 +18,7 @@ namespace tessera::tilecore {
 enum class Reconstruction {
   kCubic,               // 5x5, distances times 2/3, B = C = 1/3: the default
   kCubicInterpolating,  // 7x7, distances times 1/2, B = 0, C = 1/2 (Catmull-Rom at a sample spacing of two pixels)
-  kCubicUnscaled,       // 5x5, distances in pixels, B = C = 1/3. k(2) = 0: on these lattices it is kBilinear
+  kCubicUnscaled,       // 5x5, distances in pixels, B = C = 1/3. k(2) = 0: at 4 and 8 samples it is kBilinear
   kBilinear,            // 3x3, a tent of width 2: the mean of the neighbours on both lattices
   kNearest,             // the nearest usable pixel; of equally near ones the first in raster order
 };
@@ -58,7 +58,9 @@ struct ReconstructionWork {
 //   CS5  packed_weights: pixels whose surroundings are one of the patterns of pattern_dither.h, whole or cut at the
 //        block's own borders on any sides (a tile's), take 8-bit weights from tables that were made when the program
 //        was built. They sum to one exactly; each is within one unit of its last place of the exact weight. All others,
-//        and all when false, evaluate the kernel directly in single precision and divide by the sum of weights.
+//        and all when false, evaluate the kernel directly and divide by the sum of weights. Where what is usable lies
+//        more on one side than on the other, weights are tilted, so that ramps come back (stencil_tilt.h). At borders
+//        tables expect the lines of tile_border.h.
 //   CS6  Where the weights' sum falls below half of the sum of their magnitudes (lopsided surroundings let the negative
 //        lobes win), or no pixel within the kernel's reach is usable, the mean of the nearest usable pixels of the
 //        window stands in.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 
 #include "tilecore/resolve/cubic_stencil.h"
 
@@ -50,6 +51,8 @@ constexpr double kernel_weight(Reconstruction r, int distance) {
   }
   return 0;
 }
+
+inline constexpr std::size_t kMaxDirectTaps = 49;  // of 7x7
 
 // A stencil holds where the sum of its weights is at least this share of the sum of their magnitudes. Then no
 // normalised weight exceeds 2, and noise in the taps grows by less than 2.

@@ -51,6 +51,7 @@ BlockEvidence join(std::span<const BlockEvidence> parts, BlockSpeed statistic) {
     all.advection_allowed = all.advection_allowed && part.advection_allowed;
     all.blur = std::min(all.blur, part.blur);
     all.blurred_speed = std::min(all.blurred_speed, part.blurred_speed);
+    all.contrast = std::max(all.contrast, part.contrast);
     all.max_samples = std::min(all.max_samples, part.max_samples);
   }
   all.outline = all.outline && every_edge_is_an_outline;

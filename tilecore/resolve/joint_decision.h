@@ -17,6 +17,7 @@ namespace tessera::tilecore {
 //   outline                 one has it, and all with an edge have it: an edge that is none forbids
 //   still, velocity usable, advection allowed: all
 //   blur, blurred speed, foveation's limit: the least
+//   contrast                the largest
 //   speed                   of all their pixels by `statistic`: mean of means, max of max, min of min; of medians the median
 //
 // `parts`: those that see something, one at least; in raster order. last_samples is the first one's: it was the same for
@@ -24,8 +25,8 @@ namespace tessera::tilecore {
 //
 // Invariants (cited by the tests):
 //   JD1  Of one part it is that part.
-//   JD2  The rate is at least that which the parts' least speed and all their permissions would give: joining never shades
-//        a part with an edge at less than 16.
+//   JD2  What forbids a rate in one part forbids it in all: none gets more than foveation allows one of them, one with an
+//        edge is not reconstructed, one that may not be advected is not.
 BlockEvidence join(std::span<const BlockEvidence> parts, BlockSpeed statistic);
 
 }  // namespace tessera::tilecore

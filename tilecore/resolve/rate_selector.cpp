@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "tilecore/resolve/block_contrast.h"
+
 namespace tessera::tilecore {
 namespace {
 
@@ -11,6 +13,8 @@ bool above(float speed, float threshold, float hysteresis, bool known, bool was_
   if (!known) return speed > threshold;
   return was_above ? speed > threshold * (1.0f - hysteresis) : speed > threshold * (1.0f + hysteresis);
 }
+
+int next_rate(int samples, bool may_be_12) { return samples == 8 && may_be_12 ? 12 : samples < 8 ? 8 : 16; }
 
 BlockDecision by_motion(const RateSettings& settings, const BlockEvidence& block) {
   const BlockDecision full{block.edge && settings.supersampling ? 32 : 16, false};
@@ -25,18 +29,21 @@ BlockDecision by_motion(const RateSettings& settings, const BlockEvidence& block
   if (slow && block.advection_allowed) return {16 - settings.advected, true};
   if (block.edge || block.cut) return full;
   const float speed = std::min(block.speed, block.blurred_speed);
-  if (above(speed, t.fast2, t.hysteresis, known, last == 4)) return {4, false};
-  if (above(speed, t.fast1, t.hysteresis, known, last == 4 || last == 8)) return {8, false};
-  if (t.fast0 > 0 && above(speed, t.fast0, t.hysteresis, known, last == 4 || last == 8 || last == 12))
-    return {12, false};
-  return {16, false};
+  int samples = above(speed, t.fast2, t.hysteresis, known, last == 4)                ? 4
+                : above(speed, t.fast1, t.hysteresis, known, last == 4 || last == 8) ? 8
+                                                                                     : 16;
+  if (samples == 16 && t.fast0 > 0 && above(speed, t.fast0, t.hysteresis, known, last == 4 || last == 8 || last == 12))
+    samples = 12;
+  if (settings.pattern_error > 0)
+    while (predicted_error(samples, block.contrast) > settings.pattern_error) samples = next_rate(samples, t.fast0 > 0);
+  return {samples, false};
 }
 
 }  // namespace
 
 BlockDecision select_rate(const RateSettings& settings, const BlockEvidence& block) {
   BlockDecision decision = by_motion(settings, block);
-  if (block.edge && !decision.advect && settings.blur > 0 && block.blur > settings.blur) decision = {8, false, true};
+  if (block.edge && !decision.advect && settings.blur > 0 && block.blur > settings.blur) decision = {16, false, true};
   decision.samples = std::min(decision.samples, block.max_samples);
   return decision;
 }

@@ -33,30 +33,33 @@ struct BlockEvidence {
   bool cut = false;                // the frame is the first after one
   float blur = 0;                  // of a block with an edge: pixels by which lens and motion spread each point
   int max_samples = 32;            // foveation
-  std::uint8_t last_samples = 0;   // what the block had last, 0 unknown: rate, or 1 when it was advected
+  // What the frame before showed in the block's place, as far as this frame's shutter leaves it (block_contrast.h).
+  float contrast = 0;
+  std::uint8_t last_samples = 0;  // what the block had last, 0 unknown: rate, or 1 when it was advected
 };
 
 struct RateSettings {
   SpeedThresholds thresholds;
   bool supersampling = false;  // 32 on edges
   bool advect_still_edges = true, advect_outlines = true;
-  float blur = 0.0f;      // pixels from which on; 0: never. What lens and motion mix is noisy, and so is its mean
+  float blur = 0.0f;      // pixels from which on; 0: never
   int supersampled = 32;  // half pixels of 32 that are rendered: 16, 24 or 32; the others are reconstructed
   int advected = 8;       // pixels of 16 that slow blocks take over: 4, 8 or 12; the others are rendered
+  // Of displayed values between 0 and 1, that reconstruction may be predicted to have in a block; 0: it does not matter.
+  float pattern_error = 0.008f;  // [measured] docs/resolve.md
 };
 
 struct BlockDecision {
-  int samples = 16;     // 4, 8, 12, 16 or 32 of 4x4 pixels; 32: the two halves of each pixel apart
-  bool advect = false;  // pixels that are not rendered come from the history, else from their neighbours
-  // All pixels of the block show much the same mixture, whatever surfaces they see: any may stand for another.
-  bool blurred = false;
+  int samples = 16;      // 4, 8, 12, 16 or 32 of 4x4 pixels; 32: the two halves of each pixel apart
+  bool advect = false;   // pixels that are not rendered come from the history, else from their neighbours
+  bool blurred = false;  // samples of all its pixels share invocations, by shading cell
   // What BlockEvidence::last_samples wants to know next time.
   std::uint8_t memory() const { return advect ? std::uint8_t{1} : static_cast<std::uint8_t>(samples); }
 };
 
 // The first that holds (US 2015/0379692, fig. 4 and 5):
 //   edge, supersampling on                -> 32
-//   edge, blurred                         -> 8
+//   edge, blurred                         -> 16, by shading cell
 //   edge                                  -> 16
 //   velocity unknown                      -> 16
 //   speed < still, advection allowed      -> 8, and 8 advected (or 4 and 12, 12 and 4)
@@ -66,7 +69,8 @@ struct BlockDecision {
 //   speed > fast0                         -> 12
 //   else                                  -> 16
 // where a speed above `still` counts only as far as the frame's own shutter blurs the block (blurred_speed): what is sharp
-// although it came far shows its pattern;
+// although it came far shows its pattern. 4 is 8, 8 is 16 (with fast0 12 first), and 12 is 16, where the contrast says
+// that stencils would miss more than pattern_error;
 // then the smaller one of that and what foveation allows. Deviation: a block of which every sample is at rest may be
 // advected although it has an edge, since what is copied is what would be shaded, bit for bit (advect_still_edges); and
 // one in which several surfaces meet, since a pixel only takes over what its own surface showed, and those that see two

@@ -6,9 +6,11 @@
 #include <cstring>
 
 #include "tilecore/pixel_runs.h"
+#include "tilecore/resolve/block_contrast.h"
 #include "tilecore/resolve/block_pixels.h"
 #include "tilecore/resolve/joint_decision.h"
 #include "tilecore/resolve/resolve_unit.h"
+#include "tilecore/resolve/tile_border.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -41,12 +43,13 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& 
   runs_.assign(surfaces_.depth.size(), 1);
   colors_.resize(surfaces_.depth.size());
   records_.resize(surfaces_.depth.size());
-  fetched_.clear(), eye_fetched_.clear();
+  fetched_.clear(), eye_fetched_.clear(), looked_at_.clear(), eye_looked_at_.clear(), contrast_rects_.clear();
   vertex_bytes_ = 0;
   fills_.clear();
   assembly_ = frame.assembly;
   half_pattern_ = half_pattern(resolve.settings.rates.supersampled, dither_number(resolve));
   blocks_.clear();
+  const bool jointly = resolve.settings.block != 4 && resolve.settings.desampling == Desampling::kAdaptive;
   const IntRect& tile = surfaces_.pixels;
   for (int y = tile.y0 & ~3; y < tile.y1; y += 4)
     for (int x = tile.x0 & ~3; x < tile.x1; x += 4) {
@@ -54,10 +57,10 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& 
       block.pixels = tile.intersect({x, y, x + 4, y + 4});
       record(frame.projection.orthographic, block);
       decide(resolve, block);
-      if (resolve.settings.block == 4) fetch_ahead(resolve, block);
+      if (!jointly) fetch_ahead(resolve, block);
       blocks_.push_back(block);
     }
-  if (resolve.settings.block != 4) decide_jointly(resolve);
+  if (jointly) decide_jointly(resolve);
   // Once all velocities of the tile are there.
   for (Block& block : blocks_) plan_block(resolve, block);
   for (VelocityBuffer* velocity : {&velocity_, &eye_velocity_}) {
@@ -230,6 +233,7 @@ void ResolveUnit::record(bool orthographic, Block& block) {
   }
   if (!(worst <= History::kPlaneError)) return;  // nor where nothing opaque is seen
   block.plane = true;
+  block.plane_value = value[0], block.plane_by_x = by_x, block.plane_by_y = by_y;
   for (std::size_t i = 0; i < 16; ++i)
     records_[first + i / 4 * stride + i % 4] = orthographic ? plane[i] : 1.0f / plane[i];
 }
@@ -269,8 +273,8 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   evidence.cut = resolve.cut;
   const History* history = resolve.previous.history;
   if (history != nullptr && reads_blocks(settings))
-    evidence.last_samples =
-        history->memory[history->block(block.pixels.x0, block.pixels.y0)] & ~History::kRecordPerPixel;
+    evidence.last_samples = history->memory[history->block(block.pixels.x0, block.pixels.y0)] &
+                            ~(History::kRecordPerPixel | History::kNothingSeen);
   if (history != nullptr && advects(settings)) {
     const bool rejected = history->rejected_around(block.pixels.x0, block.pixels.y0);
     counters_.blocks_distrusted += rejected;
@@ -280,7 +284,10 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   const bool copies = block.still && evidence.advection_allowed && settings.rates.advect_still_edges;
   if (!copies || resolve.auxiliary) find_edge(resolve, block);
   evidence.edge = block.edge && !copies;
-  if (evidence.edge && settings.rates.blur > 0 && state_->keeps_rest) evidence.blur = blur_of(block);
+  if (evidence.edge && settings.rates.blur > 0 && state_->keeps_rest) {
+    evidence.blur = blur_of(block);
+    counters_.velocity_operations += 16 * kBlurOperations;
+  }
   evidence.outline = block.outline && evidence.advection_allowed && settings.rates.advect_outlines;
   const bool needed = !evidence.edge || evidence.outline;
   if (needed || resolve.auxiliary) {
@@ -292,6 +299,14 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
       // Samples see what they see, on average, half of the shutter's way from where that was at shutter open.
       evidence.blurred_speed = state_->keeps_rest ? 2.0f * blur_of(block) / shutter : 0.0f;
       counters_.velocity_operations += 16 * kBlurOperations;
+      block.left_by_blur = left_by_blur(std::min(motion.speed, evidence.blurred_speed) * shutter);
+    }
+    if (reads_contrast(settings) && !evidence.edge) {
+      const SpeedThresholds& t = settings.rates.thresholds;
+      const float least = 0.5f * (t.fast0 > 0 ? t.fast0 : t.fast1);  // what is slower will hardly be fast in a frame
+      block.leaves_contrast = !motion.usable || motion.speed >= least;
+      if (motion.usable && motion.speed >= least && history != nullptr)
+        evidence.contrast = contrast_before(*history, block) * block.left_by_blur;
     }
   }
   const Vec2 middle(static_cast<float>(block.pixels.x0 & ~3) + 2.0f, static_cast<float>(block.pixels.y0 & ~3) + 2.0f);
@@ -342,6 +357,11 @@ void ResolveUnit::settle_jointly(const ResolveFrame& resolve) {
 void ResolveUnit::settle(const ResolveFrame& resolve, Block& block, const BlockEvidence& evidence, float nearest) {
   const ResolveSettings& settings = resolve.settings;
   block.decision = select_rate(settings.rates, evidence);
+  if (evidence.contrast > 0 && !block.decision.advect) {
+    BlockEvidence plain = evidence;
+    plain.contrast = 0;
+    counters_.blocks_patterned += block.decision.samples > select_rate(settings.rates, plain).samples;
+  }
   block.blurred = block.decision.blurred;
   counters_.blocks_blurred += block.blurred;
   if (block.decision.advect) block.slope = slope_of(block);
@@ -366,9 +386,17 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
   }
   const std::uint32_t number = dither_number(resolve);
   const int rate = std::min(16, block.decision.samples);
-  const BlockMask pattern = settings.desampling == Desampling::kCheckerboard
-                                ? checkerboard_mask(number)
-                                : dither_mask(rate, number, settings.dither, block.pixels.x0 / 4, block.pixels.y0 / 4);
+  BlockMask pattern = settings.desampling == Desampling::kCheckerboard
+                          ? checkerboard_mask(number)
+                          : dither_mask(rate, number, settings.dither, block.pixels.x0 / 4, block.pixels.y0 / 4);
+  if (rate < 16 && !block.decision.advect && settings.desampling != Desampling::kCheckerboard &&
+      settings.reach == StencilReach::kTile && settings.border_lines) {
+    const int x = block.pixels.x0 & 3, y = block.pixels.y0 & 3;
+    const BlockMask lines = border_line(pattern, tile_borders(surfaces_.pixels, block.pixels), x, y,
+                                        x + block.pixels.width(), y + block.pixels.height());
+    counters_.pixels_on_borders += pixel_count(static_cast<BlockMask>(block.seen & lines));
+    pattern = static_cast<BlockMask>(pattern | lines);
+  }
   const auto missing = static_cast<BlockMask>(block.seen & ~pattern);
   block.rendered = static_cast<BlockMask>(block.exists & ~missing);
   if (block.decision.advect) {
@@ -400,8 +428,8 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
   }
   counters_.blocks_advected += block.decision.advect;
   counters_.blocks_edge += block.edge && !block.decision.advect;
-  if (block.rendered == block.exists && block.decision.samples != 32) return;  // runs are 1 already
-  const std::uint8_t groups = block.decision.samples == 32 ? kHalvesApart : kTogether;
+  if (block.rendered == block.exists && block.decision.samples != 32 && !block.blurred) return;  // runs are 1 already
+  const std::uint8_t groups = block.blurred ? kByCell : block.decision.samples == 32 ? kHalvesApart : kTogether;
   if (block.exists == kFullBlock) {
     for (int j = 0; j < 4; ++j) {
       const std::uint32_t runs = row_bytes(block.rendered >> (4 * j) & 15u) * groups;
@@ -416,8 +444,7 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
 }
 
 BlockMask ResolveUnit::reconstructible(const ResolveSettings& settings, const Block& block, BlockMask missing) const {
-  if ((block.uniform || block.blurred) && block.exists == kFullBlock)
-    return block.rendered != 0 ? missing : BlockMask{0};
+  if (block.uniform && block.exists == kFullBlock) return block.rendered != 0 ? missing : BlockMask{0};
   BlockMask found = 0;
   for_each_pixel(block.pixels, [&](int x, int y) {
     if ((missing & block_bit(x, y)) == 0) return;
@@ -425,7 +452,7 @@ BlockMask ResolveUnit::reconstructible(const ResolveSettings& settings, const Bl
       if ((block.rendered & block_bit(nx, ny)) == 0) return;
       if (settings.desampling == Desampling::kCheckerboard
               ? std::abs(nx - x) + std::abs(ny - y) == 1
-              : block.blurred || surfaces_.surface[surfaces_.index(nx, ny)] == surfaces_.surface[surfaces_.index(x, y)])
+              : surfaces_.surface[surfaces_.index(nx, ny)] == surfaces_.surface[surfaces_.index(x, y)])
         found = static_cast<BlockMask>(found | block_bit(x, y));
     });
   });
@@ -443,7 +470,7 @@ BlockMask ResolveUnit::advect_plain(const ResolveFrame& resolve, const Block& bl
         wanted = static_cast<BlockMask>(wanted & ~block_bit(x, y));
     });
   const History& history = block.from_other_eye ? *resolve.other_eye.history : *resolve.previous.history;
-  const HistoryView view{history.color.data(), history.depth.data(), history.surface.data(), history.region,
+  const HistoryView view{history.between_pixels(), history.depth.data(), history.surface.data(), history.region,
                          history.region.width()};
   const BlockOfPixels pixels{block.pixels.x0,
                              block.pixels.y0,
@@ -454,7 +481,10 @@ BlockMask ResolveUnit::advect_plain(const ResolveFrame& resolve, const Block& bl
                              surfaces_.pixels.width()};
   const PlainAdvection plain = advect_plain_pixels(pixels, wanted, view, {settings.depth_tolerance, block.slope}, out,
                                                    out_stride, advection_work_);
-  if (plain.taken != 0) (block.from_other_eye ? eye_fetched_ : fetched_).push_back(plain.texels);
+  if (plain.taken != 0) {
+    (block.from_other_eye ? eye_fetched_ : fetched_).push_back(plain.texels);
+    (block.from_other_eye ? eye_looked_at_ : looked_at_).push_back(plain.texels);
+  }
   return plain.taken;
 }
 
@@ -496,30 +526,32 @@ void ResolveUnit::copy_still(const ResolveFrame& resolve, Block& block, BlockMas
   block.advected = kept_pixels(*resolve.previous.history, block, missing, colors);
   const auto lost = static_cast<BlockMask>(missing & ~block.advected);
   block.rendered = static_cast<BlockMask>(block.rendered | lost);
+  block.copied = true, block.lost = lost;
   counters_.advections_disoccluded += pixel_count(lost);
   if (block.advected == 0) return;
   for_each_pixel(block.pixels, [&](int x, int y) {
     if ((block.advected & block_bit(x, y)) != 0) colors_[surfaces_.index(x, y)] = colors[4 * (y & 3) + (x & 3)];
   });
-  fetched_.push_back(block.pixels);
 }
 
 bool ResolveUnit::advect(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, int x, int y,
                          Vec4& out, bool count) {
   const std::size_t pixel = surfaces_.index(x, y);
   const History& history = block.from_other_eye ? *resolve.other_eye.history : *resolve.previous.history;
-  const HistoryView view{history.color.data(), history.depth.data(), history.surface.data(), history.region,
+  const HistoryView view{history.between_pixels(), history.depth.data(), history.surface.data(), history.region,
                          history.region.width()};
   const AdvectedPixel result =
       advect_pixel(x, y, velocity.then_depth()[pixel], surfaces_.surface[pixel], view, velocity.view(block.pixels),
                    resolve.settings.advection, block.slope, advection_work_);
-  // What was looked at was read, whatever it showed.
+  // What was looked at was read, whatever it showed; colours only where records agree.
   if (result.outcome != Advection::kUnusableVelocity && result.outcome != Advection::kOutsideFrame) {
     const Vec2 v = velocity.velocity()[pixel];
     const int left = x - ceiling(v.x), top = y - ceiling(v.y),
               ring = resolve.settings.advection.fetch == Fetch::kBicubic ? 1 : 0;
-    (block.from_other_eye ? eye_fetched_ : fetched_)
-        .push_back(history.region.intersect({left - ring, top - ring, left + 2 + ring, top + 2 + ring}));
+    const IntRect texels = history.region.intersect({left - ring, top - ring, left + 2 + ring, top + 2 + ring});
+    (block.from_other_eye ? eye_looked_at_ : looked_at_).push_back(texels);
+    if (result.outcome == Advection::kTaken || result.outcome == Advection::kNonFinite)
+      (block.from_other_eye ? eye_fetched_ : fetched_).push_back(texels);
   }
   if (result.outcome == Advection::kTaken &&
       (!block.from_other_eye || velocity.then_depth()[pixel] > resolve.other_eye_depth)) {

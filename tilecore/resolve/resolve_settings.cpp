@@ -33,6 +33,12 @@ Keys<ResolveSettings> rate_keys() {
                    {"resolve.hysteresis", &SpeedThresholds::hysteresis, "", 0, 0.5,
                     "Share of a threshold by which a speed must pass it before a block changes its regime."},
                }));
+  keys.add(&ResolveSettings::rates,
+           Keys<RateSettings>{
+               {"resolve.pattern_error", &RateSettings::pattern_error, "", 0, 1,
+                "A fast block is shaded at a higher rate where the contrast of the previous frame in its place says "
+                "that stencils would be wrong by more than this, of displayed values between 0 and 1; 0: nowhere."},
+           });
   keys.add(Keys<ResolveSettings>{
       {"resolve.block", &ResolveSettings::block, "pixels", 4, 16,
        "Side of the blocks that decisions are made for: 4, 8 or 16. Patterns, records and stencils are those of 4x4 "
@@ -62,8 +68,8 @@ Keys<ResolveSettings> rate_keys() {
            "do not "
            "share pixel-shader invocations (shading.rate=pixel)."},
           {"resolve.k_blur", &RateSettings::blur, "pixels", 0, 1e6,
-           "Blocks with an edge whose points lens and motion spread by more than this are shaded at 8 of 16 pixels; "
-           "0: none are."},
+           "In blocks with an edge whose points lens and motion spread by more than this, samples of all pixels share "
+           "invocations by shading cell, as with shading.rate=cache; 0: in none."},
           {"resolve.advect_still_edges", &RateSettings::advect_still_edges,
            "Blocks with an edge of which every sample is at rest may be advected: the copies are exact."},
           {"resolve.advect_outlines", &RateSettings::advect_outlines,
@@ -122,10 +128,22 @@ Keys<ResolveSettings> pixel_keys() {
       {"resolve.stencil_clamp", &ResolveSettings::clamp_to_range,
        "Reconstructed pixels stay within the range of the pixels that they are made from."},
       {"resolve.history_records", &ResolveSettings::records,
-       "How depth and surface of pixels are kept for the next frame: by block of 4x4 where that sees one plane, or by "
-       "pixel. Bytes alone differ."},
+       "How depth and surface of pixels are kept for the next frame: by block of 4x4 where that sees one plane, packed "
+       "without loss or not, or by pixel. Bytes alone differ."},
+      {"resolve.history_colors", &ResolveSettings::colors,
+       "Which colours of the previous frame are read: the frame buffer's, or those that were shaded, kept apart in "
+       "single precision, 16 bytes a pixel."},
+      {"resolve.history_l2", &ResolveSettings::history_l2,
+       "What is read of the previous frame goes through the L2, so that what tiles share is fetched once."},
+      {"resolve.keep_blocks", &ResolveSettings::keep_blocks,
+       "Blocks that have the signature of the frame before are neither read nor written where the frame buffer holds "
+       "them already; not with frame_buffer.transaction_elimination, whose signatures are of whole tiles."},
       {"resolve.stencil_reach", &ResolveSettings::reach,
        "Whether stencils stop at the tile's border, or read neighbouring tiles in a second pass."},
+      {"resolve.border_lines", &ResolveSettings::border_lines,
+       "Where stencils stop at the tile's border, a tile's corners are shaded, and the lines of a quarter's samples go "
+       "on "
+       "to the border."},
   });
   keys.add(
       &ResolveSettings::foveation,

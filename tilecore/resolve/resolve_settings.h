@@ -39,9 +39,17 @@ enum class StencilReach { kTile, kNeighbours };
 
 // How the machine keeps depth and surface of pixels for the next frame; images are the same.
 enum class HistoryRecords {
-  kBlock,  // by block where that sees one plane, else by pixel as well
-  kPixel,  // 8 bytes a pixel
+  kPacked,  // as kBlock, in cells of 16 blocks, each with a lossless code
+  kBlock,   // by block where that sees one plane, else by pixel as well
+  kPixel,   // 8 bytes a pixel
 };
+
+// Which colours of the previous frame are read.
+enum class HistoryColors {
+  kFrameBuffer,  // its finished pixels, in the frame buffer's format and as it lies in memory
+  kApart,        // as they were shaded, single precision, kept beside it: 16 bytes a pixel are written again
+};
+inline constexpr std::uint64_t kApartColorBytes = 16;
 
 // Keys resolve.*.
 struct ResolveSettings {
@@ -60,8 +68,12 @@ struct ResolveSettings {
   StencilWeights weights = StencilWeights::kPacked;
   bool clamp_to_range = false;
   StencilReach reach = StencilReach::kTile;
+  bool border_lines = true;  // with kTile: lines of samples go on to the tile's border (tile_border.h)
   FoveationSettings foveation;
-  HistoryRecords records = HistoryRecords::kBlock;
+  HistoryRecords records = HistoryRecords::kPacked;
+  HistoryColors colors = HistoryColors::kFrameBuffer;
+  bool keep_blocks = true;  // [measured] docs/resolve.md: never more bytes
+  bool history_l2 = true;   // [measured] likewise
 };
 Keys<ResolveSettings> resolve_keys();
 
@@ -72,8 +84,11 @@ void check_resolve(const ResolveSettings& settings);
 constexpr bool advects(const ResolveSettings& s) {
   return s.desampling == Desampling::kAdaptive && s.advect && s.rates.thresholds.still > 0;
 }
-// Whether decisions want what the previous frame left of each block: its regime for the hysteresis, its rejects for
-// advection.
+// Whether decisions want the contrast that the previous frame left of each block.
+constexpr bool reads_contrast(const ResolveSettings& s) {
+  return s.desampling == Desampling::kAdaptive && s.rates.pattern_error > 0;
+}
+// Whether they want its regime for the hysteresis, its rejects for advection.
 constexpr bool reads_blocks(const ResolveSettings& s) {
   return advects(s) || (s.desampling == Desampling::kAdaptive && s.rates.thresholds.hysteresis > 0);
 }
@@ -91,7 +106,10 @@ inline constexpr auto kEnumWords<tilecore::EdgeEvidence> = std::to_array<std::st
 template <>
 inline constexpr auto kEnumWords<tilecore::StencilWeights> = std::to_array<std::string_view>({"packed", "float"});
 template <>
-inline constexpr auto kEnumWords<tilecore::HistoryRecords> = std::to_array<std::string_view>({"block", "pixel"});
+inline constexpr auto kEnumWords<tilecore::HistoryRecords> = std::to_array<std::string_view>({"packed", "block",
+                                                                                              "pixel"});
+template <>
+inline constexpr auto kEnumWords<tilecore::HistoryColors> = std::to_array<std::string_view>({"frame_buffer", "apart"});
 template <>
 inline constexpr auto kEnumWords<tilecore::StencilReach> = std::to_array<std::string_view>({"tile", "neighbours"});
 

@@ -15,6 +15,8 @@
 #include "tilecore/resolve/frame_format.h"
 #include "tilecore/resolve/half_pixel_stencil.h"
 #include "tilecore/resolve/history.h"
+#include "tilecore/resolve/history_memory.h"
+#include "tilecore/resolve/kept_blocks.h"
 #include "tilecore/resolve/motion_field.h"
 #include "tilecore/resolve/pixel_surfaces.h"
 #include "tilecore/resolve/resolve_settings.h"
@@ -33,6 +35,7 @@ struct DesamplingCounters {
   std::uint64_t pixels_advected = 0, pixels_reconstructed = 0, pixels_forced = 0, pixels_shaded_again = 0;
   std::uint64_t advections_outside = 0, advections_disoccluded = 0, advections_unusable = 0;
   std::uint64_t velocity_evaluations = 0, velocity_operations = 0, stencil_taps = 0, light_tests = 0;
+  std::uint64_t blocks_patterned = 0, pixels_on_borders = 0, contrast_operations = 0;
   std::uint64_t samples_skipped = 0, invocations_saved = 0;
 };
 
@@ -52,15 +55,17 @@ struct ResolveFrame {
   AdvectionSource other_eye;  // stereo: the left eye's finished frame
   float other_eye_depth = 0;  // both eyes must see a point farther than this
   bool keeps_records = true;  // the next frame's advection, or the right eye, will want depth and surface of each pixel
+  bool keeps_blocks = false;  // what stays as it is is neither read nor written
   bool cut = false;           // the camera's motion is another than in the frame before
   bool auxiliary = false;     // images show velocities and edges that nothing needs; not counted
   CreaseDetector creases;
   History* next = nullptr;
-  std::vector<std::uint8_t> origin;  // per pixel of the region: PixelOrigin
+  std::vector<std::uint8_t> origin;   // per pixel of the region: PixelOrigin
+  std::vector<std::uint8_t> written;  // per block of the region: colours of this frame were, and may be again
   std::vector<std::uint8_t>
       deferred;  // per block of the region: to be filled in the second pass; 1, or 2 when it has an edge
 };
-enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed };
+enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed, kByCell };
 
 // Decides which pixels of a tile are shaded and fills the others. Works on resolved pixels, by blocks of 4x4 that lie
 // on multiples of four pixels of the frame. Keeps its scratch memory; one instance per thread.
@@ -74,18 +79,18 @@ enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed };
 //   RU1  Decisions of a block depend on its own pixels and on the history alone: not on the tile, its neighbours, or
 //        threads.
 //   RU2  With StencilReach::kNeighbours neither do images; without, stencils stop at the tile's border.
-//   RU3  A pixel that is shaded has the colour that it has without desampling, bit for bit.
+//   RU3  A pixel that is shaded has the colour that it has without desampling, bit for bit; but in blurred blocks, whose
+//        samples see what they would see and share invocations by shading cell.
 //   RU4  A pixel that sees nothing is never skipped: it costs no pixel-shader invocation.
 //   RU5  A pixel that neither advection nor a rendered pixel of its surface in the block can give is shaded.
-//   RU6  What the history keeps of a pixel is what the image shows. Nothing is kept, or charged, that nobody reads.
-//   RU7  A reconstructed pixel is never taken over: the history marks it.
+//   RU6  What the history keeps of a pixel is what the image shows. Nothing is kept, or charged, that nobody reads. A
+//        block that stays as it is is neither read nor written, and the image is the same.
+//   RU7  A reconstructed pixel, or one shaded by cell, is never taken over: the history marks it. One of which half was
+//        shaded may be.
 class ResolveUnit {
  public:
-  // How traffic is charged, and pixels lie in memory.
-  struct Memory {
-    std::uint64_t burst_bytes;
-    PixelCoder coder;
-  };
+  // How traffic is charged, and what it keeps lies in memory.
+  using Memory = HistoryStorage;
 
   void plan(const ResolveFrame& resolve, const scene::FrameGeometry& frame, const TileSamples& samples,
             TileState& state);
@@ -99,16 +104,21 @@ class ResolveUnit {
   std::span<const std::uint8_t> runs_again() const { return runs_again_; }
 
   // The image of `targets` is then ready for the TileStore. True: finish_deferred() has pixels left to fill.
-  bool complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage, Memory memory,
-                FrameTargets& targets);
+  bool complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage,
+                const Memory& memory, FrameTargets& targets);
+  // Of the tile completed last.
+  const KeptBlocks& kept() const { return kept_; }
+  // Since the last call: lines of the L2 that were asked for, from 0 on in a memory of their own.
+  std::vector<std::uint32_t> take_lines() { return std::exchange(lines_, {}); }
 
   // The TileStore changed the image of the tile completed last: so does the history.
   void keep_stored(ResolveFrame& resolve, const FrameTargets& targets) const;
 
   // Second pass over a tile; no other tile may still be incomplete.
-  void finish_deferred(ResolveFrame& resolve, IntRect tile, Memory memory, FrameTargets& targets);
+  void finish_deferred(ResolveFrame& resolve, IntRect tile, const Memory& memory, FrameTargets& targets);
 
   DesamplingCounters take_counters() { return std::exchange(counters_, {}); }
+  HistoryCounters take_history_counters() { return std::exchange(history_counters_, {}); }
   std::uint64_t take_pixels_shaded() { return std::exchange(pixels_shaded_, 0); }
   memory::Ledger take_ledger() { return std::exchange(ledger_, {}); }
   // Until take_ledger(), every transfer also goes to `log`.
@@ -129,8 +139,19 @@ class ResolveUnit {
     bool edge_known = false, edge = false, outline = false, creased = false, blurred = false, still = false,
          same_shading = false, from_other_eye = false;
     bool plane = false;  // a record of the whole block says where its pixels are
-    float slope = 0;     // of DepthTolerance
-    float nearest = 0;   // what another eye may see of it
+    bool leaves_contrast = false;
+    std::uint8_t last_contrast = 0;  // as the frame before has it in its place
+    float left_by_blur = 1;          // of contrast, by this frame's shutter
+    float plane_value = 0, plane_by_x = 0, plane_by_y = 0;
+    float slope = 0;      // of DepthTolerance
+    float nearest = 0;    // what another eye may see of it
+    bool copied = false;  // at rest; what is not shaded is copied
+    BlockMask lost = 0;   // not copied, as the history has something else
+    bool discrepant = false, kept = false;
+    // Pixels that nobody may take over.
+    BlockMask marked() const { return blurred ? exists : reconstructed; }
+    // Shows what the frame before showed there.
+    bool rests() const { return copied && !discrepant && lost == 0; }
   };
 
   void plan_block(const ResolveFrame& resolve, Block& block);
@@ -147,6 +168,11 @@ class ResolveUnit {
   float blur_of(const Block& block) const;
   bool is_relit(const MotionField& motion, const Block& block);
   float slope_of(const Block& block) const;
+  // Of the frame before, where the block comes from. What motion is known of the block is in velocity_.
+  float contrast_before(const History& history, Block& block);
+  void keep_contrast(ResolveFrame& resolve);
+  void charge_contrast(const HistoryMemory& places, const Memory& memory, bool by_lines);
+  bool any_rests(const IntRect& blocks) const;
   // Those of the missing pixels that have a rendered pixel of their surface in the block.
   BlockMask reconstructible(const ResolveSettings& settings, const Block& block, BlockMask missing) const;
   void try_advection(const ResolveFrame& resolve, Block& block, BlockMask missing);
@@ -197,10 +223,23 @@ class ResolveUnit {
                                                        std::uint32_t surface, const Records& records) const;
   void write_auxiliary(const ResolveFrame& resolve, FrameTargets& targets) const;
   void record(bool orthographic, Block& block);
-  void find_blocks(const History& history, std::span<const IntRect> fetched, bool per_pixel);
-  void charge_history(const History& history, std::span<const IntRect> fetched, HistoryRecords records, Memory memory);
-  void charge_records(const History& next, HistoryRecords records, Memory memory);
-  void charge(const ResolveFrame& resolve, Memory memory);
+  bool may_stay(const ResolveFrame& resolve, const Block& block) const;
+  void compare_with_signature(ResolveFrame& resolve, const Memory& memory, Block& block, bool open);
+  void find_kept_blocks(ResolveFrame& resolve, const Memory& memory, bool open);
+  struct HistoryReads {
+    const History& history;
+    std::span<const IntRect> states, signatures;  // of blocks
+    std::span<const IntRect> records, colors;     // of pixels
+    std::uint32_t first_line;
+  };
+  static constexpr std::uint32_t kOtherEyeLine = 1u << 28;  // what it keeps lies behind what this one does
+  std::uint64_t read_touched(const Memory& memory, bool by_lines, std::uint32_t first_line);
+  std::uint64_t write_touched(const Memory& memory);
+  void read_history(const ResolveFrame& resolve, const Memory& memory, const HistoryReads& reads);
+  BlockRecord record_of(const Block& block) const;
+  void write_cells(ResolveFrame& resolve, const HistoryMemory& places, const Memory& memory);
+  void write_records(ResolveFrame& resolve, const HistoryMemory& places, const Memory& memory);
+  void charge(ResolveFrame& resolve, const Memory& memory);
 
   PixelSurfaces surfaces_;
   const TileSamples* samples_ = nullptr;  // of the tile in hand
@@ -214,16 +253,21 @@ class ResolveUnit {
   std::vector<float> half_coverage_;
   std::vector<Block*> parts_;  // of a larger block, for which one decision is made
   std::vector<std::uint8_t> runs_, runs_again_;
-  std::vector<Vec4> colors_;                    // per pixel of the tile: the advected ones' from plan() on, then all
-  std::vector<float> records_;                  // depth of each pixel, as the history keeps it
-  std::vector<IntRect> fetched_, eye_fetched_;  // of the histories, for this tile; pixels
-  std::vector<IntRect> block_rects_;
+  std::vector<Vec4> colors_;    // per pixel of the tile: the advected ones' from plan() on, then all
+  std::vector<float> records_;  // depth of each pixel, as the history keeps it
+  // Of the histories, for this tile: pixels whose records, and of which the colours were read.
+  std::vector<IntRect> looked_at_, eye_looked_at_, fetched_, eye_fetched_;
+  std::vector<IntRect> signatures_read_, signatures_written_;  // column and row of blocks
+  std::vector<IntRect> contrast_rects_, written_contrast_;     // of blocks
+  KeptBlocks kept_;
   TouchedBursts touched_;
+  std::vector<std::uint32_t> lines_;
   std::uint64_t vertex_bytes_ = 0;  // of the other frames' vertices, for velocities of this tile
   int spp_ = 1;
   AdvectionWork advection_work_;
   ReconstructionWork reconstruction_work_;
   DesamplingCounters counters_;
+  HistoryCounters history_counters_;
   std::uint64_t pixels_shaded_ = 0;
   memory::Ledger ledger_;
 };
@@ -261,7 +305,12 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
     {"resolve.blocks_creased", &tilecore::DesamplingCounters::blocks_creased, Combine::kSum, "blocks",
      "Of blocks_edge, those in which depth has no edge but its normals differ by more than resolve.edge_angle.", ""},
     {"resolve.blocks_blurred", &tilecore::DesamplingCounters::blocks_blurred, Combine::kSum, "blocks",
-     "Blocks with an edge that lens and motion blur by more than resolve.k_blur: of their pixels half are shaded.", ""},
+     "Blocks with an edge that lens and motion blur by more than resolve.k_blur: their samples share invocations by "
+     "shading cell.",
+     ""},
+    {"resolve.blocks_patterned", &tilecore::DesamplingCounters::blocks_patterned, Combine::kSum, "blocks",
+     "Fast blocks that were shaded at a higher rate for their contrast in the frame before, or since that is unknown.",
+     ""},
     {"resolve.blocks_distrusted", &tilecore::DesamplingCounters::blocks_distrusted, Combine::kSum, "blocks",
      "Blocks where nothing was advected because it had gone wrong around them.", ""},
     {"resolve.blocks_discrepant", &tilecore::DesamplingCounters::blocks_discrepant, Combine::kSum, "blocks",
@@ -277,6 +326,10 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
      ""},
     {"resolve.pixels_forced", &tilecore::DesamplingCounters::pixels_forced, Combine::kSum, "pixels",
      "Pixels shaded although their block's rate leaves them out: no rendered pixel of the block shows their surface.",
+     ""},
+    {"resolve.pixels_on_borders", &tilecore::DesamplingCounters::pixels_on_borders, Combine::kSum, "pixels",
+     "Pixels shaded although their block's rate leaves them out: stencils stop at the tile's border, to which lines of "
+     "samples go on.",
      ""},
     {"resolve.pixels_shaded_again", &tilecore::DesamplingCounters::pixels_shaded_again, Combine::kSum, "pixels",
      "With resolve.discrepancy_same_frame: advected pixels of those blocks, shaded after all.", ""},
@@ -295,6 +348,8 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
      ""},
     {"resolve.light_tests", &tilecore::DesamplingCounters::light_tests, Combine::kSum, "tests",
      "Tests of a block against the reach of a light that changed.", ""},
+    {"resolve.contrast_operations", &tilecore::DesamplingCounters::contrast_operations, Combine::kSum, "operations",
+     "Operations of four channels for the contrast of blocks: one for each pixel, three for each difference.", ""},
     {"resolve.stencil_taps", &tilecore::DesamplingCounters::stencil_taps, Combine::kSum, "multiply-adds",
      "Rendered pixels that entered a reconstructed one, four channels each.", ""},
     {"resolve.samples_skipped", &tilecore::DesamplingCounters::samples_skipped, Combine::kSum, "samples",

@@ -15,22 +15,26 @@
 
 #include "tilecore/resolve/cubic_weights.h"
 #include "tilecore/resolve/packed_stencil.h"
+#include "tilecore/resolve/stencil_tilt.h"
+#include "tilecore/resolve/tile_border.h"
 
 namespace tessera::tilecore {
 namespace {
 
-struct ExactTap {
-  int dx, dy;
-  double weight;  // normalised
-};
 using ExactStencil = std::vector<ExactTap>;
 
 bool is_rendered(BlockMask pattern, unsigned border, int x, int y) {
   if ((border & kLeftBorder && x < 0) || (border & kRightBorder && x > 3) || (border & kTopBorder && y < 0) ||
       (border & kBottomBorder && y > 3))
     return false;
-  return pattern >> (4 * (y & 3) + (x & 3)) & 1;
+  // Blocks beyond open sides have the block's closed ones, too.
+  const unsigned here = (x < 0 || x > 3 ? 0u : border & (kLeftBorder | kRightBorder)) |
+                        (y < 0 || y > 3 ? 0u : border & (kTopBorder | kBottomBorder));
+  return (pattern | border_line(pattern, here)) >> (4 * (y & 3) + (x & 3)) & 1;
 }
+
+// Weights that are equal but for rounding compare equal.
+long long comparable(double weight) { return std::llround(weight * 0x1p40); }
 
 // Empty where no stencil holds.
 ExactStencil exact_stencil(Reconstruction kernel, BlockMask pattern, unsigned border, int px, int py) {
@@ -45,12 +49,10 @@ ExactStencil exact_stencil(Reconstruction kernel, BlockMask pattern, unsigned bo
       sum += w, magnitude += std::abs(w);
     }
   if (sum < kMinimumDenominator * magnitude) return {};
-  for (ExactTap& t : taps) t.weight /= sum;
+  tilt<kMaxDirectTaps>(taps);
+  std::erase_if(taps, [](const ExactTap& t) { return comparable(t.weight) == 0; });
   return taps;
 }
-
-// Weights that are equal but for rounding compare equal.
-long long comparable(double weight) { return std::llround(weight * 0x1p40); }
 
 bool comes_before(const ExactTap& a, const ExactTap& b) {
   return std::tuple(a.dy, a.dx, comparable(a.weight)) < std::tuple(b.dy, b.dx, comparable(b.weight));
@@ -180,7 +182,7 @@ struct Tables {
         for (std::size_t n = 0; n < kTablePatterns.size(); ++n)
           for (int p = 0; p < 16; ++p) {
             const BlockMask pattern = kTablePatterns[n];
-            index.push_back(pattern >> p & 1 || !has_table(kernel, n)
+            index.push_back(is_rendered(pattern, border, p % 4, p / 4) || !has_table(kernel, n)
                                 ? StencilIndexEntry{}
                                 : entry(exact_stencil(kernel, pattern, border, p % 4, p / 4)));
           }

@@ -28,7 +28,8 @@ void DeferredShader::begin(const TileJob& job, const TileSamples& samples, bool 
   runs_ = runs;
   pixel_invocations_.assign(samples.count / static_cast<std::size_t>(samples.spp), 0);
   pixel_normal_.assign(pixel_invocations_.size(), Vec3(0.0f));
-  if (job.shading == ShadingRate::kCache && empty_cache) {
+  if (job.shading == ShadingRate::kCache ? empty_cache
+                                         : std::find(runs.begin(), runs.end(), kByCell) != runs.end()) {
     cells_.start(*job.frame, job.shading_cell_pixels);
     cache_.empty(job.shading_cache_entries);
   }
@@ -176,7 +177,7 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
       const auto pixel = static_cast<std::size_t>(y * samples.pixels.width() + x);
       if (runs_of(pixel) == 0) {
         if (!again_) skip_pixel(job, samples, state, pixel);
-      } else if (job.shading == ShadingRate::kCache) {
+      } else if (by_cell(job, pixel)) {
         collect_cells(job, samples, state, pixel);
       } else {
         halves = halves || runs_of(pixel) > kHalvesApart;
@@ -279,7 +280,7 @@ void DeferredShader::color_samples(const TileJob& job, const TileSamples& sample
         continue;
       }
       sample_color_[s] = points_[point].color;
-      if (job.shading == ShadingRate::kCache) pixel_normal_[pixel] += points_[point].normal;
+      if (by_cell(job, pixel)) pixel_normal_[pixel] += points_[point].normal;
     }
   if (job.has_background) {
     for (const std::uint32_t s : behind_) sample_color_[s] = job.background;
@@ -289,7 +290,8 @@ void DeferredShader::color_samples(const TileJob& job, const TileSamples& sample
     for (int segment = std::min(segments, 1); segment <= segments; ++segment) color_background(job, samples, segment);
   }
   if (job.shading == ShadingRate::kCache) return;
-  for (std::size_t i = 0; i < opaque_; ++i) pixel_normal_[pixel_of_invocation_[i]] += points_[kept_ + i].normal;
+  for (std::size_t i = 0; i < opaque_; ++i)
+    if (!by_cell(job, pixel_of_invocation_[i])) pixel_normal_[pixel_of_invocation_[i]] += points_[kept_ + i].normal;
 }
 
 void DeferredShader::color_background(const TileJob& job, const TileSamples& samples, int segment) {
@@ -349,7 +351,8 @@ void DeferredShader::collect_layers(const TileJob& job, const TileSamples& sampl
   if (!again_) counters_.blended_layers += state.layers.size();
   // Far to near within a sample; equal depths by patch and triangle.
   std::sort(state.layers.begin(), state.layers.end(), [](const TileState::Layer& a, const TileState::Layer& b) {
-    return std::tie(a.sample, b.z, a.patch, a.triangle) < std::tie(b.sample, a.z, b.patch, b.triangle);
+    return std::tie(a.sample, b.z, a.patch, a.triangle, a.b1, a.b2) <
+           std::tie(b.sample, a.z, b.patch, b.triangle, b.b1, b.b2);
   });
   const auto spp = static_cast<std::size_t>(samples.spp);
   layer_quads_.clear();

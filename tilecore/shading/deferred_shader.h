@@ -57,7 +57,8 @@ class DeferredShader {
   // `runs`, unless empty, says of each pixel what is shaded of it, as PixelRuns: with kHalvesApart each run is taken near
   // the middle of its half (with shading.rate=pixel or primitive; per sample and from the cache, this is the same as
   // kTogether). kLeftHalf and kRightHalf: for pixels without blended layers, at shading.rate=pixel or primitive, without
-  // quads; samples of the other half that see something opaque have no colour.
+  // quads; samples of the other half that see something opaque have no colour. kByCell: as with shading.rate=cache, in a
+  // cache that is empty when the tile begins.
   void shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache = true,
              std::span<const std::uint8_t> runs = {}, shaders::RadianceImage* behind = nullptr);
   // Right after shade(), of the same tile: shades those of its skipped pixels for which `again` is 1, as if they had not
@@ -132,6 +133,9 @@ class DeferredShader {
   // Pixels that are shaded together: one, or the 2x2 of a quad.
   void collect_block(const TileJob& job, const TileSamples& samples, const TileState& state, int x, int y, int side);
   int runs_of(std::size_t pixel) const { return runs_.empty() ? 1 : runs_[pixel]; }
+  bool by_cell(const TileJob& job, std::size_t pixel) const {
+    return job.shading == ShadingRate::kCache || runs_of(pixel) == kByCell;
+  }
   // What a pixel sees that was skipped and now is shaded.
   void unskip(std::size_t samples, std::size_t invocations) {
     skipped_.samples -= samples, skipped_.invocations -= invocations;

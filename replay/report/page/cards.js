@@ -6,7 +6,7 @@ const kFigures = [
   { key: 'fps', title: 'frame rate', unit: 'frames/s', better: 1, of: (frame, at) => (frame.timing && frame.timing.cycles > 0 ? 1000 / milliseconds(frame.timing.cycles, at) : null) },
   { key: 'energy', title: 'energy', unit: 'nJ', better: -1, of: (frame) => (frame.energy ? frame.energy.total_nj : null) },
   { key: 'power', title: 'mean power', unit: 'W', better: -1, of: (frame, at) => (frame.energy && frame.timing && frame.timing.cycles > 0 ? frame.energy.total_nj * 1e-6 / milliseconds(frame.timing.cycles, at) : null) },
-  { key: 'bandwidth', title: 'memory bandwidth', unit: 'GB/s', better: -1, of: (frame, at) => (frame.timing && frame.timing.cycles > 0 ? bytesOf(frame) * 1e-6 / milliseconds(frame.timing.cycles, at) : null) },
+  { key: 'bandwidth', title: 'bandwidth', unit: 'GB/s', better: -1, of: (frame, at) => (frame.timing && frame.timing.cycles > 0 ? bytesOf(frame) * 1e-6 / milliseconds(frame.timing.cycles, at) : null) },
   { key: 'bytes', title: 'memory traffic', unit: 'bytes', better: -1, of: (frame) => bytesOf(frame) },
   { key: 'lists', title: 'peak list memory', unit: 'bytes', better: -1, of: (frame) => frame.counters['binner.queue_bytes_peak'] ?? null },
 ];

@@ -111,7 +111,7 @@ function unitBox(name, unit, frame, waits, press) {
     draw('rect', { x, y, width: w, height: h, rx: 3, class: 'edge' }),
     draw('text', { x: x + 10, y: y + 20, class: 'name' }, unit.title),
     draw('text', { x: x + 10, y: y + 38, class: 'value' }, name === 'dram' ? `${state.text}${against} of the time · ${quantity(kFigures[4].of(frame, shown), 'GB/s')} of ${quantity(run().stats.gpu.memory.gb_per_s * run().stats.gpu.memory.gpu_share, 'GB/s')}` : state.text + against),
-    bound && !across && h > 60 ? draw('text', { x: x + 10, y: y + 56, class: 'value' }, 'bounds the frame') : null);
+    bound && !across && h > 60 ? draw('text', { x: x + 10, y: y + 56, class: 'value' }, 'the bound') : null);
   const lines = () => {
     const out = [unit.title];
     if (state.busy !== null && state.busy !== undefined) out.push(`busy ${number(state.busy)} of ${number(frame.timing.cycles)} cycles (${state.text})`);

@@ -32,7 +32,7 @@ function sweepReport() {
   part.append(make('p', {}, `${sweep.points.length} points: ${done.length} rendered, ${sweep.missing.length} not done yet, ${sweep.rows.filter((row) => row[2] !== 'ok').length} with values that do not fit each other. ` +
     'Plots show the mean over the frames of a point.'));
   if (sweep.rows_left_out > 0) part.append(make('p', { class: 'note' }, `${sweep.rows_left_out} rows are left out here; sweep.csv has them all.`));
-  part.append(table([{ title: 'axis', of: (key) => key }, { title: 'values', of: (key) => [...new Set(points.map((point) => String(point.axis[key])))].join(', '), wide: true }], axes.filter((key) => varying.includes(key)), { label: 'Axes' }));
+  part.append(table([{ title: 'axis', of: (key) => key }, { title: 'values', of: (key) => valuesOfAxis(points, key).join(', '), wide: true }], axes.filter((key) => varying.includes(key)), { label: 'Axes' }));
   for (const key of idle) part.append(make('p', { class: 'note' }, `${key} is without effect here: all of its values give the same columns.`));
   if (constant.length > 0) part.append(make('details', {}, make('summary', {}, `${constant.length} columns are the same at every point`), table([{ title: 'column', of: (name) => name }, { title: 'value', of: (name) => done[0].mean[name] }], constant, { label: 'Columns that do not vary' })));
 
@@ -105,7 +105,7 @@ function curveSection({ points, columns, varying, prefer }) {
     series: wantedOf('curves.lines', series, varying[0]), log: wanted.get('curves.log') === 'on' };
   const held = {};
   const holders = make('div', { class: 'controls' });
-  const values = (key) => [...new Set(points.map((point) => String(point.axis[key])))];
+  const values = (key) => valuesOfAxis(points, key);
   const fillHeld = () => {
     const others = varying.filter((key) => key !== state.x && key !== state.series && !moveTogether(points, key, state.x) && !moveTogether(points, key, state.series));
     for (const key of Object.keys(held)) delete held[key];
@@ -137,11 +137,20 @@ function curveSection({ points, columns, varying, prefer }) {
         group.count += 1;
       }
     }
-    return [...groups.values()].map((group) => ({ ...group, y: group.sum / group.count, says: `${state.x} = ${group.x}, ${group.series}: ${number(group.sum / group.count)}` })).filter((row) => !state.log || row.y > 0);
+    return [...groups.values()].map((group) => ({ ...group, y: group.sum / group.count, says: `${state.x} = ${group.x}, ${group.series}: ${number(group.sum / group.count)}` }))
+      .filter((row) => !state.log || row.y > 0).sort((a, b) => inOrder(a.x, b.x) || inOrder(Number(a.series), Number(b.series)) || 0);
   };
   fillHeld();
   const shown = plot(part, 'A column of the study along one of its axes', () => lines(rows(), { x: state.x, y: state.series === 'scheme' ? state.y.replace(/^baseline\.[^.]*/, 'baseline.*') : state.y, series: state.series, log: state.log, even: true }));
 }
+
+// Values of an axis as texts: numbers in their order, as searches and samples meet them in none, others as they come.
+function valuesOfAxis(points, key) {
+  const values = [...new Set(points.map((point) => point.axis[key]))];
+  if (values.every((value) => typeof value === 'number')) values.sort((a, b) => a - b);
+  return values.map(String);
+}
+function inOrder(a, b) { return typeof a === 'number' && typeof b === 'number' ? a - b : 0; }
 
 // Whether two axes are set together: each value of one goes with one value of the other.
 function moveTogether(points, a, b) {

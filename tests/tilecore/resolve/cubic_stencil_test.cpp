@@ -51,7 +51,7 @@ Filled fill(Reconstruction kernel, bool packed, bool clamp, const BlockWindow& w
 struct Reference {
   DVec4 color{0.0};
   double denominator = 1;  // sum of weights over sum of magnitudes; 0: nothing in reach
-  double magnitude = 0;    // of the colours that entered
+  double margin = 1;       // by how much it is told whether a ramp's weights hold
 };
 
 double reference_kernel(Reconstruction kernel, int distance) {
@@ -92,16 +92,75 @@ Reference nearest_reference(const Window& window, const UsableRows& usable, int 
   return r;
 }
 
+// Weights of taps (dx, dy, weight) that meet as many of the conditions as are told apart: each in turn is freed of what
+// those before it ask for, and then met by the least change.
+std::vector<double> met(const std::vector<DVec3>& taps, std::vector<std::vector<double>> conditions, double& margin) {
+  std::vector<double> weights;
+  for (const DVec3& t : taps) weights.push_back(t.z);
+  const auto product = [&](const std::vector<double>& a, const std::vector<double>& b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < taps.size(); ++i) sum += std::abs(taps[i].z) * a[i] * b[i];
+    return sum;
+  };
+  std::vector<std::vector<double>> apart;
+  for (std::vector<double>& g : conditions) {
+    const double length = product(g, g);
+    for (const auto& h : apart) {
+      const double share = product(g, h) / product(h, h);
+      for (std::size_t i = 0; i < g.size(); ++i) g[i] -= share * h[i];
+    }
+    if (length > 0) margin = std::min(margin, std::abs(product(g, g) / length - 1e-3));
+    if (!(product(g, g) > 1e-3 * length)) continue;
+    apart.push_back(g);
+    double sum = 0;
+    for (std::size_t i = 0; i < g.size(); ++i) sum += weights[i] * g[i];
+    const double share = sum / product(g, g);
+    for (std::size_t i = 0; i < g.size(); ++i) weights[i] -= share * std::abs(taps[i].z) * g[i];
+  }
+  return weights;
+}
+
+// Those that give ramps back, and on a straight border have its spread; the plain ones where none hold.
+std::vector<double> ramp_weights(const std::vector<DVec3>& taps, double& margin) {
+  double plain = 0;
+  DVec2 low(0.0), high(0.0);
+  std::vector<double> x, y, spread_x, spread_y;
+  for (const DVec3& t : taps) {
+    plain += t.z;
+    low = glm::min(low, DVec2(t)), high = glm::max(high, DVec2(t));
+    x.push_back(t.x), y.push_back(t.y);
+    spread_x.push_back(t.x * t.x - 0.25), spread_y.push_back(t.y * t.y - 0.25);
+  }
+  const bool border_x = (low.x < 0) != (high.x > 0), border_y = (low.y < 0) != (high.y > 0);
+  std::vector<std::vector<std::vector<double>>> tries = {{x, y}};
+  if (border_x != border_y) tries.insert(tries.begin(), {x, y, border_y ? spread_x : spread_y});
+  for (const auto& conditions : tries) {
+    std::vector<double> weights = met(taps, conditions, margin);
+    double sum = 0, magnitude = 0;
+    for (const double w : weights) sum += w, magnitude += std::abs(w);
+    margin = std::min({margin, std::abs(sum / plain - 0.1), std::abs(sum - 0.5 * magnitude)});
+    if (!(sum > 0.1 * plain && sum >= 0.5 * magnitude)) continue;
+    for (double& w : weights) w /= sum;
+    return weights;
+  }
+  std::vector<double> weights;
+  for (const DVec3& t : taps) weights.push_back(t.z / plain);
+  return weights;
+}
+
 Reference reference(Reconstruction kernel, const Window& window, const UsableRows& usable, int pixel) {
   const int cx = pixel % 4 + kWindowMargin, cy = pixel / 4 + kWindowMargin;
   Reference r;
   double sum = 0, magnitude = 0;
+  std::vector<DVec3> taps;
+  std::vector<DVec4> colors;
   for (int y = 0; y < kWindowSide; ++y)
     for (int x = 0; x < kWindowSide; ++x) {
       const double w = reference_kernel(kernel, x - cx) * reference_kernel(kernel, y - cy);
       if (!is_set(usable, x, y) || w == 0) continue;
       sum += w, magnitude += std::abs(w);
-      r.color += w * DVec4(window.at(x, y));
+      taps.emplace_back(x - cx, y - cy, w);
+      colors.emplace_back(window.at(x, y));
     }
   r.denominator = magnitude > 0 ? sum / magnitude : 0;
   if (r.denominator < 0.5) {
@@ -109,7 +168,8 @@ Reference reference(Reconstruction kernel, const Window& window, const UsableRow
     r = nearest_reference(window, usable, cx, cy, kernel == Reconstruction::kNearest);
     r.denominator = denominator;
   } else {
-    r.color /= sum;
+    const std::vector<double> weights = ramp_weights(taps, r.margin);
+    for (std::size_t i = 0; i < taps.size(); ++i) r.color += weights[i] * colors[i];
   }
   return r;
 }
@@ -131,7 +191,7 @@ TEST(StencilTables, EveryMissingPixelOfEveryPatternAtEveryBorderHasAStencil) {
       for (unsigned border = 0; border < kBorderCases; ++border)
         for (int p = 0; p < 16; ++p)
           EXPECT_EQ(table_stencil(kernel, pattern, border, p).has_value(),
-                    in_tables(kernel, pattern) && !(pattern >> p & 1));
+                    in_tables(kernel, pattern) && !((pattern | border_line(pattern, border)) >> p & 1));
 }
 
 TEST(StencilTables, WeightsSumToAPowerOfTwoAndFitEightBits) {
@@ -185,8 +245,8 @@ TEST(StencilTables, WeightsAndTheRampTheyReproduceAreWithinAUnitOfDirectEvaluati
               << static_cast<int>(kernel) << " " << pattern << " " << border << " " << p;
           EXPECT_LE(std::abs(d.ramp_y), 1 + 1e-9);
           if (border == 0) {
-            EXPECT_EQ(d.ramp_x, 0);
-            EXPECT_EQ(d.ramp_y, 0);
+            EXPECT_NEAR(d.ramp_x, 0, 1e-12);  // the reference solves for it
+            EXPECT_NEAR(d.ramp_y, 0, 1e-12);
           }
         }
       }
@@ -196,7 +256,7 @@ TEST(StencilTables, WeightsAndTheRampTheyReproduceAreWithinAUnitOfDirectEvaluati
 TEST(StencilTables, RoundingBeforeNormalisingLosesStencils) {
   int lost = 0, beyond_a_unit = 0;
   for (unsigned border = 0; border < kBorderCases; ++border) {
-    const UsableRows usable = test::repeated(kSquareOrder[0], border);
+    const UsableRows usable = test::repeated(kSquareOrder[0], border, false);
     for (int p = 0; p < 16; ++p) {
       if (kSquareOrder[0] >> p & 1) continue;
       double rounded = 0, largest = 0;
@@ -223,9 +283,15 @@ TEST(StencilTables, SymmetricStencilsAreKeptOnce) {
   for (const Reconstruction kernel : kKernels)
     for (const Stencil& s : all_table_stencils(kernel)) ++pixels, bits_apart += packed_stencil_bits(s.count);
   const StencilTableSize size = stencil_table_size();
-  EXPECT_EQ(pixels, 4u * 16 * (2 * 8 + 4 * 12) + 3u * 16 * (4 * 4));
+  // Three quarters are missing of four patterns, half of two, a quarter of four; less what tile_border.h adds.
+  std::size_t missing = 0;
+  for (const Reconstruction kernel : kKernels)
+    for (const BlockMask pattern : kPatterns)
+      for (unsigned border = 0; border < kBorderCases && in_tables(kernel, pattern); ++border)
+        missing += static_cast<std::size_t>(16 - std::popcount(pattern) - std::popcount(border_line(pattern, border)));
+  EXPECT_EQ(pixels, missing);
   EXPECT_LT(size.stencils, 80u);
-  EXPECT_LT(size.stencil_bits, bits_apart / 50);
+  EXPECT_LT(size.stencil_bits, bits_apart / 40);
   EXPECT_EQ(size.index_entries, 4u * 16 * 3 * 16);
   RecordProperty("stencils", static_cast<int>(size.stencils));
   RecordProperty("stencil_bytes", static_cast<int>((size.stencil_bits + 7) / 8));
@@ -258,7 +324,7 @@ double worst_error(Reconstruction kernel, const Window& window, BlockMask missin
   for (int p = 0; p < 16; ++p) {
     if (!(missing >> p & 1)) continue;
     const Reference r = reference(kernel, window, usable, p);
-    if (std::abs(r.denominator - 0.5) < 1e-4) continue;
+    if (std::abs(r.denominator - 0.5) < 1e-4 || r.margin < 1e-9) continue;
     for (int c = 0; c < 4; ++c)
       worst = std::max(worst, std::abs(r.color[c] - static_cast<double>(got.at(p)[c])) / (c == 2 ? 1000 : 4));
   }
@@ -297,7 +363,8 @@ RC_GTEST_PROP(CubicStencil, PackedWeightsAreTheTablesWhereSurroundingsAreRegular
   const BlockMask pattern = kPatterns[test::below(random, kPatternCount)];
   const auto border = static_cast<unsigned>(test::below(random, 2) * test::below(random, 16));
   window.usable = test::repeated(pattern, border);
-  const auto missing = static_cast<BlockMask>(~pattern & (test::below(random, 2) ? 0xffffu : random()));
+  const auto missing =
+      static_cast<BlockMask>(~(pattern | border_line(pattern, border)) & (test::below(random, 2) ? 0xffffu : random()));
   for (const Reconstruction kernel : kKernels) {
     const Filled got = fill(kernel, true, false, window.view(), missing);
     RC_ASSERT(got.unfilled == 0);
@@ -350,12 +417,42 @@ RC_GTEST_PROP(CubicStencil, MirroredPatternsShareTheirStencils, (std::uint32_t s
     mirrored.usable = test::repeated(other, mirrored_border(border, 1));
     for (const Reconstruction kernel :
          {Reconstruction::kBilinear, Reconstruction::kCubic, Reconstruction::kCubicInterpolating}) {
-      const Filled a = fill(kernel, true, false, window.view(), static_cast<BlockMask>(~pattern)),
-                   b = fill(kernel, true, false, mirrored.view(), static_cast<BlockMask>(~other));
+      const auto missing = static_cast<BlockMask>(~(pattern | border_line(pattern, border))),
+                 other_missing = static_cast<BlockMask>(~(other | border_line(other, mirrored_border(border, 1))));
+      const Filled a = fill(kernel, true, false, window.view(), missing),
+                   b = fill(kernel, true, false, mirrored.view(), other_missing);
       for (int p = 0; p < 16; ++p)
         for (int c = 0; c < 4; ++c)
           RC_ASSERT(std::abs(a.at(p)[c] - b.at(mirrored_pixel(p, 1))[c]) <= 1e-6f * (c == 2 ? 1000.0f : 4.0f));
     }
+  }
+}
+
+// Lines on a tile's border leave no missing pixel outside of what is rendered around it: ramps come back, wherever a
+// tile ends. Without the lines, quarters are wrong there.
+TEST(CubicStencil, ARampComesBackAtEveryBorder) {  // TB1
+  const auto ramp = [](int x, int y) {
+    return Vec4(0.5f + 0.03f * static_cast<float>(x) - 0.02f * static_cast<float>(y));
+  };
+  for (const bool lines : {true, false}) {
+    double worst = 0;
+    for (const Reconstruction kernel : {Reconstruction::kBilinear, Reconstruction::kCubic})
+      for (const BlockMask pattern : kPatterns)
+        for (unsigned border = 0; border < kBorderCases; ++border) {
+          Window window;
+          window.fill(ramp);
+          window.usable = test::repeated(pattern, border, lines);
+          const auto missing =
+              static_cast<BlockMask>(~(pattern | (lines ? border_line(pattern, border) : BlockMask{0})));
+          const Filled got = fill(kernel, true, false, window.view(), missing);
+          for (int p = 0; p < 16; ++p)
+            if (missing >> p & 1)
+              worst = std::max(worst, static_cast<double>(std::abs(got.at(p).x - ramp(p % 4 + 3, p / 4 + 3).x)));
+        }
+    if (lines)
+      EXPECT_LT(worst, 0.05 * 2 / 64);  // a unit of the weights
+    else
+      EXPECT_GT(worst, 0.02);  // the failing twin
   }
 }
 
@@ -712,11 +809,12 @@ TEST(CubicStencil, TheScaledCubicBeatsBilinearByAQuarterAtHalfRateAndTheInterpol
     }
 }
 
-TEST(CubicStencil, TheUnscaledCubicIsBilinearOnTheseLattices) {
+TEST(CubicStencil, TheUnscaledCubicIsBilinearOnTheLatticesOfFourAndEight) {
   Random random(9);
   Window window;
   window.fill([&](int, int) { return test::random_color(random); });
   for (const BlockMask pattern : kPatterns) {
+    if (std::popcount(pattern) == 12) continue;  // eight neighbours of two weights
     window.usable = test::repeated(pattern);
     const auto missing = static_cast<BlockMask>(~pattern);
     EXPECT_EQ(fill(Reconstruction::kCubicUnscaled, true, false, window.view(), missing).color,

@@ -323,7 +323,7 @@ TEST(Discrepancy, DifferencesAreRelativeSymmetricAndSurviveNonsense) {
   EXPECT_EQ(relative_difference(Vec4(-1000), Vec4(1000)), 1);
 }
 
-TEST(Discrepancy, EveryInstructionSetAddsTheDifferencesOfSinglePixelsInTheirOrder) {
+TEST(Discrepancy, EveryInstructionSetFindsTheLargestDifferenceOfSinglePixels) {
   test::Random random(12);
   const float odd[] = {kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN(), -0.0f, 2e30f, 1e-40f};
   for (int n = 0; n < 2000; ++n) {
@@ -333,17 +333,14 @@ TEST(Discrepancy, EveryInstructionSetAddsTheDifferencesOfSinglePixelsInTheirOrde
     for (Vec4& c : b) c = Vec4(random.uniform(-1, 4), random.uniform(0, 4), random.uniform(0, 4), random.uniform(0, 1));
     for (int k = n % 3; k > 0; --k) a[static_cast<std::size_t>(random.integer(0, 15))][k] = odd[random.integer(0, 5)];
     const auto pixels = static_cast<BlockMask>(random.integer(0, 0xffff));
-    float sum = 0.0f, largest = 0.0f;
+    float largest = 0.0f;
     for (std::size_t p = 0; p < 16; ++p) {
       if ((pixels >> p & 1) == 0) continue;
-      const float difference = relative_difference(a[p], b[p / 4 * 7 + p % 4]);
-      sum += difference, largest = std::max(largest, difference);
+      largest = std::max(largest, relative_difference(a[p], b[p / 4 * 7 + p % 4]));
     }
     for (const std::string& target : simd_target_names()) {
       force_simd_target(target);
-      const Differences got = differences_of(a.data(), b.data(), 7, pixels);
-      ASSERT_EQ(got.sum, sum) << target << ", block " << n;
-      ASSERT_EQ(got.largest, largest) << target << ", block " << n;
+      ASSERT_EQ(largest_difference(a.data(), b.data(), 7, pixels), largest) << target << ", block " << n;
     }
   }
   force_simd_target("");

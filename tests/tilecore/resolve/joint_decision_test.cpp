@@ -1,6 +1,9 @@
 // Decisions for blocks larger than 4x4.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <limits>
 #include <vector>
 
 #include "tests/support/captures.h"
@@ -19,7 +22,7 @@ BlockEvidence any_evidence(test::Random& random) {
   b.blurred_speed = random.coin() ? random.uniform(0, 30) : std::numeric_limits<float>::infinity();
   b.advection_allowed = random.integer(0, 3) != 0;
   b.blur = random.uniform(0, 3);
-  b.max_samples = std::array{4, 8, 16, 32}[static_cast<std::size_t>(random.integer(0, 3))];
+  b.max_samples = std::array{4, 8, 16, 32}[static_cast<std::size_t>(std::min(random.integer(0, 60), 3))];
   return b;
 }
 
@@ -70,6 +73,15 @@ TEST(JointDecision, TheSpeedIsTheChosenStatisticOfTheParts) {
   EXPECT_EQ(join(parts, BlockSpeed::kMedian).speed, 3);
   parts.pop_back();
   EXPECT_EQ(join(parts, BlockSpeed::kMedian).speed, 2);
+}
+
+TEST(JointDecision, TheContrastIsTheLargestOfTheParts) {  // JD2
+  std::vector<BlockEvidence> parts(3);
+  for (BlockEvidence& part : parts) part.velocity_usable = true, part.speed = 3, part.max_samples = 16;
+  EXPECT_EQ(select_rate({}, join(parts, BlockSpeed::kMean)).samples, 8);
+  parts[1].contrast = 0.5f;
+  EXPECT_EQ(join(parts, BlockSpeed::kMean).contrast, 0.5f);
+  EXPECT_EQ(select_rate({}, join(parts, BlockSpeed::kMean)).samples, 16);
 }
 
 }  // namespace

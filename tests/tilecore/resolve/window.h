@@ -6,6 +6,7 @@
 
 #include "tilecore/resolve/cubic_stencil.h"
 #include "tilecore/resolve/packed_stencil.h"
+#include "tilecore/resolve/tile_border.h"
 
 // Windows around a block for the tests of tilecore/resolve/.
 namespace tessera::tilecore::test {
@@ -18,8 +19,8 @@ using UsableRows = std::array<std::uint16_t, kWindowSide>;
 
 inline bool is_set(const UsableRows& rows, int x, int y) { return rows[static_cast<std::size_t>(y)] >> x & 1; }
 
-// A pattern of the block repeated over the window, cut at its borders (a sum of BorderSide).
-inline UsableRows repeated(BlockMask pattern, unsigned border = 0) {
+// A pattern of the block repeated over the window, cut at its borders (a sum of BorderSide); with the lines there.
+inline UsableRows repeated(BlockMask pattern, unsigned border = 0, bool lines = true) {
   UsableRows rows{};
   for (int y = 0; y < kWindowSide; ++y)
     for (int x = 0; x < kWindowSide; ++x) {
@@ -27,7 +28,10 @@ inline UsableRows repeated(BlockMask pattern, unsigned border = 0) {
       if ((border & kLeftBorder && bx < 0) || (border & kRightBorder && bx > 3) || (border & kTopBorder && by < 0) ||
           (border & kBottomBorder && by > 3))
         continue;
-      if (pattern >> (4 * (by & 3) + (bx & 3)) & 1)
+      const unsigned here = (bx < 0 || bx > 3 ? 0u : border & (kLeftBorder | kRightBorder)) |
+                            (by < 0 || by > 3 ? 0u : border & (kTopBorder | kBottomBorder));
+      const auto rendered = static_cast<BlockMask>(pattern | border_line(pattern, lines ? here : 0u));
+      if (rendered >> (4 * (by & 3) + (bx & 3)) & 1)
         rows[static_cast<std::size_t>(y)] = static_cast<std::uint16_t>(rows[static_cast<std::size_t>(y)] | 1u << x);
     }
   return rows;

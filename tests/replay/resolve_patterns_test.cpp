@@ -1,0 +1,115 @@
+// Patterns, seams and blur: where desampling is told by what the frame before showed, by where a tile ends, and by what
+// lens and motion mix.
+#include <gtest/gtest.h>
+
+#include "tests/replay/pattern_scenes.h"
+
+namespace tessera::replay {
+namespace {
+
+using scene::Capture;
+
+// Without a look at contrast what is fast is coarse, whatever it shows.
+const std::vector<std::string> kBySpeedAlone = {"resolve.pattern_error=0"};
+
+// ---- Patterns ---------------------------------------------------------------------------------------------------
+
+// Boards that slide by 12 pixels a frame, in and between the pixels' directions. Of checkers the insides of cells stay
+// coarse; a grain of four pixels is shaded at half rate.
+TEST(ResolvePatterns, WhatSlidesFastIsAsFineAsItShows) {  // BC1, BC3
+  for (const Pattern pattern : {Pattern::kChecker, Pattern::kNoise, Pattern::kStripes})
+    for (const DVec3& way : {DVec3(6, 0, 0), DVec3(6.13, 1.7, 0)}) {
+      const Capture capture = sliding_board(pattern, 0.25f, way);
+      const Comparison c(capture, 3, 7);
+      EXPECT_GE(c.worst_psnr(0), 40) << static_cast<int>(pattern);
+      EXPECT_GE(c.saved(1), pattern == Pattern::kNoise ? 0.25 : 0.30) << static_cast<int>(pattern);
+      EXPECT_GT(c.back().counters.blocks_patterned, 100u);
+      if (pattern == Pattern::kStripes) continue;
+      EXPECT_LT(Comparison(capture, 3, 6, kBySpeedAlone).worst_psnr(0), 40);  // the failing twin
+    }
+}
+
+// A grain of a pixel cannot be made from its neighbours.
+TEST(ResolvePatterns, AGrainOfAPixelIsShadedFully) {
+  const Capture capture = sliding_board(Pattern::kNoise, 1, {6.13, 1.7, 0});
+  const Comparison c(capture, 3, 7);
+  EXPECT_GE(c.worst_psnr(0), 40);
+  EXPECT_EQ(c.back().counters.pixels_reconstructed, 0u);
+  EXPECT_LT(Comparison(capture, 3, 6, kBySpeedAlone).worst_psnr(0), 25);  // the failing twin
+}
+
+// Bytes and operations of the look are charged, and none without it.
+TEST(ResolvePatterns, TheLookCosts) {
+  const Capture capture = sliding_board(Pattern::kNoise, 0.25f, {6, 0, 0});
+  const auto frame = [&](const std::vector<std::string>& sets) {
+    gpu::RunSettings settings;
+    gpu::GpuConfiguration gpu;
+    settings.resolve.desampling = tilecore::Desampling::kAdaptive;
+    for (const std::string& text : sets) gpu::apply_setting(text, settings, gpu);
+    gpu::Device device(capture, gpu, settings, {320, 180, {0, 0, 320, 180}});
+    device.render(3), device.render(4);
+    return device.render(5);
+  };
+  const auto bytes = [](const gpu::FrameResult& r) {
+    return r.counters.ledger.traffic(memory::Unit::kResolve, memory::Purpose::kHistory);
+  };
+  const std::vector<std::string> none = {"resolve.advection=false", "resolve.hysteresis=0", "resolve.k_fast1=0.1",
+                                         "resolve.k_stat=0"};
+  std::vector<std::string> by_speed = none;
+  by_speed.insert(by_speed.end(), kBySpeedAlone.begin(), kBySpeedAlone.end());
+  const gpu::FrameResult with = frame(none), without = frame(by_speed);
+  EXPECT_EQ(without.counters.desampling.contrast_operations, 0u);
+  EXPECT_EQ(bytes(without).written_bytes, 0u);
+  constexpr std::uint64_t kBlocks = 80 * 45;
+  EXPECT_GE(bytes(with).written_bytes, kBlocks);
+  EXPECT_GE(bytes(with).read_bytes, kBlocks);
+  EXPECT_LT(bytes(with).read_bytes, bytes(without).read_bytes + 8 * kBlocks);  // a tile reads what it needs once
+  EXPECT_GT(with.counters.desampling.contrast_operations, 10 * kBlocks);
+}
+
+// ---- Seams ------------------------------------------------------------------------------------------------------
+
+// Pixels at most two away from a tile's border are as right as those inside, for any tile.
+TEST(ResolveSeams, TilesDoNotShow) {  // TB1, TB2
+  for (const int tile : {8, 16, 32, 64}) {
+    const std::vector<std::string> size = {"tile.width=" + std::to_string(tile), "tile.height=" + std::to_string(tile)};
+    std::vector<std::string> sets = size;
+    sets.push_back("resolve.desampling=fixed_4");
+    const Comparison noise(sliding_board(Pattern::kNoise, 0.25f, {6, 0, 0}), 3, 5, sets);
+    EXPECT_LE(noise.seams(0, tile).ratio(), 1.05) << tile;
+    for (const auto& [name, frame] : {std::pair{"stroll", 36}, {"serpent", 20}}) {
+      const Capture capture = scene::read_capture(test::shipped_capture(name));
+      EXPECT_LE(Comparison(capture, frame, frame + 2, sets).seams(0, tile).ratio(), 1.05) << name << " " << tile;
+    }
+  }
+  // The failing twin.
+  const Comparison::Seams open = Comparison(sliding_board(Pattern::kNoise, 0.25f, {6, 0, 0}), 3, 5,
+                                            {"resolve.desampling=fixed_4", "resolve.border_lines=false"})
+                                     .seams(0, 32);
+  EXPECT_GT(open.ratio(), 1.3);
+}
+
+// ---- Blur -------------------------------------------------------------------------------------------------------
+
+// What lens and motion spread over whole blocks shares invocations where it sees the same cells of surfaces: each sample
+// sees what it would see.
+TEST(ResolveBlur, BlurredEdgesShareTheirShading) {
+  const Capture capture = scene::read_capture(test::shipped_capture("eggs"));
+  const Comparison off(capture, 13, 15, {"resolve.k_blur=0"}),
+      on(capture, 13, 17, {"resolve.k_blur=0.8", "shading.cell_pixels=0.7"});
+  EXPECT_EQ(off.back().counters.blocks_blurred, 0u);
+  EXPECT_GT(on.back().counters.blocks_blurred, 1000u);
+  EXPECT_GE(on.saved(0), 0.25);
+  EXPECT_GE(on.worst_psnr(0), 42);
+}
+
+TEST(ResolveBlur, AWalkWithALens) {
+  Capture capture = scene::read_capture(test::shipped_capture("stroll"));
+  for (auto& camera : capture.cameras) camera.lens = {0.05f, 3.0f};
+  const Comparison c(capture, 24, 28, {"resolve.k_blur=0.8", "shading.cell_pixels=0.7"});
+  EXPECT_GE(c.saved(1), 0.25);
+  EXPECT_GE(c.worst_psnr(0), 42);
+}
+
+}  // namespace
+}  // namespace tessera::replay
