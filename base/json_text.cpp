@@ -1,10 +1,10 @@
 #include "base/json_text.h"
 
+#include <algorithm>
 #include <climits>
 #include <cstdint>
 #include <istream>
 #include <set>
-#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -45,17 +45,28 @@ std::string json_text(const nlohmann::json& value, int indent) {
 
 namespace {
 
+// What people who write JSON by hand get wrong most, seen at the place where parsing stopped: a comma too many.
+std::string hint(std::string_view text, std::size_t byte) {
+  const std::size_t at = std::min(byte > 0 ? byte - 1 : 0, text.size());
+  if (at >= text.size() || (text[at] != '}' && text[at] != ']')) return "";
+  const std::size_t before = text.find_last_not_of(" \t\r\n", at == 0 ? 0 : at - 1);
+  if (before == std::string_view::npos || text[before] != ',') return "";
+  const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(before), '\n');
+  return fmt::format("; remove the comma before '{}' in line {}", text[at], line);
+}
+std::string hint(std::istream&, std::size_t) { return ""; }
+
 // Of a text or a stream.
 template <class Input>
-nlohmann::json parse_input(Input&& input, const std::string& file, const nlohmann::json::parser_callback_t& visit) {
+nlohmann::json parse_input(Input& input, const std::string& file, const nlohmann::json::parser_callback_t& visit) {
   try {
-    return nlohmann::json::parse(std::forward<Input>(input), visit);
+    return nlohmann::json::parse(input, visit);
   } catch (const nlohmann::json::parse_error& error) {
     // "[json.exception.parse_error.101] parse error at line 1, column 5: syntax error ..."
     std::string reason = error.what();
     const std::size_t colon = reason.find(": ");
     if (colon != std::string::npos) reason = reason.substr(colon + 2);
-    throw InputError(file, fmt::format("byte {}", error.byte), "is not JSON: " + reason);
+    throw InputError(file, fmt::format("byte {}", error.byte), "is not JSON: " + reason + hint(input, error.byte));
   } catch (const nlohmann::json::exception& error) {
     throw InputError(file, "", fmt::format("is not JSON: {}", error.what()));
   }

@@ -68,6 +68,16 @@ bool parse_bool(const KeyInfo& key, const json& value) {
   refuse(key, value, "true or false");
 }
 
+std::string parse_text(const KeyInfo& key, const json& value) {
+  constexpr std::size_t kMaxBytes = 4096;
+  if (!value.is_string()) refuse(key, value, "a text");
+  if (value.get_ref<const std::string&>().size() > kMaxBytes)
+    throw UsageError(fmt::format("{}: a text of more than {} bytes", key.name, kMaxBytes));
+  const auto& text = value.get_ref<const std::string&>();
+  if (escape_control(text, kMaxBytes) != text) refuse(key, value, "a text in UTF-8 without control characters");
+  return text;
+}
+
 std::string parse_choice(const KeyInfo& key, const json& value) {
   if (value.is_string())
     for (const std::string_view choice : key.choices)
@@ -86,7 +96,7 @@ KeyValue parse_key_value(const KeyInfo& key, const KeyValue& like, const json& v
     case 2:
       return parse_bool(key, value);
     default:
-      return parse_choice(key, value);
+      return key.choices.empty() ? parse_text(key, value) : parse_choice(key, value);
   }
 }
 
@@ -111,8 +121,9 @@ KeyEnds key_ends(const KeyInfo& key, double value, double default_value) {
 
 json describe_key(const KeyInfo& key, const KeyValue& default_value) {
   static constexpr const char* kTypes[] = {"integer", "number", "boolean", "choice"};
+  const bool text = default_value.index() == 3 && key.choices.empty();
   json row = {{"key", key.name},
-              {"type", kTypes[default_value.index()]},
+              {"type", text ? "text" : kTypes[default_value.index()]},
               {"unit", key.unit},
               {"default", key_value_json(default_value)},
               {"meaning", key.meaning}};

@@ -23,7 +23,7 @@ namespace tessera {
 template <class T>
 concept KeyNumber = std::floating_point<T> ||(std::integral<T> && !std::same_as<T, bool>);
 
-// A value on its way between a text and a member; the text is that of an enum.
+// A value on its way between a text and a member; the text is that of an enum, or a member that is one.
 using KeyValue = std::variant<std::int64_t, double, bool, std::string>;
 
 // Where a number may lie that nobody publishes: the ends for the default; those of another value lie in the same ratio.
@@ -40,7 +40,7 @@ struct KeyInfo {
   std::string_view source;   // "[spec] ...", "[measured] ...", "[assumed] ..."; "" for plain choices of ours
   double min = 0;            // numbers: inclusive range
   double max = 0;
-  std::vector<std::string_view> choices;  // texts: the allowed words
+  std::vector<std::string_view> choices;  // texts: the allowed words; none: any text, a name or a file
   bool timing = false;  // read only by what times a record of the machine's work: the record does not hang on it
   std::optional<KeyEnds> ends;  // numbers: none means half and twice
 
@@ -58,6 +58,8 @@ KeyValue to_key_value(const T& value) {
     return value;
   else if constexpr (WordEnum<T>)
     return std::string(word(value));
+  else if constexpr (std::same_as<T, std::string>)
+    return value;
   else if constexpr (std::same_as<T, float>)
     return shortest_decimal(value);
   else if constexpr (std::floating_point<T>)
@@ -72,6 +74,8 @@ T from_key_value(const KeyValue& value) {
     return std::get<bool>(value);
   else if constexpr (WordEnum<T>)
     return from_word<T>(std::get<std::string>(value)).value();
+  else if constexpr (std::same_as<T, std::string>)
+    return std::get<std::string>(value);
   else if constexpr (std::floating_point<T>)
     return static_cast<T>(std::get<double>(value));
   else
@@ -94,6 +98,9 @@ struct Key : KeyInfo {
   template <WordEnum E>
   Key(std::string_view key, E S::*where, std::string_view means, std::string_view from = "")
       : Key(KeyInfo{key, "", means, from, 0, 0, {kEnumWords<E>.begin(), kEnumWords<E>.end()}, false, {}}, where) {}
+
+  Key(std::string_view key, std::string S::*where, std::string_view means, std::string_view from = "")
+      : Key(KeyInfo{key, "", means, from, 0, 0, {}, false, {}}, where) {}
 
   // The row of a struct that S is derived from.
   template <class Base>

@@ -1,7 +1,12 @@
-# `cmake --install`: program, library, headers, CMake package, Python module; `cpack` makes a Debian package of them.
+# `cmake --install`: program with its manual page and completion, library, headers, CMake package, Python module; `cpack` makes a Debian package of them.
 include(CMakePackageConfigHelpers)
 
 install(TARGETS tessera RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+# Where Debian's zsh looks; other systems: -DTESSERA_ZSH_FOLDER=share/zsh/site-functions.
+set(TESSERA_ZSH_FOLDER ${CMAKE_INSTALL_DATAROOTDIR}/zsh/vendor-completions CACHE PATH "Completion of zsh, below the prefix")
+install(FILES ${PROJECT_BINARY_DIR}/shell/tessera.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+install(FILES ${PROJECT_BINARY_DIR}/shell/tessera DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/bash-completion/completions)
+install(FILES ${PROJECT_BINARY_DIR}/shell/_tessera DESTINATION ${TESSERA_ZSH_FOLDER})
 install(TARGETS tessera_shared EXPORT tessera LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/tessera DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/tessera)

@@ -45,7 +45,7 @@ std::uint64_t patch_record_bytes(const scene::Assembly& assembly, std::uint32_t 
   const std::uint64_t keys = deforming ? 2 : 1;
   switch (drawable.kind) {
     case Primitive::Kind::kProcedure:
-      return kPatchHeaderBytes + procedure_record_bytes(assembly.capture->procedures[drawable.geometry]);
+      return kPatchHeaderBytes + procedure_record_bytes(assembly.capture->procedures[drawable.geometry], deforming);
     case Primitive::Kind::kBezierPatches: {
       const bool displaced = assembly.materials[static_cast<std::size_t>(drawable.material)].displacement.has_value();
       return kPatchHeaderBytes + 16 * sizeof(Vec3) * keys + (displaced ? kPatchCorners * kTexcoordBytes : 0);

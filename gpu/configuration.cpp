@@ -10,9 +10,11 @@
 
 #include "base/error.h"
 #include "base/json_text.h"
+#include "base/text.h"
 #include "base/whole_file.h"
 #include "binner/queue_entry.h"
 #include "gpu/presets.h"
+#include "gpu/relative_value.h"
 #include "hardware/voltage.h"
 #include "tilecore/tessellation/micro_mesh.h"
 
@@ -49,13 +51,17 @@ std::vector<std::string> key_names() {
 // Other units of a key of the memory.
 struct ClockedKey {
   KeyInfo info;
+  double (hardware::Machine::*get)() const;
   void (hardware::Machine::*set)(double);
 };
 const std::vector<ClockedKey>& clocked_keys() {
   static const std::vector<ClockedKey> kKeys = {
       {{"memory.bytes_per_clk", "bytes/clk", "", "", 0.125, 65536, {}, true, {}},
+       &hardware::Machine::bytes_per_clk,
        &hardware::Machine::set_bytes_per_clk},
-      {{"memory.latency_clk", "clk", "", "", 0, 10000, {}, true, {}}, &hardware::Machine::set_latency_clk}};
+      {{"memory.latency_clk", "clk", "", "", 0, 10000, {}, true, {}},
+       &hardware::Machine::latency_clk,
+       &hardware::Machine::set_latency_clk}};
   return kKeys;
 }
 
@@ -82,16 +88,26 @@ void set_values(const std::string& file, const json& root, Gpu& gpu) {
 
 Gpu preset(const std::string& name) {
   const Preset* found = find_preset(name);
-  if (found == nullptr)
-    throw UsageError(
-        fmt::format("unknown GPU preset '{}' and no such file; presets: {}", name, fmt::join(preset_names(), ", ")));
+  if (found == nullptr) {
+    const std::string nearest = nearest_name(name, preset_names());
+    const bool file = name.find('/') != std::string::npos || name.ends_with(".json");
+    throw UsageError(fmt::format("{} '{}'{}{}; presets: {}", file ? "no GPU file" : "unknown GPU preset",
+                                 escape_control(name, 120), file ? "" : " and no such file",
+                                 nearest.empty() || file ? "" : fmt::format("; did you mean '{}'?", nearest),
+                                 fmt::join(preset_names(), ", ")));
+  }
   Gpu gpu;
   gpu.preset = found->name;
   set_values(found->name, found->values, gpu);
   return gpu;
 }
 
-Gpu from_json(const std::string& file, json root) {
+// Files that name files may be so many, one behind the other.
+constexpr int kMaxBases = 8;
+
+Gpu load(const std::string& preset_or_file, int depth);
+
+Gpu from_json(const std::string& file, json root, int depth) {
   if (!root.is_object()) throw InputError(file, "", "a GPU configuration is a JSON object");
   const auto text = [&](const char* member, const std::string& otherwise) {
     const auto found = root.find(member);
@@ -101,9 +117,28 @@ Gpu from_json(const std::string& file, json root) {
     root.erase(found);
     return value;
   };
-  Gpu gpu = preset(text("preset", Gpu().preset));
+  if (root.contains("base") && root.contains("preset"))
+    throw InputError(file, "/base", "says what the file starts from, as \"preset\" does: leave one of them out");
+  const std::string base = text("base", "");
+  Gpu gpu;
+  if (base.empty()) {
+    gpu = preset(text("preset", Gpu().preset));
+  } else {
+    if (depth == kMaxBases)
+      throw InputError(file, "/base",
+                       fmt::format("is the last of more than {} files that start from each other", kMaxBases));
+    const std::filesystem::path beside = std::filesystem::path(file).parent_path() / base;
+    std::error_code ignored;
+    const bool is_file = find_preset(base) == nullptr && std::filesystem::is_regular_file(beside, ignored);
+    try {
+      gpu = load(is_file ? beside.string() : base, depth + 1);
+    } catch (const UsageError& error) {
+      throw InputError(file, "/base", error.what());
+    }
+  }
   gpu.name = text("name", "");
   gpu.description = text("description", "");
+  text("$schema", "");  // for editors
   // What a file says of its numbers is for people.
   if (const auto sources = root.find("sources"); sources != root.end()) {
     if (!sources->is_object()) throw InputError(file, "/sources", "is not an object of texts");
@@ -111,6 +146,23 @@ Gpu from_json(const std::string& file, json root) {
   }
   set_values(file, root, gpu);
   return gpu;
+}
+
+Gpu parse(std::string_view text, const std::string& name, int depth) {
+  try {
+    return from_json(name, parse_unique_json(text, name), depth);
+  } catch (const UsageError& error) {
+    throw InputError(name, "", error.what());
+  }
+}
+
+Gpu load(const std::string& preset_or_file, int depth) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(preset_or_file, ignored))
+    throw InputError(preset_or_file, "", "is a folder: give a preset or a JSON file");
+  if (!std::filesystem::is_regular_file(preset_or_file, ignored)) return preset(preset_or_file);
+  constexpr std::uint64_t kMaxBytes = 16u << 20;
+  return parse(read_whole_text(preset_or_file, kMaxBytes), preset_or_file, depth);
 }
 
 // Sets of a cache are addressed by bits, ways may be any number.
@@ -158,12 +210,13 @@ hardware::Area GpuConfiguration::area() const {
 
 bool set_gpu_key(const std::string& name, const json& value, GpuConfiguration& gpu) {
   if (const auto* key = gpu_keys().find(name)) {
-    gpu_keys().set(gpu, *key, value);
+    gpu_keys().set(gpu, *key, absolute_value(*key, gpu_keys().value(gpu, *key), value));
     return true;
   }
   for (const ClockedKey& key : clocked_keys())
     if (key.info.name == name) {
-      (gpu.*key.set)(std::get<double>(parse_key_value(key.info, 0.0, value)));
+      (gpu.*
+       key.set)(std::get<double>(parse_key_value(key.info, 0.0, absolute_value(key.info, (gpu.*key.get)(), value))));
       return true;
     }
   if (name == "energy.leakage_mw")
@@ -194,20 +247,9 @@ std::vector<std::string> preset_names() {
   return names;
 }
 
-GpuConfiguration load_gpu(const std::string& preset_or_file) {
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(preset_or_file, ignored)) return preset(preset_or_file);
-  constexpr std::uint64_t kMaxBytes = 16u << 20;
-  return parse_gpu(read_whole_text(preset_or_file, kMaxBytes), preset_or_file);
-}
+GpuConfiguration load_gpu(const std::string& preset_or_file) { return load(preset_or_file, 0); }
 
-GpuConfiguration parse_gpu(std::string_view text, const std::string& name) {
-  try {
-    return from_json(name, parse_unique_json(text, name));
-  } catch (const UsageError& error) {
-    throw InputError(name, "", error.what());
-  }
-}
+GpuConfiguration parse_gpu(std::string_view text, const std::string& name) { return parse(text, name, 0); }
 
 void check_gpu(const GpuConfiguration& gpu) {
   if (const double most = hardware::max_clock_mhz(gpu.nominal_mhz); gpu.clock_mhz > most)

@@ -60,6 +60,7 @@ const KeyTable<GpuConfiguration>& gpu_keys();
 
 // Sets a key of gpu_keys(), or memory.bytes_per_clk or memory.latency_clk: the memory's rate and latency in clocks of the
 // GPU, as its clock.mhz is at this moment (in a file: the file's). Another clock.mhz later leaves the memory as it is.
+// Numbers also take the text "x1.3" (relative_value.h): so many times what the machine has.
 // False: no such key. Throws UsageError for a value out of range and for keys that others have replaced, naming those.
 bool set_gpu_key(const std::string& name, const nlohmann::json& value, GpuConfiguration& gpu);
 
@@ -68,7 +69,7 @@ std::vector<std::string> preset_names();
 
 // A preset by name, or a JSON file with the same keys nested by their dots ({"tile": {"width": 16}}); keys that the
 // file leaves out keep the value of its "preset" member (default "mid-mobile"). "name", "description" and "sources" (texts
-// by key) are for people. Throws UsageError for an unknown preset,
+// by key) are for people, "$schema" is for editors. Throws UsageError for an unknown preset,
 // InputError for a file that is not such a configuration, LimitError for one of more than 16 MiB.
 GpuConfiguration load_gpu(const std::string& preset_or_file);
 

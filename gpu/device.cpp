@@ -13,6 +13,7 @@
 #include "gpu/view_inputs.h"
 #include "shaders_cpp/environment_image.h"
 #include "tilecore/procedural/sampling_controller.h"
+#include "tilecore/resolve/frame_compression.h"
 
 namespace tessera::gpu {
 namespace {
@@ -25,11 +26,22 @@ constexpr std::size_t kDrawablesToKeep = std::size_t{1} << 16;
 constexpr const char* kWholeFrames = "surfaces transmit: any of their pixels may show any pixel of what is behind";
 
 // The resolve unit's settings, of which the seed is that of the samples. Throws UsageError when they do not fit.
-tilecore::ResolveSettings resolve_settings(const RunSettings& settings, bool transmits) {
+tilecore::ResolveSettings resolve_settings(const RunSettings& settings, const GpuConfiguration& gpu, bool transmits) {
   tilecore::ResolveSettings resolve = settings.resolve;
+  check_resolve(resolve);
+  if (gpu.tile.width % resolve.block != 0 || gpu.tile.height % resolve.block != 0)
+    throw UsageError(
+        fmt::format("resolve.block: blocks of {}x{} pixels do not fill tiles of {}x{}: set resolve.block=8 "
+                    "or 4, or tile.width and tile.height to multiples of it",
+                    resolve.block, resolve.block, gpu.tile.width, gpu.tile.height));
+  if (resolve.rates.supersampled < 32 && (settings.shading.derivatives == tilecore::ShadingDerivatives::kQuad ||
+                                          settings.shading.rate == tilecore::ShadingRate::kSample ||
+                                          settings.shading.rate == tilecore::ShadingRate::kCache))
+    throw UsageError(
+        "resolve.supersampled_groups: halves of pixels are shaded apart with shading.rate=pixel or "
+        "primitive alone, and without shading.derivatives=quad: set one of these, or 32");
   if (transmits) resolve.desampling = tilecore::Desampling::kOff;
   resolve.dither.seed = settings.sampling.seed;
-  check_resolve(resolve);
   return resolve;
 }
 
@@ -67,7 +79,8 @@ Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfigu
       displacement_memory_(scene_.assembly.materials, gpu.line_bytes(), texture_memory_.lines()),
       record_memory_(scene_.assembly, gpu.line_bytes(), displacement_memory_.end()),
       camera_(frame_camera(prepared_->capture, settings, request.width, request.height)),
-      resolve_(resolve_settings(settings, behind_.level_count() > 0)),
+      resolve_(resolve_settings(settings, gpu, behind_.level_count() > 0)),
+      focus_(resolve_.foveation, prepared_->capture),
       pipeline_(gpu_, scene_.pyramids) {
   for (const double offset : {0.0, settings.stereo.eye_separation}) {
     if (!eyes_.empty() && offset == 0) break;
@@ -141,12 +154,32 @@ tilecore::TileJob Device::make_job(const scene::FrameGeometry& frame, const binn
   job.cull_occlusion = gpu_.tilecore.occlusion_culling;
   job.visibility = gpu_.tilecore.visibility;
   job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);
+  job.line_bytes = static_cast<std::uint64_t>(gpu_.line_bytes());
   job.box_bits = gpu_.tilecore.box_bits;
   if (settings_.output.machine_model)
     job.textures = {&texture_memory_, gpu_.caches.texture_bytes, gpu_.caches.texture_ways, gpu_.line_bytes()};
   job.store = frame_store();
   if (behind_.level_count() > 0) job.lighting.behind = job.behind = &behind_;
   return job;
+}
+
+void Device::prepare_history(tilecore::History& history, bool whole) const {
+  const tilecore::FrameStore store = frame_store();
+  const bool rounds = resolve_.colors == tilecore::HistoryColors::kFrameBuffer && !store.coder.quantises() &&
+                      resolve_.desampling == tilecore::Desampling::kAdaptive;
+  history.rounded.resize(rounds ? history.color.size() : 0);
+  if (whole) {
+    if (rounds) tilecore::as_halves(history.color, history.rounded.data());
+    return;
+  }
+  const std::uint64_t blocks =
+      store.compressed ? tilecore::TileStore::header_bytes(store, history.region) / tilecore::kBlockHeaderBytes : 0;
+  history.payload.resize(blocks);
+}
+
+void Device::set_history(tilecore::History history) {
+  prepare_history(history, true);
+  eyes_[0].sequence.set_history(std::move(history));
 }
 
 std::unique_ptr<tilecore::ParameterMaps> Device::map_procedures(const tilecore::TileJob& job,
@@ -202,10 +235,19 @@ tilecore::ResolveFrame& Device::begin_resolve(int frame, Eye& eye, const scene::
   std::shared_ptr<const scene::FrameGeometry> previous;
   if (eye.sequence.wants_previous_pose(frame))
     previous = scene::pose_frame(scene_.assembly, eye.camera, frame_request(frame - 1));
-  tilecore::ResolveFrame& resolve = eye.sequence.begin(frame, geometry, std::move(previous), result.effect_reasons);
+  const scene::FrameRequest& request = geometry.request;
+  const DVec2 focus =
+      focus_.at(0.5 * (request.open_time + request.close_time), eye.camera, request.width, request.height);
+  tilecore::ResolveFrame& resolve =
+      eye.sequence.begin(frame, geometry, std::move(previous), focus, result.effect_reasons);
   if (left != nullptr)
     eye.sequence.advect_from_other_eye(geometry, *left, eyes_[0].sequence.history(),
                                        static_cast<float>(settings_.stereo.far_depth));
+  prepare_history(*resolve.next, false);
+  // Signatures of whole tiles want all of their colours.
+  resolve.keeps_blocks = resolve_.keep_blocks && tilecore::reads_blocks(resolve_) &&
+                         resolve_.colors == tilecore::HistoryColors::kFrameBuffer &&
+                         !gpu_.frame_buffer.transaction_elimination;
   resolve.auxiliary = request_.resolve_auxiliary;
   result.effects["desampling"] = true;
   if (resolve.previous.history != nullptr && tilecore::advects(resolve_) &&
@@ -241,8 +283,9 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& 
   MachineRecord record;
   const bool observed = observer_ != nullptr && left == nullptr;
   const DisplacementMemory* const heights = settings_.output.machine_model ? &displacement_memory_ : nullptr;
-  WorkRecorder recorder(gpu_, record_memory_, heights, request_.record_accesses,
-                        request_.record_items || gpu_.queues.model == hardware::TimingModel::kEvents);
+  WorkRecorder recorder(
+      gpu_, record_memory_, heights, request_.record_accesses,
+      request_.record_items || request_.attribute || gpu_.queues.model == hardware::TimingModel::kEvents);
   if (eliminates(gpu_)) begin_elimination(frame, eye, job);
   pipeline_.render({gpu_, job, recorder, result, observed ? &record : nullptr, &progress_,
                     gpu_.tile.rendering_elimination ? &eye.inputs : nullptr},
@@ -250,7 +293,14 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& 
   record.textures = recorder.take_textures();
   if (settings_.output.machine_model) {
     const StageTimer timer(result, "model");
-    result.model = model_machine(gpu_, recorder.finish(job, result.counters.ledger), caches_.of_frame(gpu_, frame));
+    timing::WarmCaches* const caches = caches_.of_frame(gpu_, frame);
+    const timing::WarmCaches before = request_.attribute && caches != nullptr ? *caches : timing::WarmCaches();
+    result.model = model_machine(gpu_, recorder.finish(job, result.counters.ledger), caches);
+    if (request_.attribute) {
+      const MachineModel& model = *result.model;
+      result.shares = frame_shares(gpu_, model.record.work, model.schedule, model.timing, model.energy,
+                                   recorder.take_traffic(), before);
+    }
   }
   if (eliminates(gpu_)) end_elimination(eye, result);
   if (guesses) {
@@ -278,6 +328,7 @@ void Device::render_right_eye(int frame, const scene::FrameGeometry& left, Frame
   result.maps.add(right.maps);
   result.materials.add(right.materials);
   merge(result.drawables, right.drawables);
+  if (result.shares && right.shares) result.shares->add(*right.shares);
   if (result.model && right.model) {  // one eye after the other
     result.model->timing.accumulate(right.model->timing);
     result.model->energy.accumulate(right.model->energy);

@@ -9,6 +9,7 @@
 #include "gpu/configuration.h"
 #include "gpu/displacement_memory.h"
 #include "gpu/frame_result.h"
+#include "gpu/moving_focus.h"
 #include "gpu/pipeline.h"
 #include "gpu/prepared_capture.h"
 #include "gpu/record_memory.h"
@@ -27,6 +28,7 @@ struct RenderRequest {
   bool record_accesses = false;    // keep every transfer over the memory interface, for traces
   bool record_items = false;       // keep every sub-patch and warp, for records; machine.timing=events does as well
   bool resolve_auxiliary = false;  // images of what the resolve unit did; with desampling only
+  bool attribute = false;          // what drawables and tiles have of the frame; keeps items. With output.machine_model
   bool error = false;              // and of its error: renders every frame fully as well
 };
 
@@ -54,6 +56,9 @@ class Device {
   // Of the frame in hand; may be read on any thread.
   const WorkProgress& progress() const { return progress_; }
 
+  // On any thread: the frame in hand, and any later one, ends at its next tile; render() throws Abandoned.
+  void abandon() { progress_.abandon(); }
+
   // Null: nobody. It must outlive the device or the next call. Throws UsageError where tiles are eliminated, and where
   // surfaces transmit: who compares machines sees one that renders and writes all tiles in one pass.
   void set_observer(ViewObserver* observer);
@@ -61,7 +66,7 @@ class Device {
   // What the frame rendered last leaves to the next, with resolve.desampling=adaptive; and to go on from that of
   // another replay.
   const tilecore::History& history() const { return eyes_[0].sequence.history(); }
-  void set_history(tilecore::History history) { eyes_[0].sequence.set_history(std::move(history)); }
+  void set_history(tilecore::History history);
 
   // How pixels are stored, without what a frame leaves to the next.
   tilecore::FrameStore frame_store() const;
@@ -95,6 +100,8 @@ class Device {
   void end_elimination(Eye& eye, const FrameResult& result) const;
   // The sparse pass of the sampling controller; null where ordinary patches draw the procedures, or there are none.
   std::unique_ptr<tilecore::ParameterMaps> map_procedures(const tilecore::TileJob& job, FrameResult& result) const;
+  // What a frame leaves to the next, as it lies in the frame buffer. `whole`: all of its pixels are there.
+  void prepare_history(tilecore::History& history, bool whole) const;
   // What the resolve unit works by in this view. `left`: the pose of the finished left eye, for the right one.
   tilecore::ResolveFrame& begin_resolve(int frame, Eye& eye, const scene::FrameGeometry& geometry,
                                         const scene::FrameGeometry* left, FrameResult& result);
@@ -116,6 +123,7 @@ class Device {
   RecordMemory record_memory_;
   scene::CameraChoice camera_;
   tilecore::ResolveSettings resolve_;
+  MovingFocus focus_;
   std::vector<Eye> eyes_;  // the left or only one, the right one
   Pipeline pipeline_;
   ViewObserver* observer_ = nullptr;

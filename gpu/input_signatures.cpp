@@ -62,6 +62,16 @@ void add_material(Crc64& crc, const scene::Material& material) {
   }
 }
 
+// What animations may move of a procedure.
+void add_numbers(Crc64& crc, const PosedDrawable& drawable) {
+  for (const scene::Procedure* procedure : {drawable.procedure, drawable.procedure_close})
+    for (const scene::Procedure::Piece& piece : procedure->pieces)
+      crc.add_values(std::span<const float>(piece.input.p));
+  crc.add_values(std::span<const float>(drawable.procedure->texture_numbers));
+  crc.add_values(std::span<const float>(drawable.procedure->texture_constants));
+  crc.add_values(std::span<const float>(drawable.procedure->shading_numbers));
+}
+
 // A drawable as one frame, or one segment of it, poses it.
 void add_pose(Crc64& crc, const FrameGeometry& frame, std::size_t number) {
   const PosedDrawable& drawable = frame.drawables[number];
@@ -81,6 +91,7 @@ void add_pose(Crc64& crc, const FrameGeometry& frame, std::size_t number) {
     add_span(crc, drawable.tangents[key]);
   }
   const scene::Drawable& of = *drawable.drawable;
+  if (drawable.procedure != nullptr && !frame.procedures.keys.empty()) add_numbers(crc, drawable);
   if (!scene::has_grid(of)) return;
   for (std::uint32_t g = of.first_grid; g < of.first_grid + of.patch_count; ++g) {
     const scene::TessellationPattern& pattern = frame.patterns[g];

@@ -11,9 +11,10 @@
 namespace tessera::gpu {
 namespace {
 
-// Whether positions may differ between motion keys: room is for both.
-bool may_deform(const scene::Assembly& assembly, const scene::Drawable& drawable) {
-  if (drawable.kind == scene::Primitive::Kind::kProcedure) return false;
+// Whether positions may differ between motion keys: room is for both. `animated`: nodes of such procedures.
+bool may_deform(const scene::Assembly& assembly, const std::vector<int>& animated, const scene::Drawable& drawable) {
+  if (drawable.kind == scene::Primitive::Kind::kProcedure)
+    return std::binary_search(animated.begin(), animated.end(), drawable.node);
   const scene::Vertices& vertices = assembly.capture->meshes[static_cast<std::size_t>(drawable.mesh)]
                                         .primitives[static_cast<std::size_t>(drawable.primitive)]
                                         .vertices;
@@ -28,10 +29,11 @@ RecordMemory::RecordMemory(const scene::Assembly& assembly, std::int64_t line_by
   offsets_.push_back(0);
   instance_of_.reserve(assembly.drawables.size());
   std::uint32_t instances = 0;
+  const std::vector<int> animated = scene::animated_procedures(*assembly.capture);
   for (const scene::Drawable& drawable : assembly.drawables) {
     instance_of_.push_back(drawable.instanced ? instances++ : 0);
     if (drawable.first_record + 1 != offsets_.size()) continue;  // an instance whose records are there
-    const bool deforming = may_deform(assembly, drawable);
+    const bool deforming = may_deform(assembly, animated, drawable);
     for (std::uint32_t p = drawable.first_patch; p < drawable.first_patch + drawable.patch_count; ++p)
       offsets_.push_back(offsets_.back() + frontend::patch_record_bytes(assembly, p, deforming) +
                          frontend::patch_attribute_bytes(assembly, p, deforming));
@@ -66,7 +68,9 @@ void RecordMemory::of_tessellation(const scene::FrameGeometry& frame, const tile
 void RecordMemory::of_piece(const scene::FrameGeometry& frame, std::uint32_t patch, std::uint32_t piece,
                             std::vector<Lines>& out) const {
   const scene::Procedure& procedure = *frame.drawable_of(patch).procedure;
-  const std::uint64_t begin = offsets_[assembly_.record_of(patch)], numbers = scene::procedure_piece_bytes(procedure),
+  // Of both motion keys, side by side.
+  const std::uint64_t begin = offsets_[assembly_.record_of(patch)],
+                      numbers = scene::procedure_piece_bytes(procedure) * (frame.drawable_of(patch).deforming ? 2 : 1),
                       first = begin + frontend::kPatchHeaderBytes + piece * numbers;
   out.push_back(lines(begin, begin + frontend::kPatchHeaderBytes));
   Lines of = lines(first, first + numbers);

@@ -41,6 +41,8 @@ class RecordMemory {
   // Cells of procedures (tilecore/procedural/parameter_maps.h) lie behind everything else: [assumed] in the last quarter
   // of the lines.
   static constexpr std::uint32_t kCellsAt = 3u << 30;
+  // And what resolve units keep of a frame behind these.
+  static constexpr std::uint32_t kHistoryAt = 7u << 29;
   Lines of_cell(std::uint32_t cell, std::uint64_t cell_bytes) const;
   // Empty where the patch's drawable has no instances.
   Lines of_instance(std::uint32_t patch) const;

@@ -31,7 +31,7 @@ bool ResolveSequence::wants_previous_pose(int number) const {
 }
 
 tilecore::ResolveFrame& ResolveSequence::begin(int number, const scene::FrameGeometry& geometry,
-                                               std::shared_ptr<const scene::FrameGeometry> previous_pose,
+                                               std::shared_ptr<const scene::FrameGeometry> previous_pose, DVec2 focus,
                                                EffectReasons& reasons) {
   if (previous_pose) pose_ = std::move(previous_pose);
   History& next = histories_[1 - last_];
@@ -39,7 +39,7 @@ tilecore::ResolveFrame& ResolveSequence::begin(int number, const scene::FrameGeo
   next.frame = number;
   frame_.settings.edges.orthographic = geometry.projection.orthographic;
   frame_.creases = {settings_.edge_angle, geometry.projection};
-  frame_.foveation = {settings_.foveation, geometry.request.width, geometry.request.height};
+  frame_.foveation = {settings_.foveation, focus, geometry.request.width, geometry.request.height};
   frame_.number = static_cast<std::uint32_t>(number);
   frame_.next = &next;
   frame_.previous = frame_.other_eye = {};
@@ -49,6 +49,7 @@ tilecore::ResolveFrame& ResolveSequence::begin(int number, const scene::FrameGeo
   eye_motion_.reset();
   frame_.origin.resize(next.color.size());
   frame_.deferred.resize(next.memory.size());
+  frame_.written.assign(next.memory.size(), 0);
   const bool adaptive = settings_.desampling == tilecore::Desampling::kAdaptive;
   const bool advects = tilecore::advects(settings_);
   frame_.keeps_records = advects || read_by_other_eye_;

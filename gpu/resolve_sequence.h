@@ -24,9 +24,10 @@ class ResolveSequence {
   bool wants_previous_pose(int number) const;
 
   // The frame that the tile cores work on from now on. `geometry` is its pose; `previous_pose` null: that of the last
-  // frame, if it was the one before. Valid until finish().
+  // frame, if it was the one before. `focus`: where the eye looks, in frame widths and heights. Valid until finish().
   tilecore::ResolveFrame& begin(int number, const scene::FrameGeometry& geometry,
-                                std::shared_ptr<const scene::FrameGeometry> previous_pose, EffectReasons& reasons);
+                                std::shared_ptr<const scene::FrameGeometry> previous_pose, DVec2 focus,
+                                EffectReasons& reasons);
   // Of a left eye: a right one takes pixels from its frames, if desampling is adaptive. Call before the first begin().
   void serve_other_eye() { read_by_other_eye_ = settings_.desampling == tilecore::Desampling::kAdaptive; }
   // For a right eye: the finished left one. Call after begin().

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/text.h"
+#include "gpu/relative_value.h"
 
 namespace tessera::gpu {
 
@@ -87,10 +88,16 @@ const std::vector<std::string>& known_keys() {
 }
 
 void set_key(const std::string& name, const nlohmann::json& value, RunSettings& settings, GpuConfiguration& gpu) {
-  if (const auto* key = settings_keys().find(name))
+  if (const auto* key = settings_keys().find(name)) {
+    if (is_relative(value) && settings_keys().value(settings, *key).index() < 2)
+      throw UsageError(
+          fmt::format("{}: '{}': only numbers of the machine (tessera describe gpu) are set as multiples; "
+                      "give the value itself",
+                      name, escape_control(value.get<std::string>(), 80)));
     settings_keys().set(settings, *key, value);
-  else if (!set_gpu_key(name, value, gpu))
+  } else if (!set_gpu_key(name, value, gpu)) {
     throw UsageError(unknown_key_message(name, known_keys()));
+  }
 }
 
 void apply_setting(const std::string& text, RunSettings& settings, GpuConfiguration& gpu) {

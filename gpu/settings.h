@@ -69,7 +69,7 @@ void set_key(const std::string& name, const nlohmann::json& value, RunSettings& 
 // All keys that set_key knows.
 const std::vector<std::string>& known_keys();
 
-// Applies "KEY=VALUE" to whichever of the two has the key. Throws UsageError for a text without "=", an unknown key
+// Applies "KEY=VALUE", or "KEY=xFACTOR" for numbers of the machine, to whichever of the two has the key. Throws UsageError for a text without "=", an unknown key
 // (naming the nearest known one) or a value out of range.
 void apply_setting(const std::string& text, RunSettings& settings, GpuConfiguration& gpu);
 

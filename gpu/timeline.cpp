@@ -1,7 +1,9 @@
 #include "gpu/timeline.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include <fmt/format.h>
@@ -9,207 +11,125 @@
 namespace tessera::gpu {
 namespace {
 
-using timing::kPhaseCount;
-using timing::Phase;
-using timing::Stage;
-using timing::TileSchedule;
-using timing::TileWork;
+constexpr int kFrontEndTrack = 1, kBinnerTrack = 2, kDramTrack = 3, kFirstSlotTrack = 16, kSlotsOfCore = 16;
 
-constexpr int kFrontEndTrack = 1, kBinnerTrack = 2, kDramTrack = 3, kFirstCoreTrack = 10;
-constexpr std::size_t kWindows = 256;  // of a frame, for what is shown over time
-
-// When the last item of the tile left each stage of a phase, with the phase as long as it was.
-std::vector<double> stage_ends(const GpuConfiguration& gpu, const TileWork& work, const TileSchedule& tile,
-                               Phase phase) {
-  const timing::PhaseCycles stages = timing::phase_cycles(gpu, work, phase);
-  std::vector<double> ends = timing::pipeline_ends(stages.cycles, stages.items);
-  const TileSchedule::Span& span = tile.phases[static_cast<std::size_t>(phase)];
-  const double scale = ends.back() > 0 ? (span.end - span.flow) / ends.back() : 0;
-  for (double& end : ends) end = span.flow + end * scale;
-  ends.back() = span.end;
-  return ends;
+int slot_track(std::uint32_t core, std::uint32_t slot) {
+  return kFirstSlotTrack + static_cast<int>(core) * kSlotsOfCore + static_cast<int>(slot);
 }
-
-struct Stop {
-  const char* stage;
-  double begin, end;
-};
-
-// The stages of a tile, each from the end of the one before.
-std::vector<Stop> stops(const GpuConfiguration& gpu, const TileWork& work, const TileSchedule& tile) {
-  const std::vector<double> visibility = stage_ends(gpu, work, tile, Phase::kVisibility),
-                            store = stage_ends(gpu, work, tile, Phase::kStore);
-  const TileSchedule::Span& shading = tile.phases[static_cast<std::size_t>(Phase::kShading)];
-  return {{"fetch", tile.phases.front().begin, visibility[0]},
-          {"tessellate", visibility[0], visibility[1]},
-          {"BVH", visibility[1], visibility[2]},
-          {"sample", visibility[2], visibility.back()},
-          {"shade", visibility.back(), shading.end},
-          {"resolve", shading.end, store[0]},
-          {"store", store[0], store.back()}};
-}
-
-// Bytes over the memory interface in each of kWindows parts of the frame.
-class Windows {
- public:
-  explicit Windows(double cycles) : width_(cycles / kWindows), bytes_(kWindows) {}
-  void add(double begin, double end, double bytes) {
-    if (bytes <= 0 || width_ <= 0) return;
-    const auto window = [&](double at) { return std::min(kWindows - 1, static_cast<std::size_t>(at / width_)); };
-    for (std::size_t w = window(begin); w <= window(end); ++w) {
-      const double low = std::max(begin, width_ * static_cast<double>(w)),
-                   high = std::min(end, width_ * static_cast<double>(w + 1));
-      bytes_[w] += end > begin ? bytes * std::max(0.0, high - low) / (end - begin) : bytes;
-      if (end <= begin) return;
-    }
-  }
-  double bytes(std::size_t w) const { return bytes_[w]; }
-  double begin(std::size_t w) const { return width_ * static_cast<double>(w); }
-  double width() const { return width_; }
-
- private:
-  double width_;
-  std::vector<double> bytes_;
-};
 
 }  // namespace
 
 Timeline::Timeline(const std::filesystem::path& file, const GpuConfiguration& gpu, Limits limits)
-    : file_(file), gpu_(gpu), limits_(limits) {
-  file_.write("{\"displayTimeUnit\": \"ns\", \"traceEvents\": [");
-  event(R"json({"ph": "M", "pid": 1, "name": "process_name", "args": {"name": "GPU (model time)"}})json");
+    : file_(open_trace_file(file)), gpu_(gpu), limits_(limits), slots_(static_cast<std::size_t>(gpu.cores.count), 0u) {
   track(kFrontEndTrack, "front end");
   track(kBinnerTrack, "binner");
   track(kDramTrack, "DRAM");
-  for (int c = 0; c < static_cast<int>(gpu.cores.count); ++c) track(kFirstCoreTrack + c, fmt::format("core {}", c));
 }
 
-void Timeline::add(int frame, const MachineModel& model) {
-  add_geometry(frame, model);
-  add_cores(frame, model);
-  add_memory(frame, model);
-  add_queues(model);
-  start_ += model.schedule.cycles;
+void Timeline::track(int number, const std::string& name) { file_->track(number, name); }
+
+void Timeline::add(int frame, const MachineModel& model, int columns) {
+  const FrameTimeline timeline = frame_timeline(gpu_, model);
+  for (std::uint32_t core = 0; core < slots_.size(); ++core)
+    for (; slots_[core] < std::max(timeline.slots, 1u); ++slots_[core])
+      track(slot_track(core, slots_[core]), fmt::format("core {}, slot {}", core, slots_[core]));
+  const std::string name = fmt::format("frame {}", frame);
+  for (const int of : {kFrontEndTrack, kBinnerTrack, kDramTrack}) slice(of, name, 0, timeline.cycles);
+  add_geometry(timeline);
+  for (const TileTrack& tile : timeline.tiles)
+    if (tile.tile >= limits_.first_tile && tile.tile < limits_.last_tile) add_tile(model, tile, columns);
+  add_memory(timeline);
+  add_waits(timeline);
+  add_units(timeline);
+  file_->flush();
+  start_ += timeline.cycles;
 }
 
-void Timeline::commit() {
-  file_.write("\n]}\n");
-  file_.commit();
-}
-
-void Timeline::add_geometry(int frame, const MachineModel& model) {
-  for (const int track : {kFrontEndTrack, kBinnerTrack})
-    slice(track, fmt::format("frame {}", frame), 0, model.schedule.cycles);
-  for (std::size_t r = 0; r < model.schedule.geometry.size(); ++r) {
-    const timing::Schedule::Span& span = model.schedule.geometry[r];
-    const timing::GeometryWork& work = model.record.work.rounds[r].geometry;
-    const timing::StageCycles cycles = stage_cycles(gpu_, work);
-    const double front_end = cycles[static_cast<std::size_t>(Stage::kFrontend)],
-                 binner = cycles[static_cast<std::size_t>(Stage::kBinner)];
-    const std::vector<double> ends = timing::pipeline_ends(std::vector<double>{front_end, binner}, work.patches);
-    const double scale = ends.back() > 0 ? (span.end - span.begin) / ends.back() : 0;
-    // The binner starts when the first patch has passed the front end.
-    const double first = span.begin + scale * front_end / static_cast<double>(std::max<std::uint64_t>(work.patches, 1));
-    if (work.bounds > 0)
-      slice(kFrontEndTrack, "bound", span.begin, span.begin + ends.front() * scale,
-            fmt::format("\"bounds\": {}", work.bounds));
-    slice(kBinnerTrack, "bin", first, span.end, fmt::format("\"entries\": {}", work.entries));
+void Timeline::add_geometry(const FrameTimeline& frame) {
+  for (const FrameTimeline::Geometry& round : frame.geometry) {
+    if (round.bounds > 0)
+      slice(kFrontEndTrack, "bound", round.bound_begin, round.bound_end,
+            std::array{TraceFile::Argument{"bounds", round.bounds}});
+    slice(kBinnerTrack, "bin", round.bin_begin, round.bin_end,
+          std::array{TraceFile::Argument{"entries", round.entries}});
   }
 }
 
-void Timeline::add_cores(int frame, const MachineModel& model) {
-  for (int c = 0; c < static_cast<int>(gpu_.cores.count); ++c)
-    slice(kFirstCoreTrack + c, fmt::format("frame {}", frame), 0, model.schedule.cycles);
-  std::vector<double> until(static_cast<std::size_t>(gpu_.cores.count), 0.0);
-  for (const TileSchedule& tile : model.schedule.tiles) {
-    const double from = std::max(until[tile.core], tile.phases.front().begin);
-    until[tile.core] = tile.phases.back().end;
-    const std::uint32_t number = model.record.work.rounds[tile.round].tiles[tile.index].tile;
-    if (number >= limits_.first_tile && number < limits_.last_tile) add_tile(model, tile, from);
-  }
+void Timeline::add_tile(const MachineModel& model, const TileTrack& tile, int columns) {
+  const timing::TileWork& work = model.record.work.rounds[tile.round].tiles[tile.index];
+  const auto column = static_cast<std::uint32_t>(std::max(columns, 1));
+  const auto whole = [](double cycles) { return static_cast<std::uint64_t>(cycles); };
+  const int track = slot_track(tile.core, tile.slot);
+  slice(track, fmt::format("tile {}", tile.tile), tile.begin, tile.end,
+        std::array{TraceFile::Argument{"x", std::uint64_t{tile.tile % column}},
+                   TraceFile::Argument{"y", std::uint64_t{tile.tile / column}},
+                   TraceFile::Argument{"entries", work.entries},
+                   TraceFile::Argument{"shader_invocations", work.shader_invocations},
+                   TraceFile::Argument{"dram_bytes", work.dram_bytes[0] + work.dram_bytes[1] + work.dram_bytes[2]},
+                   TraceFile::Argument{"cycles", whole(tile.end - tile.begin)},
+                   TraceFile::Argument{"cycles_waiting_for_unit", whole(tile.unit_wait)},
+                   TraceFile::Argument{"cycles_waiting_for_first_data", whole(tile.data_wait)},
+                   TraceFile::Argument{"cycles_waiting_for_bandwidth", whole(tile.rate_wait)}});
+  for (const TileTrack::Span& span : tile.spans) slice(track, name(span.activity), span.begin, span.end);
 }
 
-void Timeline::add_tile(const MachineModel& model, const TileSchedule& tile, double from) {
-  const TileWork& work = model.record.work.rounds[tile.round].tiles[tile.index];
-  const int track = kFirstCoreTrack + static_cast<int>(tile.core);
-  slice(track, fmt::format("tile {}", work.tile), from, tile.phases.back().end,
-        fmt::format("\"begun\": {}, \"entries\": {}, \"shader_invocations\": {}, \"dram_bytes\": {}",
-                    microseconds(start_ + tile.phases.front().begin), work.entries, work.shader_invocations,
-                    work.dram_bytes[0] + work.dram_bytes[1] + work.dram_bytes[2]));
-  for (const Stop& stop : stops(gpu_, work, tile))
-    slice(track, stop.stage, std::max(from, stop.begin), std::max(from, stop.end));
-}
-
-void Timeline::add_memory(int frame, const MachineModel& model) {
-  Windows windows(model.schedule.cycles);
-  for (std::size_t r = 0; r < model.schedule.geometry.size(); ++r)
-    windows.add(model.schedule.geometry[r].begin, model.schedule.geometry[r].end,
-                static_cast<double>(model.record.work.rounds[r].geometry.dram_bytes));
-  for (const TileSchedule& tile : model.schedule.tiles)
-    for (std::size_t p = 0; p < kPhaseCount; ++p)
-      windows.add(tile.phases[p].flow, tile.phases[p].end,
-                  static_cast<double>(model.record.work.rounds[tile.round].tiles[tile.index].dram_bytes[p]));
-  windows.add(model.schedule.other.begin, model.schedule.other.end, static_cast<double>(model.record.work.other_bytes));
-
-  slice(kDramTrack, fmt::format("frame {}", frame), 0, model.schedule.cycles);
-  for (std::size_t w = 0; w < kWindows && windows.width() > 0; ++w) {
+void Timeline::add_memory(const FrameTimeline& frame) {
+  for (std::size_t w = 0; w < FrameTimeline::kWindows && frame.window > 0; ++w) {
+    const double begin = frame.window * static_cast<double>(w);
+    double bytes = 0;
+    for (const std::vector<double>& of : frame.bytes) bytes += of[w];
     // Bytes per microsecond are megabytes per second.
-    counter("DRAM bandwidth", "GB/s", windows.begin(w), windows.bytes(w) / windows.width() * gpu_.clock_mhz * 1e-3);
-    if (windows.bytes(w) > 0)
-      slice(kDramTrack, "transfer", windows.begin(w), std::min(windows.begin(w + 1), model.schedule.cycles),
-            fmt::format("\"bytes\": {}", static_cast<std::uint64_t>(windows.bytes(w))));
+    counter("DRAM bandwidth", "GB/s", begin, bytes / frame.window * gpu_.clock_mhz * 1e-3);
+    if (bytes > 0)
+      slice(kDramTrack, "transfer", begin, std::min(begin + frame.window, frame.cycles),
+            std::array{TraceFile::Argument{"bytes", static_cast<std::uint64_t>(bytes)}});
   }
-  counter("DRAM bandwidth", "GB/s", model.schedule.cycles, 0);
+  counter("DRAM bandwidth", "GB/s", frame.cycles, 0);
+  for (const auto& [at, bytes] : frame.list_bytes) counter("live list memory", "bytes", at, bytes);
 }
 
-void Timeline::add_queues(const MachineModel& model) {
-  std::size_t next = 0;
-  for (std::size_t r = 0; r < model.schedule.geometry.size(); ++r) {
-    const timing::WorkRound& round = model.record.work.rounds[r];
-    counter("live queue memory", "bytes", model.schedule.geometry[r].begin, 0);
-    counter("live queue memory", "bytes", model.schedule.geometry[r].end,
-            static_cast<double>(round.geometry.queue_bytes));
-    // Queues are read to their ends when their tiles' visibility is done; then their memory could serve again.
-    std::uint64_t entries = 0, left = 0;
-    for (const TileWork& tile : round.tiles) entries += tile.entries;
-    left = entries;
-    std::vector<std::pair<double, std::uint64_t>> read;
-    for (std::size_t i = 0; i < round.tiles.size(); ++i, ++next)
-      read.push_back({model.schedule.tiles[next].phases.front().end, round.tiles[i].entries});
-    std::sort(read.begin(), read.end());
-    for (const auto& [at, count] : read) {
-      if (count == 0) continue;
-      left -= count;
-      counter(
-          "live queue memory", "bytes", at,
-          static_cast<double>(round.geometry.queue_bytes) * static_cast<double>(left) / static_cast<double>(entries));
+// Tiles that are at work, and that wait, from one change to the next.
+void Timeline::add_waits(const FrameTimeline& frame) {
+  constexpr std::array<std::string_view, 3> kNames = {"tiles at work", "tiles waiting for a unit",
+                                                      "tiles waiting for data"};
+  std::array<std::vector<std::pair<double, int>>, kNames.size()> steps;
+  for (const TileTrack& tile : frame.tiles)
+    for (const TileTrack::Span& span : tile.spans) {
+      auto& of = steps[span.activity == Activity::kWaitForUnit ? 1 : span.activity == Activity::kWaitForData ? 2 : 0];
+      of.emplace_back(span.begin, 1);
+      of.emplace_back(span.end, -1);
+    }
+  for (std::size_t k = 0; k < kNames.size(); ++k) {
+    std::sort(steps[k].begin(), steps[k].end());
+    counter(kNames[k], "tiles", 0, 0);
+    int tiles = 0;
+    for (std::size_t s = 0; s < steps[k].size(); ++s) {
+      tiles += steps[k][s].second;
+      if (s + 1 == steps[k].size() || steps[k][s + 1].first > steps[k][s].first)
+        counter(kNames[k], "tiles", steps[k][s].first, tiles);
     }
   }
 }
 
-void Timeline::track(int number, const std::string& name) {
-  event(fmt::format(R"({{"ph": "M", "pid": 1, "tid": {}, "name": "thread_name", "args": {{"name": "{}"}}}})", number,
-                    name));
-  event(fmt::format(
-      R"({{"ph": "M", "pid": 1, "tid": {0}, "name": "thread_sort_index", "args": {{"sort_index": {0}}}}})", number));
+void Timeline::add_units(const FrameTimeline& frame) {
+  for (std::size_t s = 0; s < timing::kStageCount; ++s) {
+    const std::vector<double>& busy = frame.busy[s];
+    if (std::all_of(busy.begin(), busy.end(), [](double part) { return part == 0; })) continue;
+    const std::string name = fmt::format("busy: {}", hardware::name(static_cast<hardware::Stage>(s)));
+    for (std::size_t w = 0; w < busy.size(); ++w)
+      counter(name, "%", frame.window * static_cast<double>(w), 100 * busy[w]);
+    counter(name, "%", frame.cycles, 0);
+  }
 }
 
-void Timeline::slice(int track, const std::string& name, double begin, double end, const std::string& arguments) {
+void Timeline::slice(int track, std::string_view name, double begin, double end,
+                     std::span<const TraceFile::Argument> arguments) {
   const double from = microseconds(start_ + begin), to = microseconds(start_ + end);
-  if (to <= from) return;
-  event(fmt::format(R"({{"ph": "X", "pid": 1, "tid": {}, "name": "{}", "ts": {}, "dur": {}, "args": {{{}}}}})", track,
-                    name, from, to - from, arguments));
+  if (to > from) file_->slice(track, name, from, to, arguments);
 }
 
-void Timeline::counter(const std::string& name, const std::string& unit, double at, double value) {
-  event(fmt::format(R"({{"ph": "C", "pid": 1, "name": "{}", "ts": {}, "args": {{"{}": {}}}}})", name,
-                    microseconds(start_ + at), unit, value));
-}
-
-void Timeline::event(const std::string& text) {
-  file_.write(first_ ? "\n" : ",\n");
-  file_.write(text);
-  first_ = false;
+void Timeline::counter(std::string_view name, std::string_view unit, double at, double value) {
+  file_->counter(name, unit, microseconds(start_ + at), value);
 }
 
 double Timeline::microseconds(double cycle) const { return std::floor(cycle / gpu_.clock_mhz * 1024) / 1024; }

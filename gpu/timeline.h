@@ -2,27 +2,27 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <string>
+#include <memory>
 
-#include "base/output_file.h"
 #include "gpu/device.h"
+#include "gpu/frame_timeline.h"
+#include "gpu/trace_file.h"
 
 namespace tessera::gpu {
 
-// `--trace`: the schedule of the timing model as a Chrome / Perfetto JSON trace, one event a line.
+// `--trace`: the schedule of the timing model for Perfetto (gpu/trace_file.h has the forms).
 //
-// Tracks: front end, binner, DRAM, one for each tile core; counters for DRAM bandwidth (GB/s) and live queue memory
-// (bytes). A core works on more than one tile at a time. Its track shows the oldest of them: "tile" from when the tile
-// before was stored until this one is, and in it the stage that it waits for: fetch, tessellate, BVH, sample, shade,
-// resolve, store each last from the end of the stage before to the end of the tile's last item in that stage. What was
-// done while the tile before was still the oldest is not shown; "begun" in the arguments says when the tile was taken.
+// Tracks: front end, binner, DRAM, and one for each tile that each core can hold. A tile is a slice of its slot from when
+// its core took it until it is stored, and in it what it is at (Activity); its arguments say where it is, what it is made
+// of and what it waited for. Counters: DRAM bandwidth (GB/s), live list memory (bytes), tiles at work and tiles that wait,
+// by why, and how busy each unit is (%).
 //
 // Time: model cycles scaled to microseconds by clock.mhz, rounded down to 1/1024 (exact in binary, so that sums of a
 // begin and a duration are, too). Frames follow each other without a gap.
 //
 // Invariants (cited by the tests):
 //   TL1  Slices of a track are disjoint or one holds the other.
-//   TL2  The file is JSON, whatever the frames.
+//   TL2  The file is JSON, whatever the frames; both forms hold the same slices and counters.
 class Timeline {
  public:
   struct Limits {
@@ -31,28 +31,29 @@ class Timeline {
   };
   Timeline(const std::filesystem::path& file, const GpuConfiguration& gpu, Limits limits);
 
-  void add(int frame, const MachineModel& model);
+  // `columns`: of tiles; they lie in rows of so many.
+  void add(int frame, const MachineModel& model, int columns);
   // Finishes the file. Throws WriteError, as add() does.
-  void commit();
+  void commit() { file_->commit(); }
 
  private:
-  void add_geometry(int frame, const MachineModel& model);
-  void add_cores(int frame, const MachineModel& model);
-  void add_tile(const MachineModel& model, const timing::TileSchedule& tile, double from);
-  void add_memory(int frame, const MachineModel& model);
-  void add_queues(const MachineModel& model);
+  void add_geometry(const FrameTimeline& frame);
+  void add_tile(const MachineModel& model, const TileTrack& tile, int columns);
+  void add_memory(const FrameTimeline& frame);
+  void add_waits(const FrameTimeline& frame);
+  void add_units(const FrameTimeline& frame);
 
+  void slice(int track, std::string_view name, double begin, double end,
+             std::span<const TraceFile::Argument> arguments = {});
+  void counter(std::string_view name, std::string_view unit, double at, double value);
   void track(int number, const std::string& name);
-  void slice(int track, const std::string& name, double begin, double end, const std::string& arguments = "");
-  void counter(const std::string& name, const std::string& unit, double at, double value);
-  void event(const std::string& text);
   double microseconds(double cycle) const;
 
-  OutputFile file_;
+  std::unique_ptr<TraceFile> file_;
   GpuConfiguration gpu_;
   Limits limits_;
-  double start_ = 0;  // cycle at which the frame in hand begins
-  bool first_ = true;
+  double start_ = 0;                  // cycle at which the frame in hand begins
+  std::vector<std::uint32_t> slots_;  // by core: that have a track
 };
 
 }  // namespace tessera::gpu

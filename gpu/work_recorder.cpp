@@ -16,6 +16,11 @@ namespace {
 
 constexpr std::size_t kVisibility = static_cast<std::size_t>(Phase::kVisibility);
 
+std::uint64_t& bytes_of(TileTraffic& traffic, Purpose purpose, bool write) {
+  memory::Traffic& of = traffic[static_cast<std::size_t>(purpose)];
+  return write ? of.written_bytes : of.read_bytes;
+}
+
 }  // namespace
 
 WorkRecorder::WorkRecorder(const GpuConfiguration& gpu, const RecordMemory& records, const DisplacementMemory* heights,
@@ -23,6 +28,7 @@ WorkRecorder::WorkRecorder(const GpuConfiguration& gpu, const RecordMemory& reco
     : gpu_(gpu),
       records_(records),
       heights_(heights),
+      image_cache_(gpu.caches.texture_bytes, gpu.caches.texture_ways, gpu.line_bytes()),
       record_accesses_(record_accesses),
       keep_items_(keep_items),
       l2_({gpu.caches.l2_bytes, gpu.caches.l2_ways, gpu.line_bytes()}) {
@@ -170,6 +176,7 @@ WorkRecorder::Round WorkRecorder::begin_round(const binner::Binner& binner, cons
   binner_ = now;
   slots_.resize(binner.grid().tile_count());
   textures_.resize(binner.grid().tile_count());
+  traffic_.resize(binner.grid().tile_count());
   order_ = &order;
   return Round(*this);
 }
@@ -193,6 +200,7 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   const memory::Ledger ledger = core_.take_ledger();
   slot_.lines = core_.textures().take_misses();
   slot_.patches = core_.take_patches_read();
+  slot_.history = core_.take_history_lines();
   sums.layer_bytes = std::max(sums.layer_bytes, core_.take_layer_bytes());
 
   timing::TileWork& work = slot_.work;
@@ -216,7 +224,7 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   work.blended_layers = counted.shading.blended_layers;
   work.texels = counted.texture.texels - slot_.visibility_texels;
   const bool floats = job.resolve != nullptr && job.resolve->settings.weights == tilecore::StencilWeights::kFloat;
-  work.hashed_bytes = counted.store.signature_bytes;
+  work.hashed_bytes = counted.store.signature_bytes + counted.history.hashed_bytes;
   work.resolve_operations = counted.desampling.velocity_operations + counted.desampling.light_tests +
                             counted.desampling.pixels_advected + counted.desampling.stencil_taps * (floats ? 4 : 1) +
                             counted.desampling.contrast_operations + counted.transmission.texels_reduced;
@@ -226,6 +234,12 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
     work.pixels += static_cast<std::uint64_t>(pixels.width()) * static_cast<std::uint64_t>(pixels.height());
   }
   work.dram_bytes = timing::phase_bytes(ledger);
+  for (std::size_t unit = 0; unit < memory::kUnitCount; ++unit)
+    for (std::size_t purpose = 0; purpose < memory::kPurposeCount; ++purpose) {
+      const memory::Traffic& more = ledger.traffic(static_cast<Unit>(unit), static_cast<Purpose>(purpose));
+      recorder_.traffic_[tile_][purpose].read_bytes += more.read_bytes;
+      recorder_.traffic_[tile_][purpose].written_bytes += more.written_bytes;
+    }
   if (recorder_.keep_items_) take_items(ledger);
 
   tilecore::merge(sums.core, counted);
@@ -258,6 +272,7 @@ std::uint64_t WorkRecorder::share_records(Slot& slot, std::span<const std::uint3
   for (const std::uint32_t record : records) bytes += cache.read(record, record_accesses_ ? &slot.log : nullptr);
   rounds_.read_bytes += bytes;
   slot.work.dram_bytes[kVisibility] += bytes;
+  bytes_of(traffic_[slot.work.tile], Purpose::kTileQueue, false) += bytes;
   return bytes;
 }
 
@@ -269,6 +284,7 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, 
   slot.work.sub_patches += requests.size();
   slot.items.record_bytes += table_bytes;
   // Items are in the order in which the tile drew: a sub-patch, or cells of procedures together.
+  if (!use.cells.empty()) image_cache_.empty();
   std::size_t next = slot.items.sub_patches.size() - (keep_items_ ? requests.size() + use.cells.size() : 0);
   auto cells = use.cells.begin();
   for (const tilecore::TessellationRequest& r : requests) {
@@ -302,6 +318,7 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, 
   for (; cells != use.cells.end(); ++cells) share_cells(slot, *cells, next);
   cache.use(tile, {}, use.hidden);
   share_shading(slot);
+  share_history(slot);
   return table_bytes;
 }
 
@@ -312,7 +329,9 @@ void WorkRecorder::share_cells(Slot& slot, const tilecore::TileCore::CellsDrawn&
     const std::uint32_t patch = frame_->drawables[cell.drawable].drawable->first_patch;
     record_lines_.clear();
     if (read.first_of_piece) records_.of_piece(*frame_, patch, cell.piece, record_lines_);
+    const std::size_t numbers = record_lines_.size();
     records_.of_image(*frame_, patch, {cell.u0, cell.v0, cell.u1, cell.v1}, record_lines_);
+    if (maps_->settings().image_reads == tilecore::ProcedureSettings::ImageReads::kTextureCache) keep_misses(numbers);
     for (const RecordMemory::Lines& of : record_lines_) {
       share_lines(slot, of, Phase::kVisibility, Purpose::kPatchData);
       keep_lines(slot, of);
@@ -325,6 +344,19 @@ void WorkRecorder::share_cells(Slot& slot, const tilecore::TileCore::CellsDrawn&
     slot.items.sub_patches[next_item++].lines = static_cast<std::uint32_t>(slot.items.lines.size() - lines);
 }
 
+void WorkRecorder::keep_misses(std::size_t first) {
+  std::vector<RecordMemory::Lines> missed;
+  for (std::size_t k = first; k < record_lines_.size(); ++k)
+    for (std::uint32_t line = record_lines_[k].first; line < record_lines_[k].end; ++line) {
+      ++image_counts_.image_requests;
+      if (image_cache_.use(line)) continue;
+      ++image_counts_.image_misses;
+      missed.push_back({line, line + 1});
+    }
+  record_lines_.resize(first);
+  record_lines_.insert(record_lines_.end(), missed.begin(), missed.end());
+}
+
 std::uint64_t WorkRecorder::move(binner::TileIndex tile, TileArray& array, std::uint64_t offset, std::uint64_t bytes) {
   const auto burst = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);
   const std::uint64_t first = std::max(offset / burst * burst, array.moved), end = round_up(offset + bytes, burst);
@@ -334,6 +366,7 @@ std::uint64_t WorkRecorder::move(binner::TileIndex tile, TileArray& array, std::
   Slot& slot = slots_[tile];
   const Phase phase = timing::phase_of(array.unit, array.purpose, array.write);
   slot.work.dram_bytes[static_cast<std::size_t>(phase)] += moved;
+  bytes_of(traffic_[tile], array.purpose, array.write) += moved;
   if (array.write) {
     slot.items.written_bytes += moved;
     arrays_.write(array.unit, array.purpose, moved);
@@ -383,11 +416,19 @@ void WorkRecorder::share_shading(Slot& slot) {
   slot.patches.clear();
 }
 
-void WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phase, Purpose purpose) {
+void WorkRecorder::share_history(Slot& slot) {
+  for (const std::uint32_t line : slot.history)
+    if (!share_line(slot, RecordMemory::kHistoryAt + line, Phase::kStore, Purpose::kHistory))
+      slot.items.resolve_bytes += l2_.line_bytes();
+  slot.history.clear();
+}
+
+bool WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phase, Purpose purpose) {
   ++slot.work.l2_lines;
   TextureUse* const texture = purpose == Purpose::kTexture ? &textures_[slot.work.tile] : nullptr;
   if (texture != nullptr) ++texture->l2_lines;
-  if (l2_.read(line, purpose)) return;
+  const Unit unit = purpose == Purpose::kHistory ? Unit::kResolve : Unit::kTilecore;
+  if (l2_.read(line, purpose, unit)) return true;
   const std::uint64_t bytes = l2_.line_bytes();
   ++slot.work.l2_lines;
   if (texture != nullptr) {
@@ -395,10 +436,13 @@ void WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phas
     (phase == Phase::kVisibility ? texture->visibility_bytes : texture->shading_bytes) += bytes;
   }
   slot.work.dram_bytes[static_cast<std::size_t>(phase)] += bytes;
+  bytes_of(traffic_[slot.work.tile], purpose, false) += bytes;
   const std::uint64_t first = purpose == Purpose::kTexture        ? 0
                               : purpose == Purpose::kSamplingMaps ? RecordMemory::kCellsAt
+                              : purpose == Purpose::kHistory      ? RecordMemory::kHistoryAt
                                                                   : records_.first_line();
-  if (record_accesses_) slot.log.add(Unit::kTilecore, purpose, false, (line - first) * bytes, bytes);
+  if (record_accesses_) slot.log.add(unit, purpose, false, (line - first) * bytes, bytes);
+  return false;
 }
 
 void WorkRecorder::end_round() {
@@ -424,6 +468,7 @@ WorkRecorder::Sums WorkRecorder::take_sums() {
     layer_bytes_ = std::max(layer_bytes_, sums.layer_bytes);
     sums = {};
   });
+  tessera::merge(all.core.sampling, std::exchange(image_counts_, {}));
   const memory::L2::Account l2 = l2_.take_account();
   all.l2 = l2.counters;
   all.ledger += l2.ledger;

@@ -17,6 +17,7 @@
 #include "hardware/shader_costs.h"
 #include "memory/l2.h"
 #include "memory/ledger.h"
+#include "memory/line_cache.h"
 #include "tilecore/tile_core.h"
 #include "timing/work.h"
 
@@ -34,6 +35,9 @@ struct FrameRecord {
   };
   std::vector<RoundAccesses> accesses;
 };
+
+// What a tile moved over the external memory interface, by purpose.
+using TileTraffic = std::array<memory::Traffic, memory::kPurposeCount>;
 
 // An array in memory of which each tile has a piece, one behind the other in the machine's order: a burst moves with the
 // first tile that needs it.
@@ -96,6 +100,8 @@ class WorkRecorder {
   // By tile, of the whole frame.
   std::vector<TextureUse> take_textures() { return std::exchange(textures_, {}); }
 
+  std::vector<TileTraffic> take_traffic() { return std::exchange(traffic_, {}); }
+
   // `ledger`: of the whole frame; what no round holds of it becomes other_bytes. Ends the recording.
   FrameRecord finish(const tilecore::TileJob& job, const memory::Ledger& ledger);
 
@@ -108,6 +114,7 @@ class WorkRecorder {
     std::uint64_t visibility_texels = 0;  // before shading
     timing::TileItems items;              // when items are kept
     std::vector<std::uint32_t> patches;   // whose attributes were read
+    std::vector<std::uint32_t> history;   // lines of the previous frame
     memory::AccessLog log;
   };
   std::uint64_t share(binner::TileIndex tile, const SharedUse& use, SharedCaches caches);
@@ -124,10 +131,15 @@ class WorkRecorder {
   std::uint32_t share_tessellation(Slot& slot, const tilecore::TessellationRequest& request);
   void share_lines(Slot& slot, const RecordMemory::Lines& lines, timing::Phase phase, memory::Purpose purpose);
   // What drawing cells of procedures fetches: numbers of pieces, and cells.
+  // Of record_lines_ from `first` on, leaves those that the texture cache lacks.
+  void keep_misses(std::size_t first);
   void share_cells(Slot& slot, const tilecore::TileCore::CellsDrawn& cells, std::size_t& next_item);
   // Lines that the tile's texture unit missed before and while shading, and records that its pixel shader reads.
   void share_shading(Slot& slot);
-  void share_line(Slot& slot, std::uint32_t line, timing::Phase phase,
+  // What its resolve unit reads of the previous frame. With items it takes its time as what bypasses the L2 does.
+  void share_history(Slot& slot);
+  // False: it was fetched.
+  bool share_line(Slot& slot, std::uint32_t line, timing::Phase phase,
                   memory::Purpose purpose = memory::Purpose::kTexture);
   // A vertex's own shader.
   const hardware::ShaderCost& domain_cost(const tilecore::TessellationRequest& request) const;
@@ -144,12 +156,15 @@ class WorkRecorder {
   const tilecore::ParameterMaps* maps_ = nullptr;
   std::vector<std::uint32_t> height_lines_;
   std::vector<RecordMemory::Lines> record_lines_;
+  memory::LineCache image_cache_;            // a core's texture cache, where geometry images are read through it
+  tilecore::SamplingCounters image_counts_;  // of it
   std::array<std::array<hardware::ShaderCost, 3>, 3> domain_costs_;  // by ShaderFeatures::Surface, Motion
   bool record_accesses_, keep_items_;
   memory::L2 l2_;
   PerThread<Sums> sums_;
   std::vector<Slot> slots_;  // by tile
   std::vector<TextureUse> textures_;
+  std::vector<TileTraffic> traffic_;
   const tilecore::TileOrder* order_ = nullptr;
   memory::AccessLog geometry_log_;
   // Of base patches' records in their memory, by number, and their end, when transfers are recorded. Records of

@@ -17,8 +17,8 @@ struct L2Counters {
   std::uint64_t attribute_requests = 0;
 };
 
-// The cache that all tile cores share, in front of the external memory. Textures, displacement maps and
-// records of base patches go through it; everything else bypasses the L2. Used in emulated order by one thread.
+// The cache that all tile cores share, in front of the external memory. Textures, displacement maps, records of base
+// patches and what is read of the previous frame go through it; everything else bypasses the L2. Used in emulated order by one thread.
 class L2 {
  public:
   struct Spec {
@@ -27,13 +27,13 @@ class L2 {
   explicit L2(const Spec& spec)
       : cache_(spec.bytes, spec.ways, spec.line_bytes), line_bytes_(static_cast<std::uint64_t>(spec.line_bytes)) {}
 
-  // Reads a line; false: it missed, and one line was charged to the ledger as a read of the tile cores.
-  bool read(std::uint32_t line, Purpose purpose = Purpose::kTexture) {
+  // Reads a line; false: it missed, and one line was charged to the ledger as a read of `unit`.
+  bool read(std::uint32_t line, Purpose purpose = Purpose::kTexture, Unit unit = Unit::kTilecore) {
     ++account_.counters.requests;
     if (purpose == Purpose::kAttributes) ++account_.counters.attribute_requests;
     if (cache_.use(line)) return true;
     ++account_.counters.misses;
-    account_.ledger.read(Unit::kTilecore, purpose, line_bytes_);
+    account_.ledger.read(unit, purpose, line_bytes_);
     return false;
   }
 
@@ -62,8 +62,9 @@ inline constexpr bool kAbsentWhenIdle<memory::L2Counters> = true;
 template <>
 inline constexpr auto kCounterFields<memory::L2Counters> = std::to_array<CounterField<memory::L2Counters>>({
     {"l2.requests", &memory::L2Counters::requests, Combine::kSum, "lines",
-     "Lines that texture caches, pixel shaders (of base patches) and, for displacement maps, tessellators asked of the "
-     "L2.",
+     "Lines that texture caches, pixel shaders (of base patches), tessellators (of displacement maps) and resolve "
+     "units "
+     "(of the previous frame) asked of the L2.",
      "MaliL2CacheRdLookup; V3D L2T-total-cache-hit and -miss together"},
     {"l2.misses", &memory::L2Counters::misses, Combine::kSum, "lines", "Of these, fetched from memory.",
      "MaliL2CacheRdMissRate (times lookups); Adreno % Texture L2 miss; V3D L2T-total-cache-miss"},

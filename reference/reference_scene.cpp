@@ -50,10 +50,10 @@ DVec3 grid_vertex(const FrameGeometry& frame, const PosedDrawable& drawable, std
                      key);
 }
 
-DVec3 procedure_vertex(const FrameGeometry& frame, std::uint32_t patch, int i, int j) {
+DVec3 procedure_vertex(const FrameGeometry& frame, std::uint32_t patch, int i, int j, std::size_t key) {
   const scene::TessellationPattern& pattern = frame.pattern_of(patch);
   const scene::ProcedurePatch at = scene::procedure_patch(frame, patch);
-  const Vector3<double> p = shaders::shape_point(at.shape, at.piece->input, static_cast<double>(at.u(pattern.u(i, j))),
+  const Vector3<double> p = shaders::shape_point(at.shape, at.input(key), static_cast<double>(at.u(pattern.u(i, j))),
                                                  static_cast<double>(at.v(pattern.v(i, j))));
   return {p.x, p.y, p.z};
 }
@@ -206,10 +206,11 @@ void ReferenceScene::add_grid(std::uint32_t patch, const std::array<DMat4, 2>& t
       std::array<double, 6> vertex;
       DVec3 p(0.0);
       for (std::size_t key = 0; key < 2; ++key) {
-        if (drawable.procedure != nullptr && key == 0)
-          p = procedure_vertex(frame, patch, i, j);
-        else if (drawable.procedure == nullptr && (key == 0 || drawable.deforming))
-          p = grid_vertex(drawable.curved ? posed : frame, drawable, patch, i, j, key);
+        const FrameGeometry& by = drawable.curved ? posed : frame;
+        if (drawable.procedure != nullptr && (key == 0 || drawable.deforming))
+          p = procedure_vertex(by, patch, i, j, key);
+        else if (key == 0 || drawable.deforming)
+          p = grid_vertex(by, drawable, patch, i, j, key);
         const std::array<double, 3> r = place(to_raster[moving ? key : 0], p);
         std::copy(r.begin(), r.end(), vertex.begin() + static_cast<std::ptrdiff_t>(3 * key));
       }

@@ -41,6 +41,7 @@ struct PosedReference {
       request.tessellation.target_edge_pixels = wanted.edge_pixels;
       request.tessellation.displacement_bias = 0;
       request.max_factor = kReferenceMaxFactor;
+      request.procedure_limits = false;
     }
     // Textures as the file has them: blocks of a target are the machine's.
     frame = scene::pose_frame(prepared.scene(scene::kTexturesOfTheFile).assembly,

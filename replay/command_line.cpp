@@ -10,10 +10,13 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
 #include "base/error.h"
 #include "base/text.h"
+#include "replay/command_tables.h"
+#include "replay/view_options.h"
 
 namespace tessera::replay {
 namespace {
@@ -29,8 +32,17 @@ int finish_output() {
   return fail(ExitStatus::kCannotWrite, (std::string("cannot write the output: ") + std::strerror(errno)).c_str());
 }
 
+// "Could not convert: --threads = many" as a sentence of ours.
+std::string conversion_complaint(const std::string& text) {
+  const std::size_t colon = text.find(": "), equals = text.find(" = ");
+  if (colon == std::string::npos || equals == std::string::npos || equals < colon) return text;
+  return text.substr(colon + 2, equals - colon - 2) + " " + escape_control(text.substr(equals + 3), 40) +
+         ": expected a number that is not too large or negative";
+}
+
 // The parser's complaint; where it is an argument that nobody expects, with the nearest one that is.
 std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
+  if (dynamic_cast<const CLI::ConversionError*>(&error) != nullptr) return conversion_complaint(error.what());
   const std::vector<std::string> extras = app.remaining(true);
   if (dynamic_cast<const CLI::ExtrasError*>(&error) == nullptr || extras.empty() || app.get_subcommands().empty())
     return error.what();
@@ -53,6 +65,19 @@ std::string unknown_command(const std::vector<std::string>& known, const std::st
 
 }  // namespace
 
+const std::vector<std::pair<int, const char*>>& exit_statuses() {
+  static const std::vector<std::pair<int, const char*>> kStatuses = {
+      {0, "done"},
+      {1, "fault of the program"},
+      {2, "wrong usage"},
+      {3, "bad input"},
+      {4, "limit exceeded"},
+      {5, "compare found more than --threshold allows"},
+      {6, "a result could not be written"},
+      {130, "stopped by Ctrl-C or SIGTERM, after whole results of what was done"}};
+  return kStatuses;
+}
+
 void add_strict_flag(CLI::App& app, bool& strict) {
   app.add_flag("--strict", strict,
                "Refuse what the glTF specification forbids also where its meaning is clear, instead of a note");
@@ -65,19 +90,18 @@ void add_variant_option(CLI::App& app, std::optional<std::string>& variant) {
 }
 
 std::string variant_argument(const std::optional<std::string>& variant) {
-  if (!variant) return "";
-  std::string text = " --variant '";
-  for (const char c : *variant) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
+  return variant ? " --variant " + shell_quoted(*variant) : "";
 }
 
 int run_command_line(int argc, char** argv, std::span<const CommandEntry> entries) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is a write that fails, whoever writes it
   CLI::App app("Tessera: emulates a tile-based deferred GPU that bins patches before tessellation.", "tessera");
   app.require_subcommand(1);
-  app.footer(
-      "`tessera COMMAND --help` explains a command. Exit status: 0 done, 1 fault of the program, 2 wrong usage, 3 bad "
-      "input, 4 limit exceeded, 6 a result could not be written.");
+  app.set_version_flag("--version", std::string("tessera ") + TESSERA_VERSION, "Print the version");
+  std::string statuses;
+  for (const auto& [status, meaning] : exit_statuses())
+    statuses += fmt::format("{}{} {}", statuses.empty() ? "" : ", ", status, meaning);
+  app.footer("`tessera COMMAND --help` explains a command. Exit status: " + statuses + ".");
 
   std::vector<CLI::App*> subs;
   std::vector<std::unique_ptr<Command>> made;
@@ -95,6 +119,9 @@ int run_command_line(int argc, char** argv, std::span<const CommandEntry> entrie
   } catch (const CLI::CallForHelp& help) {
     app.exit(help);
     return finish_output();
+  } catch (const CLI::CallForVersion& version) {
+    app.exit(version);
+    return finish_output();
   } catch (const CLI::ParseError& error) {
     return fail(ExitStatus::kUsage, (complaint(app, error) + " (--help explains)").c_str());
   }
@@ -102,6 +129,10 @@ int run_command_line(int argc, char** argv, std::span<const CommandEntry> entrie
     for (std::size_t i = 0; i < subs.size(); ++i)
       if (subs[i]->parsed()) made[i]->run();
     return finish_output();
+  } catch (const EarlyEnd& end) {
+    if (!end.line.empty()) std::fprintf(stderr, "%s\n", end.line.c_str());
+    const int status = finish_output();
+    return status == 0 ? static_cast<int>(end.status) : status;
   } catch (const InputError& error) {
     return fail(ExitStatus::kBadInput, error.what());
   } catch (const UsageError& error) {

@@ -3,6 +3,9 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+
+#include "base/error.h"
 
 namespace CLI {
 class App;
@@ -18,6 +21,15 @@ class Command {
   virtual void run() = 0;
 };
 
+// Thrown once all that was left to do is done and written: the command ends with this status, and `line`, if any, on
+// standard error.
+struct EarlyEnd {
+  ExitStatus status;
+  std::string line;
+};
+// The end of work that a signal stopped: `line` says how to go on.
+inline EarlyEnd stopped(std::string line) { return {ExitStatus::kStopped, std::move(line)}; }
+
 // --strict, of every command that reads captures: sets scene::CaptureLimits::strict.
 void add_strict_flag(CLI::App& app, bool& strict);
 // --variant, of commands that draw one capture: sets scene::CaptureLimits::variant.
@@ -26,6 +38,7 @@ void add_variant_option(CLI::App& app, std::optional<std::string>& variant);
 std::string variant_argument(const std::optional<std::string>& variant);
 
 std::unique_ptr<Command> make_replay_command(CLI::App& app);
+std::unique_ptr<Command> make_view_command(CLI::App& app);
 std::unique_ptr<Command> make_time_command(CLI::App& app);
 std::unique_ptr<Command> make_inspect_command(CLI::App& app);
 std::unique_ptr<Command> make_pack_command(CLI::App& app);

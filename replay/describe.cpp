@@ -3,10 +3,12 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
 #include "base/key_table.h"
+#include "base/text.h"
 #include "gpu/configuration.h"
 #include "gpu/settings.h"
 #include "replay/statistics.h"
@@ -129,9 +131,12 @@ const std::vector<Topic>& topics() {
 const Topic& topic_named(const std::string& name) {
   for (const Topic& topic : topics())
     if (topic.name == name) return topic;
-  std::string known;
-  for (const Topic& topic : topics()) known += std::string(known.empty() ? "" : ", ") + topic.name;
-  throw UsageError(fmt::format("describe {}: topics are {}", name, known));
+  std::vector<std::string> known;
+  for (const Topic& topic : topics()) known.emplace_back(topic.name);
+  const std::string nearest = nearest_name(name, known);
+  throw UsageError(fmt::format("describe {}: topics are {}, completion, man{}", escape_control(name, 80),
+                               fmt::join(known, ", "),
+                               nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest)));
 }
 
 template <class S>
@@ -270,7 +275,8 @@ std::string range_of(const json& row) {
     return text;
   }
   if (row.contains("min")) return fmt::format("{:.15g} to {:.15g}", row["min"].get<double>(), row["max"].get<double>());
-  return row.contains("type") && row["type"] == "boolean" ? "true, false" : "";
+  if (!row.contains("type")) return "";
+  return row["type"] == "boolean" ? "true, false" : row["type"] == "text" ? "any text" : "";
 }
 
 std::string cell_text(const json& row, const std::string& key) {

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <set>
 
@@ -10,8 +12,11 @@
 #include "base/text.h"
 #include "replay/commands.h"
 #include "replay/progress.h"
+#include "replay/view_options.h"
 #include "scene/assembly.h"
-#include "scene/capture_reader.h"
+#include "scene/pose.h"
+#include "scene/selection.h"
+#include "scene/view.h"
 
 namespace tessera::replay {
 namespace {
@@ -122,6 +127,50 @@ json animations_json(const Capture& capture) {
   return rows;
 }
 
+json scenes_json(const scene::SceneList& scenes) {
+  json rows = json::array();
+  for (std::size_t s = 0; s < scenes.names.size(); ++s)
+    rows.push_back({{"name", scenes.names[s]}, {"drawn", static_cast<int>(s) == scenes.drawn}});
+  return rows;
+}
+
+json cameras_json(const Capture& capture) {
+  json rows = json::array();
+  for (std::size_t c = 0; c < capture.cameras.size(); ++c) {
+    const scene::Camera& camera = capture.cameras[c];
+    const bool perspective = camera.type == scene::Camera::Type::kPerspective;
+    json nodes = json::array();
+    for (const scene::Node& node : capture.nodes)
+      if (node.camera == static_cast<int>(c)) nodes.push_back(node.name);
+    json row = {
+        {"name", camera.name}, {"type", perspective ? "perspective" : "orthographic"}, {"nodes", std::move(nodes)}};
+    if (camera.lens.aperture_radius > 0)
+      row["aperture_radius"] = camera.lens.aperture_radius, row["focus_distance"] = camera.lens.focus_distance;
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+// The camera that takes the image at the capture's size: as a glTF node's matrix and camera have it; `whole`: also where,
+// for which the scene may have to be framed.
+json view_json(const Capture& capture, bool whole) {
+  const scene::CaptureSettings& s = capture.settings;
+  const int node = scene::camera_node(capture);
+  json out = {{"automatic", node == scene::kNone}};
+  if (node != scene::kNone) out["camera"] = capture.nodes[static_cast<std::size_t>(node)].camera;
+  if (!whole) return out;
+  const scene::CameraChoice choice = scene::choose_camera(capture, s.width, s.height);
+  const DMat4 world = choice.view(scene::pose_at(capture, s.first_frame / s.frame_rate)).camera_to_world;
+  json matrix = json::array();
+  for (int column = 0; column < 4; ++column)
+    for (int row = 0; row < 4; ++row) matrix.push_back(world[column][row]);
+  out["matrix"] = std::move(matrix);
+  if (choice.camera.type == scene::Camera::Type::kPerspective) out["yfov"] = choice.camera.vertical_fov;
+  if (choice.camera.lens.aperture_radius > 0)
+    out["lens"] = {choice.camera.lens.aperture_radius, choice.camera.lens.focus_distance};
+  return out;
+}
+
 // Those that the file says it uses and those that it has, once each.
 json extensions_json(const Capture& capture) {
   const std::set<std::string> unread(capture.extensions_unread.begin(), capture.extensions_unread.end());
@@ -132,7 +181,7 @@ json extensions_json(const Capture& capture) {
   return rows;
 }
 
-json inspect(const Capture& capture) {
+json inspect(const Capture& capture, const scene::SceneList& scenes, bool whole) {
   const scene::Assembly assembly = scene::assemble(capture);
   std::size_t triangles = 0, bezier = 0, clusters = 0, procedures = 0, instances = 0;
   for (const scene::InstancedNode& node : assembly.instanced_nodes) instances += node.order.size();
@@ -150,14 +199,6 @@ json inspect(const Capture& capture) {
     }
   }
   const scene::CaptureSettings& s = capture.settings;
-  json cameras = json::array();
-  for (const scene::Camera& c : capture.cameras) {
-    const bool perspective = c.type == scene::Camera::Type::kPerspective;
-    json row = {{"name", c.name}, {"type", perspective ? "perspective" : "orthographic"}};
-    if (c.lens.aperture_radius > 0)
-      row["aperture_radius"] = c.lens.aperture_radius, row["focus_distance"] = c.lens.focus_distance;
-    cameras.push_back(row);
-  }
   return {{"file", capture.file.string()},
           {"bytes", capture.file_bytes},
           {"drawn",
@@ -172,7 +213,9 @@ json inspect(const Capture& capture) {
           {"materials", materials_json(capture)},
           {"animations", animations_json(capture)},
           {"skins", capture.skins.size()},
-          {"cameras", cameras},
+          {"scenes", scenes_json(scenes)},
+          {"cameras", cameras_json(capture)},
+          {"view", view_json(capture, whole)},
           {"lights", capture.lights.size()},
           {"variants", capture.variants},
           {"settings",
@@ -190,6 +233,33 @@ std::string quoted(const json& name) {
   return name.get<std::string>().empty() ? "(no name)" : escape_control(name.get<std::string>(), 40);
 }
 
+void print_cameras(const json& j) {
+  const json& view = j["view"];
+  for (std::size_t n = 0; n < j["cameras"].size(); ++n) {
+    const json& c = j["cameras"][n];
+    fmt::print("  camera {:<4} {}, {}", n, quoted(c["name"]), c["type"].get<std::string>());
+    std::vector<std::string> nodes;
+    for (const json& name : c["nodes"]) nodes.push_back(quoted(name));
+    if (nodes.empty()) fmt::print(", in no node");
+    if (!nodes.empty() && nodes != std::vector{quoted(c["name"])}) fmt::print(", node {}", fmt::join(nodes, ", "));
+    if (c.contains("aperture_radius"))
+      fmt::print(", lens of radius {:g} focused at {:g}", c["aperture_radius"].get<double>(),
+                 c["focus_distance"].get<double>());
+    fmt::print("{}\n", view.value("camera", json()) == n ? "" : ", not used");
+  }
+  if (view["automatic"].get<bool>())
+    fmt::print("  camera auto {}the scene is framed automatically\n", j["cameras"].empty() ? "none: " : "");
+}
+
+void print_animations(const json& j) {
+  for (std::size_t n = 0; n < j["animations"].size(); ++n) {
+    const json& a = j["animations"][n];
+    const double seconds = a["seconds"].get<double>(), rate = j["settings"]["frame_rate"].get<double>();
+    fmt::print("  anim. {:<5} {}: {} channels, {:g} s, frames 0:{:.0f}{}\n", n, quoted(a["name"]), a["channels"].dump(),
+               seconds, std::floor(seconds * rate) + 1, a["played"].get<bool>() ? "" : ", not played");
+  }
+}
+
 void print_table(const json& j) {
   fmt::print("{}  {}\n", escape_control(j["file"].get<std::string>()), human_bytes(j["bytes"].get<std::uint64_t>()));
   const json &drawn = j["drawn"], &s = j["settings"];
@@ -202,14 +272,11 @@ void print_table(const json& j) {
              s["resolution"][1].dump(), s["frame_rate"].dump(), s["shutter"][0].dump(), s["shutter"][1].dump(),
              s["first_frame"].dump(), s["first_frame"].get<int>() + s["frames"].get<int>(),
              s["declared"].get<bool>() ? "" : " (defaults: the capture says nothing)");
-  for (const json& c : j["cameras"]) {
-    fmt::print("  camera      {}, {}", quoted(c["name"]), c["type"].get<std::string>());
-    if (c.contains("aperture_radius"))
-      fmt::print(", lens of radius {:g} focused at {:g}", c["aperture_radius"].get<double>(),
-                 c["focus_distance"].get<double>());
-    fmt::print("\n");
-  }
-  if (j["cameras"].empty()) fmt::print("  camera      none: the scene is framed automatically\n");
+  if (j["scenes"].size() > 1)
+    for (std::size_t n = 0; n < j["scenes"].size(); ++n)
+      fmt::print("  scene {:<5} {}{}\n", n, quoted(j["scenes"][n]["name"]),
+                 j["scenes"][n]["drawn"].get<bool>() ? "" : ", not drawn");
+  print_cameras(j);
   fmt::print("  lights      {}\n", j["lights"].dump());
   if (!j["variants"].empty()) {
     std::vector<std::string> names;
@@ -237,9 +304,7 @@ void print_table(const json& j) {
     }
     fmt::print("\n");
   }
-  for (const json& a : j["animations"])
-    fmt::print("  animation   {}: {} channels, {} s{}\n", quoted(a["name"]), a["channels"].dump(),
-               fmt::format("{:g}", a["seconds"].get<double>()), a["played"].get<bool>() ? "" : ", not played");
+  print_animations(j);
   for (const bool read : {true, false}) {
     std::vector<std::string> names;
     for (const json& e : j["extensions"])
@@ -257,12 +322,19 @@ class InspectCommand final : public Command {
         ->type_name("FILE");
     app.add_flag("--json", json_, "As JSON");
     add_strict_flag(app, strict_);
+    add_view_options(app, view_, kViewGroup);
+    add_shutter_option(app, view_.shutter, kViewGroup);
+    app.footer(
+        "Lists what --scene, --camera and --animation of a replay choose from, each with its number; with those "
+        "options, what is drawn then.");
   }
   void run() override {
     json report;
     {
       const LongStep step("reading " + escape_control(capture_), LongStep::quiet_without_terminal());
-      report = inspect(scene::read_capture(capture_, {.strict = strict_}));
+      scene::SceneList scenes;
+      const Capture capture = read_capture(capture_, {.strict = strict_}, view_, std::nullopt, &scenes);
+      report = inspect(capture, scenes, json_);
     }
     if (json_)
       fmt::print("{}\n", json_text(report, 2));
@@ -272,6 +344,7 @@ class InspectCommand final : public Command {
 
  private:
   std::string capture_;
+  ViewChoices view_;
   bool json_ = false, strict_ = false;
 };
 

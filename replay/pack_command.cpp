@@ -13,6 +13,7 @@
 #include "base/output_file.h"
 #include "base/text.h"
 #include "replay/commands.h"
+#include "replay/file_kind.h"
 #include "replay/option_numbers.h"
 #include "replay/pack/meshopt_encoder.h"
 #include "replay/pack/packer.h"
@@ -107,10 +108,7 @@ class PackCommand final : public Command {
     const char* group = "Capture settings";
     app.add_option("--size", size_, "Size of the image")->type_name("WxH")->group(group);
     app.add_option("--frame-rate", frame_rate_, "Frames per second")->type_name("FPS")->group(group);
-    app.add_option("--shutter", shutter_,
-                   "When the shutter opens and closes, as fractions of a frame (0:0.5 is half a frame)")
-        ->type_name("OPEN:CLOSE")
-        ->group(group);
+    add_shutter_option(app, shutter_, group);
     app.add_option("--frames", frames_, "Frames that a replay renders, B not included")->type_name("A:B")->group(group);
     app.add_option("--exposure", exposure_, "Factor on light before the PNG's tone map")->type_name("X")->group(group);
     app.add_option("--environment", environment_, "Brightness of the environment")->type_name("X")->group(group);
@@ -121,6 +119,7 @@ class PackCommand final : public Command {
     app.add_option("--focus", options_.focus_distance, "Distance in front of the camera that is sharp")
         ->type_name("D")
         ->group(group);
+    add_view_options(app, options_.view, kViewGroup);
     app.footer(
         "Examples:\n  tessera pack model.gltf captures/model.glb --size 1280x720 --shutter 0:0.5 --frames 0:24\n"
         "  tessera pack statue.gltf statue.glb --subdivide 2 --displace marble.png,0.02");
@@ -130,11 +129,15 @@ class PackCommand final : public Command {
     options_.capture_settings = capture_settings();
     if (options_.aperture_radius) check_number("--aperture", *options_.aperture_radius, 0, kLargest);
     if (options_.focus_distance) check_number("--focus", *options_.focus_distance, 0, kLargest, true);
+    options_.view.check();
+    if (options_.view.lens && (options_.aperture_radius || options_.focus_distance))
+      throw UsageError("--lens is one camera's, --aperture and --focus are those of every camera: give one of them");
     read_surface_options();
     if (meshopt_) read_meshopt_bits();
     if (webp_option_->count() > 0) read_webp_quality();
     if (!ktx2_.empty()) options_.ktx2 = ktx2_ == "etc1s" ? Ktx2Format::kEtc1s : Ktx2Format::kUastc;
     check_output_file(target_);
+    check_not_input(target_, {source_});
     PackReport report;
     {
       const LongStep step("packing " + escape_control(source_), LongStep::quiet_without_terminal());
@@ -157,11 +160,8 @@ class PackCommand final : public Command {
       const ImageSize size = parse_size("--size", size_);
       settings["resolution"] = {size.width, size.height};
     }
-    if (!shutter_.empty()) {
-      constexpr const char* kForm = "OPEN:CLOSE, -1 to 2, OPEN not after CLOSE";
-      const NumberPair shutter = parse_pair("--shutter", shutter_, kForm);
-      if (!(shutter.a >= -1 && shutter.a <= shutter.b && shutter.b <= 2))
-        throw UsageError(fmt::format("--shutter {}: expected {}", shutter_, kForm));
+    if (shutter_) {
+      const NumberPair shutter = parse_shutter("--shutter", *shutter_);
       settings["shutter"] = {shutter.a, shutter.b};
     }
     if (!frames_.empty()) {
@@ -222,11 +222,12 @@ class PackCommand final : public Command {
   }
 
   static constexpr double kLargest = static_cast<double>(std::numeric_limits<float>::max());
-  std::string source_, target_, size_, shutter_, frames_, levels_, displace_, webp_, ktx2_;
+  std::string source_, target_, size_, frames_, levels_, displace_, webp_, ktx2_;
   CLI::Option *subdivide_ = nullptr, *method_ = nullptr, *webp_option_ = nullptr;
   std::vector<std::pair<CLI::Option*, int QuantizationBits::*>> bits_;
   std::vector<std::string> procedures_;
   bool meshopt_ = false;
+  std::optional<std::string> shutter_;
   std::optional<double> frame_rate_, exposure_, environment_;
   PackOptions options_;
 };

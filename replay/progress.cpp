@@ -31,7 +31,7 @@ void install_stop_handler() {
 
 bool stop_requested() { return g_stop_requested != 0; }
 
-Progress::Progress(std::size_t total, bool quiet, std::function<std::string()> inside)
+Progress::Progress(std::size_t total, bool quiet, std::function<StepProgress()> inside)
     : total_(total),
       quiet_(quiet),
       terminal_(::isatty(STDERR_FILENO) != 0),
@@ -58,13 +58,16 @@ void Progress::update(std::size_t done, const std::string& note) {
   const std::lock_guard lock(mutex_);
   done_ = done;
   step_start_ = Clock::now();
-  show(note);
+  show(note, 0);
 }
 
-void Progress::show(const std::string& note) {
+void Progress::show(const std::string& note, double share) {
+  // Of less, the time that it took says little.
+  constexpr double kEnough = 0.02;
   const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
-  const double left = done_ > 0 ? elapsed / static_cast<double>(done_) * static_cast<double>(total_ - done_) : 0;
-  const std::string time_left = done_ > 0 && done_ < total_ ? fmt::format("{:.0f} s left", left) : "";
+  const double done = static_cast<double>(done_) + share, all = static_cast<double>(total_);
+  const std::string time_left =
+      done > kEnough && done < all ? fmt::format("{:.0f} s left", elapsed / done * (all - done)) : "";
   if (!terminal_) {
     std::fprintf(stderr, "%s\n",
                  fmt::format("[{}/{}] {}{}{}", done_, total_, note, time_left.empty() ? "" : ", ", time_left).c_str());
@@ -82,15 +85,17 @@ void Progress::show(const std::string& note) {
 
 void Progress::watch() {
   const auto often = terminal_ ? std::chrono::milliseconds(500) : std::chrono::milliseconds(10000);
-  const auto first = terminal_ ? std::chrono::milliseconds(1000) : often;
+  const auto first = std::chrono::milliseconds(1000);
   std::unique_lock lock(mutex_);
-  Clock::time_point shown = start_;
+  Clock::time_point shown = start_ - often;
   while (!finished_) {
     changed_.wait_until(lock, std::max(step_start_ + first, shown + often), [this] { return finished_; });
     const Clock::time_point now = Clock::now();
     if (finished_ || now < step_start_ + first || now < shown + often) continue;
     shown = now;
-    if (done_ < total_) show(inside_());
+    if (done_ == total_) continue;
+    const StepProgress inside = inside_();
+    show(inside.text, inside.share);
   }
 }
 

@@ -7,16 +7,25 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <utility>
 
 namespace tessera::replay {
+
+// How far a step is.
+struct StepProgress {
+  std::string text;
+  double share = 0;  // of the step, 0 to 1
+
+  StepProgress(std::string said, double part = 0) : text(std::move(said)), share(part) {}
+};
 
 // Progress of long work on standard error: a bar with the time left on a terminal, one plain line per step
 // otherwise, nothing when quiet.
 class Progress {
  public:
   // `inside` says how far the step in hand is. It is asked when that takes more than a second, on another thread: twice
-  // a second on a terminal, else every ten seconds.
-  Progress(std::size_t total, bool quiet, std::function<std::string()> inside = {});
+  // a second on a terminal, else then and every ten seconds.
+  Progress(std::size_t total, bool quiet, std::function<StepProgress()> inside = {});
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -28,12 +37,12 @@ class Progress {
   using Clock = std::chrono::steady_clock;
   void watch();
   // With mutex_ held.
-  void show(const std::string& note);
+  void show(const std::string& note, double share);
 
   std::size_t total_, done_ = 0;
   bool quiet_, terminal_;
   bool line_open_ = false, finished_ = false;
-  std::function<std::string()> inside_;
+  std::function<StepProgress()> inside_;
   Clock::time_point start_, step_start_;
   std::mutex mutex_;
   std::condition_variable changed_;

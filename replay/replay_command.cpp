@@ -25,26 +25,34 @@
 #include "gpu/tile_memory.h"
 #include "gpu/timeline.h"
 #include "replay/commands.h"
+#include "replay/file_kind.h"
+#include "replay/frame_costs.h"
 #include "replay/frame_files.h"
 #include "replay/option_numbers.h"
+#include "replay/output_lock.h"
 #include "replay/progress.h"
+#include "replay/replay_summary.h"
 #include "replay/report/report.h"
 #include "replay/reproduction.h"
+#include "replay/reserved_space.h"
 #include "replay/sensitivity.h"
 #include "replay/statistics.h"
 #include "replay/tile_map_files.h"
-#include "scene/capture_reader.h"
+#include "replay/timeline_member.h"
+#include "replay/view_options.h"
 
 namespace tessera::replay {
 namespace {
 
 namespace fs = std::filesystem;
 
-// How far the frames in hand are.
-std::string tiles_done(std::span<gpu::Device* const> devices) {
+// How far the frames in hand are. A second pass and partial renders go through tiles again.
+StepProgress tiles_done(std::span<gpu::Device* const> devices) {
   std::size_t done = 0, tiles = 0;
   for (const gpu::Device* device : devices) done += device->progress().done(), tiles += device->progress().tiles();
-  return tiles == 0 ? "between tiles" : fmt::format("{} of {} tiles", done, tiles);
+  if (tiles == 0) return {"between tiles"};
+  return {fmt::format("{} of {} tiles", done, tiles),
+          std::min(1.0, static_cast<double>(done) / static_cast<double>(tiles))};
 }
 
 class ReplayCommand final : public Command {
@@ -89,7 +97,10 @@ class ReplayCommand final : public Command {
         ->capture_default_str();
     add_strict_flag(app, strict_);
     add_variant_option(app, variant_);
-    app.add_option("--trace", trace_, "Write when each unit did what, for Perfetto or chrome://tracing (JSON)")
+    add_view_options(app, view_, kViewGroup);
+    add_shutter_option(app, view_.shutter, kViewGroup);
+    app.add_option("--trace", trace_,
+                   "Write when each unit did what, for Perfetto: JSON, or protobuf where FILE ends in .pftrace")
         ->type_name("FILE");
     app.add_option("--trace-frames", trace_frames_,
                    "Frames that --trace and --dram-trace hold, B not included (default: all)")
@@ -128,15 +139,19 @@ class ReplayCommand final : public Command {
         "--trace, --dram-trace, --record and --save-history write a FIFO, a device or /dev/fd/N through as bytes come; "
         "a file\n"
         "appears whole, in a folder that must be there.\n"
-        "Ctrl-C finishes the frame in hand and writes the statistics of what was done.\n\n"
+        "Ctrl-C finishes the frame in hand and writes the statistics of what was done; so does a full disk.\n\n"
         "Examples:\n"
         "  tessera replay captures/eggs.glb --out out\n"
         "  tessera replay model.gltf --frames 0:48 --size 640x360 --spp 16 --set tile.width=16 --set tile.height=16");
   }
 
   void run() override {
+    if (out_.empty()) throw UsageError("--out '': expected the name of a folder");
     for (const std::string& file : {trace_, dram_trace_, record_, save_history_})
-      if (!file.empty()) check_output_file(file, out_);
+      if (!file.empty()) {
+        check_output_file(file, out_);
+        check_not_input(file, {capture_, gpu_});
+      }
     gpu::RunSettings settings;
     gpu::GpuConfiguration gpu = gpu::load_gpu(gpu_);
     for (const std::string& text : sets_) gpu::apply_setting(text, settings, gpu);
@@ -147,7 +162,8 @@ class ReplayCommand final : public Command {
     if (!quiet_ && !notice.empty()) std::fprintf(stderr, "note: %s\n", notice.c_str());
     for (const std::string& layer : aux_)
       if (std::find(auxiliary_layers().begin(), auxiliary_layers().end(), layer) == auxiliary_layers().end())
-        throw UsageError(fmt::format("--aux {}: layers are {}", layer, fmt::join(auxiliary_layers(), ", ")));
+        throw UsageError(
+            fmt::format("--aux {}: layers are {}", escape_control(layer, 40), fmt::join(auxiliary_layers(), ", ")));
     const ThreadLimit threads(static_cast<std::size_t>(threads_));
 
     scene::CaptureLimits limits;
@@ -156,11 +172,11 @@ class ReplayCommand final : public Command {
     limits.strict = strict_;
     limits.variant = variant_;
     std::optional<LongStep> step(std::in_place, "reading " + escape_control(capture_), quiet_);
-    const scene::Capture capture = scene::read_capture(capture_, limits);
+    const scene::Capture capture = read_capture(capture_, limits, view_, chosen_size());
     step.reset();
     const auto [first, last] = frame_range(capture);
     const gpu::RenderRequest request = render_request(capture, settings, gpu, limits.max_bytes, last - first > 1);
-    repeat_failures_with(fmt::format("tessera replay {}{}", capture_, variant_argument(variant_)));
+    repeat_failures_with(fmt::format("tessera replay {}{}{}", capture_, variant_argument(variant_), view_.arguments()));
     check_output_folder(out_, {"frame_*.exr", "frame_*.png", "tiles_*.json", "stats.json", "stats.csv", "baselines.csv",
                                "report.html"});
 
@@ -178,50 +194,110 @@ class ReplayCommand final : public Command {
       renderer.set_history(tilecore::History::restore(history_, limits.max_bytes / kHistoryBytesPerPixel));
     Statistics statistics(capture, gpu, settings, request);
     statistics.add_gpu_notice(notice);
+    statistics.set_view(view_.json());
     statistics.set_host(capture.load_seconds, capture.decode_seconds, assemble_seconds);
     const float exposure =
         settings.output.exposure > 0 ? static_cast<float>(settings.output.exposure) : capture.settings.exposure;
     NamedFiles files(*this, gpu, settings, request, renderer);
-    std::vector<timing::FrameWork> first_views;
     install_stop_handler();
-    const int begin = std::max(0, first - warmup_);
-    warm_up(renderer, begin, first);
-    {
-      FrameWriter images({out_, aux_, exposure, settings.output.exr_compression});
-      std::optional<gpu::Device> second;
-      if (renders_two_at_once(capture, gpu, settings, request, last - first, limits.max_bytes))
-        second.emplace(prepared, gpu, settings, request);
-      const std::vector<gpu::Device*> devices = second ? std::vector{&renderer, &*second} : std::vector{&renderer};
-      Progress progress(static_cast<std::size_t>(last - first), quiet_, [&] { return tiles_done(devices); });
-      gpu::FrameStream frames(devices, first, last);
-      for (int frame = first; frame < last && !stop_requested(); ++frame) {
-        gpu::FrameResult result = frames.next();
-        files.add(result);
-        if (sensitivity_ && first_views.empty()) first_views = views_of(result);
-        statistics.add(result, baselines_ ? &schemes.last() : nullptr);
-        images.add(frame, std::move(result.targets));
-        if (result.right) images.add(frame, std::move(result.right->targets), "right");
-        write_file_atomically(fs::path(out_) / tile_maps_name(frame), tile_maps_json(frame, result.maps));
-        progress.update(static_cast<std::size_t>(frame - first + 1),
-                        fmt::format("frame {}: {:.2f} s", frame, result.seconds));
-      }
-      const LongStep writing("writing images", quiet_);
-      images.finish();
+    const OutputLock lock(out_);
+    warm_up(renderer, std::max(0, first - warmup_), first);
+    std::optional<gpu::Device> second;
+    if (renders_two_at_once(capture, gpu, settings, request, last - first, limits.max_bytes))
+      second.emplace(prepared, gpu, settings, request);
+    const std::vector<gpu::Device*> devices = second ? std::vector{&renderer, &*second} : std::vector{&renderer};
+    std::vector<timing::FrameWork> first_views;
+    ReservedSpace room(out_);
+    try {
+      const DrawableNames names(
+          gpu::record_head("", renderer.assembly(), gpu, settings, request.width, request.height));
+      render_frames(devices, {first, last}, {out_, aux_, exposure, settings.output.exr_compression},
+                    baselines_ ? &schemes : nullptr, {gpu, names}, files, statistics, first_views, room);
+    } catch (const WriteError& error) {
+      room.release();
+      save_what_was_done(statistics, {first, last}, error);
     }
+    room.release();
     if (!first_views.empty()) add_sensitivity(gpu, first_views, statistics);
+    const int done = static_cast<int>(statistics.frame_count());
+    if (done < last - first) statistics.set_stopped(last - first, "a signal");
     statistics.write(out_);
     files.commit(renderer);
-    if (stop_requested())
-      std::fprintf(stderr, "stopped after %zu of %d frames\n", statistics.frame_count(), last - first);
     make_report(statistics);
-    if (quiet_) return;
-    std::FILE* const words = beside_outputs({trace_, dram_trace_, record_, save_history_});
-    if (baselines_) fmt::print(words, "{}", baselines_table(statistics.baselines().total()));
-    fmt::print(words, "{} frame{} and statistics are in {}\n", statistics.frame_count(),
-               statistics.frame_count() == 1 ? "" : "s", out_);
+    if (!quiet_) say_results(statistics);
+    if (done < last - first)
+      throw stopped(
+          fmt::format("stopped after {} of {} frames; results of these are in {}; the same command with "
+                      "--frames {}:{} and another --out goes on",
+                      done, last - first, escape_control(out_), first + done, last));
   }
 
  private:
+  class NamedFiles;
+
+  // What tiles and drawables of a frame are told by.
+  struct CostSources {
+    const gpu::GpuConfiguration& gpu;
+    const DrawableNames& names;
+  };
+
+  // Renders frames and writes what is written of each, until the last or a signal. Statistics of a frame have room on the
+  // disk before its images are written. Throws WriteError.
+  void render_frames(const std::vector<gpu::Device*>& devices, FrameRange range, FrameWriter::Settings writer,
+                     const baselines::BaselineObserver* schemes, const CostSources& sources, NamedFiles& files,
+                     Statistics& statistics, std::vector<timing::FrameWork>& first_views, ReservedSpace& room) const {
+    FrameWriter images(std::move(writer));
+    const int frames = range.last - range.first;
+    Progress progress(static_cast<std::size_t>(frames), quiet_, [&] { return tiles_done(devices); });
+    gpu::FrameStream stream(devices, range.first, range.last);
+    for (int frame = range.first; frame < range.last && !stop_requested(); ++frame) {
+      gpu::FrameResult result = stream.next();
+      if (sensitivity_ && first_views.empty()) first_views = views_of(result);
+      std::optional<FrameCosts> costs;
+      if (result.shares) costs.emplace(*result.shares, sources.names);
+      statistics.add(result, schemes != nullptr ? &schemes->last() : nullptr, costs ? &*costs : nullptr);
+      room.grow(statistics.bytes_at_most());
+      files.add(result);
+      images.add(frame, std::move(result.targets));
+      if (result.right) images.add(frame, std::move(result.right->targets), "right");
+      std::string members;
+      if (costs) members = costs->tile_members() + timeline_member(gpu::frame_timeline(sources.gpu, *result.model));
+      write_file_atomically(fs::path(out_) / tile_maps_name(frame), tile_maps_json(frame, result.maps, members));
+      progress.update(static_cast<std::size_t>(frame - range.first + 1),
+                      fmt::format("frame {}: {:.2f} s", frame, result.seconds));
+    }
+    const LongStep writing("writing images", quiet_);
+    images.finish();
+  }
+
+  // Something could not be written: the statistics are what can still be saved. Throws WriteError that says all of it.
+  [[noreturn]] void save_what_was_done(Statistics& statistics, FrameRange range, const WriteError& error) const {
+    const std::size_t done = statistics.frame_count();
+    if (done == 0) throw error;
+    statistics.set_stopped(range.last - range.first, error.what());
+    try {
+      statistics.write(out_);
+    } catch (const WriteError&) {
+      throw error;  // the first fault is the one to mend
+    }
+    throw WriteError(fmt::format(
+        "{}; statistics of {} of {} frames are in {}; make room and run the same command again", error.what(), done,
+        range.last - range.first, escape_control((fs::path(out_) / "stats.json").string())));
+  }
+
+  void say_results(const Statistics& statistics) const {
+    if (statistics.frame_count() == 0) return;
+    std::FILE* const words = beside_outputs({trace_, dram_trace_, record_, save_history_});
+    if (baselines_) fmt::print(words, "{}", baselines_table(statistics.baselines().total()));
+    std::error_code ignored;
+    const bool page = !no_report_ && fs::exists(fs::path(out_) / "report.html", ignored);
+    fmt::print(
+        words, "{}",
+        replay_summary(statistics.json(), fmt::format("{}: {}stats.json, stats.csv, {} frame{}", escape_control(out_),
+                                                      page ? "report.html, " : "", statistics.frame_count(),
+                                                      statistics.frame_count() == 1 ? "" : "s")));
+  }
+
   void warm_up(gpu::Device& renderer, int begin, int end) const {
     if (begin == end) return;
     Progress progress(static_cast<std::size_t>(end - begin), quiet_, [device = &renderer] {
@@ -290,7 +366,7 @@ class ReplayCommand final : public Command {
         record_->add(result.frame, views);
       }
       if (result.frame < frames_.first || result.frame >= frames_.last) return;
-      if (timeline_) timeline_->add(result.frame, *result.model);
+      if (timeline_) timeline_->add(result.frame, *result.model, result.maps.columns);
       if (dram_) dram_->add(frame_bursts(*result.model, map_, burst_bytes_), result.model->schedule.cycles);
     }
     void commit(const gpu::Device& renderer) {
@@ -312,16 +388,19 @@ class ReplayCommand final : public Command {
     std::uint64_t burst_bytes_ = 0;
   };
 
+  std::optional<ImageSize> chosen_size() const {
+    return size_.empty() ? std::nullopt : std::optional(parse_size("--size", size_));
+  }
+
   gpu::RenderRequest render_request(const scene::Capture& capture, const gpu::RunSettings& settings,
                                     const gpu::GpuConfiguration& gpu, std::uint64_t max_bytes,
                                     bool several_frames) const {
     gpu::RenderRequest request;
     request.width = capture.settings.width;
     request.height = capture.settings.height;
-    if (!size_.empty()) {
-      const ImageSize size = parse_size("--size", size_);
-      request.width = size.width;
-      request.height = size.height;
+    if (const std::optional<ImageSize> size = chosen_size()) {
+      request.width = size->width;
+      request.height = size->height;
     }
     request.region = {0, 0, request.width, request.height};
     if (!region_.empty()) {
@@ -335,6 +414,7 @@ class ReplayCommand final : public Command {
     request.auxiliary = !aux_.empty();
     request.record_accesses = !dram_trace_.empty();
     request.record_items = !record_.empty();
+    request.attribute = settings.output.machine_model;
     request.resolve_auxiliary = std::any_of(aux_.begin(), aux_.end(), is_resolve_layer);
     request.error = std::find(aux_.begin(), aux_.end(), "error") != aux_.end();
     if (request.resolve_auxiliary && settings.resolve.desampling == tilecore::Desampling::kOff)
@@ -399,6 +479,7 @@ class ReplayCommand final : public Command {
   std::string trace_, trace_frames_, trace_tiles_, dram_trace_, record_;
   std::vector<std::string> sets_, aux_;
   std::optional<std::string> spp_, seed_, variant_;
+  ViewChoices view_;
   std::string history_, save_history_;
   double dram_clock_mhz_ = 800;
   std::optional<std::uint32_t> dram_transaction_;

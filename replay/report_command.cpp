@@ -1,11 +1,15 @@
 #include <cstdio>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "base/error.h"
 #include "base/output_file.h"
 #include "replay/commands.h"
+#include "replay/file_kind.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
 
@@ -15,28 +19,36 @@ namespace {
 class ReportCommand final : public Command {
  public:
   explicit ReportCommand(CLI::App& app) {
-    app.add_option("DIR", folder_, "What `tessera replay`, `tessera sweep` or `tessera tradeoff` wrote")
+    app.add_option("DIR", folders_,
+                   "What `tessera replay`, `tessera sweep` or `tessera tradeoff` wrote; or several replays")
         ->required()
         ->type_name("DIR");
     app.footer(
         "Writes DIR/report.html: one file with images, maps, plots, tables and the configuration; it needs no "
         "network.\n"
+        "Of several replays: the first one's compare.html, a page over all of them, side by side.\n"
         "For a sweep it joins what all shards have done so far and writes DIR/sweep.csv as well.");
   }
 
   void run() override {
-    if (std::filesystem::is_directory(folder_)) check_output_folder(folder_, {"report.html", "sweep.csv"});
+    namespace fs = std::filesystem;
+    if (folders_.size() > kMaxRuns)
+      throw UsageError(fmt::format("a page shows {} replays side by side, not {}", kMaxRuns, folders_.size()));
+    const bool joint = folders_.size() > 1;
+    const fs::path first = folders_.front(), page = first / (joint ? "compare.html" : "report.html");
+    if (fs::is_directory(first)) check_output_folder(first, {page.filename().string(), "sweep.csv"});
     std::string note;
     {
       const LongStep step("writing the report", LongStep::quiet_without_terminal());
-      note = write_report(folder_);
+      note = joint ? write_joint_report({folders_.begin(), folders_.end()}, page)
+                   : read_as(FileKind::kFolder, folders_.front(), [&] { return write_report(first); });
     }
     if (!note.empty()) std::fprintf(stderr, "note: %s\n", note.c_str());
-    fmt::print("{}\n", (std::filesystem::path(folder_) / "report.html").string());
+    fmt::print("{}\n", page.string());
   }
 
  private:
-  std::string folder_;
+  std::vector<std::string> folders_;
 };
 
 }  // namespace

@@ -1,5 +1,8 @@
 #include "replay/statistics.h"
 
+#include <algorithm>
+#include <bit>
+
 #include <fmt/format.h>
 
 #include "base/atomic_file.h"
@@ -78,10 +81,14 @@ void Statistics::add_gpu_notice(const std::string& notice) {
   if (!notice.empty()) head_["gpu_notices"].push_back(notice);
 }
 
-void Statistics::add(const gpu::FrameResult& frame, const baselines::BaselineSet* schemes) {
+void Statistics::add(const gpu::FrameResult& frame, const baselines::BaselineSet* schemes, const FrameCosts* costs) {
   nlohmann::json stages = nlohmann::json::object();
   for (const auto& [stage, seconds] : frame.stage_seconds) stages[stage] = seconds;
   frames_.push_back(frame_json(frame, schemes));
+  if (costs != nullptr) {
+    frames_.back()["drawables"] = costs->drawables();
+    frames_.back()["materials"] = costs->materials();
+  }
   frames_.back()["host"] = {{"seconds", frame.seconds}, {"stages", stages}, {"simd", simd_target_name()}};
   if (frame.model) {
     if (!timing_) timing_.emplace();
@@ -93,8 +100,15 @@ void Statistics::add(const gpu::FrameResult& frame, const baselines::BaselineSet
     baselines_.add(frame.frame, *schemes);
     has_baselines_ = true;
   }
+  // Frames are much alike: looking at a few keeps this off the time of short ones.
+  if (std::has_single_bit(frames_.size())) frame_bytes_ = std::max(frame_bytes_, json_text(frames_.back(), 1).size());
   total_.accumulate(frame.counters);
   total_seconds_ += frame.seconds;
+}
+
+std::uint64_t Statistics::bytes_at_most() const {
+  // A frame in stats.json and its row in the CSV files; the whole is written beside what was there before.
+  return (frames_.size() + 2) * (frame_bytes_ + frame_bytes_ / 2) + (std::uint64_t{256} << 10);
 }
 
 json Statistics::json() const {

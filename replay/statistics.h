@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include "gpu/device.h"
 #include "replay/baseline_report.h"
+#include "replay/frame_costs.h"
 #include "scene/capture.h"
 
 namespace tessera::replay {
@@ -27,11 +29,23 @@ class Statistics {
   // What is other about the machine than asked for; "" is nothing. They are the member "gpu_notices".
   void add_gpu_notice(const std::string& notice);
 
+  // How the capture is looked at, ViewChoices::json(): the member "view" of "capture", where anything was chosen.
+  void set_view(const nlohmann::json& view) {
+    if (!view.empty()) head_["capture"]["view"] = view;
+  }
+
+  // The replay ended early, for this reason, when so many frames were wanted: the member "stopped".
+  void set_stopped(int wanted, const std::string& why) { head_["stopped"] = {{"wanted_frames", wanted}, {"why", why}}; }
+
+  // What write() takes on the disk, estimated from above.
+  std::uint64_t bytes_at_most() const;
+
   // Of its first frame (sensitivity_json()): the member "sensitivity".
   void set_sensitivity(nlohmann::json sensitivity) { head_["sensitivity"] = std::move(sensitivity); }
 
-  // `schemes`: the baselines of the same frame, or null.
-  void add(const gpu::FrameResult& frame, const baselines::BaselineSet* schemes = nullptr);
+  // `schemes`: the baselines of the same frame, or null. `costs`: members "drawables" and "materials"; null: none.
+  void add(const gpu::FrameResult& frame, const baselines::BaselineSet* schemes = nullptr,
+           const FrameCosts* costs = nullptr);
   std::size_t frame_count() const { return frames_.size(); }
 
   nlohmann::json json() const;
@@ -51,6 +65,7 @@ class Statistics {
   hardware::FrameEnergy energy_;
   nlohmann::json area_;
   double total_seconds_ = 0;
+  std::size_t frame_bytes_ = 0;  // of the longest text of a frame so far, of those looked at
   BaselineReport baselines_;
   bool has_baselines_ = false;
 };

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstdio>
+#include <optional>
 #include <thread>
 
 #include <fmt/format.h>
@@ -10,10 +11,14 @@
 #include "base/output_file.h"
 #include "base/parallel.h"
 #include "replay/commands.h"
+#include "replay/file_kind.h"
 #include "replay/option_numbers.h"
+#include "replay/output_lock.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
 #include "replay/reproduction.h"
+#include "replay/sweep/search.h"
+#include "replay/sweep/sweep_estimate.h"
 #include "replay/sweep/sweep_runner.h"
 
 namespace tessera::replay {
@@ -28,6 +33,9 @@ class SweepCommand final : public Command {
     app.add_option("--out", out_, "Folder for the results; made when missing")->required()->type_name("DIR");
     app.add_option("--shard", shard_, "Render one part of N, counted from 0; `tessera report DIR` joins them")
         ->type_name("I/N");
+    app.add_flag("--dry-run", dry_run_,
+                 "Say how many points would be rendered, how many timed from what these leave, and how long it would "
+                 "take, measured on a frame of each capture; write nothing");
     app.add_option("--threads", threads_, "Host threads (default: all). The result does not depend on it")
         ->type_name("N");
     app.add_option("--jobs", jobs_, "Most points at once; memory grows with it (default: one per thread)")
@@ -61,28 +69,46 @@ class SweepCommand final : public Command {
     options.quiet = quiet_;
     options.threads = threads_ > 0 ? threads_ : std::max(1u, std::thread::hardware_concurrency());
     options.jobs = jobs_ > 0 ? jobs_ : options.threads;
-    read_shard(options);
+    read_shard();
     const ThreadLimit threads(options.threads);
-    const Study study = read_study(study_, max_points_);
-    check_output_folder(
-        out_, {"sweep.json", "sweep.csv", "split.csv", "report.html", "points/.lock", "points/*.json", "points/*.png"});
+    Study study = read_as(FileKind::kStudy, study_, [&] { return read_study(study_, max_points_); });
+    if (study.goal && sharded())
+      throw UsageError(
+          "--shard: a search goes from generation to generation: run it as a whole; --jobs renders several "
+          "points at once");
+    if (!dry_run_)
+      check_output_folder(out_, {"sweep.json", "sweep.csv", "split.csv", "report.html", "points/.lock", "points/*.json",
+                                 "points/*.png", "records/*.record"});
     repeat_failures_with(fmt::format("tessera sweep {}", study_));
 
     // From here on Ctrl-C leaves whole results, also while a large study is expanded.
     install_stop_handler();
-    const std::vector<SweepPoint> points = expand_points(study, program_fingerprint());
+    CaptureLibrary library(study.captures, options.max_bytes, options.strict, study.variant, study.view, study.size);
     const SweepFolder folder(out_);
+    if (dry_run_) return say_estimate(study, folder, options, library);
+    const OutputLock taken(out_, OutputLock::Share::kShared);  // from other commands
     const SweepLock lock(folder, sharded());
-    folder.write_manifest(study, points);
-    const SweepOutcome outcome = run_sweep(study, points, folder, options);
-    if (outcome.stopped)
-      std::fprintf(stderr, "stopped: %zu of %zu points are done; the same command goes on\n",
-                   outcome.found + outcome.rendered, outcome.mine);
+    const SweepOutcome outcome = make_points(study, folder, options, library);
     if (!sharded()) finish(folder);
-    if (!quiet_) say_outcome(outcome, points);
+    if (!quiet_) say_outcome(outcome, library.load_seconds(), folder);
+    if (outcome.stopped)
+      throw stopped(fmt::format("stopped: {} of {} points are done; the same command goes on",
+                                outcome.found + outcome.made, outcome.mine));
   }
 
  private:
+  SweepOutcome make_points(Study& study, const SweepFolder& folder, const SweepOptions& options,
+                           CaptureLibrary& library) const {
+    const std::string program = program_fingerprint();
+    if (!study.goal) {
+      const std::vector<SweepPoint> points = expand_points(study, program);
+      folder.write_manifest(study, points);
+      return run_sweep(study, points, points_of_shard(points, shard_index_, shards_), folder, options, library);
+    }
+    const auto write = [&](const std::vector<SweepPoint>& points) { folder.write_manifest(study, points); };
+    return run_search(study, program, folder, options, library, write).outcome;
+  }
+
   // What joins the points; a shard leaves it to `tessera report`.
   void finish(const SweepFolder& folder) const {
     const std::string missing = missing_for_reports();
@@ -96,39 +122,63 @@ class SweepCommand final : public Command {
 
   bool sharded() const { return !shard_.empty(); }
 
-  void read_shard(SweepOptions& options) const {
+  void read_shard() {
     if (!sharded()) return;
     constexpr const char* kForm = "I/N with I < N, counted from 0";
     const std::vector<long> numbers = parse_whole_numbers("--shard", shard_, '/', 2, kForm);
     if (numbers[0] >= numbers[1]) throw UsageError(fmt::format("--shard {}: expected {}", shard_, kForm));
-    options.shard = static_cast<std::size_t>(numbers[0]);
-    options.shards = static_cast<std::size_t>(numbers[1]);
+    shard_index_ = static_cast<std::size_t>(numbers[0]);
+    shards_ = static_cast<std::size_t>(numbers[1]);
   }
 
-  void say_outcome(const SweepOutcome& outcome, const std::vector<SweepPoint>& points) const {
-    const double worked = outcome.seconds * static_cast<double>(outcome.workers);
+  void say_estimate(Study& study, const SweepFolder& folder, const SweepOptions& options,
+                    CaptureLibrary& library) const {
+    const std::string program = program_fingerprint();
+    const std::vector<SweepPoint> points = study.goal ? expected_points(study, program) : expand_points(study, program);
+    const SweepEstimate estimate =
+        estimate_sweep(study, points, points_of_shard(points, shard_index_, shards_), folder, options, library);
+    fmt::print(
+        "{}{} points: {} are there, {} to render and {} to time from their records{}\n", study.goal ? "at most " : "",
+        estimate.points, estimate.found, estimate.renders, estimate.timings,
+        estimate.refused == 0 ? "" : fmt::format(", {} with values that do not fit each other", estimate.refused));
+    if (study.goal) fmt::print("a search finds out which: these are of a Latin hypercube of as many\n");
+    if (estimate.renders > 0)
+      fmt::print(
+          "about {:.1f} s, {} at a time: a frame renders in {:.3f} s and is timed in {:.3f} s, measured on the "
+          "first one of each capture\n",
+          estimate.seconds, estimate.workers, estimate.render_seconds, estimate.timing_seconds);
+  }
+
+  // Five lines at most.
+  void say_outcome(const SweepOutcome& outcome, double load_seconds, const SweepFolder& folder) const {
     fmt::print("{} points: {} were there, {} rendered and {} timed from their records in {:.1f} s, {} at a time",
-               outcome.mine, outcome.found, outcome.rendered - outcome.timed_again, outcome.timed_again,
-               outcome.seconds, outcome.workers);
+               outcome.mine, outcome.found, outcome.rendered, outcome.timed, outcome.seconds, outcome.workers);
+    const double worked = outcome.seconds * static_cast<double>(outcome.workers);
     if (outcome.rendered > 0)
       fmt::print("; {:.1f} % of it rendering, {:.2f} s reading captures", 100 * outcome.render_seconds / worked,
-                 outcome.load_seconds);
+                 load_seconds);
     fmt::print("\n");
-    if (const auto at_fault =
-            std::count_if(points.begin(), points.end(), [](const SweepPoint& point) { return !point.fault.empty(); });
+    if (sharded()) {
+      fmt::print("once all shards are done: tessera report {}\n", out_);
+      return;
+    }
+    const JoinedSweep sweep = join_sweep(folder);
+    if (const auto at_fault = std::count_if(sweep.rows.begin(), sweep.rows.end(),
+                                            [](const SweepRow& row) { return row.frame.is_null(); });
         at_fault > 0)
       fmt::print("{} points have values that do not fit each other; column 'status' says why\n", at_fault);
-    if (sharded())
-      fmt::print("once all shards are done: tessera report {}\n", out_);
-    else
-      fmt::print("results are in {}\n", (SweepFolder(out_).path() / "sweep.csv").string());
+    if (const std::optional<BestPoint> best = best_point(sweep))
+      fmt::print("best{}: {} at point {}{}\n", best->meets_limits ? "" : " (none meets the limits)", best->value,
+                 best->point, best->label.empty() ? "" : ": " + best->label);
+    fmt::print("results are in {}\n", (folder.path() / "sweep.csv").string());
   }
 
   std::string study_, out_, shard_;
   unsigned threads_ = 0, jobs_ = 0;
   double max_memory_gib_ = 4;
   std::uint64_t max_points_ = 100000;
-  bool quiet_ = false, strict_ = false;
+  std::size_t shard_index_ = 0, shards_ = 1;
+  bool quiet_ = false, strict_ = false, dry_run_ = false;
 };
 
 }  // namespace

@@ -4,11 +4,12 @@
 
 namespace tessera::replay {
 
-std::string tile_maps_json(int frame, const gpu::TileMaps& maps) {
+std::string tile_maps_json(int frame, const gpu::TileMaps& maps, const std::string& members) {
   std::string text = fmt::format(
-      "{{\"schema\": \"tessera.tiles/1\", \"frame\": {}, \"origin\": [{}, {}], \"tile\": [{}, {}], \"grid\": [{}, {}], "
-      "\"maps\": {{\n",
-      frame, maps.x0, maps.y0, maps.tile_width, maps.tile_height, maps.columns, maps.rows);
+      "{{\"schema\": \"tessera.tiles/1\", \"frame\": {}, \"origin\": [{}, {}], \"tile\": [{}, {}], \"grid\": [{}, "
+      "{}],\n"
+      "{} \"maps\": {{\n",
+      frame, maps.x0, maps.y0, maps.tile_width, maps.tile_height, maps.columns, maps.rows, members);
   for (const gpu::TileMapField& field : gpu::kTileMapFields) {
     text += fmt::format(" \"{}\": {{\"unit\": \"{}\", \"meaning\": \"{}\", \"values\": [", field.name, field.unit,
                         field.meaning);

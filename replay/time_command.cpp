@@ -15,6 +15,7 @@
 #include "gpu/record_file.h"
 #include "gpu/tile_memory.h"
 #include "replay/commands.h"
+#include "replay/file_kind.h"
 #include "replay/machine_report.h"
 #include "replay/option_numbers.h"
 #include "replay/sensitivity.h"
@@ -33,7 +34,8 @@ class TimeCommand final : public Command {
                    fmt::format("The described machine: {} or a JSON file (default: the record's own)",
                                fmt::join(gpu::preset_names(), ", ")))
         ->type_name("PRESET|FILE");
-    app.add_option("--set", sets_, "Change a number of the machine; repeatable")
+    app.add_option("--set", sets_,
+                   "Change a number of the machine, to a value or to a multiple of what it is (KEY=x1.3); repeatable")
         ->type_name("KEY=VALUE")
         ->allow_extra_args(false);
     app.add_flag(
@@ -59,15 +61,21 @@ class TimeCommand final : public Command {
         "again; they are refused.\n\n"
         "Example:\n"
         "  tessera replay captures/eggs.glb --record eggs.record --out out\n"
-        "  tessera time eggs.record --set shader.lanes=64 --set clock.mhz=600");
+        "  tessera time eggs.record --set shader.lanes=64 --set clock.mhz=600\n"
+        "  tessera time eggs.record --set memory.gb_per_s=x1.3     what 30 % more bandwidth would give");
   }
 
   void run() override {
-    if (!json_.empty()) check_output_file(json_);
+    if (!json_.empty()) {
+      check_output_file(json_);
+      check_not_input(json_, {record_});
+    }
     std::optional<Split> split;
     if (!split_.empty()) split = parse_split("--split", split_);
-    gpu::RecordReader record(
-        record_, static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 0x1p30));
+    const auto max_bytes =
+        static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 0x1p30);
+    gpu::RecordReader record =
+        read_as(FileKind::kRecord, record_, [&] { return gpu::RecordReader(record_, max_bytes); });
     gpu::RecordedMachine machine = gpu::recorded_machine(record.head(), record_);
     if (!gpu_.empty()) machine.gpu = gpu::load_gpu(gpu_);
     for (const std::string& text : sets_) gpu::apply_setting(text, machine.settings, machine.gpu);

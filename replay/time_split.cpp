@@ -2,77 +2,19 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
-#include <utility>
 
 #include <fmt/format.h>
 
 #include "base/error.h"
 #include "base/text.h"
+#include "replay/drawable_names.h"
+#include "replay/frame_costs.h"
 #include "timing/attribution.h"
 
 namespace tessera::replay {
 namespace {
 
 using nlohmann::json;
-
-struct Name {
-  std::string node, material;
-  auto operator<=>(const Name&) const = default;
-};
-
-// Names of a record's drawables. The head may say anything.
-class Names {
- public:
-  explicit Names(const json& head) {
-    const json rows = head.value("drawables", json::array());
-    if (!rows.is_array()) return;
-    for (const json& row : rows) {
-      if (!row.is_object()) continue;
-      const auto number = [&](const char* key) {
-        const auto found = row.find(key);
-        return found != row.end() && found->is_number_unsigned() ? found->get<std::uint64_t>() : 0;
-      };
-      const auto word = [&](const char* key) {
-        const auto found = row.find(key);
-        return found != row.end() && found->is_string() ? found->get<std::string>() : std::string();
-      };
-      rows_.push_back({number("first"),
-                       std::max<std::uint64_t>(number("stride"), 1),
-                       number("count"),
-                       {word("node"), word("material")}});
-    }
-    std::stable_sort(rows_.begin(), rows_.end(), [](const Row& a, const Row& b) { return a.first < b.first; });
-  }
-
-  // `drawable`: SubPatchItem::drawable.
-  Name of(std::uint32_t drawable) const {
-    if (drawable == 0) return {};
-    const std::uint64_t number = drawable - 1;
-    // Primitives of an instanced node take turns: the row is one of the last `stride` that begin before.
-    auto row =
-        std::upper_bound(rows_.begin(), rows_.end(), number, [](std::uint64_t d, const Row& r) { return d < r.first; });
-    for (std::uint64_t back = 0; row != rows_.begin() && back < kMaxTurns; ++back) {
-      --row;
-      if ((number - row->first) % row->stride == 0 && (number - row->first) / row->stride < row->count)
-        return row->name;
-    }
-    return {fmt::format("drawable {}", number), ""};
-  }
-
- private:
-  static constexpr std::uint64_t kMaxTurns = 256;
-  struct Row {
-    std::uint64_t first, stride, count;
-    Name name;
-  };
-  std::vector<Row> rows_;
-};
-
-json share_json(const timing::DrawableShare& share) {
-  return {{"invocations", share.invocations}, {"tests", share.tests},   {"requested_lines", share.requested_lines},
-          {"dram_bytes", share.dram_bytes},   {"cycles", share.cycles}, {"energy_nj", share.energy_nj}};
-}
 
 json tile_rows(const hardware::Machine& gpu, const timing::FrameWork& work, const gpu::ViewCost& cost,
                const timing::WarmCaches& before) {
@@ -111,26 +53,9 @@ json split_rows(Split split, const json& head, const hardware::Machine& gpu, con
                 const gpu::ViewCost& cost, const timing::WarmCaches& before) {
   if (split == Split::kTiles) return tile_rows(gpu, work, cost, before);
   if (!timing::has_items(work)) throw UsageError("--split: the record has no items; replay again with --record");
-  json rows = json::array();
-  const Names names(head);
-  std::map<Name, timing::DrawableShare> sums;
-  for (const auto& [drawable, share] : timing::attribute(gpu, work, cost.timing, cost.energy)) {
-    Name name = names.of(drawable);
-    if (split == Split::kMaterials) name.node.clear();
-    timing::DrawableShare& sum = sums[name];
-    sum.invocations += share.invocations, sum.tests += share.tests, sum.requested_lines += share.requested_lines;
-    sum.dram_bytes += share.dram_bytes, sum.cycles += share.cycles, sum.energy_nj += share.energy_nj;
-  }
-  std::vector<std::pair<Name, timing::DrawableShare>> sorted(sums.begin(), sums.end());
-  std::stable_sort(sorted.begin(), sorted.end(),
-                   [](const auto& a, const auto& b) { return a.second.cycles > b.second.cycles; });
-  for (const auto& [name, share] : sorted) {
-    json row = share_json(share);
-    if (split == Split::kDrawables) row["node"] = name.node;
-    row["material"] = name.material;
-    rows.push_back(std::move(row));
-  }
-  return rows;
+  const DrawableNames names(head);
+  const bool by_node = split == Split::kDrawables;
+  return share_rows(sum_shares(timing::attribute(gpu, work, cost.timing, cost.energy), names, by_node), by_node);
 }
 
 void print_split(std::FILE* out, Split split, const json& rows, double cycles) {

@@ -13,6 +13,7 @@
 #include "base/text.h"
 #include "replay/commands.h"
 #include "replay/option_numbers.h"
+#include "replay/output_lock.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
 #include "replay/reproduction.h"
@@ -20,6 +21,7 @@
 #include "replay/tradeoff/tradeoff.h"
 #include "replay/tradeoff/tradeoff_files.h"
 #include "replay/tradeoff/tradeoff_words.h"
+#include "replay/view_options.h"
 
 namespace tessera::replay {
 namespace {
@@ -109,6 +111,8 @@ class TradeoffCommand final : public Command {
         ->capture_default_str();
     add_strict_flag(app, strict_);
     add_variant_option(app, variant_);
+    add_view_options(app, view_, kViewGroup);
+    add_shutter_option(app, view_.shutter, kViewGroup);
     app.add_flag("--quiet", quiet_, "No progress, no table");
     app.footer(
         "What accuracy costs: every knob that buys accuracy is turned, one at a time, and each setting's error against "
@@ -133,8 +137,10 @@ class TradeoffCommand final : public Command {
     const CheapestWanted wanted{read_cost(), max_flip_, min_psnr_};
     check_output_folder(
         out_, {"tradeoff.json", "tradeoff.csv", "report.html", "reference/*.json", "reference/*.exr", "points/*.json"});
-    repeat_failures_with(fmt::format("tessera tradeoff {}{}", capture_, variant_argument(variant_)));
+    repeat_failures_with(
+        fmt::format("tessera tradeoff {}{}{}", capture_, variant_argument(variant_), view_.arguments()));
     install_stop_handler();
+    const OutputLock lock(out_);
     const TradeoffResult result = run_tradeoff(options);
     std::optional<CheapestAnswer> answer;
     if (max_flip_ || min_psnr_) answer = {wanted, cheapest(result.knobs, wanted)};
@@ -146,6 +152,7 @@ class TradeoffCommand final : public Command {
     if (!quiet_) say(result);
     if (answer) say_cheapest(*answer);
     if (!quiet_) fmt::print("results are in {}\n", (fs::path(out_) / "tradeoff.csv").string());
+    if (result.stopped) throw stopped("stopped; the same command goes on from here");
   }
 
  private:
@@ -180,6 +187,8 @@ class TradeoffCommand final : public Command {
     options.max_points = static_cast<std::size_t>(max_points_);
     options.strict = strict_;
     options.variant = variant_;
+    view_.check();
+    options.view = view_;
     options.max_bytes =
         static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 1073741824.0);
     options.quiet = quiet_;
@@ -199,7 +208,6 @@ class TradeoffCommand final : public Command {
     fmt::print("{} frame {}, {}x{}", result.capture, result.frame, result.width, result.height);
     if (result.reference) say_reference(*result.reference);
     fmt::print("\n{}", tradeoff_table(result));
-    if (result.stopped) fmt::print("\nstopped; the same command goes on from here\n");
   }
 
   void say_cheapest(const CheapestAnswer& answer) const {
@@ -217,6 +225,7 @@ class TradeoffCommand final : public Command {
   std::vector<std::string> sets_;
   std::optional<double> frame_, max_flip_, min_psnr_;
   std::optional<std::string> variant_;
+  ViewChoices view_;
   int run_ = 6, rounds_ = 3, samples_ = 1024, max_points_ = 400;
   double edge_ = 1.0, max_memory_gib_ = 4;
   unsigned threads_ = 0;

@@ -17,7 +17,7 @@ bool is_of_material(AnimatedPath path) {
   return path >= AnimatedPath::kBaseColor && path <= AnimatedPath::kEffectNumber;
 }
 bool is_of_camera(AnimatedPath path) { return path >= AnimatedPath::kFieldOfView && path <= AnimatedPath::kFar; }
-bool is_of_light(AnimatedPath path) { return path >= AnimatedPath::kLightColor; }
+bool is_of_light(AnimatedPath path) { return path >= AnimatedPath::kLightColor && path <= AnimatedPath::kOuterCone; }
 
 // Calls visit(channel, its values) for the played channels of the paths that `wanted` accepts.
 template <class Wanted, class Visit>

@@ -108,6 +108,9 @@ struct Procedure {
   std::array<float, 8> shading_numbers{};
   int material = kNone;
   std::shared_ptr<const shaders::GeometryImage> image;  // what the pieces' inputs point at
+  // Where it is tessellated: segments of each side of a base patch.
+  int min_segments = 1, max_segments = kMaxSegments;
+  static constexpr int kMaxSegments = 64;
 
   const shaders::StageDeclaration& declaration() const {
     return shape_program ? shape_program->declaration : shaders::shape_declarations()[static_cast<std::size_t>(shape)];
@@ -177,15 +180,22 @@ enum class AnimatedPath : std::uint8_t {
   kLightRange,
   kInnerCone,
   kOuterCone,  // of a light
+  kShapeNumbers,
+  kTextureNumbers,
+  kShadingNumbers,
+  kRatesNumbers,  // of a node's procedure: one parameter of a stage
 };
+inline bool moves_node(AnimatedPath path) {
+  return path <= AnimatedPath::kVisible || path >= AnimatedPath::kShapeNumbers;
+}
 
 struct AnimationChannel {
   int node = kNone;    // of the paths of nodes
   int object = kNone;  // the material, camera or light of the others
-  int part = 0;        // of a material: its MaterialTexture, or one of effect_numbers()
+  int part = 0;        // of a material: its MaterialTexture, or one of effect_numbers(); of a stage: its parameter
   AnimatedPath path = AnimatedPath::kTranslation;
   Interpolation interpolation = Interpolation::kLinear;
-  int components = 3;         // floats per value: 3, 4 or the number of morph targets
+  int components = 3;         // floats per value: 3, 4, the number of morph targets or of a parameter's numbers
   std::vector<float> times;   // strictly increasing seconds
   std::vector<float> values;  // cubic spline: in-tangent, value, out-tangent per key
 };

@@ -16,6 +16,7 @@
 #include "scene/gltf/json_reader.h"
 #include "scene/gltf/read_ahead.h"
 #include "scene/gltf/schema.h"
+#include "scene/gltf/selection.h"
 #include "scene/gltf/validation.h"
 #include "scene/gltf/variants.h"
 
@@ -60,7 +61,8 @@ void check_claims(const nlohmann::json& json, MemoryBudget budget) {
 
 }  // namespace
 
-Capture read_capture(const std::filesystem::path& file, const CaptureLimits& limits) {
+Capture read_capture(const std::filesystem::path& file, const CaptureLimits& limits, const Selection& selection,
+                     SceneList* scenes) {
   const double begin = seconds_now();
   const std::string name = file.string();
   MemoryBudget budget(limits.max_bytes, name);
@@ -79,6 +81,9 @@ Capture read_capture(const std::filesystem::path& file, const CaptureLimits& lim
   const int variant = gltf::choose_variant(json, limits.variant, root);
   gltf::validate_links(json, root, notes);
   check_claims(json, budget);
+  const gltf::Selected selected = gltf::select(json, selection, root);
+  if (selected.scene != kNone) json["scene"] = selected.scene;
+  if (scenes != nullptr) *scenes = gltf::list_scenes(json);
 
   const std::vector<std::string> unread = gltf::find_unread_extensions(json, root, budget, notes);
   gltf::Document document(std::move(json), file, std::move(container.binary), container.has_binary, limits, budget,
@@ -91,7 +96,7 @@ Capture read_capture(const std::filesystem::path& file, const CaptureLimits& lim
   capture.variant = variant;
   gltf::build_materials(document, capture);
   capture.meshes = gltf::build_meshes(document);
-  gltf::build_scene(document, capture);
+  gltf::build_scene(document, selected, capture);
   capture.extensions_used = document.model.extensionsUsed;
   capture.extensions_unread = unread;
   capture.notices = document.notes.lines();

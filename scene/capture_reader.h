@@ -4,6 +4,7 @@
 
 #include "scene/capture.h"
 #include "scene/limits.h"
+#include "scene/selection.h"
 
 namespace tessera::scene {
 
@@ -15,7 +16,8 @@ namespace tessera::scene {
 // the image, and LimitError when a limit would be exceeded. Harmless oddities load: weights that do not sum to 1,
 // longer buffers, strided animation data, unused objects. What glTF forbids although it has one meaning loads with one
 // of Capture::notices, and is refused with CaptureLimits::strict. Throws UsageError, which lists the variants, where the
-// file lacks CaptureLimits::variant.
-Capture read_capture(const std::filesystem::path& file, const CaptureLimits& limits = {});
+// file lacks CaptureLimits::variant or something of the selection. `scenes`, if any, gets the file's.
+Capture read_capture(const std::filesystem::path& file, const CaptureLimits& limits = {},
+                     const Selection& selection = {}, SceneList* scenes = nullptr);
 
 }  // namespace tessera::scene

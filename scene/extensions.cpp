@@ -19,7 +19,7 @@ std::vector<Extension> shared_extensions() {
       {"KHR_animation_pointer",
        "animation channel target",
        "Animates what a JSON pointer names: a node's transformation, weights and visibility; a material's factors and "
-       "texture transformations; cameras and lights. Pointers at anything else are skipped.",
+       "texture transformations; cameras and lights; parameters of procedures. Pointers at anything else are skipped.",
        {}},
       {"KHR_draco_mesh_compression", "mesh primitive", "Vertices and indices compressed with Draco.", {}},
       {"KHR_lights_punctual", "root, node", "Directional, point and spot lights.", {}},
@@ -78,6 +78,8 @@ std::vector<Extension> own_extensions() {
          "When the shutter opens and closes, as fractions of a frame from its start. Equal: no motion blur."},
         {"frames", "object", "frames", "{first: 0, count: 1}", "Range of frames that a replay renders."},
         {"camera", "integer", "node", "first camera", "Node whose camera takes the image."},
+        {"animations", "integer[]", "animation", "all that move different things",
+         "Animations that play; where two move one thing, the later one does."},
         {"exposure", "number", "", "1", "Factor on light before the tone map of PNG files; EXR files do not change."},
         {"environment", "number, string or object", "", "1, or 0.3 with lights",
          "Brightness of the built-in studio; or \"uniform\"; or the URI of an equirectangular EXR or HDR image; or an "
@@ -117,6 +119,8 @@ std::vector<Extension> own_extensions() {
         {"shading", "object", "", "{model: material}", "model: name of a shading model; its parameters beside it."},
         {"material", "integer", "material", "glTF's default",
          "Factors of the metallic-roughness model, double-sidedness."},
+        {"tessellation", "object", "segments", "{min: 1, max: 64}",
+         "Along each side of a base patch, where the surface is tessellated."},
         {"image", "object", "", "none",
          "Of the shape geometryImage: positions, an accessor of points row by row, and width."}}},
       {"TESSERA_subdivision",

@@ -72,7 +72,11 @@ void pose_drawable(const FrameGeometry& frame, std::span<const Material> materia
   const Assembly& assembly = *frame.assembly;
   const Capture& capture = *assembly.capture;
   posed.drawable = &drawable;
-  if (drawable.kind == Primitive::Kind::kProcedure) posed.procedure = &capture.procedures[drawable.geometry];
+  if (drawable.kind == Primitive::Kind::kProcedure) {
+    posed.procedure = &frame.procedures.at(capture, drawable.geometry, 0);
+    posed.procedure_close = &frame.procedures.at(capture, drawable.geometry, 1);
+    posed.deforming = posed.deforming || posed.procedure != posed.procedure_close;
+  }
   posed.primitive = &primitive_of(capture, drawable);
   posed.material = &materials[static_cast<std::size_t>(drawable.material)];
   posed.visible = frame.poses[0].visible[static_cast<std::size_t>(drawable.node)];
@@ -211,7 +215,9 @@ bool same_pose(const Pose& a, const Pose& b) {
 
 // Whether everything that a frame is made from is the same; poses, views, values of materials and lights are known.
 bool same_scene(const FrameGeometry& a, const FrameGeometry& b) {
-  if (!same_request(a, b) || a.material_values != b.material_values || a.lights != b.lights) return false;
+  if (!same_request(a, b) || a.material_values != b.material_values || a.lights != b.lights ||
+      a.procedures.values != b.procedures.values)
+    return false;
   // Curved motion may leave and come back.
   if (a.request.motion_segments != 1 && !a.assembly->capture->played_animations.empty()) return false;
   for (std::size_t key = 0; key < 2; ++key) {
@@ -264,6 +270,8 @@ void charge_segments(const FrameGeometry& frame, const SegmentPlan& plan) {
   std::uint64_t bytes = frame.drawables.size() * sizeof(PosedDrawable) +
                         2 * capture.nodes.size() * (sizeof(DMat4) + sizeof(std::vector<float>)) +
                         assembly.grid_patches.size() * (sizeof(TessellationPattern) + sizeof(float));
+  for (const auto& keys : frame.procedures.keys)
+    if (keys[0] != nullptr) bytes += 2 * (sizeof(Procedure) + keys[0]->pieces.size() * sizeof(Procedure::Piece));
   for (const DrawnPrimitive& drawn : assembly.drawn)
     if (frame.drawables[drawn.first_drawable].deforming)
       bytes += 2 * frame.drawables[drawn.first_drawable].positions[0].size() * (2 * sizeof(Vec3) + sizeof(Vec4));
@@ -336,6 +344,8 @@ void cut_shutter(FrameGeometry& frame, const CameraChoice& camera) {
     const double middle = 0.5 * (segment.part.at(0) + segment.part.at(1));
     segment.projection = make_projection(camera.at(*assembly.capture, time_of(frame.request, middle)),
                                          frame.request.width, frame.request.height);
+    segment.procedures = pose_procedures(*assembly.capture, time_of(frame.request, segment.part.at(0)),
+                                         time_of(frame.request, segment.part.at(1)));
     // What is seen at shutter open is what is seen.
     segment.poses[0].visible = segment.poses[1].visible = frame.poses[0].visible;
     pose_drawables(segment, materials_of(frame), &frame);
@@ -364,6 +374,7 @@ std::unique_ptr<FrameGeometry> begin_frame(const Assembly& assembly, const Camer
   frame->projection = frame->projections[1] = frame->projections[0];
   frame->material_values = animated_material_values(*assembly.capture, request.open_time);
   frame->materials = frame_materials(assembly, request, !frame->material_values.empty());
+  frame->procedures = pose_procedures(*assembly.capture, request.open_time, request.close_time);
   place_all_lights(*frame);
   return frame;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/shutter_part.h"
+#include "scene/animated_procedures.h"
 #include "scene/animated_values.h"
 #include "scene/assembly.h"
 #include "scene/deform.h"
@@ -30,6 +31,7 @@ struct FrameRequest {
   double motion_error = 0.25;
   // Whether the scene has what the capture says of it; false: as a capture without it.
   bool displacement = true, alpha_test = true, blending = true, procedures = true;
+  bool procedure_limits = true;  // procedures are tessellated within their own limits
 
   std::size_t memory_parts = 1;  // one of them, of what reading the capture left, is for this frame
 
@@ -44,13 +46,15 @@ struct PosedDrawable {
   const Drawable* drawable = nullptr;
   const Primitive* primitive = nullptr;
   const Material* material = nullptr;
-  const Procedure* procedure = nullptr;  // of drawables that are one; their primitive is empty
-  bool moving = false;                   // anything differs between the keys, camera included
-  bool deforming = false;                // the vertices themselves differ
-  bool curved = false;                   // moves by the segments of the frame; moving, too
-  bool mirrored = false;                 // the transform turns triangles inside out
-  bool visible = true;                   // at shutter open (KHR_node_visibility); what is not is nobody's work
-  std::array<Mat4, 2> to_raster;         // object space to (xh, yh, depth, w)
+  // Of drawables that are one, with the numbers that it has at each motion key; the same where they do not differ. Their
+  // primitive is empty.
+  const Procedure *procedure = nullptr, *procedure_close = nullptr;
+  bool moving = false;            // anything differs between the keys, camera included
+  bool deforming = false;         // the vertices themselves differ
+  bool curved = false;            // moves by the segments of the frame; moving, too
+  bool mirrored = false;          // the transform turns triangles inside out
+  bool visible = true;            // at shutter open (KHR_node_visibility); what is not is nobody's work
+  std::array<Mat4, 2> to_raster;  // object space to (xh, yh, depth, w)
   std::array<Mat4, 2> to_world;
   std::array<Mat3, 2> normal_to_world;  // inverse transpose of to_world's linear part; identity where that is singular
   std::array<std::span<const Vec3>, 2> positions, normals;
@@ -68,6 +72,7 @@ struct FrameGeometry {
   // As Assembly::materials where the request leaves something out of them or they are animated, else empty.
   std::vector<Material> materials;
   std::vector<MaterialValue> material_values;  // that animations give them, for telling frames apart
+  PosedProcedures procedures;                  // at both motion keys
   std::vector<PosedDrawable> drawables;        // as Assembly::drawables
   // As Assembly::drawn, at both motion keys: what the drawables' spans point at when the pose deforms.
   std::vector<std::array<Deformed, 2>> deformed;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include "scene/animated_procedures.h"
 #include "scene/deform.h"
 #include "shaders_cpp/procedures/procedures.h"
 
@@ -22,22 +23,25 @@ constexpr std::size_t kMaxPoints = 16u << 20;
 // (cx, cy, cz), and a point is inside |x - cx| <= tan_x (cz - z), |y - cy| <= tan_y (cz - z).
 class Extent {
  public:
-  Extent(double tan_x, double tan_y) : tan_x_(tan_x), tan_y_(tan_y) {
-    right_ = glm::normalize(glm::cross(DVec3(0, 1, 0), kBack));
-    up_ = glm::cross(kBack, right_);
+  Extent(double tan_x, double tan_y, const DVec3& back) : tan_x_(tan_x), tan_y_(tan_y), back_(back) {
+    right_ = glm::normalize(glm::cross(DVec3(0, 1, 0), back_));
+    up_ = glm::cross(back_, right_);
   }
 
   void add(const DVec3& p) {
-    const double x = glm::dot(p, right_), y = glm::dot(p, up_), z = glm::dot(p, kBack);
+    const double x = glm::dot(p, right_), y = glm::dot(p, up_), z = glm::dot(p, back_);
     if (!std::isfinite(x + y + z)) return;
     right_side_ = std::max(right_side_, x + tan_x_ * z), left_side_ = std::max(left_side_, -x + tan_x_ * z);
     top_side_ = std::max(top_side_, y + tan_y_ * z), bottom_side_ = std::max(bottom_side_, -y + tan_y_ * z);
     nearest_ = std::max(nearest_, z), farthest_ = std::min(farthest_, z);
   }
   bool empty() const { return !(farthest_ <= nearest_); }
+  const DVec3& back() const { return back_; }
+  // Halfway between what is nearest and what is farthest, along back().
+  double middle() const { return (nearest_ + farthest_) / 2; }
   // Well inside of what was added, so that rounding does not matter.
   bool surrounds(const DVec3& p) const {
-    const double x = glm::dot(p, right_), y = glm::dot(p, up_), z = glm::dot(p, kBack);
+    const double x = glm::dot(p, right_), y = glm::dot(p, up_), z = glm::dot(p, back_);
     const double slack = 1e-9 * (std::abs(right_side_) + std::abs(left_side_) + std::abs(top_side_) +
                                  std::abs(bottom_side_) + std::abs(nearest_) + std::abs(farthest_));
     return x + tan_x_ * z < right_side_ - slack && -x + tan_x_ * z < left_side_ - slack &&
@@ -58,18 +62,31 @@ class Extent {
     choice.camera.near = static_cast<float>(std::max((cz - nearest_) * 0.5, (cz - farthest_) * 0.001));
     // Columns: right, up, back, position.
     choice.fixed_world =
-        DMat4(DVec4(right_, 0), DVec4(up_, 0), DVec4(kBack, 0), DVec4(right_ * cx + up_ * cy + kBack * cz, 1));
+        DMat4(DVec4(right_, 0), DVec4(up_, 0), DVec4(back_, 0), DVec4(right_ * cx + up_ * cy + back_ * cz, 1));
     return choice;
   }
 
  private:
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  inline static const DVec3 kBack = glm::normalize(DVec3(0.55, 0.35, 1.0));
   double tan_x_, tan_y_;
-  DVec3 right_, up_;
+  DVec3 back_, right_, up_;
   double right_side_ = -kInfinity, left_side_ = -kInfinity, top_side_ = -kInfinity, bottom_side_ = -kInfinity;
   double nearest_ = -kInfinity, farthest_ = kInfinity;
 };
+
+// From what is looked at to the camera.
+DVec3 way_back(const std::optional<Orbit>& orbit) {
+  const DVec3 usual = glm::normalize(DVec3(0.55, 0.35, 1.0));
+  if (!orbit) return usual;
+  const double turn = glm::radians(orbit->azimuth), c = std::cos(turn), s = std::sin(turn);
+  DVec3 back(c * usual.x + s * usual.z, usual.y, c * usual.z - s * usual.x);
+  if (orbit->elevation) {
+    const double rise = glm::radians(*orbit->elevation);
+    const DVec3 level = glm::normalize(DVec3(back.x, 0, back.z));
+    back = level * std::cos(rise) + DVec3(0, std::sin(rise), 0);
+  }
+  return back;
+}
 
 // A grid of points is enough to frame an image.
 void add_procedure(const Procedure& procedure, const DMat4& world, Extent& extent) {
@@ -112,36 +129,18 @@ std::size_t rigid_points(const Capture& capture) {
   return points;
 }
 
-}  // namespace
-
-std::vector<double> framed_times(const Capture& capture) {
-  const CaptureSettings& settings = capture.settings;
-  double first = settings.first_frame / settings.frame_rate;
-  double last = (settings.first_frame + settings.frame_count - 1) / settings.frame_rate;
-  if (!settings.declared) {
-    first = last = 0;
-    for (const int a : capture.played_animations)
-      last = std::max(last, static_cast<double>(capture.animations[static_cast<std::size_t>(a)].duration()));
-  }
-  if (capture.played_animations.empty() || !(last > first)) return {first};
-  std::vector<double> times(kTimes);
-  for (int k = 0; k < kTimes; ++k) times[static_cast<std::size_t>(k)] = first + (last - first) * k / (kTimes - 1);
-  return times;
-}
-
-CameraChoice frame_scene(const Capture& capture, int width, int height) {
-  const double tan_y = std::tan(kHalfField), tan_x = tan_y * width / height;
-  Extent extent(kWidthShare * tan_x, kHeightShare * tan_y);
-  const std::vector<double> times = framed_times(capture);
+// Adds what the scene draws at these times.
+void add_scene(const Capture& capture, const std::vector<double>& times, Extent& extent) {
   const bool by_boxes = rigid_points(capture) > kMaxPoints / times.size();
   std::map<const Primitive*, std::vector<Vec3>> boxes;
   for (const double time : times) {
     const Pose pose = pose_at(capture, time);
+    const PosedProcedures procedures = pose_procedures(capture, time, time);
     for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
       const Node& node = capture.nodes[n];
       if (!pose.in_scene[n]) continue;
       if (node.procedure != kNone)
-        add_procedure(capture.procedures[static_cast<std::size_t>(node.procedure)], pose.world[n], extent);
+        add_procedure(procedures.at(capture, static_cast<std::size_t>(node.procedure), 0), pose.world[n], extent);
       if (node.mesh == kNone) continue;
       for (const Primitive& primitive : capture.meshes[static_cast<std::size_t>(node.mesh)].primitives) {
         Deformed deformed;
@@ -160,9 +159,39 @@ CameraChoice frame_scene(const Capture& capture, int width, int height) {
       }
     }
   }
+}
+
+}  // namespace
+
+std::vector<double> framed_times(const Capture& capture) {
+  const CaptureSettings& settings = capture.settings;
+  double first = settings.first_frame / settings.frame_rate;
+  double last = (settings.first_frame + settings.frame_count - 1) / settings.frame_rate;
+  if (!settings.declared) {
+    first = last = 0;
+    for (const int a : capture.played_animations)
+      last = std::max(last, static_cast<double>(capture.animations[static_cast<std::size_t>(a)].duration()));
+  }
+  if (capture.played_animations.empty() || !(last > first)) return {first};
+  std::vector<double> times(kTimes);
+  for (int k = 0; k < kTimes; ++k) times[static_cast<std::size_t>(k)] = first + (last - first) * k / (kTimes - 1);
+  return times;
+}
+
+CameraChoice frame_scene(const Capture& capture, int width, int height, const std::optional<Orbit>& orbit) {
+  const double tan_y = std::tan(kHalfField), tan_x = tan_y * width / height;
+  Extent extent(kWidthShare * tan_x, kHeightShare * tan_y, way_back(orbit));
+  add_scene(capture, framed_times(capture), extent);
   if (extent.empty())
     for (const double side : {-1.0, 1.0}) extent.add(DVec3(side));
   return extent.camera();
+}
+
+double middle_distance(const Capture& capture, const DMat4& camera_world, double time) {
+  const DVec3 back(camera_world[2]), eye(camera_world[3]);
+  Extent extent(1, 1, std::abs(back.y) < 0.999 ? back : glm::normalize(back + DVec3(0.05, 0, 0.05)));
+  add_scene(capture, {time}, extent);
+  return extent.empty() ? 1 : glm::dot(eye, extent.back()) - extent.middle();
 }
 
 }  // namespace tessera::scene

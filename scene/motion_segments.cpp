@@ -18,6 +18,7 @@ constexpr std::size_t kPoints = 64;  // of a primitive
 struct Probe {
   double t;  // of the shutter
   Pose pose;
+  PosedProcedures procedures;
   View view;
   Projection projection;
 };
@@ -62,6 +63,7 @@ class DeviationMeter {
       probe.t = static_cast<double>(k + 1) / static_cast<double>(kProbes + 1);
       const double time = request.open_time + (request.close_time - request.open_time) * probe.t;
       probe.pose = pose_at(capture, time);
+      probe.procedures = pose_procedures(capture, time, time);
       probe.view = camera.view(probe.pose);
       probe.projection = make_projection(camera.at(capture, time), request.width, request.height);
     }
@@ -158,17 +160,11 @@ class DeviationMeter {
   Deviation measure_drawable(const PosedDrawable& posed, const std::array<Deformed, kProbes>& deformed) const {
     const Motion motion = motion_of([&](const Pose& pose, const View& view) { return world_of(posed, pose, view); });
     Deviation worst;
-    if (deformed[0].positions.empty() && motion.still()) return worst;
     if (posed.procedure != nullptr) {
-      for (const Procedure::Piece& piece : posed.procedure->pieces)
-        for (int k = 0; k < 9; ++k) {
-          const auto at = shaders::shape_point(posed.procedure->shape, piece.input, 0.5 * (k % 3), 0.5 * (k / 3));
-          const DVec4 p(at.x, at.y, at.z, 1.0);
-          measure_point(
-              motion, {p, p}, [&](std::size_t) { return p; }, worst);
-        }
+      measure_procedure(posed, motion, worst);
       return worst;
     }
+    if (deformed[0].positions.empty() && motion.still()) return worst;
     const std::size_t count = posed.positions[0].size(), step = std::max<std::size_t>(1, count / kPoints);
     for (std::size_t v = 0; v < count; v += step) {
       const auto at_probe = [&](std::size_t k) {
@@ -177,6 +173,28 @@ class DeviationMeter {
       measure_point(motion, {DVec4(posed.positions[0][v], 1.0), DVec4(posed.positions[1][v], 1.0)}, at_probe, worst);
     }
     return worst;
+  }
+
+  // Nine points of each piece, where its numbers put them at the motion keys and at the probes.
+  void measure_procedure(const PosedDrawable& posed, const Motion& motion, Deviation& worst) const {
+    const Capture& capture = *frame_.assembly->capture;
+    const std::size_t number = posed.drawable->geometry;
+    const bool animated = !frame_.procedures.keys.empty() && frame_.procedures.keys[number][0] != nullptr;
+    if (!animated && motion.still()) return;
+    for (std::size_t piece = 0; piece < posed.procedure->pieces.size(); ++piece)
+      for (int k = 0; k < 9; ++k) {
+        const auto point = [&](const Procedure& at) {
+          const auto p = shaders::shape_point(at.shape, at.pieces[piece].input, 0.5 * (k % 3), 0.5 * (k / 3));
+          return DVec4(p.x, p.y, p.z, 1.0);
+        };
+        const DVec4 open = point(*posed.procedure), close = animated ? point(*posed.procedure_close) : open;
+        measure_point(
+            motion, {open, close},
+            [&](std::size_t probe) {
+              return animated ? point(probes_[probe].procedures.at(capture, number, 0)) : open;
+            },
+            worst);
+      }
   }
 
   DMat4 world_of(const PosedDrawable& posed, const Pose& pose, const View& view) const {

@@ -14,12 +14,14 @@ struct PosedDrawable;
 // neighbours compute a shared edge's parameters, and with them its vertices, with the same bits.
 struct ProcedurePatch {
   shaders::ShapeId shape = shaders::ShapeId::kSphere;
-  const Procedure::Piece* piece = nullptr;
+  const Procedure::Piece *piece = nullptr,
+                         *piece_close = nullptr;  // at the motion keys; the same, but for deforming ones
   int column = 0, row = 0, columns = 1, rows = 1;
 
   // Of the piece, from those of the patch.
   float u(float local) const { return (static_cast<float>(column) + local) / static_cast<float>(columns); }
   float v(float local) const { return (static_cast<float>(row) + local) / static_cast<float>(rows); }
+  const shaders::ShapeInput& input(std::size_t key) const { return (key == 0 ? piece : piece_close)->input; }
 };
 
 ProcedurePatch procedure_patch(const FrameGeometry& frame, std::uint32_t patch);
@@ -32,11 +34,13 @@ struct PatchPoint {
 PatchPoint patch_of_piece_point(const PosedDrawable& drawable, std::uint32_t piece, float u, float v);
 
 // Factors from the length on screen of the patch's edges and inner lines, each as a polygon of nine points: the same
-// for both patches at an edge.
+// for both patches at an edge. Within the procedure's own limits; throws LimitError where its least is beyond the
+// machine's most.
 TessellationPattern procedure_pattern(const FrameGeometry& frame, std::uint32_t patch);
 
-// Bytes of a procedure in memory: the numbers of all stages, code apart, and a geometry image's points.
-std::uint64_t procedure_record_bytes(const Procedure& procedure);
+// Bytes of a procedure in memory: the numbers of all stages, those of a shape that deforms at both motion keys, code
+// apart, and a geometry image's points.
+std::uint64_t procedure_record_bytes(const Procedure& procedure, bool deforming);
 // Of these, what evaluating a point of a piece reads: the piece's numbers.
 std::uint64_t procedure_piece_bytes(const Procedure& procedure);
 // And what shading a point reads: the numbers of its piece and of texture and shading.

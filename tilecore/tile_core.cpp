@@ -143,11 +143,17 @@ std::uint64_t sort_steps(std::uint64_t entries) {
 
 CoreCounters TileCore::take_counters() {
   resolve_counters_.pixels_shaded += resolve_.take_pixels_shaded();
-  return {std::exchange(counters_, {}),    visibility_.take_stencil_counters(),
-          visibility_.take_ray_counters(), sampler_.take_counters(),
-          shader_.take_counters(),         shader_.textures().take_counters(),
-          resolve_.take_counters(),        std::exchange(resolve_counters_, {}),
-          store_.take_compression(),       store_.take_counters(),
+  return {std::exchange(counters_, {}),
+          visibility_.take_stencil_counters(),
+          visibility_.take_ray_counters(),
+          sampler_.take_counters(),
+          shader_.take_counters(),
+          shader_.textures().take_counters(),
+          resolve_.take_counters(),
+          resolve_.take_history_counters(),
+          std::exchange(resolve_counters_, {}),
+          store_.take_compression(),
+          store_.take_counters(),
           std::exchange(transmission_, {})};
 }
 memory::Ledger TileCore::take_ledger() {
@@ -257,7 +263,10 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
     if (keep_items_)
       keep_item(std::exchange(before, counted()), job.frame->assembly->patch_drawable[entry.base_patch] + 1);
   }
-  if (job.procedures != nullptr) draw_cells(job, state, before);
+  if (job.procedures != nullptr) {
+    if (job.procedures->settings().lists == ProcedureSettings::Lists::kRanges) take_unseen_cells(job, entries);
+    draw_cells(job, state, before);
+  }
   current_work_place().base_patch = -1;
   counters_.depth_blocks_updated += state.take_depth_updates();
   if (!state.layers.empty())
@@ -268,10 +277,31 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
 void TileCore::draw_cells(const TileJob& job, TileState& state, timing::SubPatchItem& before) {
   leave_segment(job);
   sampler_.draw({*job.frame, *job.procedures, samples_, state, &shader_.textures(), &counters_.alpha_tests});
+  if (const std::uint64_t handed = sampler_.take_handed()) {
+    // Posted by the tile that evaluated them.
+    const std::uint64_t bytes = memory::burst_bytes(0, handed * SamplingController::kHandedBytes, job.burst_bytes);
+    ledger_.write(memory::Unit::kSampling, memory::Purpose::kSamplingMaps, bytes);
+    ledger_.read(memory::Unit::kSampling, memory::Purpose::kSamplingMaps, bytes);
+  }
   std::vector<SamplingController::CellRead> reads = sampler_.take_reads();
   if (reads.empty()) return;
   cells_.push_back({static_cast<std::uint32_t>(tessellations_.size()), std::move(reads)});
   if (keep_items_) keep_item(std::exchange(before, counted()), 0);
+}
+
+void TileCore::take_unseen_cells(const TileJob& job, std::span<const binner::QueueEntry> entries) {
+  const std::vector<ParameterCell>& cells = job.procedures->cells();
+  std::vector<std::uint32_t> listed;
+  for (const binner::QueueEntry& entry : entries)
+    if (is_cell(job, entry)) listed.push_back(ParameterMaps::cell_of(entry.range));
+  const auto piece_of = [&](std::uint32_t cell) { return std::tie(cells[cell].drawable, cells[cell].piece); };
+  std::sort(listed.begin(), listed.end());  // piece by piece
+  const std::span<const std::uint32_t> all(listed);
+  for (std::size_t first = 0, end = 0; first < all.size(); first = end) {
+    while (end < all.size() && piece_of(all[end]) == piece_of(all[first])) ++end;
+    for (const std::uint32_t cell : job.procedures->others_in_range(all.subspan(first, end - first)))
+      sampler_.take_unseen(cell);
+  }
 }
 
 // Cells of a procedure follow each other in a list, as they were binned.
@@ -416,6 +446,11 @@ void TileCore::load_state(const TileJob& job, const TileState& state) {
 
 // ---- Shading ----------------------------------------------------------------------------------------------------
 
+HistoryStorage TileCore::history_storage(const TileJob& job) {
+  return {job.burst_bytes,         job.store.coder, job.store.compressed,    job.grid->tile_width(),
+          job.grid->tile_height(), job.line_bytes,  job.store.signature_bits};
+}
+
 bool TileCore::finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group) {
   const double start = thread_seconds();
   resolve_.plan(*job.resolve, *job.frame, samples_, state);
@@ -429,15 +464,14 @@ bool TileCore::finish_desampled(const TileJob& job, TileState& state, FrameTarge
   }
   const DeferredShader::Skipped skipped = shader_.take_skipped();
   resolve_.count_skipped(skipped.samples, skipped.invocations);
-  const bool open =
-      resolve_.complete(*job.resolve, shader_.color(), shader_.coverage(), {job.burst_bytes, job.store.coder}, targets);
+  const bool open = resolve_.complete(*job.resolve, shader_.color(), shader_.coverage(), history_storage(job), targets);
   resolve_seconds_ += (planned - start) + (thread_seconds() - shaded);
   return open;
 }
 
 void TileCore::finish_deferred(const TileJob& job, binner::TileIndex tile, FrameTargets& targets) {
   const double start = thread_seconds();
-  resolve_.finish_deferred(*job.resolve, job.grid->pixels(tile), {job.burst_bytes, job.store.coder}, targets);
+  resolve_.finish_deferred(*job.resolve, job.grid->pixels(tile), history_storage(job), targets);
   resolve_seconds_ += thread_seconds() - start;
 }
 
@@ -477,6 +511,7 @@ bool TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
   TESSERA_CHECK(state.started && samples_.pixels == pixels, "a tile is finished right after its last entries");
   if (job.procedures != nullptr && job.procedures->settings().refill)
     sampler_.refill_holes({*job.frame, *job.procedures, samples_, state, &shader_.textures(), &counters_.alpha_tests});
+  if (job.procedures != nullptr) sampler_.merge_layers(*job.frame, state);
   shader_.count_drawables(drawables_);
   bool open = false;
   if (job.resolve != nullptr) {
@@ -488,8 +523,12 @@ bool TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
         {shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes, false},
         targets.color, resolve_counters_, ledger_);
   }
-  const TileStore::Outcome stored =
-      store_.store(job.store, {tile, pixels, targets.region, job.burst_bytes, open}, targets.color, ledger_);
+  TileStore::Tile whole{tile, pixels, targets.region, job.burst_bytes, open};
+  if (job.resolve != nullptr) {
+    whole.kept = &resolve_.kept();
+    whole.payloads = job.resolve->next->payload.empty() ? nullptr : &job.resolve->next->payload;
+  }
+  const TileStore::Outcome stored = store_.store(job.store, whole, targets.color, ledger_);
   if (stored.changed && job.resolve != nullptr) resolve_.keep_stored(*job.resolve, targets);
   if (targets.auxiliary) shader_.write_auxiliary(samples_, state, targets);
   if (!targets.coarse_depth.farthest.empty()) store_coarse_depth(state, targets.coarse_depth);

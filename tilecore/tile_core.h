@@ -53,6 +53,7 @@ struct CoreCounters {
   ShadingCounters shading;
   TextureCounters texture;
   DesamplingCounters desampling;
+  HistoryCounters history;
   ResolveCounters resolve;
   CompressionCounters compression;
   StoreCounters store;
@@ -69,6 +70,7 @@ void for_each_unit(A& a, B& b, const Visit& visit) {
   visit(a.shading, b.shading);
   visit(a.texture, b.texture);
   visit(a.desampling, b.desampling);
+  visit(a.history, b.history);
   visit(a.resolve, b.resolve);
   visit(a.compression, b.compression);
   visit(a.store, b.store);
@@ -138,6 +140,8 @@ class TileCore {
   // By the number of the drawable; as long as the longest list of drawables since the last call.
   std::vector<DrawableCounts> take_drawables() { return std::exchange(drawables_, {}); }
   TextureUnit& textures() { return shader_.textures(); }
+  // Lines of what is kept of frames, as ResolveUnit::take_lines().
+  std::vector<std::uint32_t> take_history_lines() { return resolve_.take_lines(); }
   // From now on, what units do for each sub-patch and warp is kept. False: no more.
   void keep_items(bool keep) {
     keep_items_ = keep;
@@ -165,6 +169,7 @@ class TileCore {
   }
   // Writes the farthest depths of the tile's blocks.
   void store_coarse_depth(TileState& state, frontend::CoarseDepth& depth);
+  static HistoryStorage history_storage(const TileJob& job);
   // True: its second pass has pixels left to fill.
   bool finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group);
   // What is counted of items, so far.
@@ -193,6 +198,8 @@ class TileCore {
   }
   // `begin`: what was counted when they began to wait for each other; it moves on.
   void draw_cells(const TileJob& job, TileState& state, timing::SubPatchItem& begin);
+  // With procedures.lists=ranges: what the entries' ranges hold besides their cells.
+  void take_unseen_cells(const TileJob& job, std::span<const binner::QueueEntry> entries);
   void count_cells(const TileJob& job, std::span<const binner::QueueEntry> entries);
   void count_hidden(const TileJob& job, const binner::QueueEntry& entry);
   // Tests the mesh of `entry`; samples outside the entry's times are not tested.

@@ -38,7 +38,7 @@ struct TileJob {
   // Run the general kernels also where the scene does not ask for them, or the front end found that they can be spared.
   bool force_motion = false, force_lens = false, force_displacement = false, force_alpha_test = false;
   VisibilityMethodSettings visibility;
-  std::uint64_t burst_bytes = 64;
+  std::uint64_t burst_bytes = 64, line_bytes = 64;  // of the memory, of the L2
   TextureUnit::Settings textures;
   const VisibilityKernels* kernels =
       nullptr;  // see VisibilitySettings; for a benchmark whose patches all have one set of effects

@@ -9,10 +9,6 @@
 
 namespace tessera::tilecore {
 
-// Of a pixel, where it is said how many groups of its samples are shaded apart: they share invocations with those of any
-// other pixel that see the same shading cell.
-inline constexpr std::uint8_t kRunsByCell = 3;
-
 // What the samples of a tile see. Survives partial renders, when it is stored to memory and loaded again.
 struct TileState {
   static constexpr std::uint32_t kNoPatch = 0xFFFFFFFFu;

@@ -230,7 +230,7 @@ std::vector<Bound> bounds_of_tiles(const hardware::Machine& gpu, const StageCycl
 }  // namespace
 
 std::vector<TileShare> attribute_tiles(const hardware::Machine& gpu, const FrameWork& work, const Schedule& schedule,
-                                       const WarmCaches& before) {
+                                       const WarmCaches& before, bool bounds) {
   std::map<std::uint32_t, TileShare> tiles;
   StageCycles busy{};
   for (const TileSchedule& scheduled : schedule.tiles) {
@@ -244,10 +244,10 @@ std::vector<TileShare> attribute_tiles(const hardware::Machine& gpu, const Frame
     const StageCycles cycles = tile_cycles(gpu, tile, items);
     for (std::size_t s = 0; s < kStageCount; ++s) busy[s] += cycles[s];
   }
-  const std::vector<Bound> bounds = bounds_of_tiles(gpu, busy);
-  std::vector<std::map<std::uint32_t, double>> with_twice(bounds.size());
-  parallel_for(bounds.size(), [&](std::size_t b) {
-    with_twice[b] = cycles_by_tile(work, schedule_of(doubled(gpu, bounds[b]), work, before));
+  const std::vector<Bound> all = bounds ? bounds_of_tiles(gpu, busy) : std::vector<Bound>{};
+  std::vector<std::map<std::uint32_t, double>> with_twice(all.size());
+  parallel_for(all.size(), [&](std::size_t b) {
+    with_twice[b] = cycles_by_tile(work, schedule_of(doubled(gpu, all[b]), work, before));
   });
   std::vector<TileShare> out;
   for (const auto& [number, cycles] : cycles_by_tile(work, schedule)) {
@@ -255,9 +255,9 @@ std::vector<TileShare> attribute_tiles(const hardware::Machine& gpu, const Frame
     share.cycles = cycles;
     double best = 0;
     for (const auto& of : with_twice) best = std::max(best, cycles - of.at(number));
-    for (std::size_t b = 0; b < bounds.size() && best > 0 && !share.bound_by; ++b)
+    for (std::size_t b = 0; b < all.size() && best > 0 && !share.bound_by; ++b)
       if (const double gain = cycles - with_twice[b].at(number); gain >= kNearlyBest * best)
-        share.bound_by = bounds[b], share.bound_cycles = gain;
+        share.bound_by = all[b], share.bound_cycles = gain;
   }
   return out;
 }

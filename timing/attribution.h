@@ -46,8 +46,8 @@ struct TileShare {
   double bound_cycles = 0;        // by how much
 };
 // Tile by tile, in the order of their numbers. The frame is simulated once more for each unit that has work in a tile, for
-// memory, L2, caches and latency; `before`: the caches with which it began.
+// memory, L2, caches and latency, but without `bounds`: then no tile has a bound. `before`: the caches with which it began.
 std::vector<TileShare> attribute_tiles(const hardware::Machine& gpu, const FrameWork& work, const Schedule& schedule,
-                                       const WarmCaches& before = {});
+                                       const WarmCaches& before = {}, bool bounds = true);
 
 }  // namespace tessera::timing

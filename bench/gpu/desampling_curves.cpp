@@ -1,7 +1,8 @@
 // What desampling saves and what it costs in error, over whole replays.
 //
 //   tessera_desampling_curves OUT_FOLDER [PART]   PART: headline, thresholds, captures, stencils, drift, traffic,
-//                                                 eyes, images; default: all. Prints the tables of docs/resolve.md
+//                                                 eyes, shimmer, splits, supersampling, images, faults; default:
+//                                                 all. Prints the tables of docs/resolve.md
 //                                                 and writes CSV files, plots and images
 //   tessera_desampling_curves OUT_FOLDER score CAPTURE FIRST LAST SETTINGS...
 //                                                 one row for each; SETTINGS: "KEY=VALUE,KEY=VALUE", keys of `resolve.`
@@ -16,15 +17,19 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "base/atomic_file.h"
 #include "base/image_metrics.h"
+#include "bench/gpu/desampling_faults.h"
 #include "bench/gpu/desampling_images.h"
 #include "bench/gpu/desampling_score.h"
+#include "bench/gpu/desampling_shimmer.h"
 #include "bench/support/line_plot.h"
 #include "bench/support/program.h"
 #include "shaders_cpp/tone_map.h"
@@ -169,14 +174,14 @@ void thresholds(const fs::path& folder) {
 // Eight captures at the same thresholds: seven frames of each that have a history.
 void captures(const fs::path& folder) {
   std::string csv = "capture,setting,saved,psnr_db,worst_frame_db,mssim,flip\n";
-  std::vector<Series> plot;
+  std::vector<Series> decibels, similarity, flips;
   for (const Shot& shot :
        {Shot{"stroll", 8, 16, 640, 360}, Shot{"serpent", 12, 20, 640, 360}, Shot{"flyby", 0, 8, 640, 360},
         Shot{"eggs", 10, 18, 640, 360}, Shot{"vases", 0, 8, 640, 360}, Shot{"city", 0, 8, 640, 360},
         Shot{"garden", 0, 8, 640, 360}, Shot{"workshop", 0, 8, 640, 360}}) {
     const scene::Capture capture = read_shipped(shot.name);
     const Reference reference = render_reference(capture, shot);
-    plot.push_back({shot.name, {}, {}});
+    for (std::vector<Series>* plot : {&decibels, &similarity, &flips}) plot->push_back({shot.name, {}, {}});
     for (const auto& [still, fast1, fast2] : kThresholds) {
       const Score s = score(capture, shot,
                             adaptive({fmt::format("resolve.k_stat={}", still), fmt::format("resolve.k_fast1={}", fast1),
@@ -184,15 +189,19 @@ void captures(const fs::path& folder) {
                             reference);
       csv += fmt::format("{},{} / {} / {},{:.4f},{:.3f},{:.3f},{:.5f},{:.5f}\n", shot.name, still, fast1, fast2,
                          s.saved, s.psnr, s.worst_psnr(), s.ssim, s.flip);
-      plot.back().x.push_back(100 * s.saved), plot.back().y.push_back(s.psnr);
+      for (const auto& [plot, value] : {std::pair(&decibels, s.psnr), {&similarity, s.ssim}, {&flips, s.flip}})
+        plot->back().x.push_back(100 * s.saved), plot->back().y.push_back(value);
     }
   }
   fmt::print("\n{}", csv);
   write_file_atomically(folder / "captures.csv", csv);
-  write_line_plot((folder / "captures.svg").string(),
-                  {"Error against savings, thresholds from careful to reckless", "pixel-shader invocations saved, %",
-                   "mean PSNR, dB (60: equal)"},
-                  plot);
+  for (const auto& [name, label, plot] : {std::tuple("captures_psnr.svg", "mean PSNR, dB (60: equal)", &decibels),
+                                          {"captures_mssim.svg", "MSSIM", &similarity},
+                                          {"captures_flip.svg", "mean FLIP", &flips}})
+    write_line_plot(
+        (folder / name).string(),
+        {"Error against savings, thresholds from careful to reckless", "pixel-shader invocations saved, %", label},
+        *plot);
 }
 
 void stencils(const fs::path&) {
@@ -248,37 +257,50 @@ void drift(const fs::path& folder) {
                   {"Error of advection over time", "frames of advection", "RMSE, linear light", false, true}, plot);
 }
 
-// Bytes over the memory interface, means over the frames that have a history.
-void traffic(const fs::path&) {
-  fmt::print(
-      "\n| stroll, KB a frame | frame buffer written | history read | history written | all traffic | runs of the "
-      "pixel shader |\n|---|---:|---:|---:|---:|---:|\n");
-  const scene::Capture capture = read_shipped("stroll");
-  const Shot shot{"stroll", 24, 33, 1280, 720};
-  for (const auto& [name, sets] : {std::pair<std::string, Sets>{"off", {}},
-                                   {"off, compressed", {"frame_buffer.compression=lossless"}},
-                                   {"adaptive", adaptive()},
-                                   {"adaptive, compressed", adaptive({"frame_buffer.compression=lossless"})},
-                                   {"adaptive, without advection", adaptive({"resolve.advection=false"})},
-                                   {"checkerboard", {kCheckerboard}}}) {
+// Bytes over the memory interface, cycles and energy: means over the frames that have a history.
+void traffic(const fs::path& folder) {
+  std::string csv =
+      "capture,setting,frame_buffer_written_kb,history_read_kb,history_written_kb,all_traffic_kb,"
+      "pixel_shader_invocations,kcycles,energy_uj,dram_uj\n";
+  const auto row = [&](const Shot& shot, const std::string& name, const Sets& sets) {
+    const scene::Capture capture = read_shipped(shot.name);
     Device r = renderer_of(capture, shot, sets);
-    double frame_buffer = 0, read = 0, written = 0, all = 0, runs = 0;
-    r.render(shot.first);
-    for (int f = shot.first + 1; f < shot.last; ++f) {
+    std::array<double, 8> sum{};
+    for (int f = shot.first; f < shot.last; ++f) {
       const FrameResult frame = r.render(f);
+      if (f == shot.first) continue;
       const memory::Ledger& ledger = frame.counters.ledger;
       const memory::Traffic &history = ledger.traffic(memory::Unit::kResolve, memory::Purpose::kHistory),
-                            total = ledger.total();
-      frame_buffer +=
-          static_cast<double>(ledger.traffic(memory::Unit::kResolve, memory::Purpose::kFrameBuffer).written_bytes);
-      read += static_cast<double>(history.read_bytes), written += static_cast<double>(history.written_bytes);
-      all += static_cast<double>(total.read_bytes + total.written_bytes);
-      runs += static_cast<double>(frame.counters.shading.pixel_shader_invocations);
+                            &pixels = ledger.traffic(memory::Unit::kResolve, memory::Purpose::kFrameBuffer),
+                            all = ledger.total();
+      const double bytes = static_cast<double>(all.read_bytes + all.written_bytes);
+      const std::array<double, 8> values = {static_cast<double>(pixels.written_bytes) / 1e3,
+                                            static_cast<double>(history.read_bytes) / 1e3,
+                                            static_cast<double>(history.written_bytes) / 1e3,
+                                            bytes / 1e3,
+                                            static_cast<double>(frame.counters.shading.pixel_shader_invocations),
+                                            frame.model->timing.cycles / 1e3,
+                                            frame.model->energy.total_nj() / 1e3,
+                                            frame.model->energy.by_unit_nj.at("dram") / 1e3};
+      for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += values[i] / (shot.last - shot.first - 1);
     }
-    const double n = shot.last - shot.first - 1;
-    fmt::print("| {} | {:.0f} | {:.0f} | {:.0f} | {:.0f} | {:.0f} |\n", name, frame_buffer / n / 1e3, read / n / 1e3,
-               written / n / 1e3, all / n / 1e3, runs / n);
-  }
+    csv += fmt::format("{},\"{}\",{:.0f}\n", shot.name, name, fmt::join(sum, ","));
+  };
+  const Shot walk{"stroll", 24, 33, 1280, 720}, still{"vases", 0, 9, 1280, 720};
+  const std::string compressed = "frame_buffer.compression=lossless";
+  row(walk, "off", {});
+  row(walk, "off, " + compressed, {compressed});
+  row(walk, "adaptive", adaptive());
+  row(walk, "adaptive, " + compressed, adaptive({compressed}));
+  for (const char* set : {"resolve.history_l2=false", "resolve.history_records=block", "resolve.history_records=pixel",
+                          "resolve.history_colors=apart", "resolve.advection=false"})
+    row(walk, std::string("adaptive, ") + set, adaptive({set}));
+  row(walk, "checkerboard", {kCheckerboard});
+  row(still, "off", {});
+  row(still, "adaptive", adaptive());
+  row(still, "adaptive, resolve.keep_blocks=false", adaptive({"resolve.keep_blocks=false"}));
+  fmt::print("\n{}", csv);
+  write_file_atomically(folder / "traffic.csv", csv);
 }
 
 // Foveation and stereo: one frame each.
@@ -339,8 +361,8 @@ int main(int argc, char** argv) {
   if (argc < 2 || (scores ? argc < 7 : argc > 3)) {
     fmt::print(
         stderr,
-        "usage: tessera_desampling_curves OUT_FOLDER [headline|thresholds|captures|stencils|drift|traffic|eyes|images "
-        "| score CAPTURE FIRST LAST SETTINGS...] | --check\n");
+        "usage: tessera_desampling_curves OUT_FOLDER [headline|thresholds|captures|stencils|drift|traffic|eyes|shimmer|"
+        "splits|supersampling|images|faults | score CAPTURE FIRST LAST SETTINGS...] | --check\n");
     return 2;
   }
   try {
@@ -358,7 +380,11 @@ int main(int argc, char** argv) {
                                     {"drift", drift},
                                     {"traffic", traffic},
                                     {"eyes", eyes},
-                                    {"images", desampling_images}})
+                                    {"shimmer", shimmer},
+                                    {"splits", splits},
+                                    {"supersampling", supersampling},
+                                    {"images", desampling_images},
+                                    {"faults", desampling_faults}})
       if (part == "all" || part == name) run(first);
     return 0;
   } catch (const std::exception& error) {

@@ -55,9 +55,9 @@ double rmse(const Image& a, const Image& b) {
   return std::sqrt(sum / static_cast<double>(a.values.size()));
 }
 
-Reference render_reference(const scene::Capture& capture, const Shot& shot, bool keep_linear) {
+Reference render_reference(const scene::Capture& capture, const Shot& shot, bool keep_linear, const Sets& sets) {
   Reference out;
-  Device r = renderer_of(capture, shot, {});
+  Device r = renderer_of(capture, shot, sets);
   for (int f = shot.first; f < shot.last; ++f) {
     FrameResult frame = r.render(f);
     out.display.push_back(shaders::to_display(frame.targets.color, capture.settings.exposure));

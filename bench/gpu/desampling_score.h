@@ -35,7 +35,8 @@ struct Reference {
   std::vector<Image> linear;  // kept only where asked for
   std::vector<std::uint64_t> invocations;
 };
-Reference render_reference(const scene::Capture& capture, const Shot& shot, bool keep_linear = false);
+Reference render_reference(const scene::Capture& capture, const Shot& shot, bool keep_linear = false,
+                           const Sets& sets = {});
 
 // Frames that are bit-identical count as this many dB in a mean of PSNR, so that they cannot lift it without bound.
 inline constexpr double kIdenticalDecibel = 60;

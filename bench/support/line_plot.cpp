@@ -11,7 +11,8 @@ namespace tessera::bench {
 namespace {
 
 constexpr double kLeft = 70, kTop = 40, kWidth = 470, kHeight = 300;
-constexpr const char* kColors[] = {"#1b6ca8", "#d1495b", "#2e933c", "#8f5fbf", "#c98a10", "#3b3b3b", "#3aa6a0"};
+constexpr const char* kColors[] = {"#1b6ca8", "#d1495b", "#2e933c", "#8f5fbf", "#c98a10",
+                                   "#3b3b3b", "#3aa6a0", "#b5739d", "#8a5a2b"};
 
 struct Range {
   double low = 1e300, high = -1e300;
@@ -47,8 +48,8 @@ void write_line_plot(const std::string& file, const PlotLabels& labels, const st
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 700 400\" font-family=\"sans-serif\" font-size=\"12\">\n"
       "<rect width=\"700\" height=\"400\" fill=\"white\"/>\n<text x=\"{}\" y=\"22\" font-size=\"14\">{}</text>\n",
       kLeft, labels.title);
-  svg += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\" line=\"#888\"/>\n", kLeft, kTop,
-                     kWidth, kHeight);
+  svg += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\" stroke=\"#888\"/>\n", kLeft,
+                     kTop, kWidth, kHeight);
   for (const double t : linear_ticks(xs))
     svg +=
         fmt::format("<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\">{:g}</text>\n", px(t), kTop + kHeight + 18, t);
@@ -57,7 +58,7 @@ void write_line_plot(const std::string& file, const PlotLabels& labels, const st
     const double value = labels.logarithmic_y ? std::pow(10, t) : t;
     const double at = kTop + kHeight - (t - ys.low) / (ys.high - ys.low) * kHeight;
     svg += fmt::format(
-        "<line x1=\"{}\" y1=\"{:.1f}\" x2=\"{}\" y2=\"{:.1f}\" line=\"#ddd\"/><text x=\"{}\" y=\"{:.1f}\" "
+        "<line x1=\"{}\" y1=\"{:.1f}\" x2=\"{}\" y2=\"{:.1f}\" stroke=\"#ddd\"/><text x=\"{}\" y=\"{:.1f}\" "
         "text-anchor=\"end\">{}</text>\n",
         kLeft, at, kLeft + kWidth, at, kLeft - 6, at + 4,
         value >= 1000 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value));
@@ -74,7 +75,7 @@ void write_line_plot(const std::string& file, const PlotLabels& labels, const st
       points += fmt::format("{:.1f},{:.1f} ", x, y);
       svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\" fill=\"{}\"/>\n", x, y, color);
     }
-    svg += fmt::format("<polyline points=\"{}\" fill=\"none\" line=\"{}\" line-width=\"2\"/>\n", points, color);
+    svg += fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"/>\n", points, color);
     const double y = kTop + 14 + 20 * static_cast<double>(s);
     svg += fmt::format(
         "<rect x=\"{}\" y=\"{:.1f}\" width=\"12\" height=\"4\" fill=\"{}\"/><text x=\"{}\" y=\"{:.1f}\">{}</text>\n",

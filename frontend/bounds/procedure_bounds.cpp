@@ -109,29 +109,41 @@ double rounding_of_projection(const RasterEnclosure& r, const ScreenCoordinate& 
 
 double known(double value) { return std::isnan(value) ? kInfinity : value; }
 
-MovingBox box_of(const Vector3<Enclosure>& p) {
+// Of the points at both motion keys.
+MovingBox box_of(const Vector3<Enclosure>& open, const Vector3<Enclosure>& close) {
   MovingBox box;
   box.axes = {DVec3(1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1)};
-  box.low[0] = box.low[1] = {p.x.low(), p.y.low(), p.z.low()};
-  box.high[0] = box.high[1] = {p.x.high(), p.y.high(), p.z.high()};
+  for (std::size_t key = 0; key < 2; ++key) {
+    const Vector3<Enclosure>& p = key == 0 ? open : close;
+    box.low[key] = {p.x.low(), p.y.low(), p.z.low()};
+    box.high[key] = {p.x.high(), p.y.high(), p.z.high()};
+  }
   return box;
 }
 
 }  // namespace
 
 MovingBox procedure_box(const scene::ProcedurePatch& patch, const scene::ParameterRange& range) {
-  const Vector3<Enclosure> p =
-      enclose(patch.shape, *patch.piece, static_cast<double>(patch.u(range.u0)), static_cast<double>(patch.v(range.v0)),
-              static_cast<double>(patch.u(range.u1)), static_cast<double>(patch.v(range.v1)));
-  return box_of(p);
+  const auto points = [&](const scene::Procedure::Piece& piece) {
+    return enclose(patch.shape, piece, static_cast<double>(patch.u(range.u0)), static_cast<double>(patch.v(range.v0)),
+                   static_cast<double>(patch.u(range.u1)), static_cast<double>(patch.v(range.v1)));
+  };
+  const Vector3<Enclosure> open = points(*patch.piece);
+  return box_of(open, patch.piece == patch.piece_close ? open : points(*patch.piece_close));
 }
 
 ProcedureCellBounds bound_procedure_cell(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
-                                         const scene::Procedure::Piece& piece, const ParameterBox& box) {
+                                         std::size_t piece, const ParameterBox& box) {
   const scene::Projection& projection = frame.projection;
-  const Vector3<Enclosure> p = enclose(drawable.procedure->shape, piece, box.u0, box.v0, box.u1, box.v1);
+  const auto points = [&](const scene::Procedure& procedure) {
+    return enclose(procedure.shape, procedure.pieces[piece], box.u0, box.v0, box.u1, box.v1);
+  };
+  std::array<Vector3<Enclosure>, 2> points_at;
+  points_at[0] = points(*drawable.procedure);
+  points_at[1] = drawable.deforming ? points(*drawable.procedure_close) : points_at[0];
   std::array<RasterEnclosure, 2> r;
   for (std::size_t key = 0; key < 2; ++key) {
+    const Vector3<Enclosure>& p = points_at[key];
     if (key == 1 && !drawable.moving)
       r[1] = r[0];
     else
@@ -160,7 +172,7 @@ ProcedureCellBounds bound_procedure_cell(const scene::FrameGeometry& frame, cons
     // Fronts have negative area where y points down, as glTF's wind counter-clockwise.
     out.faces_away = drawable.mirrored ? area.high() < 0 : area.low() > 0;
   }
-  out.box = box_of(p);
+  out.box = box_of(points_at[0], points_at[1]);
   for (std::size_t key = 0; key < 2; ++key)
     out.rounding = std::max(out.rounding, known(rounding_of_projection(r[key], c[0], c[1], projection)));
   if (!drawable.moving && projection.lens_scale == 0) out.image = image_of(c);

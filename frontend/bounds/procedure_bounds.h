@@ -47,8 +47,8 @@ struct ProcedureCellBounds {
 
 // Bounds hold for every (u, v) of the box, every time and every point of the lens for which the point lies in front of
 // the near plane, rounding included; so does the reach for derivatives of the exact image. Points move linearly between
-// the keys in raster space (see FrameGeometry).
+// the keys in raster space (see FrameGeometry), also where the shape's numbers differ between them.
 ProcedureCellBounds bound_procedure_cell(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
-                                         const scene::Procedure::Piece& piece, const ParameterBox& box);
+                                         std::size_t piece, const ParameterBox& box);
 
 }  // namespace tessera::frontend

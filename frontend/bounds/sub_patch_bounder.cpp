@@ -378,8 +378,9 @@ MovingBox SubPatchBounder::box(const scene::CellRange& cells) {
   if (drawable_->procedure != nullptr) {
     range_ = parameter_range(frame_.pattern_of(patch_), cells);
     const MovingBox box = procedure_box(procedure_patch_, range_);
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      largest_ = std::max({largest_, std::abs(box.low[0][axis]), std::abs(box.high[0][axis])});
+    for (std::size_t key = 0; key < keys_; ++key)
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        largest_ = std::max({largest_, std::abs(box.low[key][axis]), std::abs(box.high[key][axis])});
     return box;
   }
   if (!bezier_) return cluster_box();

@@ -18,7 +18,7 @@ using Value = std::variant<bool, std::int64_t, double, std::string>;
 // What there is to know of a key; `tessera describe settings` and `tessera describe gpu` print the same.
 struct KeyDescription {
   std::string name;  // "tile.width"
-  std::string type;  // "integer", "number", "boolean", "choice"
+  std::string type;  // "integer", "number", "boolean", "choice", "text"
   std::string unit;  // "" for pure numbers and choices
   Value default_value;
   double min = 0, max = 0;           // of numbers, inclusive

@@ -19,6 +19,7 @@
 #include "replay/pack/binary_chunk.h"
 #include "replay/pack/image_packer.h"
 #include "replay/pack/meshopt_encoder.h"
+#include "replay/pack/stored_view.h"
 #include "scene/capture_reader.h"
 #include "scene/clusters.h"
 #include "scene/extensions.h"
@@ -456,7 +457,8 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
                         const PackOptions& options) {
   PackReport report;
   // Reading it whole first finds every fault that only shows when values are decoded.
-  report.bytes_in = scene::read_capture(source, {.strict = options.strict}).file_bytes;
+  const PackedView looked_at = read_for_view(source, options.capture_settings, options.view, options.strict);
+  report.bytes_in = looked_at.capture.file_bytes;
 
   const std::string name = source.string();
   const scene::CaptureLimits limits;
@@ -488,8 +490,8 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
     const std::optional<int> grid = meshopt ? position_grid(document, mesh, options.bits.position) : std::nullopt;
     for (json& primitive : mesh["primitives"]) {
       ++report.primitives;
-      if (json* packed = extension_of(primitive, kDraco))
-        (*packed)["bufferView"] = chunk.copy_view((*packed)["bufferView"].get<std::size_t>());
+      if (json* compressed = extension_of(primitive, kDraco))
+        (*compressed)["bufferView"] = chunk.copy_view((*compressed)["bufferView"].get<std::size_t>());
       else if (meshopt)
         report.compressed += compress_with_meshopt(document, out, primitive, options, grid, chunk, placed) ? 1 : 0;
       else if (options.method != PackMethod::kNone && compress_primitive(document, out, primitive, options, chunk))
@@ -503,6 +505,7 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   report.ktx2_images = images.ktx2;
   list_extensions(out, chunk, draco > 0, images);
   attach_settings(out, options);
+  store_view(out, options.view, looked_at);
   move_environment(document, out, chunk);
   if (out["meshes"].empty()) out.erase("meshes");
   out.erase("buffers");
@@ -516,8 +519,8 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   const json result = checked_json(out.dump(), target.string());
   if (draco > 0) {
     scene::MemoryBudget second_budget(limits.max_bytes, target.string());
-    gltf::Document packed(result, target, chunk.bytes(), true, limits, second_budget);
-    describe_decoded(packed, out);
+    gltf::Document written(result, target, chunk.bytes(), true, limits, second_budget);
+    describe_decoded(written, out);
   }
   const std::string bytes = glb_bytes(out, chunk.bytes());
   put_in_place(target, bytes);

@@ -11,6 +11,7 @@
 #include "replay/pack/image_packer.h"
 #include "replay/pack/procedures.h"
 #include "replay/pack/surfaces.h"
+#include "replay/view_options.h"
 
 namespace tessera::replay {
 
@@ -26,6 +27,9 @@ struct PackOptions {
   nlohmann::json capture_settings;
   // TESSERA_lens for every camera.
   std::optional<double> aperture_radius, focus_distance;
+  // What the result draws and from where: its scene and TESSERA_capture say so. A camera that frames the scene, and the
+  // lens of one, become a camera of the file.
+  ViewChoices view;
   SurfaceOptions surfaces;
   std::vector<ProcedureFile> procedures;
   bool strict = false;  // scene::CaptureLimits::strict, for the asset

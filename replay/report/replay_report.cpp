@@ -53,44 +53,48 @@ ReplayStatistics read_statistics(const fs::path& file) {
   return out;
 }
 
-}  // namespace
-
-json replay_report(const fs::path& folder, std::string&) {
-  const ReplayStatistics statistics = read_statistics(folder / "stats.json");
-  const json& stats = statistics.stats;
+// A replay of the page: {"label", "stats", "views": by frame}.
+json run_of(const fs::path& folder, PageViews& views, std::string& subtitle) {
+  ReplayStatistics statistics = read_statistics(folder / "stats.json");
+  json& stats = statistics.stats;
   const std::vector<int>& numbers = statistics.numbers;
   const json& region = stats.at("settings").at("region");
-  json views = json::array();
-  std::size_t bytes = 0, left_out = 0;
-  const std::size_t stride =
-      (image_stride(numbers.size()) + statistics.stride - 1) / statistics.stride * statistics.stride;
-  for (std::size_t f = 0; f < numbers.size(); ++f) {
-    const int number = numbers[f];
-    const fs::path image = folder / (frame_name(number) + ".png");
-    std::error_code missing;
-    const std::uintmax_t size = fs::file_size(image, missing);
-    if (missing) continue;
-    if (f % stride != 0 || bytes + size > kMaxImageBytes) {
-      ++left_out;
-      continue;
+  json shown = json::array();
+  for (std::size_t f = 0; f < numbers.size(); f += statistics.stride)
+    shown.push_back(views.add(folder / (frame_name(numbers[f]) + ".png"), folder / tile_maps_name(numbers[f]),
+                              whole_number(region.at(0)), whole_number(region.at(1))));
+  subtitle =
+      fmt::format("{}x{}, {} frame{}{}, machine '{}'", whole_number(stats.at("settings").at("width")),
+                  whole_number(stats.at("settings").at("height")), numbers.size(), numbers.size() == 1 ? "" : "s",
+                  statistics.stride == 1 ? "" : fmt::format(" (every {}th shown)", statistics.stride),
+                  stats.at("gpu").at("preset").get<std::string>());
+  return {{"label", fs::absolute(folder).lexically_normal().filename().string()},
+          {"stats", std::move(stats)},
+          {"views", std::move(shown)}};
+}
+
+}  // namespace
+
+json replay_report(const std::vector<fs::path>& folders, PageViews& views, std::string&) {
+  json runs = json::array();
+  std::string title, subtitle;
+  for (const fs::path& folder : folders) {
+    std::string of_run;
+    try {
+      runs.push_back(run_of(folder, views, of_run));
+      const std::string capture = runs.back().at("stats").at("capture").at("file");
+      if (title.find(capture) == std::string::npos) title += (title.empty() ? "" : ", ") + capture;
+    } catch (const json::exception& error) {
+      throw InputError((folder / "stats.json").string(), "",
+                       fmt::format("is not what a replay writes: {}", error.what()));
     }
-    json view = image_view(fmt::format("frame {}", number), image, folder / tile_maps_name(number),
-                           whole_number(region.at(0)), whole_number(region.at(1)));
-    if (view.is_null()) continue;
-    bytes += size;
-    view["frame"] = number;
-    views.push_back(std::move(view));
+    json& label = runs.back()["label"];
+    if (label == "") label = folder.string();
+    subtitle += subtitle.empty() ? of_run : "; " + of_run;
   }
-  const std::string capture = stats.at("capture").at("file");
-  return {{"title", capture + ": replay"},
-          {"subtitle",
-           fmt::format("{}x{}, {} frame{}{}, machine '{}'", whole_number(stats.at("settings").at("width")),
-                       whole_number(stats.at("settings").at("height")), numbers.size(), numbers.size() == 1 ? "" : "s",
-                       statistics.stride == 1 ? "" : fmt::format(" (every {}th shown)", statistics.stride),
-                       stats.at("gpu").at("preset").get<std::string>())},
-          {"stats", stats},
-          {"views", std::move(views)},
-          {"left_out", left_out}};
+  return {{"title", title + (folders.size() > 1 ? ": replays side by side" : ": replay")},
+          {"subtitle", subtitle},
+          {"runs", std::move(runs)}};
 }
 
 }  // namespace tessera::replay

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <string_view>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -15,6 +14,8 @@
 #include "base/whole_file.h"
 #include "replay/describe.h"
 #include "replay/report/page_files.h"
+#include "replay/report/page_parts.h"
+#include "replay/report/report.h"
 #include "replay/report/vega.h"
 
 namespace tessera::replay {
@@ -29,16 +30,23 @@ constexpr std::array kVegaModules = {
     "vega-canvas",     "vega-scale",      "vega-scenegraph",      "vega-expression", "vega-selection",
     "vega-statistics", "vega-functions",  "vega-runtime",         "vega-view",       "vega-event-selector",
     "vega-parser",     "vega-transforms", "vega-view-transforms", "vega-encode"};
-constexpr std::array kScripts = {"page.js",  "plots.js",    "frames.js", "replay.js",
-                                 "sweep.js", "tradeoff.js", "start.js"};
+constexpr std::string_view kLastScript = "start.js";
+constexpr std::array<std::string_view, 20> kScripts = {
+    "page.js",   "units.js",    "packed.js",   "store.js", "plots.js",    "bar.js",    "cards.js",
+    "viewer.js", "machine.js",  "timeline.js", "tiles.js", "compare.js",  "memory.js", "details.js",
+    "replay.js", "parallel.js", "images.js",   "sweep.js", "tradeoff.js", kLastScript};
+
+json one_replay(const fs::path& folder, PageViews& views, std::string& note) {
+  return replay_report({folder}, views, note);
+}
 
 // The kinds of folder, by the file that tells them. Another kind is another row and another function in page/start.js.
 struct ReportKind {
   const char* kind;
   const char* file;
-  json (*make)(const fs::path& folder, std::string& note);
+  json (*make)(const fs::path& folder, PageViews& views, std::string& note);
 };
-constexpr std::array<ReportKind, 3> kKinds = {{{"replay", "stats.json", replay_report},
+constexpr std::array<ReportKind, 3> kKinds = {{{"replay", "stats.json", one_replay},
                                                {"sweep", "sweep.json", sweep_report},
                                                {"tradeoff", "tradeoff.json", tradeoff_report}}};
 
@@ -49,51 +57,6 @@ std::string vega_script() {
     text += fmt::format("'{}': function (exports, require, module, define) {{\n{}\n}},\n", name,
                         read_whole_text(find_vega_module(name)));
   return text + "};\n";
-}
-
-// Whether a text between quotes is JSON of itself, and without '<'. Images in base64 are, and long.
-bool is_plain(std::string_view text) {
-  bool plain = true;
-  for (const char c : text) plain &= c >= ' ' && c <= '~' && c != '"' && c != '\\' && c != '<';
-  return plain;
-}
-
-// Inside a script element nothing may look like the end of it, and inside markup nothing like markup.
-void append_script_json(const json& value, std::string& out) {
-  const auto append_each = [&](const auto& items, char open, char close) {
-    out += open;
-    const char* between = "";
-    for (const auto& item : items) {
-      out += std::exchange(between, ",");
-      if constexpr (std::is_same_v<std::decay_t<decltype(items)>, json::object_t>) {
-        append_script_json(item.first, out);
-        out += ':';
-        append_script_json(item.second, out);
-      } else {
-        append_script_json(item, out);
-      }
-    }
-    out += close;
-  };
-  if (value.is_object()) return append_each(value.get_ref<const json::object_t&>(), '{', '}');
-  if (value.is_array()) return append_each(value.get_ref<const json::array_t&>(), '[', ']');
-  if (value.is_string() && is_plain(value.get_ref<const std::string&>())) {
-    out.append(1, '"').append(value.get_ref<const std::string&>()).append(1, '"');
-    return;
-  }
-  for (const char c : json_text(value)) c == '<' ? out += "\\u003c" : out += c;
-}
-
-std::string script_json(const json& value) {
-  std::string text;
-  append_script_json(value, text);
-  return text;
-}
-
-std::string markup_text(const std::string& text) {
-  std::string out;
-  for (const char c : text) out += c == '<' ? std::string("&lt;") : c == '&' ? std::string("&amp;") : std::string(1, c);
-  return out;
 }
 
 // Fills the template's @NAMES@, each of which is there once; what is filled in is not looked at again.
@@ -119,6 +82,17 @@ json meanings(const std::vector<std::string>& topics, const char* name) {
   return out;
 }
 
+void write_page(const fs::path& file, const char* kind, json data, PageViews& views) {
+  std::string scripts;
+  views.finish(data, scripts);
+  data["kind"] = kind;
+  write_file_atomically(file, page_text(std::move(data), "", std::move(scripts)));
+}
+
+void check_modules() {
+  if (const std::string missing = missing_for_reports(); !missing.empty()) throw SystemError("no report: " + missing);
+}
+
 }  // namespace
 
 std::string missing_for_reports() {
@@ -133,35 +107,59 @@ std::string missing_for_reports() {
   return "";
 }
 
+std::string page_text(json data, const std::string& nonce, std::string scripts) {
+  data["counters"] = meanings({"counters"}, "name");
+  data["keys"] = meanings({"settings", "gpu"}, "key");
+  const bool live = data.at("kind") == "view";
+  std::string script = vega_script();
+  for (const std::string_view name : kScripts) {
+    if (live && name == kLastScript) script.append(page_files().at("view.js")).append("\n");
+    script.append(page_files().at(name)).append("\n");
+  }
+  std::string style(page_files().at("page.css"));
+  if (live) style.append(page_files().at("view.css"));
+  const std::string title = markup_text(data.at("title")), mark = nonce.empty() ? "" : " nonce=\"" + nonce + "\"";
+  append_script("data", gzip_base64(json_text(data)), scripts);
+  return fill_page(
+      {{"@TITLE@", title}, {"@STYLE@", style}, {"@DATA@", scripts}, {"@NONCE@", mark}, {"@SCRIPT@", script}});
+}
+
 std::string write_report(const fs::path& folder) {
   std::error_code ignored;
   for (const ReportKind& kind : kKinds) {
     if (!fs::is_regular_file(folder / kind.file, ignored)) continue;
-    if (const std::string missing = missing_for_reports(); !missing.empty()) throw SystemError("no report: " + missing);
+    check_modules();
     std::string note;
-    json data;
     try {
-      data = kind.make(folder, note);
+      PageViews views;
+      write_page(folder / "report.html", kind.kind, kind.make(folder, views, note), views);
     } catch (const json::exception& error) {
       throw InputError((folder / kind.file).string(), "",
                        fmt::format("is not what a {} writes: {}", kind.kind, error.what()));
     }
-    data["kind"] = kind.kind;
-    data["counters"] = meanings({"counters"}, "name");
-    data["keys"] = meanings({"settings", "gpu"}, "key");
-    std::string script = vega_script();
-    for (const char* name : kScripts) script.append(page_files().at(name)).append("\n");
-    const std::string title = markup_text(data.at("title")), text = script_json(data);
-    write_file_atomically(
-        folder / "report.html",
-        fill_page(
-            {{"@TITLE@", title}, {"@STYLE@", page_files().at("page.css")}, {"@DATA@", text}, {"@SCRIPT@", script}}));
     return note;
   }
   throw InputError(folder.string(), "",
                    fs::is_directory(folder, ignored)
                        ? "holds none of stats.json of a replay, sweep.json of a sweep and tradeoff.json of a tradeoff"
                        : "no such folder");
+}
+
+std::string write_joint_report(const std::vector<fs::path>& folders, const fs::path& file) {
+  std::error_code ignored;
+  for (const fs::path& folder : folders)
+    if (!fs::is_regular_file(folder / "stats.json", ignored))
+      throw InputError(folder.string(), "",
+                       fs::is_directory(folder, ignored) ? "holds no stats.json of a replay" : "no such folder");
+  check_modules();
+  std::string note;
+  PageViews views;
+  try {
+    write_page(file, "replay", replay_report(folders, views, note), views);
+  } catch (const json::exception& error) {
+    throw InputError(folders.front().string(), "", fmt::format("is not what a replay writes: {}", error.what()));
+  }
+  return note;
 }
 
 }  // namespace tessera::replay

@@ -2,8 +2,11 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
+
+#include "replay/report/page_views.h"
 
 namespace tessera::replay {
 
@@ -20,27 +23,24 @@ std::string missing_for_reports();
 // or "". Throws InputError when the folder holds none or a damaged one, SystemError when missing_for_reports() has a
 // reason.
 std::string write_report(const std::filesystem::path& folder);
+// One page over the folders of several replays, in the first one's place: `file`.
+std::string write_joint_report(const std::vector<std::filesystem::path>& folders, const std::filesystem::path& file);
 
-// Images beyond these are left out, evenly, and the page says so.
-inline constexpr std::size_t kMaxImages = 48;
-inline constexpr std::uint64_t kMaxImageBytes = 64u << 20;
-// Of a replay with more frames, plots and tables show every second, fourth, ..., so that no more are left; totals are those of
+// The page of what a kind of report made, as markup. Its member "kind" chooses the script: "replay", "sweep", "tradeoff"
+// or "view" (view/view_server.h). `nonce`, unless empty: that of its scripts, for a Content-Security-Policy. `scripts`:
+// elements that hold what PageViews packed. Throws SystemError as write_report().
+std::string page_text(nlohmann::json data, const std::string& nonce = "", std::string scripts = "");
+
+// Of a replay with more frames, the page shows every second, fourth, ..., so that no more are left; totals are those of
 // all.
 inline constexpr std::size_t kMaxFrames = 1024;
 inline constexpr std::size_t kMaxSweepCells = 4'000'000;  // rows times columns
+inline constexpr std::size_t kMaxRuns = 8;
 
 // What follows is for the kinds of report. Each makes the page's data; its script in page/ knows what to do with them.
 
-// An image with its tiles, for the browser of frames: {"label", "image", "size", "region", "tiles"}; without "tiles"
-// where the file is missing. Null when there is no image.
-nlohmann::json image_view(const std::string& label, const std::filesystem::path& image,
-                          const std::filesystem::path& tiles, int region_x, int region_y);
-
-// Every k-th of `count` images, so that at most kMaxImages are taken.
-std::size_t image_stride(std::size_t count);
-
-nlohmann::json replay_report(const std::filesystem::path& folder, std::string& note);
-nlohmann::json sweep_report(const std::filesystem::path& folder, std::string& note);
-nlohmann::json tradeoff_report(const std::filesystem::path& folder, std::string& note);
+nlohmann::json replay_report(const std::vector<std::filesystem::path>& folders, PageViews& views, std::string& note);
+nlohmann::json sweep_report(const std::filesystem::path& folder, PageViews& views, std::string& note);
+nlohmann::json tradeoff_report(const std::filesystem::path& folder, PageViews& views, std::string& note);
 
 }  // namespace tessera::replay

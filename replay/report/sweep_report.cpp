@@ -42,35 +42,24 @@ json row_cells(const json& columns, const SweepRow& row) {
   return cells;
 }
 
-json sweep_views(const SweepFolder& folder, const JoinedSweep& sweep, std::size_t& left_out) {
-  json views = json::array();
-  std::size_t bytes = 0;
-  const std::size_t stride = image_stride(sweep.rows.size());
-  for (std::size_t r = 0; r < sweep.rows.size(); ++r) {
-    const SweepRow& row = sweep.rows[r];
+json sweep_views(const SweepFolder& folder, const JoinedSweep& sweep, PageViews& views) {
+  json shown = json::array();
+  for (const SweepRow& row : sweep.rows) {
     if (row.frame.is_null()) continue;
     const std::string hash = sweep.manifest.at("points").at(row.point).at("hash");
     const int frame = whole_number(row.frame.at("frame"));
-    std::error_code missing;
-    const std::uintmax_t size = fs::file_size(folder.image_file(hash, frame), missing);
-    if (missing) continue;
-    if (r % stride != 0 || bytes + size > kMaxImageBytes) {
-      ++left_out;
-      continue;
-    }
-    json view = image_view(row_label(sweep.manifest, row), folder.image_file(hash, frame),
-                           folder.tiles_file(hash, frame), 0, 0);
+    json view = views.add(folder.image_file(hash, frame), folder.tiles_file(hash, frame), 0, 0);
     if (view.is_null()) continue;
-    bytes += size;
+    view["label"] = row_label(sweep.manifest, row);
     view["point"] = row.point;
-    views.push_back(std::move(view));
+    shown.push_back(std::move(view));
   }
-  return views;
+  return shown;
 }
 
 }  // namespace
 
-json sweep_report(const fs::path& path, std::string& note) {
+json sweep_report(const fs::path& path, PageViews& views, std::string& note) {
   const SweepFolder folder(path);
   const JoinedSweep sweep = join_sweep(folder);
   write_tables(folder, sweep);
@@ -84,15 +73,13 @@ json sweep_report(const fs::path& path, std::string& note) {
     data["rows"].push_back(row_cells(columns, sweep.rows[r]));
   data["rows_left_out"] = sweep.rows.size() - data["rows"].size();
   data["missing"] = sweep.missing;
-  std::size_t left_out = 0;
-  json views = sweep.manifest.at("pictures").get<bool>() ? sweep_views(folder, sweep, left_out) : json::array();
+  json shown = sweep.manifest.at("pictures").get<bool>() ? sweep_views(folder, sweep, views) : json::array();
   const std::string title = sweep.manifest.at("title");
   return {
       {"title", title.empty() ? "Sweep" : title},
       {"subtitle", fmt::format("A sweep of {} points over {} axes", data.at("points").size(), data.at("axes").size())},
       {"sweep", data},
-      {"views", views},
-      {"left_out", left_out}};
+      {"views", std::move(shown)}};
 }
 
 }  // namespace tessera::replay

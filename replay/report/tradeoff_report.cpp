@@ -84,7 +84,7 @@ void check_tradeoff(const JsonValue& root) {
 }  // namespace
 
 // tradeoff.json is what the page shows; the page needs nothing else of the folder.
-json tradeoff_report(const std::filesystem::path& folder, std::string& note) {
+json tradeoff_report(const std::filesystem::path& folder, PageViews&, std::string& note) {
   const std::filesystem::path file = folder / "tradeoff.json";
   json tradeoff = parse_json(read_whole_text(file), file.string());
   const JsonValue root(tradeoff, file.string());

@@ -9,19 +9,13 @@
 #include "base/error.h"
 #include "base/key_table.h"
 #include "base/text.h"
+#include "replay/sweep/study_members.h"
 
 namespace tessera::replay {
 namespace {
 
 using nlohmann::json;
 using scene::gltf::Place;
-
-void check_members(const json& object, const Place& place, const std::vector<std::string>& known) {
-  if (!object.is_object()) place.refuse("is not an object");
-  for (const auto& [name, value] : object.items())
-    if (std::find(known.begin(), known.end(), name) == known.end())
-      place.at(name).refuse("{}", unknown_key_message(name, known));
-}
 
 void check_key(const std::string& key, const Place& place) {
   static const std::vector<std::string> kKnown = [] {
@@ -64,10 +58,35 @@ json plain_number(double value) {
   return value;
 }
 
-std::vector<json> read_range(const json& range, const Place& place, std::uint64_t max_steps) {
-  check_members(range, place, {"from", "to", "step", "factor"});
+bool is_whole(const std::string& key) {
+  const auto whole = [](const auto& table, const std::string& name) {
+    const auto* found = table.find(name);
+    return found != nullptr && std::holds_alternative<std::int64_t>(table.default_value(*found));
+  };
+  return whole(gpu::gpu_keys(), key) || whole(gpu::settings_keys(), key);
+}
+
+OpenRange read_open_range(const json& range, const Place& place, const std::vector<std::string>& keys) {
+  OpenRange open{number_of(range, "from", place), number_of(range, "to", place), false,
+                 std::any_of(keys.begin(), keys.end(), is_whole)};
+  if (!(open.from < open.to)) place.refuse("ends before it begins");
+  if (const auto scale = range.find("scale"); scale != range.end()) {
+    if (*scale != "linear" && *scale != "log") place.at("scale").refuse("is neither linear nor log");
+    open.logarithmic = *scale == "log";
+    if (open.logarithmic && !(open.from > 0)) place.refuse("a logarithmic range begins above 0");
+  }
+  if (open.whole && (open.from != std::floor(open.from) || open.to != std::floor(open.to)))
+    place.refuse("ends of a range of whole numbers are whole");
+  return open;
+}
+
+std::vector<json> read_range(const json& range, const Place& place, std::uint64_t max_steps, bool open) {
+  check_members(range, place, {"from", "to", "step", "factor", "scale"});
   const double from = number_of(range, "from", place), to = number_of(range, "to", place);
-  if (range.contains("step") == range.contains("factor")) place.refuse("needs either 'step' or 'factor'");
+  if (range.contains("step") == range.contains("factor"))
+    place.refuse("needs either 'step' or 'factor'{}",
+                 open ? ", or neither" : "; a range of any number is for studies with a 'sample' or a 'goal'");
+  if (range.contains("scale")) place.at("scale").refuse("is of ranges without 'step' and 'factor'");
   if (to < from) place.refuse("ends before it begins");
   double last = 0;  // number of the last step
   const bool linear = range.contains("step");
@@ -89,9 +108,14 @@ std::vector<json> read_range(const json& range, const Place& place, std::uint64_
   return values;
 }
 
-std::vector<json> read_steps(const json& axis, const Place& place, std::uint64_t max_steps) {
+bool has_open_range(const json& axis) {
+  const auto range = axis.find("range");
+  return range != axis.end() && range->is_object() && !range->contains("step") && !range->contains("factor");
+}
+
+std::vector<json> read_steps(const json& axis, const Place& place, std::uint64_t max_steps, bool open) {
   if (axis.contains("values") == axis.contains("range")) place.refuse("needs either 'values' or 'range'");
-  if (axis.contains("range")) return read_range(axis["range"], place.at("range"), max_steps);
+  if (axis.contains("range")) return read_range(axis["range"], place.at("range"), max_steps, open);
   const json& list = axis["values"];
   if (!list.is_array() || list.empty()) place.at("values").refuse("is not a list of values");
   if (list.size() > max_steps)
@@ -102,12 +126,39 @@ std::vector<json> read_steps(const json& axis, const Place& place, std::uint64_t
 
 }  // namespace
 
-StudyAxis read_axis(const json& value, const Place& place, std::uint64_t max_steps) {
+double OpenRange::value(double at) const {
+  // Half a number before the first and behind the last, so that each has its part.
+  const double low = whole ? from - 0.5 : from, high = whole ? to + 0.5 : to;
+  const double begin = logarithmic ? std::max(low, from / 2) : low;
+  double number = logarithmic ? begin * std::pow(high / begin, at) : low + (high - low) * at;
+  number = whole ? std::round(number) : std::stod(fmt::format("{:.6g}", number));
+  return std::clamp(number, from, to);
+}
+
+std::uint32_t StudyAxis::step_at(double coordinate) {
+  if (!range)
+    return static_cast<std::uint32_t>(
+        std::min(values.size() - 1, static_cast<std::size_t>(coordinate * static_cast<double>(values.size()))));
+  const double number = range->value(coordinate);
+  const auto [at, fresh] = taken.try_emplace(number, static_cast<std::uint32_t>(values.size()));
+  if (fresh) values.emplace_back(keys.size(), plain_number(number));
+  return at->second;
+}
+
+StudyAxis read_axis(const json& value, const Place& place, std::uint64_t max_steps, bool open) {
   check_members(value, place, {"key", "keys", "values", "range"});
   StudyAxis axis;
   axis.keys = read_keys(value, place);
+  if (open && has_open_range(value) && !value.contains("values")) {
+    const Place where = place.at("range");
+    check_members(value["range"], where, {"from", "to", "step", "factor", "scale"});
+    axis.range = read_open_range(value["range"], where, axis.keys);
+    for (const double end : {axis.range->from, axis.range->to})
+      axis.values.emplace_back(axis.keys.size(), plain_number(end));
+    return axis;
+  }
   std::set<std::string> seen;
-  const std::vector<json> steps = read_steps(value, place, max_steps);
+  const std::vector<json> steps = read_steps(value, place, max_steps, open);
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const Place where = place.at("values").at(i);
     if (!seen.insert(steps[i].dump()).second) where.refuse("is there twice");

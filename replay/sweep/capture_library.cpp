@@ -17,7 +17,7 @@ CaptureLibrary::Loaded CaptureLibrary::get(std::size_t index) {
     limits.max_bytes = max_bytes_;
     limits.strict = strict_;
     limits.variant = variant_;
-    loaded_.capture = std::make_shared<const scene::Capture>(scene::read_capture(files_[index], limits));
+    loaded_.capture = std::make_shared<const scene::Capture>(read_capture(files_[index], limits, view_, size_));
     loaded_.prepared = std::make_shared<const gpu::PreparedCapture>(*loaded_.capture);
     current_ = index;
     ++loads_;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "gpu/device.h"
+#include "replay/view_options.h"
 #include "scene/capture.h"
 
 namespace tessera::replay {
@@ -23,10 +24,16 @@ std::string capture_fingerprint(const std::filesystem::path& file);
 // before it asks for the next.
 class CaptureLibrary {
  public:
-  // Decoded data of a capture may take `max_bytes`. `variant`: scene::CaptureLimits::variant, of all of them.
+  // Decoded data of a capture may take `max_bytes`. `variant`: scene::CaptureLimits::variant, of all of them, as `view` for images of this size.
   CaptureLibrary(std::vector<std::filesystem::path> files, std::uint64_t max_bytes, bool strict = false,
-                 std::optional<std::string> variant = {})
-      : files_(std::move(files)), max_bytes_(max_bytes), strict_(strict), variant_(std::move(variant)) {}
+                 std::optional<std::string> variant = {}, ViewChoices view = {},
+                 std::optional<ImageSize> size = std::nullopt)
+      : files_(std::move(files)),
+        max_bytes_(max_bytes),
+        strict_(strict),
+        variant_(std::move(variant)),
+        view_(std::move(view)),
+        size_(size) {}
 
   struct Loaded {
     std::shared_ptr<const scene::Capture> capture;  // outlives what is prepared from it
@@ -34,6 +41,17 @@ class CaptureLibrary {
   };
   // Throws what read_capture throws.
   Loaded get(std::size_t index);
+  // Releases when it goes.
+  class Lease {
+   public:
+    explicit Lease(CaptureLibrary& library) : library_(library) {}
+    ~Lease() { library_.release(); }
+    Lease(const Lease&) = delete;
+    Lease& operator=(const Lease&) = delete;
+
+   private:
+    CaptureLibrary& library_;
+  };
   // The caller is done with what get() returned, and holds none of it any more.
   void release();
 
@@ -47,6 +65,8 @@ class CaptureLibrary {
   std::uint64_t max_bytes_;
   bool strict_;
   std::optional<std::string> variant_;
+  ViewChoices view_;
+  std::optional<ImageSize> size_;
   std::mutex mutex_;
   std::condition_variable released_;
   std::size_t current_ = kNone, users_ = 0, loads_ = 0;

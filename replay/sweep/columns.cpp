@@ -7,6 +7,7 @@
 #include "baselines/baseline_counters.h"
 #include "gpu/configuration.h"
 #include "memory/ledger.h"
+#include "replay/describe.h"
 #include "replay/machine_report.h"
 #include "replay/statistics.h"
 
@@ -36,9 +37,9 @@ bool fits(std::string_view pattern, std::string_view text) {
 constexpr std::array<const char*, 3> kModelMembers = {"timing", "energy", "area"};
 constexpr std::array<std::string_view, 3> kModelTotals = {"timing.cycles", "energy.total_nj", "area.total_mm2"};
 
-// Numbers and texts.
+// Numbers, flags and texts.
 void add_values(const json& value, const std::string& name, std::map<std::string, json>& into) {
-  if (value.is_number() || value.is_string()) into[name] = value;
+  if (value.is_number() || value.is_string() || value.is_boolean()) into[name] = value;
   if (value.is_object())
     for (const auto& [member, inner] : value.items()) add_values(inner, name + "." + member, into);
 }
@@ -61,6 +62,35 @@ std::vector<std::string> model_columns() {
   return names;
 }
 
+std::vector<std::string> effect_names() {
+  std::vector<std::string> names;
+  for (const json& effect : describe_json("effects")) names.push_back(effect["name"]);
+  return names;
+}
+
+constexpr std::array<const char*, 4> kOtherMembers = {"effects", "effect_reasons", "effect_places", "right_eye"};
+
+// Of the members of stats.json besides counters and the model; effects are those that declare a name.
+std::vector<std::string> other_columns() {
+  std::vector<std::string> names;
+  for (const std::string& effect : effect_names()) {
+    names.push_back("effects." + effect);
+    names.push_back("effect_reasons." + effect);
+    for (const char* of : {"sub_patches", "sub_patches_elided", "tiles"})
+      names.push_back("effect_places." + effect + "." + of);
+  }
+  for (const json& counter : describe_counters())
+    if (const std::string name = counter["name"]; !name.starts_with(kBaseline))
+      names.push_back("right_eye.counters." + name);
+  return names;
+}
+
+bool of_others(std::string_view column) {
+  return std::any_of(kOtherMembers.begin(), kOtherMembers.end(), [&](std::string_view member) {
+    return column.starts_with(member) && column[member.size()] == '.';
+  });
+}
+
 bool of_model(std::string_view column) {
   return std::any_of(kModelMembers.begin(), kModelMembers.end(), [&](std::string_view member) {
     return column.starts_with(member) && column[member.size()] == '.';
@@ -81,6 +111,8 @@ const std::vector<std::string>& known_columns() {
                                         std::string(name(static_cast<memory::Purpose>(p))), way));
     const std::vector<std::string> model = model_columns();
     names.insert(names.end(), model.begin(), model.end());
+    const std::vector<std::string> others = other_columns();
+    names.insert(names.end(), others.begin(), others.end());
     for (const std::string_view scheme : baselines::kSchemeNames)
       for (const auto& field : kCounterFields<baselines::BaselineCounters>)
         names.push_back(std::string(kBaseline) + std::string(scheme) + "." +
@@ -95,7 +127,7 @@ bool needs_baselines(const std::string& column) { return column.starts_with(kBas
 std::vector<std::string> default_columns(bool baselines) {
   std::vector<std::string> names;
   for (const std::string& name : known_columns())
-    if ((baselines || !needs_baselines(name)) &&
+    if ((baselines || !needs_baselines(name)) && !of_others(name) &&
         (!of_model(name) || std::find(kModelTotals.begin(), kModelTotals.end(), name) != kModelTotals.end()))
       names.push_back(name);
   return names;
@@ -120,6 +152,13 @@ std::vector<std::string> read_columns(const json& value, const Place& place) {
   return columns;
 }
 
+std::vector<std::string> written_out(const json& value) {
+  std::vector<std::string> names;
+  for (const json& name : value)
+    if (const std::string text = name; text.find('*') == std::string::npos) names.push_back(text);
+  return names;
+}
+
 std::map<std::string, json> frame_values(const json& frame) {
   std::map<std::string, json> values;
   for (const std::string& name : known_columns())
@@ -133,6 +172,8 @@ std::map<std::string, json> frame_values(const json& frame) {
       for (const auto& [name, value] : counters.items())
         values[std::string(kBaseline) + scheme + "." + name.substr(kBaseline.size())] = value;
   values.merge(model_values(frame));
+  for (const char* member : kOtherMembers)
+    if (frame.contains(member)) add_values(frame[member], member, values);
   return values;
 }
 

@@ -15,6 +15,8 @@ namespace tessera::replay {
 //   dram.UNIT.PURPOSE.read_bytes, written_bytes   the ledger; 0 where nothing moved
 //   timing.MEMBER, energy.MEMBER, area.MEMBER     as in stats.json: timing.bound_by, energy.by_unit.shader and so on;
 //                                                 where the machine's model ran, timing.events with machine.timing=events
+//   effects.EFFECT, effect_reasons.EFFECT, effect_places.EFFECT.MEMBER, right_eye.counters.UNIT.EVENT
+//                                                 likewise
 //   baseline.SCHEME.EVENT                         another scheme's counter; SCHEME as in baselines.csv
 const std::vector<std::string>& known_columns();
 
@@ -27,7 +29,10 @@ std::vector<std::string> default_columns(bool baselines);
 // nearest) and for a pattern that fits none.
 std::vector<std::string> read_columns(const nlohmann::json& value, const scene::gltf::Place& place);
 
-// All numbers of a frame (frame_json()) by their names. What its units did not count is not there.
+// Of such a list, what is no pattern.
+std::vector<std::string> written_out(const nlohmann::json& value);
+
+// All values of a frame (frame_json()) by their names. What its units did not count is not there.
 std::map<std::string, nlohmann::json> frame_values(const nlohmann::json& frame);
 
 }  // namespace tessera::replay

@@ -1,11 +1,17 @@
 #include "replay/sweep/points.h"
 
+#include <algorithm>
+#include <map>
+#include <optional>
+
 #include <fmt/format.h>
 
 #include "base/error.h"
 #include "base/json_text.h"
 #include "base/sha256.h"
 #include "base/whole_file.h"
+#include "gpu/focus_track.h"
+#include "gpu/record_file.h"
 #include "gpu/tile_memory.h"
 #include "replay/sweep/capture_library.h"
 
@@ -14,20 +20,29 @@ namespace {
 
 using nlohmann::json;
 
-// Everything that a point's result follows from. nlohmann sorts the keys, so the text is canonical.
-json point_inputs(const Study& study, const PointConfiguration& configuration, const std::string& capture_hash,
-                  const std::string& program) {
-  json inputs = {{"schema", kPointSchema},   {"program", program},
-                 {"capture", capture_hash},  {"frames", nullptr},
-                 {"size", nullptr},          {"baselines", study.baselines},
-                 {"pictures", study.images}, {"split", study.split_names()}};
+// The bytes of a file that settings name.
+std::string file_hash(const std::string& file) {
+  Sha256 hash;
+  hash.add(read_whole_file(file, gpu::FocusTrack::kMaxBytes, file));
+  return hash.finish();
+}
+
+// What a render follows from, besides the machine and the settings. nlohmann sorts the keys, so the text is canonical.
+json common_inputs(const Study& study, const PointConfiguration& configuration, const std::string& capture_hash,
+                   const std::string& program) {
+  json inputs = {{"schema", kPointSchema},      {"program", program}, {"capture", capture_hash},
+                 {"frames", nullptr},           {"size", nullptr},    {"baselines", study.baselines},
+                 {"split", study.split_names()}};
   if (study.variant) inputs["variant"] = *study.variant;
+  if (!study.view.empty()) inputs["view"] = study.view.json();
   if (study.frames) inputs["frames"] = {study.frames->first, study.frames->last};
   if (configuration.size) inputs["size"] = {configuration.size->width, configuration.size->height};
-  inputs["gpu"] = gpu::gpu_json(configuration.gpu);
-  inputs["settings"] = gpu::settings_json(configuration.settings);
   return inputs;
 }
+
+constexpr const char* kTimingKey = "machine.timing";
+
+bool times_events(const gpu::GpuConfiguration& gpu) { return gpu.queues.model == hardware::TimingModel::kEvents; }
 
 bool next_steps(const Study& study, std::vector<std::uint32_t>& steps) {
   for (std::size_t a = steps.size(); a-- > 0;) {
@@ -39,26 +54,111 @@ bool next_steps(const Study& study, std::vector<std::uint32_t>& steps) {
 
 }  // namespace
 
+PointMaker::PointMaker(const Study& study, std::string program) : study_(study), program_(std::move(program)) {
+  for (const std::filesystem::path& file : study.captures) captures_.push_back(capture_fingerprint(file));
+  items_ = needs_items(study);
+}
+
+SweepPoint PointMaker::make(std::size_t capture, const std::vector<std::uint32_t>& steps) const {
+  SweepPoint point{capture, steps, "", "", ""};
+  std::optional<PointConfiguration> configuration;
+  std::string track_hash;
+  try {
+    configuration = configure_point(study_, steps);
+    if (const std::string& track = configuration->settings.resolve.foveation.focus_track; !track.empty())
+      track_hash = hash_of_file(track);
+    gpu::check_gpu(configuration->gpu);
+    if (configuration->chosen_tile_memory) gpu::check_tile_memory(configuration->gpu, configuration->settings);
+  } catch (const Error& error) {
+    point.fault = error.what();
+  }
+  const PointConfiguration none;
+  const PointConfiguration& made = configuration ? *configuration : none;
+  json inputs = common_inputs(study_, made, captures_[capture], program_);
+  json function = inputs;
+  inputs["pictures"] = study_.images;
+  inputs["gpu"] = gpu::gpu_json(made.gpu);
+  inputs["settings"] = gpu::settings_json(made.settings);
+  // What a file holds, not where it is.
+  if (!track_hash.empty()) inputs["settings"]["resolve.focus_track"] = track_hash;
+  // What is no machine is known by the values that were asked for.
+  if (!configuration) inputs["values"] = point_values(study_, point);
+  point.hash = sha256_name(json_text(inputs));
+  function["function"] = gpu::functional_json(made.gpu, made.settings);
+  if (!track_hash.empty()) function["function"]["resolve.focus_track"] = track_hash;
+  function["items"] = items_;
+  const bool alone = study_.baselines || !point.fault.empty();
+  point.function = alone ? point.hash : sha256_name(json_text(function));
+  return point;
+}
+
+const std::string& PointMaker::hash_of_file(const std::string& file) const {
+  const auto [at, is_new] = files_.try_emplace(file);
+  if (is_new) at->second = file_hash(file);
+  return at->second;
+}
+
 std::vector<SweepPoint> expand_points(const Study& study, const std::string& program) {
   std::vector<SweepPoint> points;
-  points.reserve(study.point_count);
+  const PointMaker maker(study, program);
   for (std::size_t c = 0; c < study.captures.size(); ++c) {
-    const std::string capture_hash = capture_fingerprint(study.captures[c]);
+    if (!study.is_grid()) {
+      for (const std::vector<std::uint32_t>& steps : study.chosen) points.push_back(maker.make(c, steps));
+      continue;
+    }
     std::vector<std::uint32_t> steps(study.axes.size(), 0);
-    do {
-      SweepPoint point{c, steps, "", ""};
-      const PointConfiguration configuration = configure_point(study, steps);
-      try {
-        gpu::check_gpu(configuration.gpu);
-        if (configuration.chosen_tile_memory) gpu::check_tile_memory(configuration.gpu, configuration.settings);
-      } catch (const UsageError& error) {
-        point.fault = error.what();
-      }
-      point.hash = sha256_name(json_text(point_inputs(study, configuration, capture_hash, program)));
-      points.push_back(std::move(point));
-    } while (next_steps(study, steps));
+    do points.push_back(maker.make(c, steps));
+    while (next_steps(study, steps));
   }
   return points;
+}
+
+std::vector<std::vector<std::size_t>> render_groups(const std::vector<SweepPoint>& points) {
+  std::map<std::string, std::size_t> group_of;
+  std::vector<std::vector<std::size_t>> groups;
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    const auto [at, fresh] = group_of.try_emplace(points[p].function, groups.size());
+    if (fresh) groups.emplace_back();
+    groups[at->second].push_back(p);
+  }
+  return groups;
+}
+
+std::vector<std::size_t> points_of_shard(const std::vector<SweepPoint>& points, std::size_t shard, std::size_t shards) {
+  const std::vector<std::vector<std::size_t>> groups = render_groups(points);
+  const std::size_t parts = std::max<std::size_t>(1, shards / std::max<std::size_t>(1, groups.size()));
+  std::vector<std::size_t> mine;
+  for (std::size_t g = 0; g < groups.size(); ++g)
+    for (std::size_t part = 0; part < parts; ++part) {
+      if ((g * parts + part) % shards != shard) continue;
+      const std::size_t first = groups[g].size() * part / parts, last = groups[g].size() * (part + 1) / parts;
+      mine.insert(mine.end(), groups[g].begin() + static_cast<std::ptrdiff_t>(first),
+                  groups[g].begin() + static_cast<std::ptrdiff_t>(last));
+    }
+  std::sort(mine.begin(), mine.end());
+  return mine;
+}
+
+bool needs_items(const Study& study) {
+  if (!study.splits.empty()) return true;
+  for (const StudyAxis& axis : study.axes)
+    for (std::size_t k = 0; k < axis.keys.size(); ++k)
+      for (const std::vector<json>& values : axis.values)
+        if ((axis.keys[k] == kTimingKey && values[k] == "events") ||
+            (axis.keys[k] == kGpuKey && times_events(load_axis_gpu(study, values[k]))))
+          return true;
+  for (const auto& [key, value] : study.settings)
+    if (key == kTimingKey) return value == "events";
+  return times_events(gpu::load_gpu(study.gpu));
+}
+
+bool varies_in_timing(const Study& study) {
+  const std::vector<std::string> keys = study.axis_keys();
+  return std::any_of(keys.begin(), keys.end(), [](const std::string& name) {
+    const auto* key = gpu::gpu_keys().find(name);
+    // Other units of a key of the memory (gpu::set_gpu_key()) are no rows of the table.
+    return key != nullptr ? key->timing : name == kGpuKey || name.starts_with("memory.");
+  });
 }
 
 std::vector<json> point_values(const Study& study, const SweepPoint& point) {

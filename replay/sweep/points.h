@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -18,12 +19,47 @@ struct SweepPoint {
   std::size_t capture = 0;           // of Study::captures
   std::vector<std::uint32_t> steps;  // one per axis
   std::string hash;                  // 32 hexadecimal digits: names the result of everything that it follows from
+  std::string function;              // likewise: what it is rendered from, but for what only times it
   std::string fault;                 // why these values do not fit each other; then there is nothing to render
 };
 
-// All points: capture by capture, the last axis fastest. Reads the captures' bytes for their hashes.
-// A hash covers the capture's content, frames, size, the whole machine, every setting, what is kept, and `program`.
+// Makes points of a study. Reads the captures' bytes for their hashes.
+class PointMaker {
+ public:
+  // `program`: program_fingerprint().
+  PointMaker(const Study& study, std::string program);
+
+  // A hash covers the capture's content, frames, size, the whole machine, every setting, what is kept, and `program`;
+  // that of the function leaves out the keys that only timing reads (gpu::functional_json()). Points of one function are
+  // one render. With baselines, whose cycles no record has, each point is one of its own.
+  SweepPoint make(std::size_t capture, const std::vector<std::uint32_t>& steps) const;
+
+ private:
+  const std::string& hash_of_file(const std::string& file) const;
+
+  const Study& study_;
+  std::string program_;
+  std::vector<std::string> captures_;  // fingerprints
+  bool items_ = false;
+  mutable std::map<std::string, std::string> files_;  // hashes of files that settings name, once for all points
+};
+
+// All points, or those chosen: capture by capture, the last axis fastest.
 std::vector<SweepPoint> expand_points(const Study& study, const std::string& program);
+
+// Points of one function, in their order: what one render is enough for.
+std::vector<std::vector<std::size_t>> render_groups(const std::vector<SweepPoint>& points);
+
+// The points of one of `shards` parts, in their order: whole groups, dealt out in turn. Fewer groups than shards are cut
+// into equal parts, as many as there are shards for, each of which is rendered once more.
+//   SH1  The parts together are all points, each once.
+//   SH2  A group is rendered by at most max(1, shards / groups) parts.
+std::vector<std::size_t> points_of_shard(const std::vector<SweepPoint>& points, std::size_t shard, std::size_t shards);
+
+// Whether a frame's record must hold its items: some point is timed by events, or frames are split.
+bool needs_items(const Study& study);
+// Whether points may differ in what times them only: some axis has such a key, or is one of machines.
+bool varies_in_timing(const Study& study);
 
 // Values of a point along all axes, in the order of Study::axis_keys().
 std::vector<nlohmann::json> point_values(const Study& study, const SweepPoint& point);

@@ -9,9 +9,11 @@
 #include "base/text.h"
 #include "base/whole_file.h"
 #include "gpu/presets.h"
+#include "gpu/relative_value.h"
 #include "gpu/tile_memory.h"
 #include "replay/sweep/axis_values.h"
 #include "replay/sweep/columns.h"
+#include "replay/sweep/goal.h"
 #include "scene/gltf/json_reader.h"
 #include "scene/gltf/place.h"
 
@@ -22,8 +24,10 @@ using nlohmann::json;
 using scene::gltf::Place;
 namespace fs = std::filesystem;
 
-const std::vector<std::string> kMembers = {"title", "captures", "frames",    "size",     "gpu",   "settings",
-                                           "axes",  "columns",  "baselines", "pictures", "split", "variant"};
+const std::vector<std::string> kMembers = {"$schema",   "title",     "captures", "frames",  "size",    "gpu",
+                                           "settings",  "axes",      "sample",   "goal",    "columns", "zero_columns",
+                                           "baselines", "pictures",  "split",    "variant", "records", "scene",
+                                           "camera",    "animation", "orbit",    "lens",    "shutter"};
 
 const std::string& text_of(const json& value, const Place& place) {
   if (!value.is_string()) place.refuse("is not a text");
@@ -64,7 +68,8 @@ void check_value(const Study& study, const std::string& key, const json& value, 
       gpu::load_gpu(find_gpu(study.file, text_of(value, place)));
     } else {
       gpu::RunSettings settings;
-      gpu::GpuConfiguration gpu;
+      // A multiple is one of what the machine has; whether that of an axis has it, its points say.
+      gpu::GpuConfiguration gpu = gpu::is_relative(value) ? gpu::load_gpu(study.gpu) : gpu::GpuConfiguration();
       gpu::set_key(key, value, settings, gpu);
     }
     return 0;
@@ -100,13 +105,18 @@ void read_axes(const json& value, const Place& place, std::uint64_t max_points, 
   for (const auto& [key, setting] : study.settings) taken.insert(key);
   for (std::size_t i = 0; i < value.size(); ++i) {
     const Place axis_place = place.at(i);
-    StudyAxis axis = read_axis(value[i], axis_place, max_points);
+    StudyAxis axis = read_axis(value[i], axis_place, max_points, !study.is_grid());
     for (const std::string& key : axis.keys)
       if (!taken.insert(key).second)
         axis_place.refuse("'{}' is set by the study or by another axis already", escape_control(key, 80));
     for (std::size_t v = 0; v < axis.values.size(); ++v)
       for (std::size_t k = 0; k < axis.keys.size(); ++k)
-        check_value(study, axis.keys[k], axis.values[v][k], axis_place.at("values").at(v));
+        check_value(study, axis.keys[k], axis.values[v][k],
+                    axis.range ? axis_place.at("range").at(v == 0 ? "from" : "to") : axis_place.at("values").at(v));
+    if (!study.is_grid()) {
+      study.axes.push_back(std::move(axis));
+      continue;
+    }
     // The whole product is known before any of it is made.
     if (axis.values.size() > max_points / study.point_count)
       throw LimitError(
@@ -124,6 +134,24 @@ void read_splits(const json& value, const Place& place, Study& study) {
       place.at(i).refuse("is there twice");
     study.splits.push_back(split);
   }
+}
+
+// Chooses the points; the axes are there.
+void take_samples(const Place& place, Study& study) {
+  if (study.axes.empty()) place.refuse("a study without axes has one point for each capture");
+  for (const std::vector<double>& at :
+       unit_samples(study.sample->method, study.sample->points, study.axes.size(), study.sample->seed)) {
+    std::vector<std::uint32_t>& steps = study.chosen.emplace_back();
+    for (std::size_t a = 0; a < study.axes.size(); ++a) steps.push_back(study.axes[a].step_at(at[a]));
+  }
+}
+
+// A study whose points are chosen has so many of them for each capture.
+void count_chosen(std::size_t points, std::uint64_t max_points, Study& study) {
+  if (points > max_points / study.captures.size())
+    throw LimitError(
+        fmt::format("{}: the study has more than {} points (--max-points)", study.file.string(), max_points));
+  study.point_count = points * study.captures.size();
 }
 
 json read_document(const fs::path& file) {
@@ -164,6 +192,16 @@ Study read_study(const fs::path& file, std::uint64_t max_points) {
   with("title", [&](const json& value, const Place& where) { study.title = text_of(value, where); });
   with("captures", [&](const json& value, const Place& where) { read_captures(value, where, study); });
   with("variant", [&](const json& value, const Place& where) { study.variant = text_of(value, where); });
+  for (const auto& [name, word] : {std::pair{"scene", &study.view.selection.scene},
+                                   {"camera", &study.view.selection.camera},
+                                   {"animation", &study.view.selection.animation},
+                                   {"orbit", &study.view.orbit},
+                                   {"lens", &study.view.lens},
+                                   {"shutter", &study.view.shutter}})
+    with(name, [&, word = word](const json& value, const Place& where) {
+      *word = text_of(value, where);
+      at_place(where, [&] { return study.view.check(), 0; });
+    });
   with("frames", [&](const json& value, const Place& where) {
     study.frames = at_place(where, [&] { return parse_frames("frames", text_of(value, where)); });
   });
@@ -178,14 +216,34 @@ Study read_study(const fs::path& file, std::uint64_t max_points) {
   study.point_count = study.captures.size();
   if (study.point_count > max_points)
     throw LimitError(fmt::format("{}: the study has more than {} points (--max-points)", file.string(), max_points));
+  with("sample", [&](const json& value, const Place& where) { study.sample = read_sample(value, where); });
+  with("goal", [&](const json& value, const Place& where) { study.goal = read_goal(value, where); });
+  if (study.sample && study.goal) place.refuse("has either a 'sample' or a 'goal'");
+  if (study.sample) count_chosen(study.sample->points, max_points, study);
+  if (study.goal) count_chosen(study.goal->points, max_points, study);
   with("axes", [&](const json& value, const Place& where) { read_axes(value, where, max_points, study); });
+  if (study.sample) take_samples(place.at("sample"), study);
+  if (study.goal) check_axes_of_goal(place.at("goal"), study);
+  with("records", [&](const json& value, const Place& where) { study.records = flag_of(value, where); });
   with("pictures", [&](const json& value, const Place& where) { study.images = flag_of(value, where); });
   with("baselines", [&](const json& value, const Place& where) { study.baselines = flag_of(value, where); });
   with("split", [&](const json& value, const Place& where) { read_splits(value, where, study); });
   study.columns = default_columns(study.baselines);
-  with("columns", [&](const json& value, const Place& where) { study.columns = read_columns(value, where); });
+  with("columns", [&](const json& value, const Place& where) {
+    study.columns = read_columns(value, where);
+    study.kept = written_out(value);
+  });
+  if (study.goal) add_columns_of_goal(study);
+  with("zero_columns", [&](const json& value, const Place& where) {
+    if (flag_of(value, where)) study.kept = study.columns;
+  });
+  with("$schema", [&](const json& value, const Place& where) { text_of(value, where); });
   study.baselines = study.baselines || std::any_of(study.columns.begin(), study.columns.end(), needs_baselines);
   return study;
+}
+
+gpu::GpuConfiguration load_axis_gpu(const Study& study, const json& value) {
+  return gpu::load_gpu(find_gpu(study.file, value.get<std::string>()));
 }
 
 PointConfiguration configure_point(const Study& study, const std::vector<std::uint32_t>& steps) {
@@ -210,6 +268,9 @@ PointConfiguration configure_point(const Study& study, const std::vector<std::ui
     gpu::set_key(*key, *value, point.settings, point.gpu);
     if (*key == "tilecore.memory_bytes") point.chosen_tile_memory = true;
   }
+  // As captures are found.
+  if (std::string& track = point.settings.resolve.foveation.focus_track; !track.empty())
+    track = beside(study.file, track).string();
   // A point that has chosen too little is not measured (expand_points).
   if (!point.chosen_tile_memory) gpu::grow_tile_memory(point.gpu, point.settings);
   return point;

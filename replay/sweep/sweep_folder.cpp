@@ -5,8 +5,10 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <map>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -16,6 +18,7 @@
 #include "base/whole_file.h"
 #include "replay/csv_cell.h"
 #include "replay/sweep/columns.h"
+#include "replay/sweep/goal.h"
 #include "replay/time_split.h"
 
 namespace tessera::replay {
@@ -24,21 +27,30 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
+// Of the first point whose values a machine can have.
+PointConfiguration first_configuration(const Study& study, const std::vector<SweepPoint>& points) {
+  for (const SweepPoint& point : points)
+    if (point.fault.empty()) return configure_point(study, point.steps);
+  return {};
+}
+
 json manifest_json(const Study& study, const std::vector<SweepPoint>& points) {
   json list = json::array();
   for (const SweepPoint& point : points)
     list.push_back({{"hash", point.hash}, {"capture", point.capture}, {"values", point_values(study, point)}});
   json settings = json::object();
   for (const auto& [key, value] : study.settings) settings[key] = value;
-  json out = {{"schema", "tessera.sweep/1"},     {"title", study.title},
-              {"captures", study.capture_names}, {"axes", study.axis_keys()},
-              {"columns", study.columns},        {"settings", settings},
-              {"baselines", study.baselines},    {"pictures", study.images},
-              {"split", study.split_names()},    {"points", list}};
+  json out = {{"schema", "tessera.sweep/1"}, {"title", study.title},         {"captures", study.capture_names},
+              {"axes", study.axis_keys()},   {"columns", study.columns},     {"kept", study.kept},
+              {"settings", settings},        {"records", study.records},     {"baselines", study.baselines},
+              {"pictures", study.images},    {"split", study.split_names()}, {"points", list}};
   // What every point has in common, axes deferred: that of the first one.
-  const PointConfiguration first = configure_point(study, std::vector<std::uint32_t>(study.axes.size(), 0));
+  const PointConfiguration first = first_configuration(study, points);
   out["first_point"] = {{"gpu", gpu::gpu_json(first.gpu)}, {"settings", gpu::settings_json(first.settings)}};
+  if (study.sample) out["sample"] = sample_json(*study.sample);
+  if (study.goal) out["goal"] = goal_json(*study.goal);
   if (study.variant) out["variant"] = *study.variant;
+  if (!study.view.empty()) out["view"] = study.view.json();
   if (study.frames) out["frames"] = {study.frames->first, study.frames->last};
   if (first.size) out["first_point"]["size"] = {first.size->width, first.size->height};
   return out;
@@ -90,6 +102,10 @@ fs::path SweepFolder::tiles_file(const std::string& hash, int frame) const {
   return points_.folder() / fmt::format("{}_tiles_{:04d}.json", hash, frame);
 }
 
+fs::path SweepFolder::record_file(const std::string& function) const {
+  return folder_ / "records" / (function + ".record");
+}
+
 bool SweepFolder::write_manifest(const Study& study, const std::vector<SweepPoint>& points) const {
   const std::string text = json_text(manifest_json(study, points), 1) + "\n";
   const fs::path file = folder_ / "sweep.json";
@@ -111,7 +127,8 @@ SweepLock::SweepLock(const SweepFolder& folder, bool shared) {
     // Others are at work. Another shard may still be cleaning up, alone: wait for that.
     if (!shared || ::flock(descriptor_, LOCK_SH) != 0) {
       ::close(descriptor_);
-      throw SystemError(fmt::format("another sweep is at work in {}", folder.path().string()));
+      throw WriteError(
+          fmt::format("another sweep is at work in {}: wait for it, or choose another --out", folder.path().string()));
     }
   }
 }
@@ -142,6 +159,27 @@ std::optional<json> SweepFolder::read_point(const std::string& hash) const {
   }
 }
 
+namespace {
+
+bool says_nothing(const json& value) { return value == 0 || value == "" || value == false; }
+
+// Leaves out columns that say nothing in any row, but for those of "kept" (older manifests keep all).
+void drop_empty_columns(JoinedSweep& sweep) {
+  if (!sweep.manifest.contains("kept")) return;
+  std::set<std::string> kept;
+  for (const json& name : sweep.manifest["kept"]) kept.insert(name.get<std::string>());
+  for (const SweepRow& row : sweep.rows)
+    if (row.frame.is_object())
+      for (const auto& [name, value] : frame_values(row.frame))
+        if (!says_nothing(value)) kept.insert(name);
+  json columns = json::array();
+  for (const json& name : sweep.manifest.at("columns"))
+    if (kept.contains(name.get<std::string>())) columns.push_back(name);
+  sweep.manifest["columns"] = columns;
+}
+
+}  // namespace
+
 JoinedSweep join_sweep(const SweepFolder& folder) {
   JoinedSweep sweep;
   const std::string manifest = (folder.path() / "sweep.json").string();
@@ -158,6 +196,7 @@ JoinedSweep join_sweep(const SweepFolder& folder) {
       else
         for (const json& frame : (*result)["frames"]) sweep.rows.push_back({p, frame, "ok"});
     }
+    drop_empty_columns(sweep);
   } catch (const json::exception& error) {
     throw InputError(manifest, "", fmt::format("is not the manifest of a sweep: {}", error.what()));
   }
@@ -192,6 +231,35 @@ std::string split_csv(const JoinedSweep& sweep) {
     if (row.frame.is_object() && row.frame.contains("split"))
       text += split_rows_csv(row.frame, point_cells(sweep.manifest, row.point));
   return text;
+}
+
+std::optional<BestPoint> best_point(const JoinedSweep& sweep) {
+  const json& manifest = sweep.manifest;
+  Goal goal;
+  goal.column = "timing.cycles";
+  if (manifest.contains("goal")) goal = read_goal(manifest["goal"], scene::gltf::Place("sweep.json").at("goal"));
+  // Candidates are points with the same values, one for each capture.
+  std::map<std::string, std::size_t> first_of;
+  std::map<std::size_t, std::vector<json>> frames_of;
+  for (const SweepRow& row : sweep.rows) {
+    const std::string values = manifest.at("points").at(row.point).at("values").dump();
+    const std::size_t first = first_of.try_emplace(values, row.point).first->second;
+    if (row.frame.is_object()) frames_of[first].push_back(row.frame);
+  }
+  std::optional<BestPoint> best;
+  Score score;
+  for (const auto& [point, frames] : frames_of) {
+    const Score of_this = score_of(goal, frames);
+    if (std::isinf(of_this.violation) || (best && !of_this.better_than(score))) continue;
+    score = of_this;
+    best = BestPoint{point, "", objective_text(goal, score), score.violation == 0};
+  }
+  if (!best) return best;
+  const json& values = manifest.at("points").at(best->point).at("values");
+  for (std::size_t k = 0; k < manifest.at("axes").size(); ++k)
+    best->label += fmt::format("{}{}={}", k == 0 ? "" : " ", manifest.at("axes")[k].get<std::string>(),
+                               values.at(k).is_string() ? values.at(k).get<std::string>() : values.at(k).dump());
+  return best;
 }
 
 void write_tables(const SweepFolder& folder, const JoinedSweep& sweep) {

@@ -17,6 +17,7 @@ namespace tessera::replay {
 //   sweep.json          the study with all its points and their hashes; the same from every shard
 //   points/HASH.json    the result of one point: {"schema": "tessera.point/1", "frames": [...]} or {..., "fault": TEXT}
 //   points/HASH_NNNN.png, HASH_tiles_NNNN.json   with "images"
+//   records/FUNCTION.record                      of a render whose points are not all timed yet; with "records", of all
 //   sweep.csv, report.html                       made from these by join_sweep() and the report
 //   split.csv                                    likewise, with "split"
 //
@@ -33,6 +34,7 @@ class SweepFolder {
   std::filesystem::path point_file(const std::string& hash) const { return points_.file(hash); }
   std::filesystem::path image_file(const std::string& hash, int frame) const;
   std::filesystem::path tiles_file(const std::string& hash, int frame) const;
+  std::filesystem::path record_file(const std::string& function) const;
   bool has_point(const std::string& hash) const { return points_.has(hash); }
   // The result of a point; nothing where there is none or it is damaged.
   std::optional<nlohmann::json> read_point(const std::string& hash) const;
@@ -49,7 +51,7 @@ class SweepFolder {
 // there removes what killed runs left half written. On file systems without locks it does nothing.
 class SweepLock {
  public:
-  // Throws SystemError when the folder is taken, WriteError when it cannot be written.
+  // Throws WriteError when the folder is taken, or cannot be written.
   SweepLock(const SweepFolder& folder, bool shared);
   ~SweepLock();
   SweepLock(const SweepLock&) = delete;
@@ -69,7 +71,7 @@ struct SweepRow {
 
 // The results of a sweep, read back from its folder.
 struct JoinedSweep {
-  nlohmann::json manifest;
+  nlohmann::json manifest;           // its "columns" without those that are 0 or empty in all rows, but for "kept" ones
   std::vector<SweepRow> rows;        // by point, then by frame
   std::vector<std::size_t> missing;  // points without a result yet, or with a damaged one
 };
@@ -83,6 +85,15 @@ std::string sweep_csv(const JoinedSweep& sweep);
 // point,hash,capture,AXES...,frame,view,split,SPLIT_COLUMNS...: a row for each drawable, material or tile of each view
 // (eye) of the frames of all points; what a split does not have is empty. "" where the study asks for none.
 std::string split_csv(const JoinedSweep& sweep);
+
+// Of a manifest with a goal: its best candidate among the rows, by number of its first point. Nothing where there are no
+// frames yet. Without a goal: that of the fewest cycles.
+struct BestPoint {
+  std::size_t point = 0;
+  std::string label, value;  // "tile.width=16 ...", "timing.cycles 12345"
+  bool meets_limits = true;
+};
+std::optional<BestPoint> best_point(const JoinedSweep& sweep);
 
 // Writes sweep.csv, and split.csv where the study asks for it.
 void write_tables(const SweepFolder& folder, const JoinedSweep& sweep);

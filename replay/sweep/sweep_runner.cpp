@@ -2,11 +2,8 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
-#include <condition_variable>
 #include <cstdio>
 #include <exception>
-#include <map>
 #include <mutex>
 #include <optional>
 #include <set>
@@ -18,107 +15,59 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
-#include "base/image_codec.h"
 #include "base/json_text.h"
+#include "base/parallel.h"
 #include "base/text.h"
 #include "base/whole_file.h"
-#include "baselines/baseline_set.h"
-#include "gpu/device.h"
-#include "gpu/record_file.h"
-#include "replay/machine_report.h"
 #include "replay/progress.h"
-#include "replay/statistics.h"
-#include "replay/sweep/capture_library.h"
-#include "replay/tile_map_files.h"
-#include "shaders_cpp/tone_map.h"
+#include "replay/sweep/rendered_point.h"
+#include "replay/sweep/stopwatch.h"
 
 namespace tessera::replay {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using nlohmann::json;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
-// Lets the images of several points into memory as long as they fit.
-class ImageMemory {
- public:
-  explicit ImageMemory(std::uint64_t max_bytes) : free_(max_bytes), max_(max_bytes) {}
-  void take(std::uint64_t bytes) {
-    if (bytes > max_)
-      throw LimitError(fmt::format("the images of a point need {} bytes, --max-memory allows {}", bytes, max_));
-    std::unique_lock lock(mutex_);
-    returned_.wait(lock, [&] { return free_ >= bytes; });
-    free_ -= bytes;
-  }
-  void give(std::uint64_t bytes) {
-    const std::lock_guard lock(mutex_);
-    free_ += bytes;
-    returned_.notify_all();
-  }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable returned_;
-  std::uint64_t free_, max_;
-};
+namespace fs = std::filesystem;
 
 class Run {
  public:
-  Run(const Study& study, const std::vector<SweepPoint>& points, const SweepFolder& folder, const SweepOptions& options)
+  Run(const Study& study, const std::vector<SweepPoint>& points, const std::vector<std::size_t>& mine,
+      const SweepFolder& folder, const SweepOptions& options, CaptureLibrary& library)
       : study_(study),
         points_(points),
         folder_(folder),
-        library_(study.captures, options.max_bytes, options.strict, study.variant),
-        memory_(options.max_bytes) {
-    std::set<std::string> asked;
-    for (std::size_t p = options.shard; p < points.size(); p += options.shards) {
-      ++outcome_.mine;
-      if (!asked.insert(points[p].hash).second || folder.read_point(points[p].hash)) {
-        ++outcome_.found;
-        continue;
-      }
-      if (folder.has_point(points[p].hash))
-        std::fprintf(stderr, "note: %s is damaged; the point is computed again\n",
-                     escape_control(folder.point_file(points[p].hash).string()).c_str());
-      todo_.push_back(p);
-    }
-    group_points();
+        max_bytes_(options.max_bytes),
+        library_(library),
+        memory_(options.max_bytes),
+        items_(needs_items(study)) {
+    WorkLeft left = work_left(points, mine, folder, true);
+    outcome_.mine = mine.size();
+    outcome_.found = left.found;
+    groups_ = std::move(left.groups);
+    for (const std::vector<std::size_t>& group : groups_) to_make_ += group.size();
+    for (const std::vector<std::size_t>& group : render_groups(points))
+      siblings_.emplace(points[group.front()].function, group);
     outcome_.workers =
         std::clamp<std::size_t>(std::min(options.jobs, options.threads), 1, std::max<std::size_t>(groups_.size(), 1));
     threads_each_ = static_cast<int>(std::max<std::size_t>(1, options.threads / outcome_.workers));
-    progress_.emplace(todo_.size(), options.quiet || todo_.empty());
+    progress_.emplace(to_make_, options.quiet || to_make_ == 0);
   }
 
   SweepOutcome run() {
-    const Clock::time_point start = Clock::now();
+    const Stopwatch watch;
     std::vector<std::thread> workers;
     for (std::size_t w = 0; w < outcome_.workers; ++w) workers.emplace_back([this] { work(); });
     for (std::thread& worker : workers) worker.join();
     if (failure_) std::rethrow_exception(failure_);
-    outcome_.seconds = seconds_since(start);
-    outcome_.load_seconds = library_.load_seconds();
-    outcome_.stopped = outcome_.rendered < todo_.size();
+    std::error_code ignored;
+    if (!keeps_record() && fs::exists(folder_.path() / "records", ignored))
+      for (const auto& [function, points] : siblings_) remove_record(function);
+    outcome_.seconds = watch.seconds();
+    outcome_.stopped = outcome_.made < to_make_;
     return outcome_;
   }
 
  private:
-  // Points that differ in what times them only, in their order: one of them is rendered, its record is timed for all.
-  void group_points() {
-    std::map<std::string, std::size_t> group_of;
-    for (const std::size_t p : todo_) {
-      const SweepPoint& point = points_[p];
-      const PointConfiguration configuration = configure_point(study_, point.steps);
-      json function = {point.capture, gpu::functional_json(configuration.gpu, configuration.settings)};
-      if (configuration.size) function.push_back({configuration.size->width, configuration.size->height});
-      // What is no machine has nothing to render.
-      if (!point.fault.empty()) function.push_back(point.hash);
-      const auto [at, fresh] = group_of.try_emplace(json_text(function), groups_.size());
-      if (fresh) groups_.emplace_back();
-      groups_[at->second].push_back(p);
-    }
-  }
-
   // Each worker's loops run on its own few threads: they never take up another worker's point while they wait.
   void work() {
     tbb::task_arena arena(threads_each_);
@@ -137,147 +86,135 @@ class Run {
     });
   }
 
-  // What a rendered point leaves for those that are timed from it.
-  struct Rendered {
-    json frames;  // null where the values do not fit each other
-    std::string fault;
-    json head;                                         // of a record, for the names of splits
-    std::vector<std::vector<timing::FrameWork>> work;  // by frame and view
-  };
-
+  // One point is rendered, or read back as a killed run left it; the others are timed from that.
   void run_group(const std::vector<std::size_t>& group) {
-    Rendered rendered;
-    for (const std::size_t p : group) {
-      const Clock::time_point start = Clock::now();
-      const SweepPoint& point = points_[p];
-      double rendering = 0;
-      if (p == group.front())
-        rendered = run_point(point, !study_.splits.empty() || times_events(group), rendering);
-      else if (rendered.fault.empty())
-        time_again(group.front(), point, rendered);
-      json result = {{"schema", kPointSchema}};
-      if (rendered.fault.empty())
-        result["frames"] = rendered.frames;
-      else
-        result["fault"] = rendered.fault;
-      write_file_atomically(folder_.point_file(point.hash), json_text(result, 1) + "\n");
-      const std::lock_guard lock(mutex_);
-      outcome_.render_seconds += rendering;
-      ++outcome_.rendered;
-      outcome_.timed_again += p == group.front() ? 0 : 1;
-      progress_->update(outcome_.rendered,
-                        fmt::format("{}: {:.2f} s", point_label(study_, point), seconds_since(start)));
+    const std::string& function = points_[group.front()].function;
+    std::optional<RenderedPoint> rendered;
+    if (has_image_for(function)) rendered = read_render_record(folder_, function, max_bytes_);
+    std::size_t next = 0;
+    // Values that do not fit each other may do so in the next point, which differs in timing.
+    while (!rendered && next < group.size() && !stop_requested()) rendered = render_first(group, next++);
+    if (!rendered) return;
+    parallel_for(group.size() - next, [&](std::size_t k) {
+      if (!stop_requested() && !failed_) time_again(points_[group[next + k]], *rendered);
+    });
+    if (!keeps_record()) remove_record(function);
+  }
+
+  std::optional<RenderedPoint> render_first(const std::vector<std::size_t>& group, std::size_t at) {
+    const SweepPoint& point = points_[group[at]];
+    const Stopwatch watch;
+    if (!point.fault.empty()) {
+      finish(point, {{"fault", point.fault}}, watch, &SweepOutcome::refused);
+      return std::nullopt;
+    }
+    const bool records = keeps_record() || others_missing(point);
+    double seconds = 0;
+    std::optional<RenderedPoint> rendered;
+    std::string fault;
+    {
+      CaptureLibrary::Loaded capture = library_.get(point.capture);
+      const CaptureLibrary::Lease lease(library_);
+      try {
+        rendered =
+            render_point({study_, items_, records, &folder_, {}}, point, std::exchange(capture, {}), memory_, seconds);
+      } catch (const UsageError& error) {
+        fault = error.what();
+      }
+    }
+    if (!rendered) {
+      finish(point, {{"fault", fault}}, watch, &SweepOutcome::rendered, seconds);
+      return std::nullopt;
+    }
+    if (records && rendered->has_work()) {
+      const std::size_t first = siblings_.at(point.function).front();
+      write_render_record(folder_, point.function, configure_point(study_, points_[first].steps).gpu, *rendered);
+    }
+    finish(point, {{"frames", rendered->frames}}, watch, &SweepOutcome::rendered, seconds);
+    return rendered;
+  }
+
+  // What a render on the point's machine gives; images are the same.
+  void time_again(const SweepPoint& point, const RenderedPoint& rendered) {
+    const Stopwatch watch;
+    try {
+      const json frames = timed_frames(study_, configure_point(study_, point.steps).gpu, rendered);
+      if (study_.images) copy_images(point, frames);
+      finish(point, {{"frames", frames}}, watch, &SweepOutcome::timed);
+    } catch (const UsageError& error) {
+      finish(point, {{"fault", error.what()}}, watch, &SweepOutcome::timed);
     }
   }
 
-  bool times_events(const std::vector<std::size_t>& group) const {
-    return std::any_of(group.begin(), group.end(), [&](std::size_t p) {
-      return configure_point(study_, points_[p].steps).gpu.queues.model == hardware::TimingModel::kEvents;
+  void finish(const SweepPoint& point, json result, const Stopwatch& watch, std::size_t SweepOutcome::*counted,
+              double rendering = 0) {
+    result["schema"] = kPointSchema;
+    write_file_atomically(folder_.point_file(point.hash), json_text(result, 1) + "\n");
+    const std::lock_guard lock(mutex_);
+    outcome_.render_seconds += rendering;
+    ++outcome_.made;
+    ++(outcome_.*counted);
+    progress_->update(outcome_.made, fmt::format("{}: {:.2f} s", point_label(study_, point), watch.seconds()));
+  }
+
+  // Of its function, in this part of the sweep or in another.
+  bool others_missing(const SweepPoint& point) const {
+    const std::vector<std::size_t>& all = siblings_.at(point.function);
+    return std::any_of(all.begin(), all.end(), [&](std::size_t p) {
+      return points_[p].hash != point.hash && !folder_.has_point(points_[p].hash);
     });
   }
 
-  // `items`: some point of the group is timed by events, or frames are split.
-  Rendered run_point(const SweepPoint& point, bool items, double& rendering) {
-    if (!point.fault.empty()) return {nullptr, point.fault, nullptr, {}};
-    struct Lease {
-      CaptureLibrary& library;
-      ~Lease() { library.release(); }
-    };
-    CaptureLibrary::Loaded capture = library_.get(point.capture);
-    const Lease lease{library_};
-    try {
-      return render(point, std::exchange(capture, {}), items, rendering);
-    } catch (const UsageError& error) {
-      return {nullptr, error.what(), nullptr, {}};
-    }
+  // Records of a search wait for points that it has not thought of yet.
+  bool keeps_record() const { return study_.records || (study_.goal && varies_in_timing(study_)); }
+  void remove_record(const std::string& function) const {
+    const std::vector<std::size_t>& all = siblings_.at(function);
+    if (std::any_of(all.begin(), all.end(), [&](std::size_t p) { return !folder_.has_point(points_[p].hash); })) return;
+    std::error_code ignored;
+    fs::remove(folder_.record_file(function), ignored);
+    fs::remove(folder_.record_file(function).parent_path(), ignored);  // where it was the last
   }
 
-  // Replaces cycles and energies of `rendered`, and their splits, by those of the machine.
-  void time_frames(const gpu::GpuConfiguration& gpu, Rendered& rendered) {
-    gpu::CachesOfFrames caches;
-    for (std::size_t f = 0; f < rendered.work.size(); ++f) {
-      if (rendered.work[f].empty()) continue;
-      json& frame = rendered.frames[f];
-      json splits = json::object();
-      gpu::EachView each;
-      if (!study_.splits.empty())
-        each = [&](const timing::FrameWork& work, const gpu::ViewCost& cost, const timing::WarmCaches& before) {
-          for (const Split split : study_.splits)
-            splits[std::string(name(split))].push_back(split_rows(split, rendered.head, gpu, work, cost, before));
-        };
-      const gpu::FrameCost cost =
-          gpu::frame_cost(gpu, rendered.work[f], caches.of_frame(gpu, frame["frame"].get<int>()), each);
-      frame["timing"] = timing_json(cost.timing);
-      frame["energy"] = energy_json(cost.energy);
-      frame["area"] = area_json(cost.area);
-      if (each) frame["split"] = std::move(splits);
+  // A point of the function whose images are there; without images none is needed.
+  const SweepPoint* with_images(const std::string& function) const {
+    std::error_code ignored;
+    for (const std::size_t p : siblings_.at(function)) {
+      const SweepPoint& point = points_[p];
+      if (!folder_.has_point(point.hash)) continue;
+      const std::optional<json> result = folder_.read_point(point.hash);
+      if (result && result->contains("frames") &&
+          std::all_of((*result)["frames"].begin(), (*result)["frames"].end(), [&](const json& frame) {
+            const int number = frame["frame"].get<int>();
+            return fs::exists(folder_.image_file(point.hash, number), ignored) &&
+                   fs::exists(folder_.tiles_file(point.hash, number), ignored);
+          }))
+        return &point;
     }
+    return nullptr;
   }
+  bool has_image_for(const std::string& function) const { return !study_.images || with_images(function) != nullptr; }
 
-  // What `rendered` holds of point `first` becomes that of another machine; images are the same.
-  void time_again(std::size_t first, const SweepPoint& point, Rendered& rendered) {
-    time_frames(configure_point(study_, point.steps).gpu, rendered);
-    for (const json& frame : rendered.frames) {
-      if (!study_.images) return;
+  void copy_images(const SweepPoint& point, const json& frames) const {
+    const SweepPoint* from = with_images(point.function);
+    if (from == nullptr) throw SystemError(fmt::format("images in {} are gone", folder_.path().string()));
+    for (const json& frame : frames) {
       const int number = frame["frame"].get<int>();
       for (const auto& file : {&SweepFolder::image_file, &SweepFolder::tiles_file})
         write_file_atomically((folder_.*file)(point.hash, number),
-                              read_whole_text((folder_.*file)(points_[first].hash, number)));
+                              read_whole_text((folder_.*file)(from->hash, number)));
     }
-  }
-
-  Rendered render(const SweepPoint& point, const CaptureLibrary::Loaded& capture, bool items, double& seconds) {
-    const PointConfiguration configuration = configure_point(study_, point.steps);
-    const scene::CaptureSettings& own = capture.capture->settings;
-    gpu::RenderRequest request;
-    request.width = configuration.size ? configuration.size->width : own.width;
-    request.height = configuration.size ? configuration.size->height : own.height;
-    request.region = {0, 0, request.width, request.height};
-    struct Reserved {
-      ImageMemory& memory;
-      std::uint64_t bytes;
-      ~Reserved() { memory.give(bytes); }
-    };
-    // Colour and its encoded copies; the baselines render once more.
-    const std::uint64_t bytes = static_cast<std::uint64_t>(request.width) * static_cast<std::uint64_t>(request.height) *
-                                (study_.baselines ? 64 : 32);
-    memory_.take(bytes);
-    const Reserved reserved{memory_, bytes};
-    request.record_items = items;
-    gpu::Device device(capture.prepared, configuration.gpu, configuration.settings, request);
-    baselines::BaselineObserver schemes;
-    if (study_.baselines) device.set_observer(&schemes);
-    const FrameRange range = study_.frames.value_or(FrameRange{own.first_frame, own.first_frame + own.frame_count});
-    Rendered out{json::array(), "", nullptr, {}};
-    if (!study_.splits.empty())
-      out.head = gpu::record_head(study_.capture_names[point.capture], device.assembly(), configuration.gpu,
-                                  configuration.settings, request.width, request.height);
-    for (int frame = range.first; frame < range.last; ++frame) {
-      const Clock::time_point start = Clock::now();
-      gpu::FrameResult result = device.render(frame);
-      seconds += seconds_since(start);
-      out.frames.push_back(frame_json(result, study_.baselines ? &schemes.last() : nullptr));
-      std::vector<timing::FrameWork>& work = out.work.emplace_back();
-      if (result.model) work.push_back(std::move(result.model->record.work));
-      if (result.right && result.right->work) work.push_back(std::move(*result.right->work));
-      if (!study_.images) continue;
-      const float exposure = configuration.settings.output.exposure > 0
-                                 ? static_cast<float>(configuration.settings.output.exposure)
-                                 : own.exposure;
-      write_png(folder_.image_file(point.hash, frame), shaders::to_display(result.targets.color, exposure));
-      write_file_atomically(folder_.tiles_file(point.hash, frame), tile_maps_json(frame, result.maps));
-    }
-    if (!study_.splits.empty()) time_frames(configuration.gpu, out);
-    return out;
   }
 
   const Study& study_;
   const std::vector<SweepPoint>& points_;
   const SweepFolder& folder_;
-  CaptureLibrary library_;
+  std::uint64_t max_bytes_;
+  CaptureLibrary& library_;
   ImageMemory memory_;
-  std::vector<std::size_t> todo_;
-  std::vector<std::vector<std::size_t>> groups_;  // of todo_
+  bool items_;
+  std::size_t to_make_ = 0;
+  std::vector<std::vector<std::size_t>> groups_;              // without the points that are there
+  std::map<std::string, std::vector<std::size_t>> siblings_;  // all points of each function
   int threads_each_ = 1;
   std::atomic<std::size_t> next_{0};
   std::atomic<bool> failed_{false};
@@ -289,9 +226,38 @@ class Run {
 
 }  // namespace
 
-SweepOutcome run_sweep(const Study& study, const std::vector<SweepPoint>& points, const SweepFolder& folder,
-                       const SweepOptions& options) {
-  return Run(study, points, folder, options).run();
+void SweepOutcome::add(const SweepOutcome& more) {
+  mine += more.mine, found += more.found, made += more.made;
+  rendered += more.rendered, timed += more.timed, refused += more.refused;
+  workers = std::max(workers, more.workers);
+  seconds += more.seconds, render_seconds += more.render_seconds;
+  stopped = stopped || more.stopped;
+}
+
+WorkLeft work_left(const std::vector<SweepPoint>& points, const std::vector<std::size_t>& mine,
+                   const SweepFolder& folder, bool say_damaged) {
+  WorkLeft left;
+  std::set<std::string> asked;
+  std::map<std::string, std::size_t> group_of;
+  for (const std::size_t p : mine) {
+    const SweepPoint& point = points[p];
+    if (!asked.insert(point.hash).second || folder.read_point(point.hash)) {
+      ++left.found;
+      continue;
+    }
+    if (say_damaged && folder.has_point(point.hash))
+      std::fprintf(stderr, "note: %s is damaged; the point is computed again\n",
+                   escape_control(folder.point_file(point.hash).string()).c_str());
+    const auto [at, fresh] = group_of.try_emplace(point.function, left.groups.size());
+    if (fresh) left.groups.emplace_back();
+    left.groups[at->second].push_back(p);
+  }
+  return left;
+}
+
+SweepOutcome run_sweep(const Study& study, const std::vector<SweepPoint>& points, const std::vector<std::size_t>& mine,
+                       const SweepFolder& folder, const SweepOptions& options, CaptureLibrary& library) {
+  return Run(study, points, mine, folder, options, library).run();
 }
 
 }  // namespace tessera::replay

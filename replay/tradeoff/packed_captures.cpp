@@ -22,8 +22,9 @@ std::string Packing::arguments() const {
                      bits, bits);
 }
 
-PackedCaptures::PackedCaptures(fs::path file, const scene::CaptureLimits& limits)
-    : file_(std::move(file)), limits_(limits) {
+PackedCaptures::PackedCaptures(fs::path file, const scene::CaptureLimits& limits, ViewChoices view,
+                               std::optional<ImageSize> size)
+    : file_(std::move(file)), limits_(limits), view_(std::move(view)), size_(size) {
   known_[""] = load(file_);
 }
 
@@ -34,7 +35,7 @@ PackedCaptures::~PackedCaptures() {
 
 PackedCaptures::Loaded PackedCaptures::load(const fs::path& file) const {
   Loaded loaded;
-  loaded.capture = std::make_unique<const scene::Capture>(scene::read_capture(file, limits_));
+  loaded.capture = std::make_unique<const scene::Capture>(read_capture(file, limits_, view_, size_));
   loaded.prepared = std::make_shared<const gpu::PreparedCapture>(*loaded.capture);
   return loaded;
 }

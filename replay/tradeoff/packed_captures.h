@@ -3,9 +3,11 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "gpu/prepared_capture.h"
+#include "replay/view_options.h"
 #include "scene/limits.h"
 
 namespace tessera::replay {
@@ -26,7 +28,8 @@ struct Packing {
 class PackedCaptures {
  public:
   // Throws what read_capture() throws.
-  PackedCaptures(std::filesystem::path file, const scene::CaptureLimits& limits);
+  PackedCaptures(std::filesystem::path file, const scene::CaptureLimits& limits, ViewChoices view = {},
+                 std::optional<ImageSize> size = std::nullopt);
   ~PackedCaptures();
   PackedCaptures(const PackedCaptures&) = delete;
   PackedCaptures& operator=(const PackedCaptures&) = delete;
@@ -44,6 +47,8 @@ class PackedCaptures {
 
   std::filesystem::path file_, folder_;
   scene::CaptureLimits limits_;
+  ViewChoices view_;
+  std::optional<ImageSize> size_;
   std::map<std::string, Loaded> known_;  // by Packing::arguments()
 };
 

@@ -13,6 +13,7 @@
 #include "gpu/configuration.h"
 #include "gpu/settings.h"
 #include "reference/reference_info.h"
+#include "replay/view_options.h"
 
 namespace tessera::replay {
 
@@ -90,6 +91,7 @@ struct KnobResult {
 struct TradeoffResult {
   std::string capture;
   std::optional<std::string> variant;  // of its materials
+  ViewChoices view{};
   int frame = 0, first_frame = 0, width = 0, height = 0, rounds = 0;
   std::string arguments;  // of --set
   gpu::RunSettings settings;

@@ -49,7 +49,7 @@ class Tradeoff {
     limits.max_bytes = options_.max_bytes;
     limits.strict = options_.strict;
     limits.variant = options_.variant;
-    PackedCaptures captures(options_.capture, limits);
+    PackedCaptures captures(options_.capture, limits, options_.view, ImageSize{options_.width, options_.height});
     const gpu::PreparedCapture& prepared = *captures.original();
     place(prepared.capture);
     const std::vector<Block> blocks = plan(prepared);
@@ -69,6 +69,7 @@ class Tradeoff {
     const Image* const color = reference ? &reference->color : nullptr;
     TradeoffResult out{.capture = options_.capture.filename().string(),
                        .variant = options_.variant,
+                       .view = options_.view,
                        .frame = place_.frame,
                        .first_frame = place_.first_frame,
                        .width = options_.width,
@@ -124,6 +125,7 @@ class Tradeoff {
     place_.rounds = options_.rounds;
     place_.inputs = capture_fingerprint(options_.capture) + program_fingerprint();
     if (options_.variant) place_.inputs += " variant " + *options_.variant;
+    place_.inputs += options_.view.arguments();
   }
 
   Row make_row(const std::string& label, const KeyValues& values, bool in_double, const Packing& packing,

@@ -29,6 +29,7 @@ struct TradeoffOptions {
   std::uint64_t max_bytes = std::uint64_t{4} << 30;
   bool strict = false;                 // scene::CaptureLimits::strict
   std::optional<std::string> variant;  // scene::CaptureLimits::variant
+  ViewChoices view;
   bool quiet = false;
 };
 

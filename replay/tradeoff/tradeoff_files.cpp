@@ -126,6 +126,7 @@ json tradeoff_json(const TradeoffResult& tradeoff, const std::optional<CheapestA
               {"knobs", knobs},
               {"stopped", tradeoff.stopped}};
   if (tradeoff.variant) out["variant"] = *tradeoff.variant;
+  if (!tradeoff.view.empty()) out["view"] = tradeoff.view.json();
   if (cheapest) out["cheapest"] = cheapest_json(*cheapest);
   return out;
 }

@@ -95,32 +95,52 @@ bool is_defined(const json& document, const std::string& pointer, bool has_defau
   return document.contains(has_default ? property.parent_pointer() : property);
 }
 
+// STAGE/NAME of a node's procedure. Parameters that are not given have defaults.
+std::optional<PointerTarget> resolve_parameter(const json& document, int node, std::string_view rest,
+                                               ProgramCache& programs, const Place& place) {
+  const json& object = document["nodes"][static_cast<std::size_t>(node)];
+  const auto extensions = object.find("extensions");
+  if (extensions == object.end() || !extensions->contains("TESSERA_procedure")) return std::nullopt;
+  const std::size_t slash = rest.find('/');
+  if (slash == std::string_view::npos) return std::nullopt;
+  const std::optional<StageParameter> found = find_stage_parameter(
+      document, (*extensions)["TESSERA_procedure"], rest.substr(0, slash), rest.substr(slash + 1), programs, place);
+  if (!found) return std::nullopt;
+  return PointerTarget{found->path, node, found->part, found->components, found->values, true};
+}
+
 }  // namespace
 
-std::optional<PointerTarget> resolve_pointer(const json& document, const std::string& pointer, const Place& place) {
+std::optional<PointerTarget> resolve_pointer(const json& document, const std::string& pointer, ProgramCache& programs,
+                                             const Place& place) {
   std::string_view digits;
+  if (const auto rest = rest_behind(pointer, "/nodes/#/extensions/TESSERA_procedure/", digits)) {
+    const std::optional<int> node = object_of(document, pointer, digits, place);
+    return node ? resolve_parameter(document, *node, *rest, programs, place) : std::nullopt;
+  }
   for (const Property& property : kProperties)
     if (rest_behind(pointer, property.pointer, digits) == "") {
       const std::optional<int> object = object_of(document, pointer, digits, place);
       if (!object) return std::nullopt;
-      return PointerTarget{property.path, *object, 0, property.components,
-                           is_defined(document, pointer, property.has_default)};
+      const int values = property.path == AnimatedPath::kWeights ? 0 : 1;
+      return PointerTarget{property.path,       *object, 0,
+                           property.components, values,  is_defined(document, pointer, property.has_default)};
     }
   for (std::size_t number = 0; number < effect_numbers().size(); ++number) {
     const EffectNumber& factor = effect_numbers()[number];
     if (rest_behind(pointer, "/materials/#", digits) != factor.pointer) continue;
     const std::optional<int> object = object_of(document, pointer, digits, place);
     if (!object) return std::nullopt;
-    return PointerTarget{AnimatedPath::kEffectNumber, *object, static_cast<int>(number), factor.components,
-                         is_defined(document, pointer, true)};
+    return PointerTarget{AnimatedPath::kEffectNumber, *object, static_cast<int>(number),
+                         factor.components,           1,       is_defined(document, pointer, true)};
   }
   for (std::size_t slot = 0; slot < kMaterialTextures.size(); ++slot)
     for (const Property& shift : kShifts)
       if (rest_behind(pointer, texture_pattern(kMaterialTextures[slot]), digits) == shift.pointer) {
         const std::optional<int> object = object_of(document, pointer, digits, place);
         if (!object) return std::nullopt;
-        return PointerTarget{shift.path, *object, static_cast<int>(slot), shift.components,
-                             is_defined(document, pointer, true)};
+        return PointerTarget{shift.path,       *object, static_cast<int>(slot),
+                             shift.components, 1,       is_defined(document, pointer, true)};
       }
   return std::nullopt;
 }

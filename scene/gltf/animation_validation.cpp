@@ -75,14 +75,14 @@ std::optional<Moved> check_node_channel(const json& d, const json& channel, cons
 
 // A channel of KHR_animation_pointer. Nothing where it is skipped.
 std::optional<Moved> check_pointer_channel(const json& d, const json& channel, const json& sampler, const Place& place,
-                                           Notes& notes) {
+                                           ProgramCache& programs, Notes& notes) {
   const json* named = extension(channel["target"], "KHR_animation_pointer");
   if (named == nullptr) place.at("target").refuse("has the path pointer without KHR_animation_pointer");
   if (channel["target"].contains("node"))
     notes.violation(place.at("target"), "its pointer holds", "has both a pointer and a node");
   const Place at = place.at("target").at("extensions").at("KHR_animation_pointer").at("pointer");
   const auto& pointer = (*named)["pointer"].get_ref<const std::string&>();
-  const std::optional<PointerTarget> target = resolve_pointer(d, pointer, at);
+  const std::optional<PointerTarget> target = resolve_pointer(d, pointer, programs, at);
   if (!target) {
     notes.add(at, "channels of what is not read are skipped", "is " + escape_control(pointer, 120));
     return std::nullopt;
@@ -106,7 +106,8 @@ std::optional<Moved> check_pointer_channel(const json& d, const json& channel, c
   }
   const auto object = static_cast<std::size_t>(target->object);
   const bool of_node = target->path <= AnimatedPath::kVisible;
-  check_count(d, sampler, of_node ? values_of(d, target->path, object, at) : 1, place);
+  check_count(d, sampler, of_node ? values_of(d, target->path, object, at) : static_cast<std::uint64_t>(target->values),
+              place);
   return Moved{target->path, object, target->part};
 }
 
@@ -114,6 +115,7 @@ std::optional<Moved> check_pointer_channel(const json& d, const json& channel, c
 
 void check_animations(const json& d, const Place& root, Notes& notes) {
   const json& animations = array_of(d, "animations");
+  ProgramCache programs;
   for (std::size_t a = 0; a < animations.size(); ++a) {
     const Place place = root.at("animations").at(a);
     std::set<Moved> moved;
@@ -123,7 +125,7 @@ void check_animations(const json& d, const Place& root, Notes& notes) {
       const json& sampler = sampler_of(animations[a], channels[c], inner);
       check_format(d, sampler["input"].get<std::size_t>(), {{1}, {kFloat}, {}}, inner);
       const std::optional<Moved> here = channels[c]["target"]["path"] == "pointer"
-                                            ? check_pointer_channel(d, channels[c], sampler, inner, notes)
+                                            ? check_pointer_channel(d, channels[c], sampler, inner, programs, notes)
                                             : check_node_channel(d, channels[c], sampler, inner);
       if (here && !moved.insert(*here).second) inner.at("target").refuse("is animated twice in one animation");
     }

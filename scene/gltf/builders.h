@@ -4,6 +4,7 @@
 
 #include "scene/capture.h"
 #include "scene/gltf/document.h"
+#include "scene/gltf/selection.h"
 
 namespace tessera::scene::gltf {
 
@@ -13,6 +14,7 @@ std::vector<Mesh> build_meshes(Document& document);
 // One primitive as it is stored (a cage stays a cage), or nothing where there is nothing to draw.
 std::optional<Primitive> build_primitive(Document& document, const nlohmann::json& json_primitive, const Place& place);
 void build_materials(Document& document, Capture& capture);  // and the KTX2 images that they use
-void build_scene(Document& document, Capture& capture);      // nodes, skins, animations, cameras, lights, settings
+// Nodes, skins, animations, cameras, lights, settings; what is drawn of them is what was selected.
+void build_scene(Document& document, const Selected& selected, Capture& capture);
 
 }  // namespace tessera::scene::gltf

@@ -65,6 +65,21 @@ void check_parameters(const StageDeclaration& stage, const json& object, std::st
     if (p.required() && !object.contains(p.name)) place.refuse("lacks the parameter '{}'", p.name);
 }
 
+// Chains along one parameter have one number of curves.
+void check_chains(const StageDeclaration& shape, const json& parameters, const Place& place) {
+  for (const ParameterLayout layout : {ParameterLayout::kChainU, ParameterLayout::kChainV}) {
+    const ParameterDeclaration* first = nullptr;
+    for (const ParameterDeclaration& p : shape.parameters) {
+      if (p.layout != layout) continue;
+      if (first == nullptr) first = &p;
+      const std::size_t points = parameters[std::string(p.name)].size(),
+                        others = parameters[std::string(first->name)].size();
+      if (points != others)
+        place.at(std::string(p.name)).refuse("has {} points, the chain '{}' has {}", points, first->name, others);
+    }
+  }
+}
+
 // A texture or shading model: {key: name, parameters...}.
 void check_stage(std::span<const StageDeclaration> stages, const json& object, const char* key, const Place& place) {
   if (!object.is_object()) place.refuse("is not an object");
@@ -81,6 +96,22 @@ std::size_t whole_number(const json& value, std::size_t min, std::size_t max, co
   if (!(v >= static_cast<double>(min) && v <= static_cast<double>(max)))
     place.refuse("is {:.0f}, outside [{}, {}]", v, min, max);
   return static_cast<std::size_t>(v);
+}
+
+// Segments along each side of a base patch.
+void check_tessellation(const json& limits, const Place& place) {
+  if (!limits.is_object()) place.refuse("is not an object");
+  constexpr auto kMost = static_cast<std::size_t>(Procedure::kMaxSegments);
+  std::size_t least = 1, most = kMost;
+  for (const auto& [name, value] : limits.items()) {
+    if (name == "min")
+      least = whole_number(value, 1, kMost, place.at(name));
+    else if (name == "max")
+      most = whole_number(value, 1, kMost, place.at(name));
+    else if (name != "extensions" && name != "extras")
+      place.at(name).refuse("is no limit: min and max are");
+  }
+  if (least > most) place.at("min").refuse("is {}, above the max of {}", least, most);
 }
 
 std::size_t count_of(const json& document, const char* array) {
@@ -217,6 +248,10 @@ Procedure build_procedure(Document& document, const json& object, ProgramCache& 
   out.shading = static_cast<shaders::ShadingId>(number(shaders::shading_declarations(), shading["model"]));
   build_stage(shaders::shading_declarations()[static_cast<std::size_t>(out.shading)], shading, out.shading_numbers);
   out.material = object.value("material", kNone);
+  if (const json* limits = member(object, "tessellation")) {
+    out.min_segments = limits->value("min", out.min_segments);
+    out.max_segments = limits->value("max", out.max_segments);
+  }
   return out;
 }
 
@@ -251,7 +286,10 @@ void check_procedure_schema(const json& document, const json& procedure, Program
     shape = find_stage(shaders::shape_declarations(), procedure["shape"]);
     if (shape == nullptr) place.at("shape").refuse("is {}, which Tessera does not know", procedure["shape"].dump());
   }
-  check_parameters(*shape, procedure.value("parameters", json::object()), "", place.at("parameters"));
+  const json parameters = procedure.value("parameters", json::object());
+  check_parameters(*shape, parameters, "", place.at("parameters"));
+  check_chains(*shape, parameters, place.at("parameters"));
+  if (const json* limits = member(procedure, "tessellation")) check_tessellation(*limits, place.at("tessellation"));
   if (own.rates)
     check_parameters(own.rates->declaration, procedure.value("sampling", json::object()), "", place.at("sampling"));
   else if (procedure.contains("sampling"))
@@ -293,6 +331,42 @@ void check_procedure_links(const json& document, const json& procedure, const Pl
   if (layout.count % width != 0 || layout.count / width < 2)
     inner.at("width").refuse("is {}, the accessor has {} points: not a grid of whole rows, two at least", width,
                              layout.count);
+}
+
+std::optional<StageParameter> find_stage_parameter(const json& document, const json& procedure, std::string_view stage,
+                                                   std::string_view name, ProgramCache& programs, const Place& place) {
+  shaders::ProgramSet own;
+  if (const json* program = member(procedure, "program")) own = programs.get(document, *program, place);
+  const auto of = [&](const shaders::Program* program, std::span<const StageDeclaration> stages, const json* object,
+                      const char* key) -> const StageDeclaration* {
+    if (program != nullptr) return &program->declaration;
+    return object == nullptr || !object->contains(key) ? nullptr : find_stage(stages, (*object)[key]);
+  };
+  const StageDeclaration* declaration = nullptr;
+  AnimatedPath path = AnimatedPath::kShapeNumbers;
+  if (stage == "parameters") {
+    declaration = of(own.shape.get(), shaders::shape_declarations(), &procedure, "shape");
+  } else if (stage == "texture") {
+    path = AnimatedPath::kTextureNumbers;
+    declaration = of(own.texture.get(), shaders::texture_declarations(), member(procedure, "texture"), "pattern");
+  } else if (stage == "shading") {
+    path = AnimatedPath::kShadingNumbers;
+    declaration = of(nullptr, shaders::shading_declarations(), member(procedure, "shading"), "model");
+  } else if (stage == "sampling" && own.rates) {
+    path = AnimatedPath::kRatesNumbers;
+    declaration = &own.rates->declaration;
+  }
+  if (declaration == nullptr) return std::nullopt;
+  for (std::size_t part = 0; part < declaration->parameters.size(); ++part) {
+    const ParameterDeclaration& p = declaration->parameters[part];
+    if (p.name != name) continue;
+    if (p.layout != ParameterLayout::kNumbers)
+      return StageParameter{path, static_cast<int>(part), 2,
+                            static_cast<int>(procedure["parameters"][std::string(name)].size())};
+    const bool vector = p.size <= 4;
+    return StageParameter{path, static_cast<int>(part), vector ? p.size : 1, vector ? 1 : p.size};
+  }
+  return std::nullopt;
 }
 
 void build_procedures(Document& document, Capture& capture) {

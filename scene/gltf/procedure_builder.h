@@ -1,7 +1,9 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "scene/capture.h"
 #include "scene/gltf/document.h"
@@ -31,6 +33,18 @@ void check_procedure_schema(const nlohmann::json& document, const nlohmann::json
 
 // What links it to other objects: the accessor of a geometry image. Throws InputError.
 void check_procedure_links(const nlohmann::json& document, const nlohmann::json& procedure, const Place& place);
+
+// A parameter of one of its stages, for animations.
+struct StageParameter {
+  AnimatedPath path;
+  int part;                // number of the parameter among its stage's
+  int components, values;  // of a key: so many values of so many numbers
+};
+// `stage`: "parameters" (of the shape), "texture", "shading" or "sampling", as the object has them. Nothing where the
+// stage has no such parameter. The object must have passed check_procedure_schema().
+std::optional<StageParameter> find_stage_parameter(const nlohmann::json& document, const nlohmann::json& procedure,
+                                                   std::string_view stage, std::string_view name,
+                                                   ProgramCache& programs, const Place& place);
 
 // Procedures of all nodes; sets Node::procedure. Charges what they take.
 void build_procedures(Document& document, Capture& capture);

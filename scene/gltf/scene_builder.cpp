@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "base/text.h"
+#include "scene/animated_procedures.h"
 #include "scene/assembly.h"
 #include "scene/deform.h"
 #include "scene/effect_numbers.h"
@@ -203,15 +204,16 @@ void check_rotation_keys(const AnimationChannel& channel, const Place& place) {
 }
 
 // What a channel moves, or nothing where it is to be ignored.
-std::optional<AnimationChannel> channel_target(const Document& document, const json& json_channel) {
+std::optional<AnimationChannel> channel_target(const Document& document, const json& json_channel,
+                                               ProgramCache& programs) {
   AnimationChannel channel;
   if (const std::string* pointer = animation_pointer(json_channel)) {
-    const std::optional<PointerTarget> target = resolve_pointer(document.json, *pointer, document.root);
+    const std::optional<PointerTarget> target = resolve_pointer(document.json, *pointer, programs, document.root);
     if (!target || !target->defined) return std::nullopt;
     channel.path = target->path;
-    (target->path <= AnimatedPath::kVisible ? channel.node : channel.object) = target->object;
+    (moves_node(target->path) ? channel.node : channel.object) = target->object;
     channel.part = target->part;
-    channel.components = target->components;
+    channel.components = target->components * std::max(target->values, 1);
     return channel;
   }
   const json& target = json_channel["target"];
@@ -255,18 +257,30 @@ void read_keys(Document& document, const json& sampler, const Capture& capture, 
 
 std::vector<Animation> build_animations(Document& document, const Capture& capture) {
   std::vector<Animation> animations;
+  ProgramCache programs;
   const auto list = document.json.find("animations");
   for (std::size_t a = 0; list != document.json.end() && a < list->size(); ++a) {
     const json& json_animation = (*list)[a];
     Animation& animation = animations.emplace_back();
     animation.name = json_animation.value("name", std::string());
     for (const json& json_channel : json_animation["channels"])
-      if (std::optional<AnimationChannel> channel = channel_target(document, json_channel)) {
+      if (std::optional<AnimationChannel> channel = channel_target(document, json_channel, programs)) {
         read_keys(document, json_animation["samplers"][json_channel["sampler"].get<std::size_t>()], capture, *channel);
         animation.channels.push_back(std::move(*channel));
       }
   }
   return animations;
+}
+
+// Charges the numbers at both motion keys of procedures whose parameters are animated.
+void charge_procedures(Document& document, const Capture& capture) {
+  for (const int n : animated_procedures(capture)) {
+    const int number = capture.nodes[static_cast<std::size_t>(n)].procedure;
+    const Procedure& procedure = capture.procedures[static_cast<std::size_t>(number)];
+    std::uint64_t bytes = sizeof(Procedure) + procedure.pieces.size() * sizeof(Procedure::Piece);
+    if (procedure.shape_constants) bytes += sizeof(float) * procedure.shape_constants->size();
+    document.budget.charge(2 * bytes, 1, [&] { return "posing the procedure of /nodes/" + std::to_string(n); });
+  }
 }
 
 // glTF leaves open which animations play. The first does, and each further one that moves nothing already moved.
@@ -282,6 +296,16 @@ std::vector<int> choose_animations(const std::vector<Animation>& animations) {
     played.push_back(static_cast<int>(a));
   }
   return played;
+}
+
+// Those that were selected, else those that the file names, else as glTF leaves it.
+std::vector<int> played_animations(const Document& document, const Selected& selected,
+                                   const std::vector<Animation>& animations) {
+  if (selected.animations) return *selected.animations;
+  const json* extension = find_extension(document.json, "TESSERA_capture");
+  if (!selected.all_animations && extension != nullptr && extension->contains("animations"))
+    return (*extension)["animations"].get<std::vector<int>>();
+  return choose_animations(animations);
 }
 
 // What an animation turns on is there from the first frame on: shaders do not change from frame to frame.
@@ -375,7 +399,7 @@ CaptureSettings build_settings(const Document& document) {
 
 }  // namespace
 
-void build_scene(Document& document, Capture& capture) {
+void build_scene(Document& document, const Selected& selected, Capture& capture) {
   capture.nodes = build_nodes(document, capture.meshes);
   build_instances(document, capture);
   build_procedures(document, capture);
@@ -384,11 +408,13 @@ void build_scene(Document& document, Capture& capture) {
   charge_poses(document, capture);
   check_joints(document, capture);
   capture.animations = build_animations(document, capture);
-  capture.played_animations = choose_animations(capture.animations);
+  capture.played_animations = played_animations(document, selected, capture.animations);
+  charge_procedures(document, capture);
   settle_effects(capture);
   capture.cameras = build_cameras(document);
   build_lights(document, capture);
   capture.settings = build_settings(document);
+  if (selected.camera_node != kNone) capture.settings.camera_node = selected.camera_node;
   build_environment(document, capture);
 }
 

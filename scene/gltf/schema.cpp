@@ -400,6 +400,7 @@ Rule capture_settings_rule(const json& d) {
       {"shutter", numbers(2, -1, 2)},
       {"frames", object({{"first", integer(0, 1e8)}, {"count", integer(1, 1e8)}})},
       {"camera", index_of(d, "nodes")},
+      {"animations", list(index_of(d, "animations"))},
       {"exposure", number(0, 1e6, true)},
       {"environment", environment_rule(d)},
       {"background", numbers(3, 0)},

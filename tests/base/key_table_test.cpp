@@ -23,6 +23,7 @@ struct Thing : Base {
   double real = 0.5;
   bool flag = false;
   Word word = Word::kOne;
+  std::string text;
   Part part;
 };
 
@@ -38,7 +39,8 @@ const KeyTable<Thing>& table() {
       Keys<Thing>{{"a.whole", &Thing::whole, "pixels", 1, 10, "A whole number."},
                   {"a.real", &Thing::real, "", 0, 1, "A real number."},
                   {"a.flag", &Thing::flag, "A flag."},
-                  {"a.word", &Thing::word, "A word."}}
+                  {"a.word", &Thing::word, "A word."},
+                  {"a.text", &Thing::text, "A text."}}
           .add(&Thing::part, Keys<Part>{{"part.small", &Part::small, "", 0, 4294967295.0, "A small number."},
                                         {"part.single", &Part::single, "", 0, 1, "A number in single precision."}})
           .add(Keys<Base>{{"base.inherited", &Base::inherited, "", 0, 10, "A number of the base."}}));
@@ -72,6 +74,21 @@ TEST(KeyTable, ValuesOutsideTheDeclaredRangeOrFormAreRefused) {
   EXPECT_EQ(thing.whole, 3);
 }
 
+TEST(KeyTable, ATextIsAnyTextOfAtMost4096Bytes) {
+  Thing thing;
+  for (const std::string& text : {std::string("a b,=\xc3\xa4"), std::string(), std::string(4096, 'x')}) {
+    table().set(thing, *table().find("a.text"), text);
+    EXPECT_EQ(thing.text, text);
+  }
+  EXPECT_THROW(table().set(thing, *table().find("a.text"), std::string(4097, 'x')), UsageError);
+  EXPECT_THROW(set(thing, "a.text", 3), UsageError);
+  for (const char* bad : {"\n", "\x7f", "\xff"}) EXPECT_THROW(set(thing, "a.text", bad), UsageError);
+  const auto row = describe_key(*table().find("a.text"), table().default_value(*table().find("a.text")));
+  EXPECT_EQ(row["type"], "text");
+  EXPECT_EQ(row["default"], "");
+  EXPECT_FALSE(row.contains("choices"));
+}
+
 TEST(KeyTable, MessagesSayWhatIsAllowed) {
   Thing thing;
   try {
@@ -85,8 +102,8 @@ TEST(KeyTable, MessagesSayWhatIsAllowed) {
 TEST(KeyTable, TablesOfPartsAreRowsOfTheWholeInTheOrderInWhichTheyAreAdded) {
   std::vector<std::string_view> names;
   for (const auto& key : table().keys()) names.push_back(key.name);
-  EXPECT_EQ(names, (std::vector<std::string_view>{"a.whole", "a.real", "a.flag", "a.word", "part.small", "part.single",
-                                                  "base.inherited"}));
+  EXPECT_EQ(names, (std::vector<std::string_view>{"a.whole", "a.real", "a.flag", "a.word", "a.text", "part.small",
+                                                  "part.single", "base.inherited"}));
   Thing thing;
   set(thing, "part.small", "4294967295");
   set(thing, "part.single", 0.25);

@@ -117,11 +117,24 @@ std::string pointing_capture() {
   add("/cameras/0/perspective/yfov", 0);
   add("/extensions/KHR_lights_punctual/lights/0/spot/outerConeAngle", 0);
   add("/nodes/2/extensions/KHR_node_visibility/visible", 2);
+  const std::size_t coil = d["nodes"].size();
+  d["nodes"].push_back({{"extensions",
+                         {{"TESSERA_procedure",
+                           {{"shape", "revolution"},
+                            {"parameters", {{"profile", {{0, 0}, {1, 0}, {1, 1}, {0, 1}}}}},
+                            {"texture", {{"pattern", "checker"}}},
+                            {"tessellation", {{"min", 2}, {"max", 8}}}}}}}});
+  d["scenes"][0]["nodes"].push_back(coil);
+  const std::string procedure = "/nodes/" + std::to_string(coil) + "/extensions/TESSERA_procedure/";
+  add((procedure + "parameters/profile").c_str(), 3);
+  add((procedure + "texture/repeat").c_str(), 1);
+  const int curve = asset.add_accessor<float>("VEC2", {0, 0, 1, 0, 1, 1, 0, 1, 0, 0, 2, 0, 2, 1, 0, 1});
   d["animations"].push_back({{"channels", channels},
                              {"samplers",
                               {{{"input", times}, {"output", one}},
                                {{"input", times}, {"output", two}},
-                               {{"input", times}, {"output", flags}, {"interpolation", "STEP"}}}}});
+                               {{"input", times}, {"output", flags}, {"interpolation", "STEP"}},
+                               {{"input", times}, {"output", curve}}}}});
   return asset.glb();
 }
 

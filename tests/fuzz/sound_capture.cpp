@@ -73,9 +73,11 @@ void require_sound(const Capture& capture) {
   for (const scene::Animation& animation : capture.animations)
     for (const scene::AnimationChannel& channel : animation.channels) {
       require(names_one(channel.node, capture.nodes), "an animated node is not there");
-      const bool of_node = channel.path <= scene::AnimatedPath::kVisible;
+      const bool of_node = scene::moves_node(channel.path);
       require((channel.node != kNone) == of_node && (channel.object == kNone) == of_node, "a channel moves two things");
-      if (channel.path > scene::AnimatedPath::kVisible && channel.path <= scene::AnimatedPath::kTextureScale)
+      if (channel.path >= scene::AnimatedPath::kShapeNumbers)
+        require(capture.nodes[static_cast<std::size_t>(channel.node)].procedure != kNone, "it has no procedure");
+      else if (channel.path > scene::AnimatedPath::kVisible && channel.path <= scene::AnimatedPath::kTextureScale)
         require(names_one(channel.object, capture.materials), "an animated material is not there");
       else if (channel.path > scene::AnimatedPath::kVisible && channel.path <= scene::AnimatedPath::kFar)
         require(names_one(channel.object, capture.cameras), "an animated camera is not there");

@@ -41,7 +41,12 @@ void read_any_study(Bytes input) {
   expect_answer([&] {
     const replay::Study study = replay::read_study(file, kMaxPoints);
     std::uint64_t points = study.captures.size();
-    for (const replay::StudyAxis& axis : study.axes) points *= axis.values.size();
+    if (study.is_grid()) {
+      for (const replay::StudyAxis& axis : study.axes) points *= axis.values.size();
+    } else {
+      points *= study.sample ? study.sample->points : study.goal->points;
+      require(!study.sample || study.chosen.size() == study.sample->points, "a sample has another number of points");
+    }
     require(points == study.point_count && points <= kMaxPoints, "a study has another number of points than it says");
     // First and last step of every axis: values may not fit each other, and nothing else may go wrong.
     for (const bool last : {false, true}) {
@@ -68,6 +73,16 @@ std::vector<std::string> studies() {
         {{"key", "parameter_buffer.bytes"}, {"range", {{"from", 65536}, {"to", 1048576}, {"factor", 4}}}}}},
       {"columns", {"binner.*", "dram.read_bytes", "timing.cycles"}},
       {"pictures", true}};
+  json sampled = small, searched = small;
+  sampled["axes"] = {{{"key", "clock.mhz"}, {"range", {{"from", 300}, {"to", 900}}}},
+                     {{"key", "l2.bytes"}, {"range", {{"from", 65536}, {"to", 1048576}, {"scale", "log"}}}},
+                     {{"key", "memory.gb_per_s"}, {"values", {"x0.7", "x1", "x1.3"}}}};
+  sampled["sample"] = {{"method", "latin_hypercube"}, {"points", 5}, {"seed", 3}};
+  searched["axes"] = sampled["axes"];
+  searched["goal"] = {{"minimise", "energy.total_nj"},
+                      {"subject_to", {{"timing.cycles", {{"at_most", 1e6}, {"at_least", 1}}}}},
+                      {"points", 20},
+                      {"population", 8}};
   json ranges = small, machines = small;
   ranges["axes"] = {{{"key", "resolve.k_stat"}, {"range", {{"from", 0.1}, {"to", 1}, {"step", 0.3}}}},
                     {{"key", "size"}, {"values", {"8x8", "16x16"}}}};
@@ -77,7 +92,7 @@ std::vector<std::string> studies() {
   json shipped = json::parse(test::read_text(test::shipped_capture("eggs").parent_path() / "studies" / "binning.json"));
   shipped["captures"] = {"a.glb"};
   std::vector<std::string> all;
-  for (const json& study : {small, ranges, machines, shipped}) all.push_back(study.dump());
+  for (const json& study : {small, ranges, machines, shipped, sampled, searched}) all.push_back(study.dump());
   return all;
 }
 

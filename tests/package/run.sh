@@ -78,7 +78,8 @@ debian)
   PATH=/usr/bin:/bin program_counters "$work/debian/root/usr/bin/tessera" | diff - "$work/expected.txt"
   "$work/debian/root/usr/bin/tessera" replay "$capture" --size 160x90 --quiet --out "$work/debian/out"
   [ ! -e /usr/share/javascript/vega ] || grep -q '<html' "$work/debian/out/report.html" || fail "no report"
-  for file in usr/include/tessera/device.h usr/lib/*/libtessera.so usr/lib/*/cmake/tessera/tesseraConfig.cmake; do
+  for file in usr/share/man/man1/tessera.1 usr/share/bash-completion/completions/tessera usr/share/zsh/vendor-completions/_tessera \
+    usr/include/tessera/device.h usr/lib/*/libtessera.so usr/lib/*/cmake/tessera/tesseraConfig.cmake; do
     compgen -G "$work/debian/root/$file" >/dev/null || fail "the package lacks $file"
   done
   ;;

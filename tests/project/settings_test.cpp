@@ -133,7 +133,8 @@ TEST(Settings, EveryWordOfEveryKeySetsWhatItSays) {
 // A value that the key may have and that is not the default.
 nlohmann::json another_value(const KeyInfo& key, const KeyValue& value) {
   if (const bool* flag = std::get_if<bool>(&value)) return !*flag;
-  if (const std::string* text = std::get_if<std::string>(&value)) return key.choices[*text == key.choices[0] ? 1 : 0];
+  if (const std::string* text = std::get_if<std::string>(&value))
+    return key.choices.empty() ? std::string_view("another") : key.choices[*text == key.choices[0] ? 1 : 0];
   if (const double* number = std::get_if<double>(&value)) return *number == key.max ? key.min : key.max;
   const auto most = static_cast<std::int64_t>(key.max);
   return std::get<std::int64_t>(value) == most ? static_cast<std::int64_t>(key.min) : most;

@@ -11,12 +11,13 @@
 #include "scene/capture_reader.h"
 #include "shaders_cpp/tone_map.h"
 #include "tests/support/captures.h"
+#include "tests/support/fault_scenes.h"
 
 // Frames of a capture, adaptive beside fully shaded, as a display shows them.
 namespace tessera::replay {
 
 struct Comparison {
-  static constexpr int kWidth = 640, kHeight = 360;
+  static constexpr int kWidth = test::kFaultWidth, kHeight = test::kFaultHeight;
 
   struct Frame {
     Image shown, expected;

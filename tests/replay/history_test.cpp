@@ -67,10 +67,12 @@ TEST(Desampling, HistoryTrafficIsInTheLedger) {
   const auto traffic = [&](std::size_t f) {
     return frames[f].counters.ledger.traffic(memory::Unit::kResolve, memory::Purpose::kHistory);
   };
-  // 16 bytes and a byte per block, and 8 bytes a pixel where a block is no plane, in bursts; nothing to read before
-  // there is a history.
+  // A byte per block, and packed records where something is seen, in bursts; nothing to read before there is a history.
   EXPECT_EQ(traffic(0).read_bytes, 0u);
-  EXPECT_GE(traffic(0).written_bytes, 40u * 23u * 17u);
+  EXPECT_EQ(traffic(0).written_bytes,
+            frames[0].counters.history.records_written + frames[0].counters.history.states_written);
+  EXPECT_GT(frames[0].counters.history.records_written, 40u * 23u);
+  EXPECT_GE(frames[0].counters.history.states_written, 40u * 23u);
   EXPECT_LE(traffic(0).written_bytes, 160u * 90u * 6u);
   EXPECT_GT(traffic(1).read_bytes, counters(frames[1]).pixels_advected * 8u);
   EXPECT_LT(traffic(1).read_bytes, 160u * 90u * 12u);
@@ -81,13 +83,15 @@ TEST(Desampling, HistoryTrafficIsInTheLedger) {
             0u);
 }
 
-// The failing twin of the former: a record for every pixel.
+// The failing twin of the former: a record for every pixel. Packed, records of blocks are shorter still.
 TEST(Desampling, RecordsOfBlocksSaveBytesAndChangeNothing) {
   const Capture capture = shipped("stroll");
-  Machine by_block, by_pixel;
+  Machine packed_by_block, by_block, by_pixel;
+  by_block.set("resolve.history_records=block");
   by_pixel.set("resolve.history_records=pixel");
-  for (Machine* m : {&by_block, &by_pixel}) m->request = {640, 360, {0, 0, 640, 360}};
-  const auto blocks = by_block.frames(capture, 10, 13), pixels = by_pixel.frames(capture, 10, 13);
+  for (Machine* m : {&packed_by_block, &by_block, &by_pixel}) m->request = {640, 360, {0, 0, 640, 360}};
+  const auto packed = packed_by_block.frames(capture, 10, 13), blocks = by_block.frames(capture, 10, 13),
+             pixels = by_pixel.frames(capture, 10, 13);
   for (std::size_t f = 0; f < blocks.size(); ++f) {
     EXPECT_EQ(blocks[f].targets.color.values, pixels[f].targets.color.values);
     EXPECT_EQ(counters(blocks[f]).pixels_advected, counters(pixels[f]).pixels_advected);
@@ -95,8 +99,12 @@ TEST(Desampling, RecordsOfBlocksSaveBytesAndChangeNothing) {
       return r.counters.ledger.traffic(memory::Unit::kResolve, memory::Purpose::kHistory);
     };
     EXPECT_LT(2 * traffic(blocks[f]).written_bytes, traffic(pixels[f]).written_bytes);
+    EXPECT_EQ(packed[f].targets.color.values, pixels[f].targets.color.values);
+    EXPECT_LT(packed[f].counters.history.records_written,
+              0.75 * static_cast<double>(blocks[f].counters.history.records_written));
     if (f > 0) {
       EXPECT_LT(traffic(blocks[f]).read_bytes, traffic(pixels[f]).read_bytes);
+      EXPECT_LT(packed[f].counters.history.record_bytes, blocks[f].counters.history.record_bytes);
     }
   }
 }
@@ -115,7 +123,8 @@ TEST(Desampling, HistoryThatNobodyReadsIsNeitherWrittenNorCharged) {
   constexpr std::uint64_t kPixels = 160 * 90, kBlocks = kPixels / 16;
   const gpu::FrameResult advecting = third_frame({}), still = third_frame({"resolve.advection=false"}),
                          slowest = third_frame({"resolve.k_stat=0"});
-  EXPECT_GE(history(advecting).written_bytes, kBlocks * (History::kPlaneBytes + History::kBlockBytes));
+  EXPECT_GE(history(advecting).written_bytes, kBlocks * History::kBlockBytes);
+  EXPECT_GT(advecting.counters.history.records_written, kBlocks);
   EXPECT_EQ(advecting.effect_reasons.at("history"), "kept for the advection of the next frame");
   for (const gpu::FrameResult* r : {&still, &slowest}) {  // a byte per block, in bursts
     for (const std::uint64_t bytes : {history(*r).written_bytes, history(*r).read_bytes})
@@ -151,6 +160,7 @@ TEST(Desampling, TheLeftEyeKeepsItsRecordsForTheRightOneAlone) {
   Machine m;
   m.set("resolve.advection=false")
       .set("resolve.hysteresis=0")
+      .set("resolve.history_records=pixel")
       .set("stereo.eye_separation=0.06")
       .set("stereo.far_depth=0");
   const gpu::FrameResult got = m.renderer(capture).render(0);
@@ -161,8 +171,7 @@ TEST(Desampling, TheLeftEyeKeepsItsRecordsForTheRightOneAlone) {
   EXPECT_EQ(got.effect_reasons.at("history"), "kept for the right eye");
   // got.counters is of both eyes.
   EXPECT_EQ(history(got.right->counters).written_bytes, 0u);
-  EXPECT_GE(history(got.counters).written_bytes, 160u * 90u / 16u * History::kPlaneBytes);
-  EXPECT_LT(history(got.counters).written_bytes, 2u * 160u * 90u * History::kSurfaceBytes);
+  EXPECT_EQ(history(got.counters).written_bytes, 160u * 90u * History::kSurfaceBytes);
 }
 
 }  // namespace

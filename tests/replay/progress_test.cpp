@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <regex>
 #include <string>
 #include <thread>
 
@@ -67,6 +68,22 @@ TEST(Progress, WithinAStepIsSaidOnceItTakesASecond) {
   EXPECT_EQ(soon.find("tiles"), std::string::npos) << soon;
   EXPECT_NE(soon.find("1/2  frame 0"), std::string::npos) << soon;
   EXPECT_EQ(step_of(1300, true), "end");
+}
+
+// Half a step in the first second leaves three halves.
+TEST(Progress, WithinAStepSaysWhatIsLeft) {
+  const std::string said = said_on_a_terminal([&] {
+    Progress progress(2, false, [] { return StepProgress("6 of 12 tiles", 0.5); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(1300));
+  });
+  EXPECT_TRUE(std::regex_search(said, std::regex("0/2  6 of 12 tiles  [3-9] s left"))) << said;
+  testing::internal::CaptureStderr();
+  {
+    Progress progress(2, false, [] { return StepProgress("6 of 12 tiles", 0.5); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(1300));
+  }
+  const std::string line = testing::internal::GetCapturedStderr();
+  EXPECT_TRUE(std::regex_match(line, std::regex("\\[0/2\\] 6 of 12 tiles, [3-9] s left\n"))) << line;
 }
 
 TEST(Replay, SaysHowLongLoadingTook) {

@@ -1,5 +1,6 @@
 // report.html, opened as a reader would: in a browser without a network.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,6 +15,7 @@
 
 #include "base/image_codec.h"
 #include "replay/report/page_files.h"
+#include "tests/replay/report_pages.h"
 #include "tests/support/browser.h"
 #include "tests/support/captures.h"
 #include "tests/support/process.h"
@@ -28,80 +30,6 @@ using test::ProcessResult;
 using test::run_tessera;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
-
-// Reports of every kind that a folder can give, made once: ctest runs all of these suites in one process.
-class Report : public testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    static const bool kMade = (make(), true);
-    ASSERT_TRUE(kMade && fs::exists(page("tradeoff"))) << "what all of these tests look at is not there";
-  }
-  static void make() {
-    run({"replay", test::shipped_capture("flyby").string(), "--frames", "0:3", "--size", "320x180", "--baselines",
-         "--out", path("replay")});
-    run({"replay", test::shipped_capture("eggs").string(), "--size", "96x54", "--region", "10,8,70,40", "--out",
-         path("frame")});
-    const json axes = {{{"keys", {"tile.width", "tile.height"}}, {"values", {16, 20, 32}}},
-                       {{"key", "frontend.split_pixels"}, {"values", {16, 64}}}};
-    // A text that would end the script it stands in, if it could.
-    const json study = {{"title", "A study </script><script>complain('escaped')</script>"},
-                        {"captures", {test::shipped_capture("eggs").string()}},
-                        {"size", "128x72"},
-                        {"pictures", true},
-                        {"axes", axes}};
-    test::write_text(path("study.json"), study.dump());
-    run({"sweep", path("study.json"), "--out", path("sweep")});
-    run({"sweep", path("study.json"), "--out", path("shard"), "--shard", "1/2"});
-    run({"report", path("shard")});
-    // A file name that would be markup, if it could.
-    fs::copy_file(test::shipped_capture("eggs"), path("a <b onclick='complain()'>&amp;.glb"));
-    run({"tradeoff",
-         path("a <b onclick='complain()'>&amp;.glb"),
-         "--size",
-         "96x54",
-         "--knobs",
-         "samples,arithmetic,advection",
-         "--joint",
-         "samples,shading",
-         "--rounds",
-         "1",
-         "--run",
-         "1",
-         "--reference-samples",
-         "16",
-         "--max-flip",
-         "0.9",
-         "--set",
-         "tile.width=16",
-         "--out",
-         path("tradeoff")});
-  }
-  static void run(std::vector<std::string> arguments) {
-    if (arguments[0] != "report") arguments.push_back("--quiet");
-    const ProcessResult r = run_tessera(arguments);
-    ASSERT_EQ(r.status, 0) << r.errors;
-  }
-  static std::string path(const std::string& name) {
-    static const test::TemporaryFolder kFolder;
-    return (kFolder / name).string();
-  }
-  static fs::path page(const std::string& name) { return fs::path(path(name)) / "report.html"; }
-};
-
-// Pages as a browser shows them.
-class ReportInBrowser : public Report {
- protected:
-  void SetUp() override {
-    if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
-  }
-  // The page of `name` with a further script at its end, whose findings are attributes of the body.
-  static OpenedPage open_with(const std::string& name, const std::string& script, bool dark = false) {
-    std::string text = test::read_text(page(name));
-    text.insert(text.rfind("</body>"), "<script>" + script + "</script>");
-    test::write_text(path("with.html"), text);
-    return test::open_page(path("with.html"), "", dark);
-  }
-};
 
 const std::vector<std::string> kPages = {"replay", "frame", "sweep", "shard", "tradeoff"};
 
@@ -157,10 +85,10 @@ TEST_F(ReportInBrowser, CyclesAndEnergyAreShownWhereTheModelRan) {
   const json frame = json::parse(test::read_text(path("replay/stats.json")))["frames"][2];
   std::string cycles = std::to_string(frame["timing"]["cycles"].get<std::uint64_t>());
   for (std::size_t at = cycles.size(); at > 3;) cycles.insert(at -= 3, "\u202f");  // narrow spaces between thousands
-  const OpenedPage opened = test::open_page(page("replay"));
+  const OpenedPage opened = test::open_page(page("replay"), "frame=2");
   const std::string bound_by = frame["timing"]["bound_by"];
   for (const std::string& text : {std::string("<section id=\"timing\""), std::string("<section id=\"energy\""),
-                                  "Frame 2: " + cycles + " cycles, bound by " + bound_by + "."})
+                                  cycles + " cycles, bound by " + bound_by + "."})
     EXPECT_THAT(opened.dom, HasSubstr(text));
   run({"replay", test::shipped_capture("eggs").string(), "--size", "32x18", "--set", "output.machine_model=false",
        "--out", path("untimed")});
@@ -174,29 +102,6 @@ TEST_F(ReportInBrowser, TextsOfFilesNeverBecomeMarkup) {
   const OpenedPage opened = test::open_page(page("sweep"));
   EXPECT_EQ(test::body_attribute(opened, "data-errors"), "0");
   EXPECT_THAT(opened.dom, HasSubstr("A study &lt;/script&gt;&lt;script&gt;complain('escaped')&lt;/script&gt;</h1>"));
-}
-
-TEST_F(ReportInBrowser, TilesAndFramesAreChosenByKeys) {
-  const json tiles = json::parse(test::read_text(path("replay/tiles_0001.json")));
-  const int columns = tiles["grid"][0];
-  // Page Down to frame 1, then to the tile in column 3, row 2.
-  const OpenedPage opened = open_with("replay", R"(
-    const frame_image = document.querySelector('.browser');
-    frame_image.focus();
-    for (const key of ['PageDown', 'ArrowRight', 'ArrowRight', 'ArrowRight', 'ArrowRight', 'ArrowDown', 'ArrowDown', 'ArrowDown', 'ArrowUp'])
-      document.activeElement.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
-    document.body.dataset.said = document.querySelector('.tile').textContent;
-    document.body.dataset.chosen = document.querySelector('#frames select').value;
-    // Everything that a mouse can press is reached by the Tab key.
-    document.body.dataset.unreachable = [...document.querySelectorAll('a, button, select, input, summary')].filter((element) => element.tabIndex < 0).length;
-    document.body.dataset.unnamed = [...document.querySelectorAll('select, input')].filter((element) => !element.labels.length && !element.getAttribute('aria-label')).length;)");
-  EXPECT_EQ(test::body_attribute(opened, "data-chosen"), "1");
-  const std::string said = test::body_attribute(opened, "data-said");
-  EXPECT_THAT(said, testing::StartsWith("Tile 3, 2: "));
-  const auto value = tiles["maps"]["entries"]["values"][static_cast<std::size_t>(2 * columns + 3)].get<std::uint64_t>();
-  EXPECT_THAT(said, HasSubstr("entries " + std::to_string(value) + " ")) << "small numbers are not grouped";
-  EXPECT_EQ(test::body_attribute(opened, "data-unreachable"), "0");
-  EXPECT_EQ(test::body_attribute(opened, "data-unnamed"), "0");
 }
 
 // What the plots show is what the table says: at the very first, when the address chooses what is held fixed.
@@ -214,17 +119,17 @@ TEST_F(ReportInBrowser, AnAxisHeldFixedByTheAddressIsHeldFromTheStart) {
     if (cell("tile.width") == "32") expected.push_back(cell("binner.queue_bytes_peak"));
   }
   ASSERT_EQ(expected.size(), 2u);
-  std::string text = test::read_text(page("sweep"));
-  text.insert(text.rfind("</body>"),
-              "<script>document.body.dataset.values = drawn.find((entry) => "
-              "entry.place.closest('#curves')).rows().map((row) => row.y).join(' ');</script>");
-  test::write_text(path("with.html"), text);
+  const auto values = [&](const std::string& fragment) {
+    return test::body_attribute(open_with("sweep",
+                                          "document.body.dataset.values = drawn.find((entry) => "
+                                          "entry.place.closest('#curves')).rows().map((row) => row.raw_y).join(' ');",
+                                          false, fragment),
+                                "data-values");
+  };
   const std::string address =
       "curves.along=frontend.split_pixels&curves.lines=frontend.split_pixels&curves.column=binner.queue_bytes_peak";
-  EXPECT_EQ(test::body_attribute(test::open_page(path("with.html"), address + "&curves.tile.width=32"), "data-values"),
-            expected[0] + " " + expected[1]);
-  EXPECT_NE(test::body_attribute(test::open_page(path("with.html"), address), "data-values"),
-            expected[0] + " " + expected[1]);
+  EXPECT_EQ(values(address + "&curves.tile.width=32"), expected[0] + " " + expected[1]);
+  EXPECT_NE(values(address), expected[0] + " " + expected[1]);
 }
 
 // ---- A tradeoff -------------------------------------------------------------------------------------------------
@@ -260,8 +165,14 @@ TEST_F(TradeoffReportInBrowser, EveryKnobHasItsSectionWithItsSettingsOrTheReason
       EXPECT_THAT(dom, HasSubstr("Left out: " + reason + "."));
       ++skipped;
     }
+    if (k["idle"] == true) {
+      std::vector<std::string> labels;
+      for (const json& row : k["settings"]) labels.push_back(row["label"]);
+      EXPECT_THAT(dom, HasSubstr(fmt::format("Without effect here: {} give the same image", fmt::join(labels, ", "))));
+    }
     for (const json& row : k["settings"]) {
       ++settings;
+      if (k["idle"] == true) continue;
       EXPECT_THAT(dom, HasSubstr("<li>" + row["says"].get<std::string>() + "</li>"));
       if (row["cycles"].is_null()) continue;
       EXPECT_THAT(dom, HasSubstr("<td class=\"number\">" + grouped(row["cycles"]) + "</td>")) << row["label"];
@@ -283,14 +194,13 @@ TEST_F(TradeoffReportInBrowser, ThePlottedFrontIsTheOneOfTheResult) {
   }
   ASSERT_FALSE(expected.empty());
   ASSERT_LT(expected.size(), all.size());
-  std::string text = test::read_text(page("tradeoff"));
-  text.insert(text.rfind("</body>"),
-              "<script>{ const rows = drawn.find((entry) => entry.place.closest('#front')).rows(), label = (row) => "
-              "data.tradeoff.knobs.flatMap((knob) => knob.settings)[row.index].label;"
-              "document.body.dataset.front = rows.filter((row) => row.front).map(label).join(';'); "
-              "document.body.dataset.all = rows.map(label).join(';'); }</script>");
-  test::write_text(path("with.html"), text);
-  const OpenedPage opened = test::open_page(path("with.html"), "front.knob=joint");
+  const OpenedPage opened =
+      open_with("tradeoff",
+                "const rows = drawn.find((entry) => entry.place.closest('#front')).rows(), label = (row) => "
+                "data.tradeoff.knobs.flatMap((knob) => knob.settings)[row.index].label;"
+                "document.body.dataset.front = rows.filter((row) => row.front).map(label).join(';'); "
+                "document.body.dataset.all = rows.map(label).join(';');",
+                false, "front.knob=joint");
   const auto labels = [&](const char* name) {
     std::set<std::string> out;
     std::istringstream stream(test::body_attribute(opened, name));
@@ -318,11 +228,14 @@ TEST_F(TradeoffReportInBrowser, ASettingIsChosenByKeysAndShowsItsArguments) {
 }
 
 TEST_F(TradeoffReportInBrowser, AnAxisOfErrorsOrCostsIsWhatTheAddressSays) {
-  std::string text = test::read_text(page("tradeoff"));
-  text.insert(text.rfind("</body>"),
-              "<script>document.body.dataset.points = drawn.find((entry) => "
-              "entry.place.closest('#front')).rows().map((row) => row.x + ' ' + row.y).join(';');</script>");
-  test::write_text(path("with.html"), text);
+  const auto shown = [&](const std::string& fragment) {
+    return test::body_attribute(
+        open_with("tradeoff",
+                  "document.body.dataset.points = drawn.find((entry) => "
+                  "entry.place.closest('#front')).rows().map((row) => row.raw_x + ' ' + row.raw_y).join(';');",
+                  false, fragment),
+        "data-points");
+  };
   std::string expected, wrong;
   const json samples = knob("samples");
   for (const json& row : samples["settings"]) {
@@ -332,12 +245,10 @@ TEST_F(TradeoffReportInBrowser, AnAxisOfErrorsOrCostsIsWhatTheAddressSays) {
     add(expected, row["dram_bytes"], row["error"]["max_error"]);
     add(wrong, row["cycles"], row["error"]["flip"]);
   }
-  const std::string points = test::body_attribute(
-      test::open_page(path("with.html"), "front.knob=samples&front.across=dram_bytes&front.up=max_error"),
-      "data-points");
+  const std::string points = shown("front.knob=samples&front.across=dram_bytes&front.up=max_error");
   EXPECT_EQ(points, expected);
   EXPECT_NE(points, wrong);
-  EXPECT_EQ(test::body_attribute(test::open_page(path("with.html"), "front.knob=samples"), "data-points"), wrong);
+  EXPECT_EQ(shown("front.knob=samples"), wrong);
 }
 
 TEST_F(TradeoffReportInBrowser, AFileNameNeverBecomesMarkup) {
@@ -439,9 +350,11 @@ double contrast(const std::string& a, const std::string& b) {
   return (std::max(x, y) + 0.05) / (std::min(x, y) + 0.05);
 }
 
-TEST(ReportColors, TextIsReadableInDarkAndLight) {
-  const std::string css(page_files().at("page.css"));
-  static const std::regex kRoot(":root \\{([^}]*)\\}"), kColor("--([a-z]+): (#[0-9a-f]{6})");
+// WCAG 2.1: text 4.5 (7 for most of it), what is drawn 3.
+TEST(ReportColors, TextAndDrawingsAreReadableInDarkAndLight) {
+  const std::string css(page_files().at("page.css")), units(page_files().at("units.js"));
+  static const std::regex kRoot(":root \\{([^}]*)\\}"), kColor("--([a-z]+): (#[0-9a-f]{6})"),
+      kDrawn("'(#[0-9a-f]{6})'");
   int schemes = 0;
   for (auto root = std::sregex_iterator(css.begin(), css.end(), kRoot); root != std::sregex_iterator();
        ++root, ++schemes) {
@@ -451,9 +364,14 @@ TEST(ReportColors, TextIsReadableInDarkAndLight) {
       color[(*at)[1]] = (*at)[2];
     for (const char* ground : {"ground", "panel"}) {
       EXPECT_GE(contrast(color.at("ink"), color.at(ground)), 7.0) << ground;
-      for (const char* text : {"quiet", "accent", "mark"})
+      for (const char* text : {"quiet", "accent", "mark", "good"})
         EXPECT_GE(contrast(color.at(text), color.at(ground)), 4.5) << text << " on " << ground;
+      for (auto at = std::sregex_iterator(units.begin(), units.end(), kDrawn); at != std::sregex_iterator(); ++at)
+        EXPECT_GE(contrast((*at)[1], color.at(ground)), 3.0)
+            << (*at)[1] << " on " << ground << " of scheme " << schemes;
     }
+    EXPECT_GE(contrast(color.at("ink"), color.at("bar")), 4.5) << "a number on its bar";
+    EXPECT_GE(contrast(color.at("ground"), color.at("accent")), 4.5) << "a button that is pressed";
   }
   EXPECT_EQ(schemes, 2);
   EXPECT_LT(contrast("#777777", "#888888"), 4.5) << "the measure itself";
@@ -476,9 +394,9 @@ TEST_F(ReportInBrowser, ItsPhotographShowsImageMapAndPlots) {
                  static_cast<int>(image.unorm(x, y, 2) * 255 + 0.5f)];
     return counts;
   };
-  const auto with = colors("map=box_tests"), frame2 = colors("map=box_tests&picture=2");
+  const auto with = colors("section=frames&map=box_tests"), frame2 = colors("section=frames&map=box_tests&picture=2");
   EXPECT_GT(with.size(), 1000u);
-  EXPECT_GT(with.at(0x0072b2), 500u) << "bars of the histogram";
+  EXPECT_GT(colors("section=machine").at(0x009e73), 500u) << "the arrow of the frame buffer";
   EXPECT_LT(with.at(0xffffff), 1000u * 1400u * 9 / 10) << "most of it is not blank";
   EXPECT_NE(with, frame2);
 }
@@ -493,7 +411,7 @@ TEST_F(Report, MadeAgainGivesTheSameBytes) {
   }
 }
 
-TEST_F(Report, OfManyFramesEveryNthIsShownAndTotalsAreThoseOfAll) {
+TEST_F(ReportInBrowser, OfManyFramesEveryNthIsShownAndTotalsAreThoseOfAll) {
   json stats = json::parse(test::read_text(path("replay/stats.json")));
   const json frame = stats.at("frames").at(0);
   const auto shown = [&](int count) {
@@ -505,19 +423,17 @@ TEST_F(Report, OfManyFramesEveryNthIsShownAndTotalsAreThoseOfAll) {
     fs::create_directories(path("long"));
     test::write_text(path("long/stats.json"), stats.dump());
     EXPECT_EQ(run_tessera({"report", path("long")}).status, 0);
-    const std::string page = test::read_text(path("long/report.html"));
-    int frames = 0;
-    for (std::size_t at = page.find("\"effect_places\":"); at != std::string::npos;
-         at = page.find("\"effect_places\":", at + 1))
-      ++frames;
-    const bool said = page.find(fmt::format("{} frames (every ", count)) != std::string::npos;
-    EXPECT_EQ(said, count > 1024) << count;
-    return frames;
+    const OpenedPage opened = open_with(
+        "long", "document.body.dataset.frames = framesOf().length; document.body.dataset.says = data.subtitle;");
+    EXPECT_EQ(
+        test::body_attribute(opened, "data-says").find(fmt::format("{} frames (every ", count)) != std::string::npos,
+        count > 1024)
+        << count;
+    return test::body_attribute(opened, "data-frames");
   };
-  const int others = shown(1) - 1;  // of the total
-  EXPECT_EQ(shown(1024) - others, 1024);
-  EXPECT_EQ(shown(1025) - others, 513);
-  EXPECT_EQ(shown(3000) - others, 750);
+  EXPECT_EQ(shown(1024), "1024");
+  EXPECT_EQ(shown(1025), "513");
+  EXPECT_EQ(shown(3000), "750");
 }
 
 TEST_F(Report, FoldersThatHoldNothingToReportEndWithStatus3) {
@@ -556,7 +472,7 @@ TEST_F(Report, WithoutVegaAReplaySaysSoAndIsDoneAndAReportFails) {
   EXPECT_EQ(report.status, 1);
   EXPECT_THAT(report.errors, HasSubstr("libjs-vega"));
   const ProcessResult sweep = without_vega({"sweep", path("study.json"), "--out", path("bare_sweep")});
-  EXPECT_EQ(sweep.status, 0);
+  EXPECT_EQ(sweep.status, 0) << sweep.errors;
   EXPECT_EQ(test::read_text(path("bare_sweep/sweep.csv")), test::read_text(path("sweep/sweep.csv")));
 }
 

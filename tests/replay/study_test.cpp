@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+#include <set>
+
 #include "base/error.h"
 #include "replay/sweep/capture_library.h"
 #include "replay/sweep/columns.h"
@@ -118,6 +121,35 @@ TEST(Study, PointsAreThereOnceEachAndTheLastAxisIsTheFastest) {
   EXPECT_THAT(points[1].steps, ElementsAre(0, 1));
   EXPECT_THAT(points[3].steps, ElementsAre(1, 0));
   EXPECT_EQ(points[6].capture, 1u);
+}
+
+// Invariants SH1 and SH2, of studies with few and with many renders.
+TEST(Study, ShardsAreAllPointsAndCutAGroupOnlyWhereThereAreFewerThanShards) {
+  const test::TemporaryFolder folder;
+  for (const std::size_t functions : {1u, 3u, 10u}) {
+    json seeds = json::array();
+    for (std::size_t s = 0; s < functions; ++s) seeds.push_back(s);
+    const std::vector<SweepPoint> points =
+        expand_points(read(folder, study_with({{"axes",
+                                                {{{"key", "clock.mhz"}, {"values", {200, 300, 400, 500, 600}}},
+                                                 {{"key", "sampling.seed"}, {"values", seeds}}}}})),
+                      "program");
+    EXPECT_EQ(render_groups(points).size(), functions);
+    for (const std::size_t shards : {1u, 2u, 3u, 7u, 40u}) {
+      std::vector<int> times(points.size(), 0);
+      std::map<std::string, std::size_t> parts;
+      for (std::size_t shard = 0; shard < shards; ++shard) {
+        std::set<std::string> rendered;
+        for (const std::size_t p : points_of_shard(points, shard, shards)) {
+          ++times[p];
+          rendered.insert(points[p].function);
+        }
+        for (const std::string& function : rendered) ++parts[function];
+      }
+      EXPECT_THAT(times, testing::Each(1)) << functions << " functions, " << shards << " shards";
+      for (const auto& [function, count] : parts) EXPECT_LE(count, std::max<std::size_t>(1, shards / functions));
+    }
+  }
 }
 
 // A size of one's own is held to; that of a preset grows with the tile.

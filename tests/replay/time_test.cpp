@@ -5,8 +5,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "base/error.h"
+#include "gpu/device.h"
+#include "gpu/tile_memory.h"
+#include "replay/describe.h"
+#include "replay/statistics.h"
+#include "scene/capture_reader.h"
 #include "tests/support/captures.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
@@ -71,6 +78,39 @@ TEST_F(Time, IsThatOfAReplayOnTheOtherMachine) {
   const json stats = replay("stroll", machine, "other");
   EXPECT_EQ(time("plain", machine).status, 0);
   expect_same(times(), stats);
+}
+
+// "What would 30 % more bandwidth give?" One key, against what the record's machine has.
+TEST_F(Time, ANumberIsSetAsAMultipleOfWhatTheMachineHas) {
+  const json stats = replay("eggs", {"clock.mhz=500"}, "plain");
+  const auto cycles = [&](const std::vector<std::string>& sets) {
+    const ProcessResult done = time("plain", sets);
+    EXPECT_EQ(done.status, 0) << done.errors;
+    const json of = times();
+    return std::pair(of["gpu"], of["total"]["timing"]["cycles"].get<std::uint64_t>());
+  };
+  const double now = stats["gpu"]["memory"]["gb_per_s"];
+  const auto more = cycles({"memory.gb_per_s=x1.3"}), same = cycles({fmt::format("memory.gb_per_s={}", now * 1.3)});
+  EXPECT_EQ(more, same);
+  EXPECT_EQ(more.first["memory"]["gb_per_s"], now * 1.3);
+  EXPECT_EQ(more.first["clock"]["mhz"], 500);
+  EXPECT_LT(more.second, stats["total"]["timing"]["cycles"].get<std::uint64_t>()) << "eggs are bound by DRAM";
+  EXPECT_EQ(cycles({"memory.gb_per_s=*1.3"}), same);
+  EXPECT_EQ(cycles({"memory.bytes_per_clk=x1.3"}), same);
+  EXPECT_EQ(cycles({"shader.lanes=x2", "shader.lanes=x0.5"}).first, cycles({}).first) << "one after the other";
+
+  struct Wrong {
+    const char *set, *message;
+  };
+  for (const Wrong& wrong :
+       {Wrong{"shader.lanes=x1.3", "not a whole number: set shader.lanes="},
+        Wrong{"memory.gb_per_s=x", "'x' is no multiple: write xFACTOR, as in x1.3"},
+        Wrong{"memory.gb_per_s=x-1", "is no multiple"}, Wrong{"memory.gb_per_s=x1e9", "memory.gb_per_s: "},
+        Wrong{"machine.timing=x2", "machine.timing: 'x2'"}, Wrong{"sampling.seed=x2", "only numbers of the machine"}}) {
+    const ProcessResult done = time("plain", {wrong.set});
+    EXPECT_EQ(done.status, 2) << wrong.set;
+    EXPECT_THAT(done.errors, HasSubstr(wrong.message));
+  }
 }
 
 TEST_F(Time, HoldsBothEyes) {
@@ -238,6 +278,84 @@ TEST_F(Time, RefusesWhatIsNoRecord) {
   EXPECT_EQ(modelless.status, 2);
 }
 
+// A value of a key that is not its default, as rows of `describe gpu` have it.
+json other_value(const json& row) {
+  const json& now = row["default"];
+  if (row["type"] == "choice") return row["choices"][row["choices"][0] == now ? 1 : 0];
+  if (row["type"] == "boolean") return !now.get<bool>();
+  // A power of two further, where there is room.
+  const double most = row["max"], least = row["min"], number = now;
+  double other = number * 2 <= most ? number * 2 : number / 2;
+  if (number == 0) other = std::min(most, 1.0);
+  other = std::max(other, least);
+  return row["type"] == "integer" ? json(static_cast<std::int64_t>(other)) : json(other);
+}
+
+// Every key that only timing reads, with another value.
+std::vector<std::pair<std::string, json>> timing_keys() {
+  std::vector<std::pair<std::string, json>> keys;
+  for (const json& row : describe_json("gpu"))
+    if (row["pass"] == "timing") keys.emplace_back(row["key"], other_value(row));
+  return keys;
+}
+
+// A frame of eggs on the preset with one key changed; "" where there is no such machine.
+std::string frame_alone(const std::shared_ptr<const gpu::PreparedCapture>& eggs, const std::string& key,
+                        const json& value) {
+  gpu::GpuConfiguration gpu;
+  const gpu::RunSettings settings;
+  if (!key.empty()) gpu::set_gpu_key(key, value, gpu);
+  gpu::RenderRequest request;
+  request.width = request.height = 32;
+  request.region = {0, 0, 32, 32};
+  try {
+    gpu::check_gpu(gpu);
+    gpu::fit_tile_memory(gpu, settings, key == "tilecore.memory_bytes");
+    return frame_json(gpu::Device(eggs, gpu, settings, request).render(3)).dump();
+  } catch (const UsageError&) {
+    return "";
+  }
+}
+
+// Files of machines that differ in a key of timing are points that are timed: with what a replay on that machine has.
+TEST_F(Time, PointsOfEveryTimingKeyAndOfFilesAreTimed) {
+  const std::vector<std::pair<std::string, json>> changed = timing_keys();
+  ASSERT_GT(changed.size(), 100u);
+  json machines = {"mid-mobile"};
+  for (const auto& [key, value] : changed) {
+    const std::size_t dot = key.find('.');
+    const json file = {{key.substr(0, dot), {{key.substr(dot + 1), value}}}};
+    test::write_text(folder_ / (key + ".json"), file.dump());
+    machines.push_back(key + ".json");
+  }
+  const json study = {{"captures", {test::shipped_capture("eggs").string()}},
+                      {"size", "32x32"},
+                      {"frames", "3:4"},
+                      {"axes", {{{"key", "gpu"}, {"values", machines}}}}};
+  test::write_text(folder_ / "study.json", study.dump());
+  const ProcessResult done =
+      run_tessera({"sweep", (folder_ / "study.json").string(), "--out", (folder_ / "out").string()});
+  ASSERT_EQ(done.status, 0) << done.errors;
+  EXPECT_THAT(done.output, HasSubstr(" 1 rendered and "));
+
+  const json points = json::parse(test::read_text(folder_ / "out" / "sweep.json"))["points"];
+  const scene::Capture capture = scene::read_capture(test::shipped_capture("eggs"));
+  const auto eggs = std::make_shared<const gpu::PreparedCapture>(capture);
+  const std::string plain = frame_alone(eggs, "", {});
+  int apart = 0, refused = 0;
+  for (std::size_t k = 0; k < changed.size(); ++k) {
+    const auto& [key, value] = changed[k];
+    const std::string hash = points.at(k + 1)["hash"];
+    const json result = json::parse(test::read_text(folder_ / "out" / "points" / (hash + ".json")));
+    const std::string alone = frame_alone(eggs, key, value);
+    EXPECT_EQ(result.contains("fault") ? "" : result["frames"][0].dump(), alone) << key;
+    apart += alone != plain ? 1 : 0;
+    refused += alone.empty() ? 1 : 0;
+  }
+  EXPECT_GT(apart, 50) << "keys that change nothing at all prove little";
+  EXPECT_LT(refused, 10);
+}
+
 // Points that differ in timing keys only are one render; each has what it has alone.
 TEST_F(Time, SweepsRenderOncePerFunctionalPoint) {
   const auto study = [](const json& axes) {
@@ -257,7 +375,14 @@ TEST_F(Time, SweepsRenderOncePerFunctionalPoint) {
   };
   test::write_text(folder_ / "all.json", study({axis("tile.width", {8, 16, 32}), axis("shader.lanes", {8, 32, 128}),
                                                 axis("clock.mhz", {300, 600, 900})}));
+  const ProcessResult dry =
+      run_tessera({"sweep", (folder_ / "all.json").string(), "--out", (folder_ / "all").string(), "--dry-run"});
+  EXPECT_EQ(dry.status, 0) << dry.errors;
+  EXPECT_THAT(dry.output, HasSubstr("27 points: 0 are there, 3 to render and 24 to time from their records"));
+  EXPECT_THAT(dry.output, HasSubstr(" s, "));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "all"));
   EXPECT_THAT(sweep("all"), HasSubstr("3 rendered and 24 timed from their records"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "all" / "records")) << "gone with the last point";
   // One of them alone, which is rendered: its result has the same name and the same bytes.
   test::write_text(folder_ / "one.json",
                    study({axis("tile.width", {16}), axis("shader.lanes", {128}), axis("clock.mhz", {600})}));

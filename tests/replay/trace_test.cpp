@@ -72,11 +72,14 @@ TEST(Trace, IsJsonWhoseSlicesNestWithATrackForEveryUnit) {
     const json stats = json::parse(test::read_text(out / "stats.json"));
     for (const char* track : {"front end", "binner", "DRAM"}) EXPECT_TRUE(tracks.contains(track)) << track;
     for (int c = 0; c < stats["gpu"]["tilecore"]["count"]; ++c)
-      EXPECT_TRUE(tracks.contains("core " + std::to_string(c)));
+      EXPECT_TRUE(tracks.contains("core " + std::to_string(c) + ", slot 0"));
     for (const char* slice : {"frame 0", "frame 1", "tile 0", "bound", "bin", "fetch", "tessellate", "BVH", "sample",
                               "shade", "resolve", "store", "transfer"})
       EXPECT_TRUE(slices.contains(slice)) << gpu << " " << slice;
-    EXPECT_EQ(names(trace, "C"), (std::set<std::string>{"DRAM bandwidth", "live queue memory"}));
+    const std::set<std::string> counters = names(trace, "C");
+    for (const char* counter : {"DRAM bandwidth", "live list memory", "tiles at work", "tiles waiting for a unit",
+                                "tiles waiting for data", "busy: shader", "busy: dram"})
+      EXPECT_TRUE(counters.contains(counter)) << counter;
     // The frames take as long as the statistics say.
     double end = 0;
     for (const json& e : trace["traceEvents"])
@@ -84,6 +87,35 @@ TEST(Trace, IsJsonWhoseSlicesNestWithATrackForEveryUnit) {
     EXPECT_NEAR(end, stats["total"]["timing"]["cycles"].get<double>() / stats["gpu"]["clock"]["mhz"].get<double>(),
                 0.01);
   }
+}
+
+// Every tile has its slice, from when its core took it; none hides another.
+TEST(Trace, ShowsAllTilesOfACoreAndWhereTheyAre) {
+  const test::TemporaryFolder out;
+  const std::string file = (out / "t.json").string();
+  ASSERT_EQ(run_tessera({"replay", capture("serpent"), "--frames", "0:1", "--size", "320x180", "--set",
+                         "tilecore.memory_bytes=1048576", "--quiet", "--no-report", "--out", out.path().string(),
+                         "--trace", file})
+                .status,
+            0);
+  const json trace = json::parse(test::read_text(file)), tiles = json::parse(test::read_text(out / "tiles_0000.json"));
+  const int columns = tiles["grid"][0];
+  const double mhz = json::parse(test::read_text(out / "stats.json"))["gpu"]["clock"]["mhz"];
+  std::map<int, double> cycles;
+  std::set<int> slots;
+  for (const json& e : trace["traceEvents"]) {
+    if (e["ph"] != "X" || !e["name"].get<std::string>().starts_with("tile ")) continue;
+    const int tile = std::stoi(e["name"].get<std::string>().substr(5));
+    EXPECT_EQ(e["args"]["x"], tile % columns);
+    EXPECT_EQ(e["args"]["y"], tile / columns);
+    cycles[tile] = e["dur"].get<double>() * mhz;
+    slots.insert(e["tid"].get<int>() % 16);
+  }
+  EXPECT_GT(slots.size(), 1u) << "a core has room for more than one tile";
+  const json& expected = tiles["costs"]["cycles"];
+  ASSERT_EQ(cycles.size(), expected.size());
+  for (const auto& [tile, length] : cycles)
+    EXPECT_NEAR(length, expected[static_cast<std::size_t>(tile)].get<double>(), 2.0) << tile;
 }
 
 TEST(Trace, SlicesThatCrossAreFound) {

@@ -549,7 +549,7 @@ TEST_F(TradeoffCommand, CtrlCStopsAmongTheRoundsOfAKnobAndTheNextRunGoesOn) {
   long_one.emplace_back("1000");
   short_one.emplace_back("1");
   const ProcessResult stopped = run_tessera(long_one, {.interrupt_after_ms = 2000});
-  EXPECT_EQ(stopped.status, 0) << stopped.errors;
+  EXPECT_EQ(stopped.status, 130) << stopped.errors;
   EXPECT_TRUE(result("a").at("stopped").get<bool>());
   EXPECT_TRUE(result("a").at("knobs").empty());
   EXPECT_EQ(run_tessera(short_one).status, 0);

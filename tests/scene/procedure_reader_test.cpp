@@ -6,9 +6,12 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "scene/animated_procedures.h"
 #include "scene/assembly.h"
 #include "scene/capture_reader.h"
+#include "shaders_cpp/procedures/procedures.h"
 #include "tests/support/captures.h"
+#include "tests/support/gltf_asset.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tessera::scene {
@@ -90,6 +93,108 @@ TEST(ProcedureReader, AGeometryImageIsAGridOfWholeRows) {
   EXPECT_EQ(capture.procedures[0].image->height, 2);
   EXPECT_THAT(refusal({{"shape", "geometryImage"}, {"image", {{"positions", 0}, {"width", 4}}}}, buffer),
               testing::HasSubstr("whole rows"));
+}
+
+TEST(ProcedureReader, LimitsOfTessellationAreWholeNumbersInOrder) {
+  const Capture capture = read({{"shape", "sphere"}, {"tessellation", {{"min", 2}, {"max", 16}}}});
+  EXPECT_EQ(capture.procedures[0].min_segments, 2);
+  EXPECT_EQ(capture.procedures[0].max_segments, 16);
+  EXPECT_EQ(read({{"shape", "sphere"}}).procedures[0].max_segments, 64);
+  const auto refused = [](const json& limits) { return refusal({{"shape", "sphere"}, {"tessellation", limits}}); };
+  using testing::HasSubstr;
+  EXPECT_THAT(refused({{"min", 8}, {"max", 4}}), HasSubstr("/tessellation/min"));
+  EXPECT_THAT(refused({{"max", 65}}), HasSubstr("outside [1, 64]"));
+  EXPECT_THAT(refused({{"min", 0}}), HasSubstr("outside [1, 64]"));
+  EXPECT_THAT(refused({{"min", 1.5}}), HasSubstr("whole number"));
+  EXPECT_THAT(refused({{"most", 4}}), HasSubstr("/tessellation/most"));
+  EXPECT_THAT(refused(4), HasSubstr("is not an object"));
+}
+
+TEST(ProcedureReader, ChainsAlongOneParameterHaveOneLength) {
+  const std::string text =
+      "shape s { param a: chain u; param b: chain u; return vec3(a[0] * u + b[7] * v, a[1] * v, 0); }";
+  const json four = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}, seven = {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {1, 2}, {2, 2}, {3, 3}};
+  EXPECT_EQ(read({{"program", text}, {"parameters", {{"a", seven}, {"b", seven}}}}).procedures[0].pieces.size(), 2u);
+  EXPECT_THAT(refusal({{"program", text}, {"parameters", {{"a", seven}, {"b", four}}}}),
+              testing::HasSubstr("/parameters/b"));
+}
+
+// ---- Animation --------------------------------------------------------------------------------------------------
+
+// A procedure and a channel that moves what `pointer` says of it from the first half of `values` to the second.
+test::GltfAsset animated(const json& procedure, const std::string& pointer, const char* type,
+                         const std::vector<float>& values) {
+  test::GltfAsset asset;
+  asset.document["extensionsUsed"] = {"TESSERA_procedure", "KHR_animation_pointer"};
+  asset.document["scenes"] = json::array({{{"nodes", {0}}}});
+  asset.document["nodes"] = json::array({{{"extensions", {{"TESSERA_procedure", procedure}}}}});
+  const int times = asset.add_accessor<float>("SCALAR", {0, 1});
+  const json sampler = {{"input", times}, {"output", asset.add_accessor(type, values)}};
+  const json target = {
+      {"path", "pointer"},
+      {"extensions", {{"KHR_animation_pointer", {{"pointer", "/nodes/0/extensions/TESSERA_procedure/" + pointer}}}}}};
+  asset.add("animations", {{"channels", {{{"sampler", 0}, {"target", target}}}}, {"samplers", {sampler}}});
+  return asset;
+}
+
+Capture read(const test::GltfAsset& asset) {
+  const test::TemporaryFolder folder;
+  test::write_text(folder / "f.glb", asset.glb());
+  return read_capture(folder / "f.glb");
+}
+
+Procedure at_half(const json& procedure, const std::string& pointer, const char* type,
+                  const std::vector<float>& values) {
+  const Capture capture = read(animated(procedure, pointer, type, values));
+  EXPECT_TRUE(capture.notices.empty()) << pointer;
+  const PosedProcedures posed = pose_procedures(capture, 0.5, 0.5);
+  return posed.at(capture, 0, 0);
+}
+
+TEST(AnimatedProcedureReader, MovesTheParametersOfEveryStage) {  // AP1
+  const json torus = {{"shape", "torus"},
+                      {"parameters", {{"majorRadius", 2}}},
+                      {"texture", {{"pattern", "checker"}}},
+                      {"shading", {{"model", "phong"}}}};
+  EXPECT_EQ(at_half(torus, "parameters/minorRadius", "SCALAR", {0.25f, 0.75f}).pieces[0].input.p[1], 0.5f);
+  EXPECT_EQ(at_half(torus, "parameters/minorRadius", "SCALAR", {0.25f, 0.75f}).pieces[0].input.p[0], 2.0f);
+  EXPECT_EQ(at_half(torus, "parameters/minorRadius", "SCALAR", {-3, -1}).pieces[0].input.p[1], 0.0f) << "its range";
+  EXPECT_EQ(at_half(torus, "texture/repeat", "VEC2", {1, 2, 3, 6}).texture_numbers[7], 4.0f);
+  EXPECT_EQ(at_half(torus, "shading/exponent", "SCALAR", {8, 24}).shading_numbers[3], 16.0f);
+}
+
+TEST(AnimatedProcedureReader, MovesTheCurvesOfEachPiece) {
+  const json path = {{0, 0}, {1, 0}, {2, 0}, {3, 0}, {4, 0}, {5, 0}, {6, 0}},
+             profile = {{1, 0}, {1, 1}, {0, 1}, {-1, 0}};
+  std::vector<float> values;
+  for (const float x : {0.0f, 2.0f})
+    for (int k = 0; k < 7; ++k) values.insert(values.end(), {x + static_cast<float>(k), x});
+  const Procedure moved = at_half({{"shape", "sweptCubic"}, {"parameters", {{"path", path}, {"profile", profile}}}},
+                                  "parameters/path", "VEC2", values);
+  ASSERT_EQ(moved.pieces.size(), 2u);
+  const auto& names = moved.declaration().parameters;
+  const std::size_t first = names[0].name == "path" ? 0 : 8;
+  EXPECT_EQ(moved.pieces[1].input.p[first], 4.0f);
+  EXPECT_EQ(moved.pieces[1].input.p[first + 7], 1.0f);
+  EXPECT_EQ(moved.pieces[0].input.p[first], 1.0f);
+  EXPECT_EQ(moved.pieces[1].input.p[8 - first], 1.0f) << "the profile stays";
+}
+
+TEST(AnimatedProcedureReader, MovesTheUniformsOfPrograms) {
+  const std::string text =
+      "shape s { param size = 1 in [0, 9]; uniform twice = 2 * size; return vec3(twice * u, twice * v, 0); }";
+  const Procedure moved = at_half({{"program", text}}, "parameters/size", "SCALAR", {2, 4});
+  const auto p = shaders::shape_point(moved.shape, moved.pieces[0].input, 1.0f, 0.5f);
+  EXPECT_EQ(p.x, 6.0f);
+  EXPECT_EQ(p.y, 3.0f);
+}
+
+TEST(AnimatedProcedureReader, WhatIsNotThereIsSkippedAndAWrongCountRefused) {
+  const json sphere = {{"shape", "sphere"}};
+  for (const char* pointer : {"parameters/radios", "texture/color", "shape", "sampling/more", "parameters"})
+    EXPECT_EQ(read(animated(sphere, pointer, "SCALAR", {1, 2})).animations[0].channels.size(), 0u) << pointer;
+  EXPECT_THROW(read(animated(sphere, "parameters/radius", "VEC2", {1, 2, 3, 4})), InputError);
+  EXPECT_THROW(read(animated(sphere, "parameters/radius", "SCALAR", {1, 2, 3})), InputError);
 }
 
 // ---- Programs ---------------------------------------------------------------------------------------------------

@@ -9,8 +9,6 @@ namespace tessera::test {
 
 using namespace scene;
 
-namespace {
-
 void play(Capture& capture, const AnimationChannel& channel) {
   if (capture.animations.empty()) {
     capture.animations.emplace_back();
@@ -18,8 +16,6 @@ void play(Capture& capture, const AnimationChannel& channel) {
   }
   capture.animations[0].channels.push_back(channel);
 }
-
-}  // namespace
 
 int add_material(Capture& capture, Material material) {
   capture.materials.push_back(std::move(material));

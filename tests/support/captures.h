@@ -22,6 +22,8 @@ int add_node(scene::Capture& capture, scene::Primitive primitive, const DVec3& t
 // A camera at `eye` that looks along -z.
 void add_camera(scene::Capture& capture, const DVec3& eye, const scene::Camera& camera = {});
 // Moves a node linearly from where it is by `way` during the first second.
+// Adds a channel to the animation that plays.
+void play(scene::Capture& capture, const scene::AnimationChannel& channel);
 void add_motion(scene::Capture& capture, int node, const DVec3& way);
 // Turns a node by an angle about an axis during the first second.
 void add_turn(scene::Capture& capture, int node, const Vec3& axis, float angle);

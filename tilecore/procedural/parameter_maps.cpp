@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -72,7 +73,7 @@ class IntervalPass {
   void visit(const ParameterBox& box, int halvings) {
     const PosedDrawable& drawable = frame_.drawables[drawable_];
     ++out_.counters.interval_evaluations;
-    const ProcedureCellBounds b = bound_procedure_cell(frame_, drawable, drawable.procedure->pieces[piece_], box);
+    const ProcedureCellBounds b = bound_procedure_cell(frame_, drawable, piece_, box);
     // Negated: bounds that are no numbers keep the cell.
     if (b.outside || b.x1 < region_.x0 - margin_ || b.y1 < region_.y0 - margin_ || b.x0 > region_.x1 + margin_ ||
         b.y0 > region_.y1 + margin_) {
@@ -224,6 +225,7 @@ void keep_cell(const FrameGeometry& frame, const ProcedureSettings& settings, Pa
   piece.effects = static_cast<std::uint8_t>(
       effect(drawable.moving, frontend::kEffectMotion) |
       effect(frame.projection.lens_scale != 0, frontend::kEffectDefocus) |
+      effect(drawable.material->alpha_mode == scene::AlphaMode::kBlend, frontend::kEffectBlending) |
       effect(drawable.material->alpha_mode == scene::AlphaMode::kMask, frontend::kEffectAlphaTest));
   out.sub_patches.push_back(piece);
   out.cells.push_back(cell);
@@ -245,6 +247,44 @@ bool ParameterCell::may_reach(int i, int j, const IntRect& pixels) const {
            y + reach_y < static_cast<float>(pixels.y0) || y - reach_y > static_cast<float>(pixels.y1));
 }
 
+Vec2 ParameterMaps::middle_of(const ParameterCell& cell, int i, int j) const {
+  // Where nothing is known of the step, its cell's middle.
+  float x = 0.5f * (cell.x0 + cell.x1), y = 0.5f * (cell.y0 + cell.y1);
+  if (cell.image.known()) {
+    const float s = (2.0f * static_cast<float>(i) + 1.0f) / static_cast<float>(cell.steps.u) - 1.0f,
+                t = (2.0f * static_cast<float>(j) + 1.0f) / static_cast<float>(cell.steps.v) - 1.0f;
+    x = cell.image.x + s * cell.image.x_u + t * cell.image.x_v;
+    y = cell.image.y + s * cell.image.y_u + t * cell.image.y_v;
+  }
+  const auto within = [](float a, float low, float high, int first, int end) {
+    const float from = std::max(low, static_cast<float>(first)), to = std::min(high, static_cast<float>(end) - 1e-3f);
+    return std::max(std::min(a, to), from);  // NaN: the first
+  };
+  return {within(x, cell.x0, cell.x1, region_.x0, region_.x1), within(y, cell.y0, cell.y1, region_.y0, region_.y1)};
+}
+
+std::vector<std::uint32_t> ParameterMaps::others_in_range(std::span<const std::uint32_t> listed) const {
+  const ParameterCell& piece = cells_[listed.front()];
+  ParameterCell range = piece;
+  for (const std::uint32_t number : listed) {
+    const ParameterCell& cell = cells_[number];
+    range.u0 = std::min(range.u0, cell.u0), range.u1 = std::max(range.u1, cell.u1);
+    range.v0 = std::min(range.v0, cell.v0), range.v1 = std::max(range.v1, cell.v1);
+  }
+  // Cells lie piece by piece.
+  const auto of_piece = std::equal_range(cells_.begin(), cells_.end(), piece, [](const auto& a, const auto& b) {
+    return std::tie(a.drawable, a.piece) < std::tie(b.drawable, b.piece);
+  });
+  std::vector<std::uint32_t> sorted(listed.begin(), listed.end()), others;
+  std::sort(sorted.begin(), sorted.end());
+  for (auto cell = of_piece.first; cell != of_piece.second; ++cell) {
+    const auto number = static_cast<std::uint32_t>(cell - cells_.begin());
+    if (cell->u0 >= range.u1 || cell->u1 <= range.u0 || cell->v0 >= range.v1 || cell->v1 <= range.v0) continue;
+    if (!std::binary_search(sorted.begin(), sorted.end(), number)) others.push_back(number);
+  }
+  return others;
+}
+
 scene::CellRange ParameterMaps::range_of(std::uint32_t cell) {
   const auto bits = [&](int at) { return static_cast<std::uint8_t>(cell >> at & 127); };
   return {bits(0), bits(7), bits(14), bits(21)};
@@ -256,7 +296,7 @@ std::uint32_t ParameterMaps::cell_of(const scene::CellRange& range) {
 
 ParameterMaps::ParameterMaps(const FrameGeometry& frame, const IntRect& region, const ProcedureSettings& settings,
                              int side, std::uint64_t burst_bytes)
-    : settings_(settings) {
+    : settings_(settings), region_(region) {
   struct Task {
     std::uint32_t drawable, piece;
   };
@@ -271,8 +311,10 @@ ParameterMaps::ParameterMaps(const FrameGeometry& frame, const IntRect& region, 
                                      burst_bytes));
     for (std::size_t p = 0; p < procedure->pieces.size(); ++p) {
       tasks.push_back({static_cast<std::uint32_t>(d), static_cast<std::uint32_t>(p)});
-      operations_[d].push_back(shaders::count_geometry(procedure->shape, procedure->pieces[p].input).total() +
-                               shaders::count_view().total());
+      // A shape that deforms is evaluated at both motion keys.
+      operations_[d].push_back((shaders::count_geometry(procedure->shape, procedure->pieces[p].input).total() +
+                                shaders::count_view().total()) *
+                               (frame.drawables[d].deforming ? 2 : 1));
     }
   }
   // Pieces on any thread, joined in order.

@@ -2,10 +2,12 @@
 
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "base/counter.h"
 #include "base/rect.h"
+#include "base/vec.h"
 #include "frontend/bounds/procedure_bounds.h"
 #include "frontend/patch_splitter.h"
 #include "memory/ledger.h"
@@ -31,15 +33,22 @@ struct SamplingCounters {
   std::uint64_t samples = 0;
   std::uint64_t array_slots = 0;
   std::uint64_t operations = 0;
+  std::uint64_t samples_of_ranges = 0;
+  std::uint64_t samples_lost = 0;
+  std::uint64_t samples_handed = 0;
   std::uint64_t samples_outside_tile = 0;
   std::uint64_t samples_behind = 0;
   std::uint64_t samples_backfacing = 0;
   std::uint64_t samples_not_finite = 0;
   std::uint64_t footprint_tests = 0;
   std::uint64_t writes = 0;
+  std::uint64_t layers = 0;
+  std::uint64_t layers_merged = 0;
   std::uint64_t drawn_lines = 0;
   std::uint64_t holes_suspected = 0;
   std::uint64_t holes_refilled = 0;
+  std::uint64_t image_requests = 0;
+  std::uint64_t image_misses = 0;
 };
 
 // A cell of a piece's parameter domain that may be seen: an entry of the rate map.
@@ -105,6 +114,12 @@ class ParameterMaps {
   static std::uint32_t cell_of(const scene::CellRange& range);
   // Operations of one sample of a piece: point, tangents and view.
   std::uint64_t operations(std::uint32_t drawable, std::uint32_t piece) const { return operations_[drawable][piece]; }
+  // The pixel that the middle of step (i, j) is expected in, of those that its cell may be seen in, inside the frame: its
+  // tile evaluates it where others do not.
+  Vec2 middle_of(const ParameterCell& cell, int i, int j) const;
+  // Cells of the piece of `listed`, which are all of one, that lie in the range of their parameters and are not among
+  // them.
+  std::vector<std::uint32_t> others_in_range(std::span<const std::uint32_t> listed) const;
   const SamplingCounters& counters() const { return counters_; }
   const memory::Ledger& ledger() const { return ledger_; }
   // As if nothing were known of where steps are seen: a tile evaluates all of them.
@@ -118,6 +133,7 @@ class ParameterMaps {
 
  private:
   ProcedureSettings settings_;
+  IntRect region_;
   std::vector<ParameterCell> cells_;
   std::vector<frontend::BoundedSubPatch> sub_patches_;
   std::vector<std::vector<std::uint64_t>> operations_;  // by drawable and piece
@@ -168,6 +184,14 @@ inline constexpr auto kCounterFields<tilecore::SamplingCounters> = std::to_array
      "Lanes that the emulated SIMD array issued for them and for lines, idle ones included.", ""},
     {"sampling.operations", &tilecore::SamplingCounters::operations, Combine::kSum, "operations",
      "Arithmetic of these lanes: point, tangents and view of a sample; the tone of lines apart.", ""},
+    {"sampling.samples_of_ranges", &tilecore::SamplingCounters::samples_of_ranges, Combine::kSum, "samples",
+     "With procedures.lists=ranges: of sampling.samples, those of cells that the tile does not see; part of "
+     "sampling.samples_outside_tile.",
+     ""},
+    {"sampling.samples_lost", &tilecore::SamplingCounters::samples_lost, Combine::kSum, "samples",
+     "With procedures.crossing=lost: samples that may reach a tile that is not their middle's, once for each.", ""},
+    {"sampling.samples_handed", &tilecore::SamplingCounters::samples_handed, Combine::kSum, "samples",
+     "With procedures.crossing=handed: the same, handed to that tile; 40 bytes written and read for each.", ""},
     {"sampling.samples_outside_tile", &tilecore::SamplingCounters::samples_outside_tile, Combine::kSum, "samples",
      "Samples that reached no sample point of their tile's pixels.", ""},
     {"sampling.samples_behind", &tilecore::SamplingCounters::samples_behind, Combine::kSum, "samples",
@@ -179,7 +203,12 @@ inline constexpr auto kCounterFields<tilecore::SamplingCounters> = std::to_array
     {"sampling.footprint_tests", &tilecore::SamplingCounters::footprint_tests, Combine::kSum, "tests",
      "Sample points of the tile buffer tested against footprints.", ""},
     {"sampling.writes", &tilecore::SamplingCounters::writes, Combine::kSum, "writes",
-     "Sample points of the tile buffer that passed the depth test and were written.", ""},
+     "Sample points of the tile buffer that passed the depth test and were written, or got a layer.", ""},
+    {"sampling.layers", &tilecore::SamplingCounters::layers, Combine::kSum, "layers",
+     "Of sampling.writes, those that leave a layer because the material blends.", ""},
+    {"sampling.layers_merged", &tilecore::SamplingCounters::layers_merged, Combine::kSum, "layers",
+     "Layers that a neighbouring footprint of the same surface had left as well: dropped when the tile is finished.",
+     ""},
     {"sampling.strokes", &tilecore::SamplingCounters::drawn_lines, Combine::kSum, "samples",
      "Samples along parameter lines, of procedures.style=lines.", ""},
     {"sampling.holes_suspected", &tilecore::SamplingCounters::holes_suspected, Combine::kSum, "samples",
@@ -188,6 +217,10 @@ inline constexpr auto kCounterFields<tilecore::SamplingCounters> = std::to_array
      ""},
     {"sampling.holes_refilled", &tilecore::SamplingCounters::holes_refilled, Combine::kSum, "samples",
      "Of those, the ones where the surface was found by solving for its parameters.", ""},
+    {"sampling.image_requests", &tilecore::SamplingCounters::image_requests, Combine::kSum, "lines",
+     "With procedures.image_reads=texture_cache: cache lines of geometry images that cells need.", ""},
+    {"sampling.image_misses", &tilecore::SamplingCounters::image_misses, Combine::kSum, "lines",
+     "Of those, the ones that the texture cache had to ask of the L2.", ""},
 });
 TESSERA_COUNTERS_COVER(tilecore::SamplingCounters);
 template <>

@@ -34,9 +34,10 @@ HWY_INLINE void store_column(std::array<std::array<float, kArraySamples>, Sample
   row.by_v.store(&at[column + SampleRegisters::kXv][first]);
 }
 
-HWY_INLINE void run_view(const ArrayProgram& program, const stage::ShapePoint<Lanes>& p, std::size_t first,
-                         SampleRegisters& registers) {
-  for (std::size_t key = 0; key < static_cast<std::size_t>(program.keys); ++key) {
+// At keys from `key` to before `end`.
+HWY_INLINE void run_view(const ArrayProgram& program, const stage::ShapePoint<Lanes>& p, std::size_t key,
+                         std::size_t end, std::size_t first, SampleRegisters& registers) {
+  for (; key < end; ++key) {
     Row x = transformed_row(program.to_raster[key], 0, p), y = transformed_row(program.to_raster[key], 1, p);
     const Row z = transformed_row(program.to_raster[key], 2, p);
     if (program.divided && !program.orthographic) {
@@ -72,7 +73,7 @@ HWY_INLINE Point lane_normals(const shaders::ShapeInput& input, Lanes u, Lanes v
 template <class Shape>
 HWY_INLINE void run_rest(const ArrayProgram& program, const stage::ShapePoint<Lanes>& p, Lanes u, Lanes v,
                          std::size_t first, SampleRegisters& registers) {
-  run_view(program, p, first, registers);
+  run_view(program, p, 0, program.close != nullptr ? 1 : static_cast<std::size_t>(program.keys), first, registers);
   if (program.surface == nullptr) return;
   const Lanes depth = Lanes::load(&registers.at[0][SampleRegisters::kZ][first]);
   stage::PointRecord<Lanes> record;
@@ -88,6 +89,8 @@ HWY_NOINLINE void run_shape(const ArrayProgram& program, std::size_t count, Samp
   for (std::size_t first = 0; first < count; first += Lanes::count()) {
     const Lanes u = Lanes::load(&registers.u[first]), v = Lanes::load(&registers.v[first]);
     run_rest<Shape>(program, stage::shape_tangents<Shape>(*program.input, u, v), u, v, first, registers);
+    if (program.close != nullptr)
+      run_view(program, stage::shape_tangents<Shape>(*program.close, u, v), 1, 2, first, registers);
   }
 }
 
@@ -112,22 +115,34 @@ HWY_INLINE void run_groups(const shaders::ShapeInput& input, std::size_t first, 
           r.at[program.result[2]][g]);
 }
 
-HWY_NOINLINE void run_program(const ArrayProgram& program, std::size_t count, SampleRegisters& registers) {
+// Calls rest(first sample of a vector, its points) for the samples of a user's shape.
+template <class Rest>
+HWY_INLINE void run_program_points(const shaders::ShapeInput& input, std::size_t count,
+                                   const SampleRegisters& registers, const Rest& rest) {
   using Tangent = stage::Dual<Lanes>;
   const Lanes one(1.0f), none(0.0f);
   for (std::size_t first = 0; first < count; first += kProgramSamples)
     run_groups<Tangent>(
-        *program.input, first, count,
+        input, first, count,
         [&](bool is_u, std::size_t at) HWY_ATTR {
           return is_u ? Tangent(Lanes::load(&registers.u[at]), one, none)
                       : Tangent(Lanes::load(&registers.v[at]), none, one);
         },
         [&](std::size_t at, const Tangent& x, const Tangent& y, const Tangent& z) HWY_ATTR {
-          const stage::ShapePoint<Lanes> p = {
-              {x.value, y.value, z.value}, {x.by_u, y.by_u, z.by_u}, {x.by_v, y.by_v, z.by_v}};
-          run_rest<stage::ProgramShape>(program, p, Lanes::load(&registers.u[at]), Lanes::load(&registers.v[at]), at,
-                                        registers);
+          rest(at, stage::ShapePoint<Lanes>{
+                       {x.value, y.value, z.value}, {x.by_u, y.by_u, z.by_u}, {x.by_v, y.by_v, z.by_v}});
         });
+}
+
+HWY_NOINLINE void run_program(const ArrayProgram& program, std::size_t count, SampleRegisters& registers) {
+  run_program_points(*program.input, count, registers, [&](std::size_t at, const stage::ShapePoint<Lanes>& p) HWY_ATTR {
+    run_rest<stage::ProgramShape>(program, p, Lanes::load(&registers.u[at]), Lanes::load(&registers.v[at]), at,
+                                  registers);
+  });
+  if (program.close != nullptr)
+    run_program_points(*program.close, count, registers,
+                       [&](std::size_t at, const stage::ShapePoint<Lanes>& p)
+                           HWY_ATTR { run_view(program, p, 1, 2, at, registers); });
 }
 
 void RunProcedure(const ArrayProgram& program, std::size_t count, SampleRegisters& registers) {

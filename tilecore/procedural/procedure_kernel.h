@@ -30,6 +30,7 @@ struct SampleRegisters {
 struct ArrayProgram {
   shaders::ShapeId shape = shaders::ShapeId::kSphere;
   const shaders::ShapeInput* input = nullptr;
+  const shaders::ShapeInput* close = nullptr;  // at the second key, where the shape deforms; else null
   std::array<Mat4, 2> to_raster{Mat4(1.0f), Mat4(1.0f)};
   int keys = 1;  // 2: it moves
   bool orthographic = false;

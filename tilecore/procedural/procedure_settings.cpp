@@ -15,6 +15,17 @@ Keys<ProcedureSettings> procedure_keys() {
        "What a sample writes: the sample points inside its footprint, or, as published, the sub-pixel it falls into "
        "(still objects only)."},
       {"procedures.style", &S::style, "Shaded surfaces, or a drawing with lines along the parameters."},
+      {"procedures.lists", &S::lists,
+       "What a tile knows of a piece: the cells that it may see, or one range of the parameters that holds them all; "
+       "it "
+       "then evaluates the cells between in vain."},
+      {"procedures.crossing", &S::crossing,
+       "Samples whose footprints reach several tiles: evaluated by each; or by the tile of their middle alone, and "
+       "what "
+       "falls outside is lost, as published, or handed to the other tiles through memory."},
+      {"procedures.image_reads", &S::image_reads,
+       "Geometry images are read through the L2 for each cell, or through the core's texture cache, emptied before "
+       "every tile."},
       {"procedures.spacing", &S::spacing, "sub-pixels", 0.125, 64,
        "Samples are so dense that no footprint reaches farther than this from its middle; smaller is more exact and "
        "slower."},

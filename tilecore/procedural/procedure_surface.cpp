@@ -38,9 +38,12 @@ struct ProcedureTextures {
   const LookupArrays& lookups;
   std::size_t lane;
 
+  one_lane::LaneTexcoord<float> texcoord(const scene::TextureSlot& slot) const {
+    return procedure_texcoord(frame, patch, parameters, surface, slot.transform);
+  }
   shaders::ColorOf<float> read(const scene::TextureSlot& slot, scene::MaterialTexture which) const {
     if (slot.texture == nullptr) return {1.0f, 1.0f, 1.0f, 1.0f};
-    const one_lane::LaneTexcoord<float> uv = procedure_texcoord(frame, patch, parameters, surface, slot.transform);
+    const one_lane::LaneTexcoord<float> uv = texcoord(slot);
     const shaders::TextureView view = slot.texture->view();
     shaders::LookupTexels<std::int32_t> texels;
     const shaders::ColorOf<float> color = shaders::sample_texture<float, std::int32_t>(
@@ -49,6 +52,22 @@ struct ProcedureTextures {
     return color;
   }
 };
+
+// The surface's normal as the material's normal map turns it: about tangents that follow u and v.
+Vec3 mapped_normal(const ProcedureTextures& textures, const scene::Material& material) {
+  const scene::TextureSlot& slot = material.normal_texture;
+  const Vec3& normal = textures.surface.normal;
+  if (slot.texture == nullptr) return normal;
+  const one_lane::TangentFrame<float> frame =
+      one_lane::derived_tangents(one_lane_surface(textures.surface), textures.texcoord(slot));
+  const shaders::ColorOf<float> texel = textures.read(slot, scene::MaterialTexture::kNormal);
+  const Vec3 tangent(frame.tangent.x, frame.tangent.y, frame.tangent.z),
+      bitangent(frame.bitangent.x, frame.bitangent.y, frame.bitangent.z);
+  const Vec3 mapped = tangent * ((texel.r * 2.0f - 1.0f) * material.normal_scale) +
+                      bitangent * ((texel.g * 2.0f - 1.0f) * material.normal_scale) + normal * (texel.b * 2.0f - 1.0f);
+  const float length2 = glm::dot(mapped, mapped);
+  return frame.known && length2 > 1e-20f ? mapped / std::sqrt(length2) : normal;
+}
 
 // Of drawings with lines.
 constexpr Vec3 kPaper(0.80f, 0.76f, 0.68f), kInk(0.02f, 0.02f, 0.035f);
@@ -80,6 +99,28 @@ shaders::ProcedureLights procedure_lights(const FrameGeometry& frame) {
   return out;
 }
 
+// A point with its tangents by the patch's own parameters and its normal, in object space at a motion key.
+struct ObjectPoint {
+  Vec3 position{0.0f}, by_u{0.0f}, by_v{0.0f}, normal{0, 0, 1};
+};
+ObjectPoint object_point(const ProcedurePatch& at, std::size_t key, float u, float v) {
+  ObjectPoint out;
+  shaders::with_shape(at.shape, [&](auto shape) {
+    using Shape = decltype(shape);
+    const shaders::ShapePoint<float> p = shaders::shape_tangents<Shape>(at.input(key), u, v);
+    float margin;
+    Vector3<float> n = shaders::unit_normal(p.by_u, p.by_v, margin);
+    if (!(margin > 0)) {
+      const shaders::ShapePoint<float> beside =
+          shaders::shape_tangents<Shape>(at.input(key), shaders::towards_middle(u), shaders::towards_middle(v));
+      n = shaders::unit_normal(beside.by_u, beside.by_v, margin);
+    }
+    out = {as_glm(p.position), as_glm(p.by_u) / static_cast<float>(at.columns),
+           as_glm(p.by_v) / static_cast<float>(at.rows), as_glm(n)};
+  });
+  return out;
+}
+
 }  // namespace
 
 shaders::SurfaceProgram surface_program(const FrameGeometry& frame, const PosedDrawable& drawable,
@@ -108,37 +149,22 @@ void fill_procedure(const FrameGeometry& frame, std::uint32_t patch, Vec2 parame
   const PosedDrawable& drawable = *s.drawable;
   const ProcedurePatch at = scene::procedure_patch(frame, patch);
   const float u = at.u(parameters.x), v = at.v(parameters.y);
-  Vec3 normal(0, 0, 1), by_u(0.0f), by_v(0.0f), object(0.0f);
-  shaders::with_shape(at.shape, [&](auto shape) {
-    using Shape = decltype(shape);
-    const shaders::ShapePoint<float> p = shaders::shape_tangents<Shape>(at.piece->input, u, v);
-    float margin;
-    Vector3<float> n = shaders::unit_normal(p.by_u, p.by_v, margin);
-    if (!(margin > 0)) {
-      const shaders::ShapePoint<float> beside =
-          shaders::shape_tangents<Shape>(at.piece->input, shaders::towards_middle(u), shaders::towards_middle(v));
-      n = shaders::unit_normal(beside.by_u, beside.by_v, margin);
-    }
-    object = as_glm(p.position);
-    // By the patch's own parameters.
-    by_u = as_glm(p.by_u) / static_cast<float>(at.columns);
-    by_v = as_glm(p.by_v) / static_cast<float>(at.rows);
-    normal = as_glm(n);
-  });
+  const ObjectPoint open = object_point(at, 0, u, v), close = drawable.deforming ? object_point(at, 1, u, v) : open;
   const auto mix = [&](auto&& value) { return value(std::size_t{0}) * (1.0f - t) + value(std::size_t{1}) * t; };
+  const auto point = [&](std::size_t key) -> const ObjectPoint& { return key == 0 ? open : close; };
   s.corner_count = 0;
-  s.object = object;
-  s.object_normal = normal;
-  s.position = mix([&](std::size_t k) { return Vec3(drawable.to_world[k] * Vec4(object, 1.0f)); });
-  s.position_p = mix([&](std::size_t k) { return Mat3(drawable.to_world[k]) * by_u; });
-  s.position_q = mix([&](std::size_t k) { return Mat3(drawable.to_world[k]) * by_v; });
-  const Vec3 turned = mix([&](std::size_t k) { return drawable.normal_to_world[k] * normal; });
+  s.object = open.position;
+  s.object_normal = open.normal;
+  s.position = mix([&](std::size_t k) { return Vec3(drawable.to_world[k] * Vec4(point(k).position, 1.0f)); });
+  s.position_p = mix([&](std::size_t k) { return Mat3(drawable.to_world[k]) * point(k).by_u; });
+  s.position_q = mix([&](std::size_t k) { return Mat3(drawable.to_world[k]) * point(k).by_v; });
+  const Vec3 turned = mix([&](std::size_t k) { return drawable.normal_to_world[k] * point(k).normal; });
   const float length2 = glm::dot(turned, turned);
   s.normal = length2 > 1e-30f && std::isfinite(length2) ? turned / std::sqrt(length2) : Vec3(0, 0, 1);
   s.geometric_normal = s.normal;
-  s.raster = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(object, 1.0f); });
-  s.raster_p = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(by_u, 0.0f); });
-  s.raster_q = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(by_v, 0.0f); });
+  s.raster = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(point(k).position, 1.0f); });
+  s.raster_p = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(point(k).by_u, 0.0f); });
+  s.raster_q = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(point(k).by_v, 0.0f); });
 }
 
 ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting, const shaders::Lights& lights,
@@ -153,22 +179,26 @@ ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting
   const Vector3<float> color = shaders::run_surface_stages<float>(
       program, patch.u(parameters.x), patch.v(parameters.y), as_stage(surface.object), as_stage(surface.object_normal),
       surface.raster.z, record);
+  using Which = scene::MaterialTexture;
+  const ProcedureTextures textures{frame, patch, parameters, surface, lookups, lane};
+  const bool blends = material.alpha_mode == scene::AlphaMode::kBlend,
+             by_material = program.shading == shaders::ShadingId::kMaterial;
   ShadedPoint out;
   const float side = material.double_sided && glm::dot(surface.normal, view) < 0.0f ? -1.0f : 1.0f;
-  Vec3 normal = surface.normal * side;
+  Vec3 normal = (by_material && !material.unlit ? mapped_normal(textures, material) : surface.normal) * side;
   const float facing = glm::dot(normal, view);
   if (facing < 1e-3f) normal = glm::normalize(normal + view * (1e-3f - facing));
   out.normal = normal;
   out.color = as_glm(color);
-  if (program.shading != shaders::ShadingId::kMaterial) return out;
-  using Which = scene::MaterialTexture;
-  const ProcedureTextures textures{frame, patch, parameters, surface, lookups, lane};
+  shaders::ColorOf<float> texel{1.0f, 1.0f, 1.0f, 1.0f};
+  if (blends || by_material) texel = textures.read(material.base_color_texture, Which::kBaseColor);
+  if (blends) out.alpha = std::clamp(material.base_color.w * texel.a, 0.0f, 1.0f);
+  if (!by_material) return out;
   const auto color_of = [&](const scene::TextureSlot& slot, Which which) {
     const shaders::ColorOf<float> c = textures.read(slot, which);
     return Vec3(c.r, c.g, c.b);
   };
-  const Vec3 base =
-      as_glm(record.color) * Vec3(material.base_color) * color_of(material.base_color_texture, Which::kBaseColor);
+  const Vec3 base = as_glm(record.color) * Vec3(material.base_color) * Vec3(texel.r, texel.g, texel.b);
   if (material.unlit) {
     out.color = base;
     return out;

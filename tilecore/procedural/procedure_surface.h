@@ -20,8 +20,8 @@ shaders::SurfaceProgram surface_program(const scene::FrameGeometry& frame, const
 void fill_procedure(const scene::FrameGeometry& frame, std::uint32_t patch, Vec2 parameters, float t, Surface& surface);
 
 // Texture and shading of a point that fill_procedure made. What it looks up is told as that of lane `lane`. With
-// ShadingId::kMaterial the material's textures of base colour, metalness and roughness, occlusion and emission are read,
-// all of them at (u, v) of the whole procedure, whatever their sets of coordinates.
+// ShadingId::kMaterial the material's textures of base colour, normals, metalness and roughness, occlusion and emission
+// are read, where it blends that of base colour in any case, all of them at (u, v) of the whole procedure, whatever their sets of coordinates.
 ShadedPoint shade_procedure(const scene::FrameGeometry& frame, const Lighting& lighting, const shaders::Lights& lights,
                             const SurfaceLocation& at, const Surface& surface, const Vec3& view,
                             const LookupArrays& lookups, std::size_t lane);

@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "base/round_up.h"
+#include "tilecore/procedural/procedure_layers.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -68,6 +69,12 @@ void SamplingController::draw(const Job& job) {
   waiting_samples_ = 0;
 }
 
+void SamplingController::merge_layers(const scene::FrameGeometry& frame, TileState& state) {
+  if (state.layers.empty()) return;
+  state.drop_hidden_layers();
+  counters_.layers_merged += merge_procedure_layers(frame, state.layers);
+}
+
 void SamplingController::begin_piece(const Job& job, const ParameterCell& first) {
   drawable_ = first.drawable;
   piece_ = first.piece;
@@ -75,10 +82,47 @@ void SamplingController::begin_piece(const Job& job, const ParameterCell& first)
   program_ = {};
   program_.shape = drawable.procedure->shape;
   program_.input = &drawable.procedure->pieces[piece_].input;
+  if (drawable.deforming) program_.close = &drawable.procedure_close->pieces[piece_].input;
   program_.to_raster = drawable.to_raster;
   program_.keys = drawable.moving ? 2 : 1;
   program_.orthographic = job.frame.projection.orthographic;
   program_.divided = !drawable.moving && !job.lens();
+}
+
+std::uint64_t SamplingController::add_steps(const Job& job, const Waiting& waiting) {
+  using Crossing = ProcedureSettings::Crossing;
+  const ParameterCell& cell = job.maps.cells()[waiting.cell];
+  const IntRect& pixels = job.samples.pixels;
+  if (waiting.unseen) {
+    // None of them reaches the tile.
+    counters_.samples_of_ranges += cell.steps.count();
+    counters_.samples_outside_tile += cell.steps.count();
+    return cell.steps.count();
+  }
+  // Of a cell that reaches the tile by its lines alone there is no surface in it.
+  if (!cell.touches(pixels)) return 0;
+  const float step_u = (cell.u1 - cell.u0) / static_cast<float>(cell.steps.u),
+              step_v = (cell.v1 - cell.v0) / static_cast<float>(cell.steps.v);
+  const Crossing crossing = job.maps.settings().crossing;
+  const bool image = cell.image.known();
+  std::uint64_t issued = 0;
+  for (int j = 0; j < cell.steps.v; ++j)
+    for (int i = 0; i < cell.steps.u; ++i) {
+      if (image && !cell.may_reach(i, j, pixels)) continue;
+      bool own = true;
+      if (crossing != Crossing::kEvaluated) {
+        const Vec2 middle = job.maps.middle_of(cell, i, j);
+        own = pixels.contains(static_cast<int>(middle.x), static_cast<int>(middle.y));
+        if (!own) ++(crossing == Crossing::kLost ? counters_.samples_lost : counters_.samples_handed);
+        if (!own && crossing == Crossing::kLost) continue;
+      }
+      footprints_.push_back({&cell, waiting.times, cell.u0 + (static_cast<float>(i) + 0.5f) * step_u,
+                             cell.v0 + (static_cast<float>(j) + 0.5f) * step_v, 0.5f * step_u, 0.5f * step_v});
+      ++(own ? issued : handed_);
+      if (footprints_.size() == kArraySamples) run_batch(job);
+    }
+  if (image) counters_.steps_tested += cell.steps.count();
+  return issued;
 }
 
 void SamplingController::draw_piece(const Job& job, std::span<const Waiting> cells) {
@@ -86,23 +130,7 @@ void SamplingController::draw_piece(const Job& job, std::span<const Waiting> cel
   std::uint64_t issued = 0;
   const std::uint64_t tested = counters_.steps_tested;
   footprints_.clear();
-  for (const Waiting& waiting : cells) {
-    const ParameterCell& cell = job.maps.cells()[waiting.cell];
-    const float step_u = (cell.u1 - cell.u0) / static_cast<float>(cell.steps.u),
-                step_v = (cell.v1 - cell.v0) / static_cast<float>(cell.steps.v);
-    // Of a cell that reaches the tile by its lines alone there is no surface in it.
-    if (!cell.touches(job.samples.pixels)) continue;
-    const bool image = cell.image.known();
-    for (int j = 0; j < cell.steps.v; ++j)
-      for (int i = 0; i < cell.steps.u; ++i) {
-        if (image && !cell.may_reach(i, j, job.samples.pixels)) continue;
-        footprints_.push_back({&cell, waiting.times, cell.u0 + (static_cast<float>(i) + 0.5f) * step_u,
-                               cell.v0 + (static_cast<float>(j) + 0.5f) * step_v, 0.5f * step_u, 0.5f * step_v});
-        ++issued;
-        if (footprints_.size() == kArraySamples) run_batch(job);
-      }
-    if (image) counters_.steps_tested += cell.steps.count();
-  }
+  for (const Waiting& waiting : cells) issued += add_steps(job, waiting);
   run_batch(job);
   counters_.operations += kStepOperations * (counters_.steps_tested - tested);
   counters_.samples += issued;

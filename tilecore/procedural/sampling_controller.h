@@ -31,6 +31,8 @@ namespace tessera::tilecore {
 //   SC2  With interval maps no sample point inside the image of a procedure is left out, but for what one footprint
 //        bends.
 //   SC3  Every sample evaluated is counted once as outside the tile, behind, back-facing, not finite, or scattered.
+//   SC5  Of a surface that blends a sample point has one layer for each time that its ray meets the surface, whatever the
+//        footprints that cover it there.
 //   SC4  A step that is not evaluated would have reached no sample of the tile.
 //
 // Keeps its scratch memory; one instance per thread.
@@ -54,9 +56,18 @@ class SamplingController {
   // Takes a cell of the tile's list, which may touch the tile at some of its times only. True: enough of them wait, call
   // draw(), which draws all that wait.
   [[nodiscard]] bool take(const ParameterMaps& maps, std::uint32_t cell, TimeRange times);
+  // With procedures.lists=ranges: a cell that the tile does not see, to be evaluated in vain.
+  void take_unseen(std::uint32_t cell) { waiting_.push_back({cell, {}, true}); }
   void draw(const Job& job);
+  // With procedures.crossing=handed: samples that draw() got from other tiles since the last call.
+  std::uint64_t take_handed() { return std::exchange(handed_, 0); }
+  // Of one of them: point and half steps, at one motion key.
+  static constexpr std::uint64_t kHandedBytes = 40;
   // With procedures.refill, when all of a tile is drawn.
   void refill_holes(const Job& job);
+
+  // When all of a tile is drawn: makes one layer of those that neighbouring footprints left of one surface.
+  void merge_layers(const scene::FrameGeometry& frame, TileState& state);
 
   // What draw() read since the last call, call by call: of each piece its numbers, then its cells.
   struct CellRead {
@@ -84,6 +95,7 @@ class SamplingController {
   struct Waiting {
     std::uint32_t cell;
     TimeRange times;
+    bool unseen = false;
   };
   // A sample on its way from the array to the tile buffer.
   struct Footprint {
@@ -95,6 +107,8 @@ class SamplingController {
 
   void find_slots(const TileSamples& samples);
   void draw_piece(const Job& job, std::span<const Waiting> cells);
+  // Queues the steps of a cell that may reach the tile; how many of them this tile evaluates.
+  std::uint64_t add_steps(const Job& job, const Waiting& waiting);
   void run_batch(const Job& job);
   // The emulated array's work on tuples of the piece under way that it takes together.
   void count_issued(const Job& job, std::uint64_t issued);
@@ -106,6 +120,8 @@ class SamplingController {
   void scatter_moving(const Job& job, std::size_t k);
   void write(const Job& job, const ParameterCell& cell, std::size_t sample, float z, float u, float v,
              std::uint32_t triangle);
+  // SurfaceLocation::triangle of what a footprint shows: where it blends, a layer's code.
+  std::uint32_t surface_name(const Job& job, const Footprint& f, float det) const;
   bool passes_alpha(const Job& job, const scene::PatchPoint& at, std::size_t sample) const;
   void keep_rest(const Job& job, std::size_t k, std::size_t sample);
 
@@ -121,7 +137,7 @@ class SamplingController {
   void begin_piece(const Job& job, const ParameterCell& first);
 
   std::vector<Waiting> waiting_;
-  std::uint64_t waiting_samples_ = 0;
+  std::uint64_t waiting_samples_ = 0, handed_ = 0;
   std::vector<CellRead> reads_;
   // Samples of a pixel by the sub-pixel they lie in: slot s has slot_sample_[slot_first_[s]] up to slot_first_[s + 1].
   int side_ = 1;

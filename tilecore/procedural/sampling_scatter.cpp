@@ -5,6 +5,7 @@
 
 #include "scene/procedure_patch.h"
 #include "tilecore/procedural/moving_footprint.h"
+#include "tilecore/procedural/procedure_layers.h"
 #include "tilecore/procedural/procedure_surface.h"
 #include "tilecore/procedural/sampling_controller.h"
 #include "tilecore/shading/surface.h"
@@ -25,16 +26,31 @@ void SamplingController::write(const Job& job, const ParameterCell& cell, std::s
   if (z > state.z[s]) return;
   const scene::PatchPoint at = scene::patch_of_piece_point(
       job.frame.drawables[drawable_], cell.piece, std::clamp(u, cell.u0, cell.u1), std::clamp(v, cell.v0, cell.v1));
-  if (z == state.z[s] &&
+  if (z == state.z[s] && !is_layer_code(triangle) &&
       std::tie(at.patch, triangle, at.u, at.v) >= std::tie(state.patch[s], state.triangle[s], state.b1[s], state.b2[s]))
     return;
   if (triangle == SurfaceLocation::kWholePatch && !passes_alpha(job, at, s)) return;
+  if (is_layer_code(triangle)) {
+    if (z == state.z[s]) return;
+    state.add_layer({static_cast<std::uint32_t>(s), at.patch, triangle, z, at.u, at.v, 0.0f, 0.0f});
+    ++counters_.writes;
+    ++counters_.layers;
+    return;
+  }
   state.take_depth(s, z);
   state.patch[s] = at.patch;
   state.triangle[s] = triangle;
   state.b1[s] = at.u;
   state.b2[s] = at.v;
   ++counters_.writes;
+}
+
+std::uint32_t SamplingController::surface_name(const Job& job, const Footprint& f, float det) const {
+  const PosedDrawable& drawable = job.frame.drawables[drawable_];
+  if (drawable.material->alpha_mode != scene::AlphaMode::kBlend ||
+      job.maps.settings().style == ProcedureSettings::Style::kLines)
+    return SurfaceLocation::kWholePatch;
+  return layer_code(drawable.mirrored ? det < 0 : det > 0, f.half_u, f.half_v);
 }
 
 // Drawings have no alpha.
@@ -52,9 +68,11 @@ bool SamplingController::passes_alpha(const Job& job, const scene::PatchPoint& a
 void SamplingController::keep_rest(const Job& job, std::size_t k, std::size_t s) {
   using R = SampleRegisters;
   const auto& open = registers_->at[0];
-  const float w = program_.orthographic ? 1.0f : open[R::kZ][k];
-  job.state.rest_x[s] = open[R::kX][k] / w;
-  job.state.rest_y[s] = open[R::kY][k] / w;
+  const float w = program_.orthographic ? 1.0f : open[R::kZ][k], x = open[R::kX][k] / w, y = open[R::kY][k] / w;
+  const bool layer = job.frame.drawables[drawable_].material->alpha_mode == scene::AlphaMode::kBlend &&
+                     job.maps.settings().style != ProcedureSettings::Style::kLines;
+  (layer ? job.state.layers.back().rest_x : job.state.rest_x[s]) = x;
+  (layer ? job.state.layers.back().rest_y : job.state.rest_y[s]) = y;
 }
 
 // ---- Still surfaces through a pinhole ---------------------------------------------------------------------------
@@ -79,6 +97,7 @@ void SamplingController::scatter_still(const Job& job, std::size_t k) {
   if (!std::isfinite(p.x + p.y + z + p.ax + p.ay + p.bx + p.by)) return void(++counters_.samples_not_finite);
   const PosedDrawable& drawable = job.frame.drawables[drawable_];
   if (faces_away(drawable, p.det)) return void(++counters_.samples_backfacing);
+  const std::uint32_t name = surface_name(job, f, p.det);
 
   // Sub-pixels that the footprint's box touches, inside the tile.
   const IntRect& pixels = job.samples.pixels;
@@ -106,7 +125,7 @@ void SamplingController::scatter_still(const Job& job, std::size_t k) {
         // What the bounds exclude is left to the cell that has it, so that no tile sees more than another would.
         if (bounded && (px < f.cell->x0 || px > f.cell->x1 || py < f.cell->y0 || py > f.cell->y1)) continue;
         write(job, *f.cell, s, z + (z_u * along_u + z_v * along_v), f.u + f.half_u * along_u, f.v + f.half_v * along_v,
-              SurfaceLocation::kWholePatch);
+              name);
       }
     }
 }
@@ -135,7 +154,7 @@ void SamplingController::scatter_points(const Job& job, std::size_t k) {
   const std::size_t pixel = static_cast<std::size_t>(row / side_ * pixels.width() + column / side_) *
                             static_cast<std::size_t>(job.samples.spp);
   for (std::uint32_t n = slot_first_[slot]; n < slot_first_[slot + 1]; ++n)
-    write(job, *f.cell, pixel + slot_sample_[n], z, f.u, f.v, SurfaceLocation::kWholePatch);
+    write(job, *f.cell, pixel + slot_sample_[n], z, f.u, f.v, surface_name(job, f, det));
 }
 
 // ---- Surfaces that move or are out of focus ---------------------------------------------------------------------
@@ -187,7 +206,7 @@ void SamplingController::scatter_moving(const Job& job, std::size_t k) {
       if (faces_away(drawable, p.det) || !p.holds(px, py, along_u, along_v)) continue;
       const std::uint64_t before = counters_.writes;
       write(job, *f.cell, s, depth.z + (depth.z_u * along_u + depth.z_v * along_v), f.u + f.half_u * along_u,
-            f.v + f.half_v * along_v, SurfaceLocation::kWholePatch);
+            f.v + f.half_v * along_v, surface_name(job, f, p.det));
       if (counters_.writes != before) keep_rest(job, k, s);
     }
   }

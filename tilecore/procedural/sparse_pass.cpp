@@ -95,6 +95,7 @@ void run_published_pass(const FrameGeometry& frame, const IntRect& region, const
   ArrayProgram program;
   program.shape = drawable.procedure->shape;
   program.input = &drawable.procedure->pieces[piece_number].input;
+  if (drawable.deforming) program.close = &drawable.procedure_close->pieces[piece_number].input;
   program.to_raster = drawable.to_raster;
   program.keys = drawable.moving ? 2 : 1;
   program.orthographic = frame.projection.orthographic;

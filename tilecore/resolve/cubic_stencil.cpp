@@ -112,7 +112,7 @@ std::optional<unsigned> border_of(const UsableRows& rows, const PatternRows& pat
 }
 
 FillPlan plan_of(Reconstruction kernel, bool packed_weights, const UsableRows& usable, unsigned corner) {
-  const auto pattern = packed_weights && has_table(kernel) ? pattern_of(corner) : std::nullopt;
+  const auto pattern = packed_weights ? pattern_of(kernel, corner) : std::nullopt;
   if (!pattern) return {kernel, std::nullopt};
   const auto border = border_of(usable, PatternRows(corner), kernel_reach(kernel));
   return border ? FillPlan{kernel, pattern, *border} : FillPlan{kernel, std::nullopt};
@@ -154,7 +154,7 @@ BlockMask reconstruct_block(Reconstruction kernel, bool packed_weights, bool cla
   if (!words.any()) return missing;
   bool finite = true;
   // 1. Most blocks lie amid others of their rate.
-  const auto pattern = packed_weights && has_table(kernel) ? pattern_of(words.corner()) : std::nullopt;
+  const auto pattern = packed_weights ? pattern_of(kernel, words.corner()) : std::nullopt;
   const bool interior = pattern && is_interior(words, PatternRows(words.corner()), kernel_reach(kernel));
   if (interior) {
     const Vec4* first = window.first_pixel + kWindowMargin * window.row_stride + kWindowMargin;

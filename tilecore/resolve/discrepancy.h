@@ -20,22 +20,17 @@ enum class DiscrepancyCheck {
 
 struct DiscrepancySettings {
   DiscrepancyCheck check = DiscrepancyCheck::kRendered;
-  float tolerance = 0.05f;  // mean relative difference over the block; of one pixel, kOutlier times as much
+  float tolerance = 0.05f;  // [measured] relative difference of a pixel; at 0.075 a lip of brass is wrong by 0.063
   bool same_frame = true;   // the block's advected pixels are then shaded, too
   int frames = 1;           // for which the neighbourhood is rendered fully; at most 15
 };
-
-inline constexpr float kOutlier = 1.0f;  // [measured] at 1.5 a lip of brass is wrong by 0.063
 
 // Difference of two linear colours between 0 and 1: of the channel that differs most, relative to the brighter colour,
 // with a floor so that black is not infinitely far from nearly black. NaN differs from everything by 1.
 float relative_difference(const Vec4& a, const Vec4& b);
 
-// Sum of that over pixels of a block, in their order, and the largest. Colours are a16[4*y + x] and b[y * b_stride + x].
-struct Differences {
-  float sum = 0, largest = 0;
-};
-Differences differences_of(const Vec4* a16, const Vec4* b, std::ptrdiff_t b_stride, BlockMask pixels);
+// The largest of that over pixels of a block. Colours are a16[4*y + x] and b[y * b_stride + x].
+float largest_difference(const Vec4* a16, const Vec4* b, std::ptrdiff_t b_stride, BlockMask pixels);
 
 // [assumed] linear light below which differences count less; a tenth of a white diffuse surface.
 inline constexpr float kDifferenceFloor = 0.1f;

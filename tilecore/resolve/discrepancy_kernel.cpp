@@ -36,15 +36,13 @@ HWY_INLINE float difference_of(const Vec4& a, const Vec4& b) {
 
 #endif
 
-Differences DifferencesOf(const Vec4* a16, const Vec4* b, std::ptrdiff_t b_stride, BlockMask pixels) {
-  Differences differences;
+float LargestDifference(const Vec4* a16, const Vec4* b, std::ptrdiff_t b_stride, BlockMask pixels) {
+  float largest = 0.0f;
   for (unsigned left = pixels; left != 0; left &= left - 1) {
     const int p = std::countr_zero(left);
-    const float here = difference_of(a16[p], b[(p >> 2) * b_stride + (p & 3)]);
-    differences.sum += here;
-    differences.largest = std::max(differences.largest, here);
+    largest = std::max(largest, difference_of(a16[p], b[(p >> 2) * b_stride + (p & 3)]));
   }
-  return differences;
+  return largest;
 }
 
 }  // namespace tessera::tilecore::HWY_NAMESPACE
@@ -53,10 +51,10 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace tessera::tilecore {
 
-HWY_EXPORT(DifferencesOf);
+HWY_EXPORT(LargestDifference);
 
-Differences differences_of(const Vec4* a16, const Vec4* b, std::ptrdiff_t b_stride, BlockMask pixels) {
-  return HWY_DYNAMIC_DISPATCH(DifferencesOf)(a16, b, b_stride, pixels);
+float largest_difference(const Vec4* a16, const Vec4* b, std::ptrdiff_t b_stride, BlockMask pixels) {
+  return HWY_DYNAMIC_DISPATCH(LargestDifference)(a16, b, b_stride, pixels);
 }
 
 }  // namespace tessera::tilecore

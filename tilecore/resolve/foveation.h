@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <string>
 
 #include "base/vec.h"
 
@@ -10,6 +11,8 @@ namespace tessera::tilecore {
 struct FoveationSettings {
   double r0 = 0, r1 = 0;                // pixels; r0 = 0: off
   double focus_x = 0.5, focus_y = 0.5;  // of the frame
+  // Where it moves: a file of times and places, or a node that it follows; one of them at most.
+  std::string focus_track, focus_node;
 
   bool on() const { return r0 > 0; }
 };
@@ -22,9 +25,10 @@ struct Foveation {
   float r0 = 0, r1 = 0;  // pixels; r0 <= r1
 
   Foveation() = default;
-  Foveation(const FoveationSettings& settings, int width, int height)
+  // `focus_of_frame`: in widths and heights of the frame.
+  Foveation(const FoveationSettings& settings, DVec2 focus_of_frame, int width, int height)
       : on(settings.on()),
-        focus(static_cast<float>(settings.focus_x * width), static_cast<float>(settings.focus_y * height)),
+        focus(static_cast<float>(focus_of_frame.x * width), static_cast<float>(focus_of_frame.y * height)),
         r0(static_cast<float>(settings.r0)),
         r1(static_cast<float>(settings.r1)) {}
 

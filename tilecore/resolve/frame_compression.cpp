@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/check.h"
+#include "tilecore/resolve/bit_stream.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -96,34 +97,6 @@ CodedChannel shortest_code(std::span<const std::uint16_t> pixels, const BlockSha
   }
   return best;
 }
-
-// Bits of a stream, lowest first.
-class BitWriter {
- public:
-  explicit BitWriter(std::span<std::uint8_t> bytes) : bytes_(bytes) {}
-  void write(std::uint32_t value, std::size_t bits) {
-    for (std::size_t b = 0; b < bits; ++b, ++at_)
-      bytes_[at_ / 8] = static_cast<std::uint8_t>(bytes_[at_ / 8] | (value >> b & 1u) << (at_ % 8));
-  }
-
- private:
-  std::span<std::uint8_t> bytes_;
-  std::size_t at_ = 0;
-};
-
-class BitReader {
- public:
-  explicit BitReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
-  std::uint32_t read(std::size_t bits) {
-    std::uint32_t value = 0;
-    for (std::size_t b = 0; b < bits; ++b, ++at_) value |= (bytes_[at_ / 8] >> (at_ % 8) & 1u) << b;
-    return value;
-  }
-
- private:
-  std::span<const std::uint8_t> bytes_;
-  std::size_t at_ = 0;
-};
 
 // Calls visit(pixel) for the pixels of a 4x4 group, row by row, but for the block's first.
 template <class Visit>
@@ -246,6 +219,21 @@ std::uint16_t half_bits(float value) {
                                               std::bit_cast<std::uint32_t>(0.5f)));
   const std::uint32_t rebased = magnitude - (112u << 23);
   return static_cast<std::uint16_t>(sign | (rebased + 0xfff + (rebased >> 13 & 1)) >> 13);
+}
+
+void as_halves(std::span<const Vec4> colors, Vec4* out) {
+  const float* const in = &colors.data()->x;
+  float* const to = &out->x;
+  // half_bits() without its branches, and back.
+  for (std::size_t i = 0; i < 4 * colors.size(); ++i) {
+    const auto bits = std::bit_cast<std::uint32_t>(in[i]);
+    const std::uint32_t sign = bits & 0x80000000u, magnitude = bits & 0x7fffffffu;
+    const std::uint32_t normal = (magnitude + 0xfff + (magnitude >> 13 & 1)) & ~0x1fffu,
+                        small = std::bit_cast<std::uint32_t>((std::bit_cast<float>(magnitude) + 0.5f) - 0.5f),
+                        large = magnitude > 0x7f800000u ? 0x7fc00000u | (magnitude & ~0x1fffu) : 0x7f800000u;
+    const std::uint32_t rounded = magnitude < 0x38800000u ? small : magnitude >= 0x477ff000u ? large : normal;
+    to[i] = std::bit_cast<float>(sign | rounded);
+  }
 }
 
 }  // namespace tessera::tilecore

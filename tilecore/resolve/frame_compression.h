@@ -94,6 +94,9 @@ constexpr std::size_t block_header_bytes(std::size_t blocks, std::size_t burst_b
 // IEEE 754 binary16 bits of a float, rounded to nearest, ties to even; beyond 65519 infinity; NaN stays NaN, quiet.
 std::uint16_t half_bits(float value);
 
+// What the halves of colours stand for: as_halves() of x has the half_bits() of x.
+void as_halves(std::span<const Vec4> colors, Vec4* out);
+
 // One pixel of the finished frame.
 inline std::array<std::uint16_t, 4> half_bits(const Vec4& color) {
   return {half_bits(color.x), half_bits(color.y), half_bits(color.z), half_bits(color.w)};

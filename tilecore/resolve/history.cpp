@@ -16,13 +16,14 @@ namespace {
 
 // Head of a file; the arrays follow in the order in which History declares them.
 struct Head {
-  std::array<char, 8> magic{'T', 'S', 'R', 'H', 'I', 'S', 'T', '3'};
+  std::array<char, 8> magic{'T', 'S', 'R', 'H', 'I', 'S', 'T', '4'};
   std::int32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
   std::int64_t frame = 0;
   std::array<Vec2, 9> camera{};
   std::uint64_t camera_known = 0;
+  std::uint64_t payloads = 0, cells = 0;
 };
-static_assert(sizeof(Head) == 112);
+static_assert(sizeof(Head) == 128);
 
 template <class T>
 void append(std::string& bytes, const std::vector<T>& values) {
@@ -48,6 +49,7 @@ History::History(IntRect region_in) : region(region_in) {
   memory.assign(blocks, 0);
   reject.assign(blocks, 0);
   contrast.assign(blocks, 0);
+  stay.assign(blocks, kUnknown);
 }
 
 bool History::rejected_around(int x, int y) const {
@@ -65,6 +67,7 @@ std::string History::bytes() const {
   head.x0 = region.x0, head.y0 = region.y0, head.x1 = region.x1, head.y1 = region.y1;
   head.frame = frame;
   head.camera = camera.pixels, head.camera_known = camera.known ? 1 : 0;
+  head.payloads = payload.size(), head.cells = cells.size();
   std::string bytes(reinterpret_cast<const char*>(&head), sizeof head);
   append(bytes, color);
   append(bytes, depth);
@@ -72,6 +75,9 @@ std::string History::bytes() const {
   append(bytes, memory);
   append(bytes, reject);
   append(bytes, contrast);
+  append(bytes, stay);
+  append(bytes, payload);
+  append(bytes, cells);
   return bytes;
 }
 
@@ -98,13 +104,18 @@ History History::restore(const std::filesystem::path& file, std::uint64_t max_pi
   // The file must be as long as its head says, before memory is taken for it.
   const auto columns = static_cast<std::uint64_t>((region.x1 + 3) / 4 - region.x0 / 4),
              rows = static_cast<std::uint64_t>((region.y1 + 3) / 4 - region.y0 / 4);
-  const std::uint64_t expected =
-      sizeof head + pixels * (sizeof(Vec4) + sizeof(float) + sizeof(std::uint32_t)) + columns * rows * 3;
+  // Neither are smaller than a block.
+  if (head.payloads > columns * rows || head.cells > columns * rows)
+    throw InputError(file.string(), "byte 112", "there are more sizes than blocks");
+  const std::uint64_t expected = sizeof head + pixels * (sizeof(Vec4) + sizeof(float) + sizeof(std::uint32_t)) +
+                                 columns * rows * 4 + (head.payloads + head.cells) * sizeof(std::uint16_t);
   if (std::filesystem::file_size(file) != expected)
     throw InputError(file.string(),
                      fmt::format("byte {}", std::min<std::uint64_t>(expected, std::filesystem::file_size(file))),
                      fmt::format("{} bytes are expected", expected));
   History out(region);
+  out.payload.resize(head.payloads);
+  out.cells.resize(head.cells);
   out.frame = head.frame;
   out.camera = {head.camera_known != 0, head.camera};
   extract(in, out.color);
@@ -113,6 +124,9 @@ History History::restore(const std::filesystem::path& file, std::uint64_t max_pi
   extract(in, out.memory);
   extract(in, out.reject);
   extract(in, out.contrast);
+  extract(in, out.stay);
+  extract(in, out.payload);
+  extract(in, out.cells);
   if (!in) throw InputError(file.string(), "", "cannot be read to its end");
   return out;
 }

@@ -27,17 +27,21 @@ struct CameraMotion {
 //
 // The emulated machine keeps `color` as the frame buffer, in its format, and beside it what is where: for each block a
 // surface and its plane; where a block sees several surfaces, or one that is not plane enough, a record of each pixel as
-// well. `depth` is what these records say. The emulator keeps single precision, so that a colour that is copied from frame to frame is the one that
-// was shaded.
+// well (packed_records.h). `depth` is what these records say. What is read between pixels is `rounded`; a pixel that is
+// copied has the same code either way, and the emulator keeps the colour that was shaded.
+//
+// There are two frame buffers, with their records: one is read while the other is written. `stay` says of which blocks
+// the machine knows the signature, and whether what lies in the other buffer is the same (kept_blocks.h).
 struct History {
   static constexpr std::uint64_t kSurfaceBytes = 8;  // depth and surface of a pixel
   // Of a block: a surface, 1/z, its gradient in 24 bits each, and which of the pixels were reconstructed.
   static constexpr std::uint64_t kPlaneBytes = 16;
   static constexpr std::uint64_t kPixelRecordsBytes = 16 * kSurfaceBytes;
-  static constexpr std::uint64_t kBlockBytes = 1;       // regime, frames of rejects, whether pixels have records
-  static constexpr std::uint64_t kContrastBytes = 1;    // of a block
-  static constexpr float kPlaneError = 1.0f / 4096;     // share of its depth by which a plane may miss a pixel
-  static constexpr std::uint8_t kRecordPerPixel = 128;  // in `memory`
+  // Regime, whether anything is seen, and frames of rejects, or of a block without any `stay`.
+  static constexpr std::uint64_t kBlockBytes = 1;
+  static constexpr std::uint64_t kContrastBytes = 1;  // of a block
+  static constexpr float kPlaneError = 1.0f / 4096;   // share of its depth by which a plane may miss a pixel
+  static constexpr std::uint8_t kRecordPerPixel = 128, kNothingSeen = 64;  // in `memory`
 
   IntRect region;
   std::int64_t frame = kNone;  // that it was filled by
@@ -47,9 +51,17 @@ struct History {
   std::vector<std::uint32_t> surface;  // as PixelSurfaces::surface
 
   CameraMotion camera;                 // since the frame before; unknown after the first
-  std::vector<std::uint8_t> memory;    // per block: BlockDecision::memory(), and kRecordPerPixel
+  std::vector<std::uint8_t> memory;    // per block: BlockDecision::memory(), kRecordPerPixel, kNothingSeen
   std::vector<std::uint8_t> reject;    // per block: frames for which nothing is advected here
   std::vector<std::uint8_t> contrast;  // per block: block_contrast.h
+  enum Stay : std::uint8_t { kUnknown, kSigned, kSettled };  // kSettled: signed, and as in the frame before
+  std::vector<std::uint8_t> stay;                            // per block
+  // What blocks of the compressed frame buffer (stored_block()) and cells of packed records take; empty: they are none.
+  std::vector<std::uint16_t> payload, cells;
+
+  // `color` as the frame buffer has it; empty: it is the same. Follows from `color`, and is not saved.
+  std::vector<Vec4> rounded;
+  const Vec4* between_pixels() const { return rounded.empty() ? color.data() : rounded.data(); }
 
   static constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::min();
 
@@ -67,6 +79,9 @@ struct History {
   }
   // Whether a block around (x, y), or that itself, is rejected.
   bool rejected_around(int x, int y) const;
+
+  // Whether block `b` is known to see nothing.
+  bool empty_block(std::size_t b) const { return (memory[b] & kNothingSeen) != 0; }
 
   // Everything, in the host's byte order; as a file, whole or not at all. Throws WriteError.
   std::string bytes() const;

@@ -53,8 +53,9 @@ MotionField::Motion MotionField::motion_of(const FrameGeometry& now, const Frame
   const PosedDrawable &a = now.drawables[d], &b = then.drawables[d];
   Motion motion;
   // Along a curve: where the surface was at shutter open is not where its segment began.
-  const bool rigid =
-      !a.curved && !b.curved && !a.deforming && !b.deforming && same_values(a.positions[0], b.positions[0]);
+  const bool rigid = !a.curved && !b.curved && !a.deforming && !b.deforming &&
+                     same_values(a.positions[0], b.positions[0]) &&
+                     (a.procedure == b.procedure || scene::same_shape(*a.procedure, *b.procedure));
   if (!rigid) {
     motion.kind = Kind::kDeforming;
     return motion;
@@ -86,10 +87,14 @@ MotionField::MotionField(const FrameGeometry& now, const FrameGeometry& then)
     const PosedDrawable &a = now.drawables[d], &b = then.drawables[d];
     motion.same_shading = (same_values(a.normals[0], b.normals[0]) && same_values(a.tangents[0], b.tangents[0])) ||
                           !same_values(a.positions[0], b.positions[0]);
+    if (a.procedure != b.procedure && !scene::same_look(*a.procedure, *b.procedure)) motion.same_shading = false;
     if (!changed.empty() && std::find(changed.begin(), changed.end(), capture_material(now, a)) != changed.end())
       motion.same_shading = false;
     all_still_ = all_still_ && motions_.back().kind == Kind::kStill;
   }
+  const auto rests = [&](const scene::View& view) { return view.world_to_camera == then.views[0].world_to_camera; };
+  camera_rests_ = same_projection(now.projection, then.projection) && rests(now.views[0]) && rests(now.views[1]) &&
+                  rests(then.views[1]);
   lights_ = LightReach(now, then);
   const double interval = std::abs(now.request.open_time - then.request.open_time);
   if (interval > 0) shutter_ = static_cast<float>((now.request.close_time - now.request.open_time) / interval);

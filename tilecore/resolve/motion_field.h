@@ -35,6 +35,8 @@ class MotionField {
 
   Kind kind(std::uint32_t drawable) const { return motions_[drawable].kind; }
   bool all_still() const { return all_still_; }
+  // What lies behind everything is seen through every sample as it was.
+  bool camera_rests() const { return camera_rests_; }
   // False: values of its material are animated and differ, or its vertices stay where they are and their normals or
   // tangents do not. Where vertices move as well, their normals turn with them; what a colour taken over then gets wrong
   // is for the discrepancy check to find.
@@ -95,7 +97,7 @@ class MotionField {
   std::vector<Motion> motions_;
   float shutter_ = 0;
   LightReach lights_;
-  bool all_still_ = true, orthographic_ = false;
+  bool all_still_ = true, camera_rests_ = false, orthographic_ = false;
 };
 
 }  // namespace tessera::tilecore

@@ -5,8 +5,8 @@
 namespace tessera::tilecore {
 
 std::optional<Stencil> table_stencil(Reconstruction kernel, BlockMask pattern, unsigned border, int pixel) {
-  const auto mirrored = pattern_of(corner_of(pattern));
-  if (!has_table(kernel) || !mirrored) return std::nullopt;
+  const auto mirrored = pattern_of(kernel, corner_of(pattern));
+  if (!mirrored) return std::nullopt;
   const StencilIndexEntry entry = mirrored_entry(kernel, border, *mirrored, pixel);
   if (entry.stencil == kNoStencil) return std::nullopt;
   return stencil_of(entry);

@@ -14,6 +14,8 @@ bool above(float speed, float threshold, float hysteresis, bool known, bool was_
   return was_above ? speed > threshold * (1.0f - hysteresis) : speed > threshold * (1.0f + hysteresis);
 }
 
+int next_rate(int samples, bool may_be_12) { return samples == 8 && may_be_12 ? 12 : samples < 8 ? 8 : 16; }
+
 BlockDecision by_motion(const RateSettings& settings, const BlockEvidence& block) {
   const BlockDecision full{block.edge && settings.supersampling ? 32 : 16, false};
   const bool copies = settings.advect_still_edges && block.still;
@@ -21,17 +23,19 @@ BlockDecision by_motion(const RateSettings& settings, const BlockEvidence& block
   if (!block.velocity_usable) return full;
   const SpeedThresholds& t = settings.thresholds;
   const std::uint8_t last = block.last_samples;
-  const bool known = last == 1 || last == 4 || last == 8 || last == 16;
+  const bool known = last == 1 || last == 4 || last == 8 || last == 12 || last == 16;
   const bool slow = known && last == 1 ? block.speed < t.still * (1.0f + t.hysteresis)
                                        : block.speed < t.still * (known ? 1.0f - t.hysteresis : 1.0f);
-  if (slow && block.advection_allowed) return {8, true};
+  if (slow && block.advection_allowed) return {16 - settings.advected, true};
   if (block.edge || block.cut) return full;
   const float speed = std::min(block.speed, block.blurred_speed);
   int samples = above(speed, t.fast2, t.hysteresis, known, last == 4)                ? 4
                 : above(speed, t.fast1, t.hysteresis, known, last == 4 || last == 8) ? 8
                                                                                      : 16;
+  if (samples == 16 && t.fast0 > 0 && above(speed, t.fast0, t.hysteresis, known, last == 4 || last == 8 || last == 12))
+    samples = 12;
   if (settings.pattern_error > 0)
-    while (predicted_error(samples, block.contrast) > settings.pattern_error) samples *= 2;
+    while (predicted_error(samples, block.contrast) > settings.pattern_error) samples = next_rate(samples, t.fast0 > 0);
   return {samples, false};
 }
 

@@ -16,6 +16,8 @@ struct SpeedThresholds {
   float hysteresis = 0.05f;
   // By how much the camera's motion must change from one frame to the next to be a cut. 0: nothing is.
   float cut = 16.0f;  // [assumed]
+  // From here to `fast1` three quarters are rendered. 0: nowhere.
+  float fast0 = 0.0f;
 };
 
 // What is known of a block of 4x4 pixels before anything of it is shaded.
@@ -40,13 +42,15 @@ struct RateSettings {
   SpeedThresholds thresholds;
   bool supersampling = false;  // 32 on edges
   bool advect_still_edges = true, advect_outlines = true;
-  float blur = 0.0f;  // pixels from which on; 0: never
+  float blur = 0.0f;      // pixels from which on; 0: never
+  int supersampled = 32;  // half pixels of 32 that are rendered: 16, 24 or 32; the others are reconstructed
+  int advected = 8;       // pixels of 16 that slow blocks take over: 4, 8 or 12; the others are rendered
   // Of displayed values between 0 and 1, that reconstruction may be predicted to have in a block; 0: it does not matter.
   float pattern_error = 0.008f;  // [measured] docs/resolve.md
 };
 
 struct BlockDecision {
-  int samples = 16;      // 4, 8, 16 or 32 of 4x4 pixels; 32: the two halves of each pixel apart
+  int samples = 16;      // 4, 8, 12, 16 or 32 of 4x4 pixels; 32: the two halves of each pixel apart
   bool advect = false;   // pixels that are not rendered come from the history, else from their neighbours
   bool blurred = false;  // samples of all its pixels share invocations, by shading cell
   // What BlockEvidence::last_samples wants to know next time.
@@ -58,14 +62,15 @@ struct BlockDecision {
 //   edge, blurred                         -> 16, by shading cell
 //   edge                                  -> 16
 //   velocity unknown                      -> 16
-//   speed < still, advection allowed      -> 8, and 8 advected
+//   speed < still, advection allowed      -> 8, and 8 advected (or 4 and 12, 12 and 4)
 //   first frame after a cut               -> 16
 //   speed > fast2                         -> 4
 //   speed > fast1                         -> 8
+//   speed > fast0                         -> 12
 //   else                                  -> 16
 // where a speed above `still` counts only as far as the frame's own shutter blurs the block (blurred_speed): what is sharp
-// although it came far shows its pattern. 4 is 8, and 8 is 16, where the contrast says that stencils would miss more
-// than pattern_error;
+// although it came far shows its pattern. 4 is 8, 8 is 16 (with fast0 12 first), and 12 is 16, where the contrast says
+// that stencils would miss more than pattern_error;
 // then the smaller one of that and what foveation allows. Deviation: a block of which every sample is at rest may be
 // advected although it has an edge, since what is copied is what would be shaded, bit for bit (advect_still_edges); and
 // one in which several surfaces meet, since a pixel only takes over what its own surface showed, and those that see two

@@ -19,23 +19,25 @@ float ResolveUnit::contrast_before(const History& history, Block& block) {
             top = pixels.y0 - static_cast<int>(std::floor(motion.y + 0.5f));
   const IntRect there = history.region.intersect({left, top, left + pixels.width(), top + pixels.height()});
   if (there.x0 >= there.x1 || there.y0 >= there.y1) return contrast_of(kUnknownContrast);
-  const auto column = [&](int x) { return x / 4 - history.region.x0 / 4; };
-  const auto row = [&](int y) { return y / 4 - history.region.y0 / 4; };
-  const IntRect blocks{column(there.x0), row(there.y0), column(there.x1 - 1) + 1, row(there.y1 - 1) + 1};
+  const IntRect blocks = HistoryMemory::blocks_of(there);
   contrast_rects_.push_back(blocks);
   for (int y = blocks.y0; y < blocks.y1; ++y)
     for (int x = blocks.x0; x < blocks.x1; ++x)
-      block.last_contrast =
-          std::max(block.last_contrast, history.contrast[static_cast<std::size_t>(y * history.block_columns() + x)]);
+      block.last_contrast = std::max(block.last_contrast, history.contrast[history.block(4 * x, 4 * y)]);
   return contrast_of(block.last_contrast);
 }
 
 void ResolveUnit::keep_contrast(ResolveFrame& resolve) {
   if (!reads_contrast(resolve.settings)) return;
   History& next = *resolve.next;
+  const History* then = resolve.previous.history;
   for (const Block& block : blocks_) {
     std::uint8_t& kept = next.contrast[next.block(block.pixels.x0, block.pixels.y0)];
     kept = kUnknownContrast;
+    if (block.rests()) {  // what a kept block leaves, and what others at rest leave, is the same
+      kept = then->contrast[then->block(block.pixels.x0, block.pixels.y0)];
+      continue;
+    }
     if (!block.leaves_contrast || block.exists != kFullBlock) continue;
     const MeasuredContrast measured =
         measure_contrast(&colors_[surfaces_.index(block.pixels.x0, block.pixels.y0)], surfaces_.pixels.width(),
@@ -47,31 +49,31 @@ void ResolveUnit::keep_contrast(ResolveFrame& resolve) {
   }
 }
 
-// Its bytes lie behind the records of pixels, in squares of 8x8 blocks: what a tile of 32x32 pixels writes is a burst.
-void ResolveUnit::charge_contrast(const ResolveFrame& resolve, Memory memory) {
-  constexpr auto kUnit = memory::Unit::kResolve;
-  constexpr auto kPurpose = memory::Purpose::kHistory;
-  const History& next = *resolve.next;
-  constexpr int kSide = 8;
-  const std::uint64_t first = next.memory.size() * (History::kPlaneBytes + History::kPixelRecordsBytes);
-  const IntRect squares{0, 0, (next.block_columns() + kSide - 1) / kSide, (next.block_rows() + kSide - 1) / kSide};
-  const std::uint64_t bytes = kSide * kSide * History::kContrastBytes;
-  const auto squares_of = [](const IntRect& blocks) {
-    return IntRect{blocks.x0 / kSide, blocks.y0 / kSide, (blocks.x1 - 1) / kSide + 1, (blocks.y1 - 1) / kSide + 1};
-  };
-  for (IntRect& rect : contrast_rects_) rect = squares_of(rect);
-  if (resolve.previous.history != nullptr) {
-    touched_.start({squares, bytes, first}, memory.burst_bytes, contrast_rects_);
-    touched_.read(ledger_, kUnit, kPurpose);
-  }
-  const IntRect& tile = surfaces_.pixels;
-  const int x0 = next.region.x0 / 4, y0 = next.region.y0 / 4;
-  const IntRect written =
-      squares_of({tile.x0 / 4 - x0, tile.y0 / 4 - y0, (tile.x1 + 3) / 4 - x0, (tile.y1 + 3) / 4 - y0});
-  for (int y = written.y0; y < written.y1; ++y)
-    for (int x = written.x0; x < written.x1; ++x)
-      ledger_.write_at(kUnit, kPurpose, first + squares.index(x, y) * bytes,
-                       std::min<std::uint64_t>(bytes, blocks_.size() * History::kContrastBytes), memory.burst_bytes);
+// What of a square is all kept is neither read nor written; what is at rest in another is read before that is written.
+void ResolveUnit::charge_contrast(const HistoryMemory& places, const Memory& memory, bool by_lines) {
+  constexpr int kSide = HistoryMemory::kContrastSide;
+  const IntRect& tile = kept_.blocks;
+  written_contrast_.clear();
+  for (int y = tile.y0 / kSide * kSide; y < tile.y1; y += kSide)
+    for (int x = tile.x0 / kSide * kSide; x < tile.x1; x += kSide) {
+      const IntRect blocks = tile.intersect({x, y, x + kSide, y + kSide});
+      if (kept_.all(blocks)) continue;
+      written_contrast_.push_back(blocks);
+      if (any_rests(blocks)) contrast_rects_.push_back(blocks);
+    }
+  touched_.start(by_lines ? memory.line_bytes : memory.burst_bytes);
+  for (const IntRect& blocks : contrast_rects_) places.touch_contrast(blocks, touched_);
+  history_counters_.state_bytes += read_touched(memory, by_lines, 0);
+  touched_.start(memory.burst_bytes);
+  for (const IntRect& blocks : written_contrast_) places.touch_contrast(blocks, touched_);
+  history_counters_.states_written += write_touched(memory);
+}
+
+bool ResolveUnit::any_rests(const IntRect& blocks) const {
+  for (int y = blocks.y0; y < blocks.y1; ++y)
+    for (int x = blocks.x0; x < blocks.x1; ++x)
+      if (blocks_[kept_.blocks.index(x, y)].rests()) return true;
+  return false;
 }
 
 }  // namespace tessera::tilecore

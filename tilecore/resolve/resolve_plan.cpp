@@ -1,11 +1,14 @@
 // First half of the resolve unit: what is decided before anything is shaded.
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
 
+#include "tilecore/pixel_runs.h"
 #include "tilecore/resolve/block_contrast.h"
 #include "tilecore/resolve/block_pixels.h"
+#include "tilecore/resolve/joint_decision.h"
 #include "tilecore/resolve/resolve_unit.h"
 #include "tilecore/resolve/tile_border.h"
 
@@ -20,6 +23,10 @@ int ceiling(float v) {
 
 // Of four channels, for the distance of a pixel's samples from where they rest [by hand].
 constexpr std::uint64_t kBlurOperations = 4;
+
+std::uint32_t dither_number(const ResolveFrame& resolve) {
+  return resolve.settings.dither.order != DitherOrder::kOff ? resolve.number : 0;
+}
 
 float in_24_bits(float v) { return std::bit_cast<float>(std::bit_cast<std::uint32_t>(v) & 0xffffff00u); }
 
@@ -36,9 +43,13 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& 
   runs_.assign(surfaces_.depth.size(), 1);
   colors_.resize(surfaces_.depth.size());
   records_.resize(surfaces_.depth.size());
-  fetched_.clear(), eye_fetched_.clear(), contrast_rects_.clear();
+  fetched_.clear(), eye_fetched_.clear(), looked_at_.clear(), eye_looked_at_.clear(), contrast_rects_.clear();
   vertex_bytes_ = 0;
+  fills_.clear();
+  assembly_ = frame.assembly;
+  half_pattern_ = half_pattern(resolve.settings.rates.supersampled, dither_number(resolve));
   blocks_.clear();
+  const bool jointly = resolve.settings.block != 4 && resolve.settings.desampling == Desampling::kAdaptive;
   const IntRect& tile = surfaces_.pixels;
   for (int y = tile.y0 & ~3; y < tile.y1; y += 4)
     for (int x = tile.x0 & ~3; x < tile.x1; x += 4) {
@@ -46,9 +57,10 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& 
       block.pixels = tile.intersect({x, y, x + 4, y + 4});
       record(frame.projection.orthographic, block);
       decide(resolve, block);
-      fetch_ahead(resolve, block);
+      if (!jointly) fetch_ahead(resolve, block);
       blocks_.push_back(block);
     }
+  if (jointly) decide_jointly(resolve);
   // Once all velocities of the tile are there.
   for (Block& block : blocks_) plan_block(resolve, block);
   for (VelocityBuffer* velocity : {&velocity_, &eye_velocity_}) {
@@ -221,6 +233,7 @@ void ResolveUnit::record(bool orthographic, Block& block) {
   }
   if (!(worst <= History::kPlaneError)) return;  // nor where nothing opaque is seen
   block.plane = true;
+  block.plane_value = value[0], block.plane_by_x = by_x, block.plane_by_y = by_y;
   for (std::size_t i = 0; i < 16; ++i)
     records_[first + i / 4 * stride + i % 4] = orthographic ? plane[i] : 1.0f / plane[i];
 }
@@ -248,17 +261,20 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   block.still = block.still && resolve.previous.motion != nullptr;
   if (block.seen == 0) return;
   if (settings.desampling != Desampling::kAdaptive) {
-    block.decision = {settings.desampling == Desampling::kFixed4 ? 4 : 8, false};
+    block.decision = {settings.desampling == Desampling::kFixed4    ? 4
+                      : settings.desampling == Desampling::kFixed12 ? 12
+                                                                    : 8,
+                      false};
     if (resolve.auxiliary) velocity_.evaluate(block.pixels, settings.block_speed, false);
     return;
   }
-  BlockEvidence evidence;
+  BlockEvidence& evidence = block.evidence;
   evidence.still = block.still;
   evidence.cut = resolve.cut;
   const History* history = resolve.previous.history;
   if (history != nullptr && reads_blocks(settings))
-    evidence.last_samples =
-        history->memory[history->block(block.pixels.x0, block.pixels.y0)] & ~History::kRecordPerPixel;
+    evidence.last_samples = history->memory[history->block(block.pixels.x0, block.pixels.y0)] &
+                            ~(History::kRecordPerPixel | History::kNothingSeen);
   if (history != nullptr && advects(settings)) {
     const bool rejected = history->rejected_around(block.pixels.x0, block.pixels.y0);
     counters_.blocks_distrusted += rejected;
@@ -266,10 +282,7 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   }
   // Where all is still edges do not decide.
   const bool copies = block.still && evidence.advection_allowed && settings.rates.advect_still_edges;
-  if (!copies || resolve.auxiliary) {
-    block.outline = is_outline(settings, block);
-    block.edge = is_edge(resolve, block);
-  }
+  if (!copies || resolve.auxiliary) find_edge(resolve, block);
   evidence.edge = block.edge && !copies;
   if (evidence.edge && settings.rates.blur > 0 && state_->keeps_rest) {
     evidence.blur = blur_of(block);
@@ -289,7 +302,8 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
       block.left_by_blur = left_by_blur(std::min(motion.speed, evidence.blurred_speed) * shutter);
     }
     if (reads_contrast(settings) && !evidence.edge) {
-      const float least = 0.5f * settings.rates.thresholds.fast1;  // what is slower will hardly be fast in a frame
+      const SpeedThresholds& t = settings.rates.thresholds;
+      const float least = 0.5f * (t.fast0 > 0 ? t.fast0 : t.fast1);  // what is slower will hardly be fast in a frame
       block.leaves_contrast = !motion.usable || motion.speed >= least;
       if (motion.usable && motion.speed >= least && history != nullptr)
         evidence.contrast = contrast_before(*history, block) * block.left_by_blur;
@@ -298,6 +312,50 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   const Vec2 middle(static_cast<float>(block.pixels.x0 & ~3) + 2.0f, static_cast<float>(block.pixels.y0 & ~3) + 2.0f);
   evidence.max_samples = resolve.foveation.max_samples(middle);
   counters_.blocks_foveated += evidence.max_samples < 16 ? 1 : 0;
+  if (settings.block == 4) settle(resolve, block, evidence, nearest);
+  block.nearest = nearest;
+}
+
+void ResolveUnit::find_edge(const ResolveFrame& resolve, Block& block) {
+  block.outline = is_outline(resolve.settings, block);
+  block.edge = is_edge(resolve, block);
+  block.edge_known = true;
+}
+
+// One decision for all blocks of 4x4 in a larger one, as far as the tile has them.
+void ResolveUnit::decide_jointly(const ResolveFrame& resolve) {
+  const int side = resolve.settings.block;
+  const IntRect& tile = surfaces_.pixels;
+  for (int y = tile.y0 & -side; y < tile.y1; y += side)
+    for (int x = tile.x0 & -side; x < tile.x1; x += side) {
+      parts_.clear();
+      for (const IntRect whole{x, y, x + side, y + side}; Block & block : blocks_)
+        if (block.seen != 0 && block.pixels.intersect(whole) == block.pixels) parts_.push_back(&block);
+      if (!parts_.empty()) settle_jointly(resolve);
+    }
+  for (const Block& block : blocks_) fetch_ahead(resolve, block);
+}
+
+void ResolveUnit::settle_jointly(const ResolveFrame& resolve) {
+  const ResolveSettings& settings = resolve.settings;
+  const bool still = std::all_of(parts_.begin(), parts_.end(), [](const Block* b) { return b->evidence.still; });
+  std::array<BlockEvidence, 16> evidence;
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    Block& part = *parts_[p];
+    // What would have been copied may now be reconstructed: its edges count.
+    if (!still && part.evidence.still && part.evidence.advection_allowed && settings.rates.advect_still_edges) {
+      if (!part.edge_known) find_edge(resolve, part);
+      part.evidence.edge = part.edge;
+      part.evidence.outline = part.outline && settings.rates.advect_outlines;
+    }
+    evidence[p] = part.evidence;
+  }
+  const BlockEvidence all = join(std::span(evidence).first(parts_.size()), settings.block_speed);
+  for (Block* part : parts_) settle(resolve, *part, all, part->nearest);
+}
+
+void ResolveUnit::settle(const ResolveFrame& resolve, Block& block, const BlockEvidence& evidence, float nearest) {
+  const ResolveSettings& settings = resolve.settings;
   block.decision = select_rate(settings.rates, evidence);
   if (evidence.contrast > 0 && !block.decision.advect) {
     BlockEvidence plain = evidence;
@@ -326,7 +384,7 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
     block.rendered = block.exists;
     return;
   }
-  const std::uint32_t number = settings.dither.order != DitherOrder::kOff ? resolve.number : 0;
+  const std::uint32_t number = dither_number(resolve);
   const int rate = std::min(16, block.decision.samples);
   BlockMask pattern = settings.desampling == Desampling::kCheckerboard
                           ? checkerboard_mask(number)
@@ -358,6 +416,9 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
     case 8:
       ++counters_.blocks_rate_8;
       break;
+    case 12:
+      ++counters_.blocks_rate_12;
+      break;
     case 32:
       ++counters_.blocks_rate_32;
       break;
@@ -368,17 +429,18 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
   counters_.blocks_advected += block.decision.advect;
   counters_.blocks_edge += block.edge && !block.decision.advect;
   if (block.rendered == block.exists && block.decision.samples != 32 && !block.blurred) return;  // runs are 1 already
-  const std::uint8_t groups = block.blurred ? kRunsByCell : block.decision.samples == 32 ? 2 : 1;
+  const std::uint8_t groups = block.blurred ? kByCell : block.decision.samples == 32 ? kHalvesApart : kTogether;
   if (block.exists == kFullBlock) {
     for (int j = 0; j < 4; ++j) {
       const std::uint32_t runs = row_bytes(block.rendered >> (4 * j) & 15u) * groups;
       std::memcpy(&runs_[surfaces_.index(block.pixels.x0, block.pixels.y0 + j)], &runs, sizeof runs);
     }
-    return;
+  } else {
+    for_each_pixel(block.pixels, [&](int x, int y) {
+      runs_[surfaces_.index(x, y)] = (block.rendered & block_bit(x, y)) != 0 ? groups : std::uint8_t{kSkipped};
+    });
   }
-  for_each_pixel(block.pixels, [&](int x, int y) {
-    runs_[surfaces_.index(x, y)] = (block.rendered & block_bit(x, y)) != 0 ? groups : 0;
-  });
+  if (block.decision.samples == 32 && half_pattern_ != kAllHalves) plan_halves(block);
 }
 
 BlockMask ResolveUnit::reconstructible(const ResolveSettings& settings, const Block& block, BlockMask missing) const {
@@ -408,7 +470,7 @@ BlockMask ResolveUnit::advect_plain(const ResolveFrame& resolve, const Block& bl
         wanted = static_cast<BlockMask>(wanted & ~block_bit(x, y));
     });
   const History& history = block.from_other_eye ? *resolve.other_eye.history : *resolve.previous.history;
-  const HistoryView view{history.color.data(), history.depth.data(), history.surface.data(), history.region,
+  const HistoryView view{history.between_pixels(), history.depth.data(), history.surface.data(), history.region,
                          history.region.width()};
   const BlockOfPixels pixels{block.pixels.x0,
                              block.pixels.y0,
@@ -419,7 +481,10 @@ BlockMask ResolveUnit::advect_plain(const ResolveFrame& resolve, const Block& bl
                              surfaces_.pixels.width()};
   const PlainAdvection plain = advect_plain_pixels(pixels, wanted, view, {settings.depth_tolerance, block.slope}, out,
                                                    out_stride, advection_work_);
-  if (plain.taken != 0) (block.from_other_eye ? eye_fetched_ : fetched_).push_back(plain.texels);
+  if (plain.taken != 0) {
+    (block.from_other_eye ? eye_fetched_ : fetched_).push_back(plain.texels);
+    (block.from_other_eye ? eye_looked_at_ : looked_at_).push_back(plain.texels);
+  }
   return plain.taken;
 }
 
@@ -461,30 +526,32 @@ void ResolveUnit::copy_still(const ResolveFrame& resolve, Block& block, BlockMas
   block.advected = kept_pixels(*resolve.previous.history, block, missing, colors);
   const auto lost = static_cast<BlockMask>(missing & ~block.advected);
   block.rendered = static_cast<BlockMask>(block.rendered | lost);
+  block.copied = true, block.lost = lost;
   counters_.advections_disoccluded += pixel_count(lost);
   if (block.advected == 0) return;
   for_each_pixel(block.pixels, [&](int x, int y) {
     if ((block.advected & block_bit(x, y)) != 0) colors_[surfaces_.index(x, y)] = colors[4 * (y & 3) + (x & 3)];
   });
-  fetched_.push_back(block.pixels);
 }
 
 bool ResolveUnit::advect(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, int x, int y,
                          Vec4& out, bool count) {
   const std::size_t pixel = surfaces_.index(x, y);
   const History& history = block.from_other_eye ? *resolve.other_eye.history : *resolve.previous.history;
-  const HistoryView view{history.color.data(), history.depth.data(), history.surface.data(), history.region,
+  const HistoryView view{history.between_pixels(), history.depth.data(), history.surface.data(), history.region,
                          history.region.width()};
   const AdvectedPixel result =
       advect_pixel(x, y, velocity.then_depth()[pixel], surfaces_.surface[pixel], view, velocity.view(block.pixels),
                    resolve.settings.advection, block.slope, advection_work_);
-  // What was looked at was read, whatever it showed.
+  // What was looked at was read, whatever it showed; colours only where records agree.
   if (result.outcome != Advection::kUnusableVelocity && result.outcome != Advection::kOutsideFrame) {
     const Vec2 v = velocity.velocity()[pixel];
     const int left = x - ceiling(v.x), top = y - ceiling(v.y),
               ring = resolve.settings.advection.fetch == Fetch::kBicubic ? 1 : 0;
-    (block.from_other_eye ? eye_fetched_ : fetched_)
-        .push_back(history.region.intersect({left - ring, top - ring, left + 2 + ring, top + 2 + ring}));
+    const IntRect texels = history.region.intersect({left - ring, top - ring, left + 2 + ring, top + 2 + ring});
+    (block.from_other_eye ? eye_looked_at_ : looked_at_).push_back(texels);
+    if (result.outcome == Advection::kTaken || result.outcome == Advection::kNonFinite)
+      (block.from_other_eye ? eye_fetched_ : fetched_).push_back(texels);
   }
   if (result.outcome == Advection::kTaken &&
       (!block.from_other_eye || velocity.then_depth()[pixel] > resolve.other_eye_depth)) {

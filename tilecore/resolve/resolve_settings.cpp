@@ -1,5 +1,7 @@
 #include "tilecore/resolve/resolve_settings.h"
 
+#include <string>
+
 #include "base/error.h"
 
 namespace tessera::tilecore {
@@ -10,7 +12,7 @@ Keys<ResolveSettings> rate_keys() {
   keys.add(Keys<ResolveSettings>{
       {"resolve.desampling", &ResolveSettings::desampling,
        "Which pixels are shaded: all; by motion, edges and history; half or a quarter of every block; half, "
-       "alternating, filled from four neighbours. "
+       "alternating, filled from four neighbours; three quarters of every block. "
        "The others are advected or reconstructed."},
   });
   keys.add(&ResolveSettings::rates,
@@ -19,6 +21,8 @@ Keys<ResolveSettings> rate_keys() {
                Keys<SpeedThresholds>{
                    {"resolve.k_stat", &SpeedThresholds::still, "pixels/frame", 0, 64,
                     "Blocks slower than this take half of their pixels from the previous frame."},
+                   {"resolve.k_fast0", &SpeedThresholds::fast0, "pixels/frame", 0, 1e6,
+                    "Blocks faster than this are shaded at 12 of 16 pixels; 0: none are."},
                    {"resolve.k_fast1", &SpeedThresholds::fast1, "pixels/frame", 0, 1e6,
                     "Blocks faster than this are shaded at 8 of 16 pixels."},
                    {"resolve.k_fast2", &SpeedThresholds::fast2, "pixels/frame", 0, 1e6,
@@ -36,6 +40,9 @@ Keys<ResolveSettings> rate_keys() {
                 "that stencils would be wrong by more than this, of displayed values between 0 and 1; 0: nowhere."},
            });
   keys.add(Keys<ResolveSettings>{
+      {"resolve.block", &ResolveSettings::block, "pixels", 4, 16,
+       "Side of the blocks that decisions are made for: 4, 8 or 16. Patterns, records and stencils are those of 4x4 "
+       "pixels; one edge in a block shades all of it."},
       {"resolve.block_speed", &ResolveSettings::block_speed,
        "Which of its pixels' speeds a block goes by; max does not overlook a small fast object."},
   });
@@ -68,6 +75,11 @@ Keys<ResolveSettings> rate_keys() {
           {"resolve.advect_outlines", &RateSettings::advect_outlines,
            "Slow blocks in which several surfaces meet may be advected: pixels that see one of them take over what "
            "it showed, the others are shaded."},
+          {"resolve.advected_pixels", &RateSettings::advected, "of 16 pixels", 4, 12,
+           "Of slow blocks so many pixels come from the previous frame, the others are shaded: 4, 8 or 12."},
+          {"resolve.supersampled_groups", &RateSettings::supersampled, "of 32", 16, 32,
+           "With resolve.supersampling: so many of a block's 32 half pixels are shaded, 16, 24 or 32; stencils of half "
+           "pixels make the others from those of their surface."},
       });
   return keys;
 }
@@ -116,8 +128,16 @@ Keys<ResolveSettings> pixel_keys() {
       {"resolve.stencil_clamp", &ResolveSettings::clamp_to_range,
        "Reconstructed pixels stay within the range of the pixels that they are made from."},
       {"resolve.history_records", &ResolveSettings::records,
-       "How depth and surface of pixels are kept for the next frame: by block of 4x4 where that sees one plane, or by "
-       "pixel. Bytes alone differ."},
+       "How depth and surface of pixels are kept for the next frame: by block of 4x4 where that sees one plane, packed "
+       "without loss or not, or by pixel. Bytes alone differ."},
+      {"resolve.history_colors", &ResolveSettings::colors,
+       "Which colours of the previous frame are read: the frame buffer's, or those that were shaded, kept apart in "
+       "single precision, 16 bytes a pixel."},
+      {"resolve.history_l2", &ResolveSettings::history_l2,
+       "What is read of the previous frame goes through the L2, so that what tiles share is fetched once."},
+      {"resolve.keep_blocks", &ResolveSettings::keep_blocks,
+       "Blocks that have the signature of the frame before are neither read nor written where the frame buffer holds "
+       "them already; not with frame_buffer.transaction_elimination, whose signatures are of whole tiles."},
       {"resolve.stencil_reach", &ResolveSettings::reach,
        "Whether stencils stop at the tile's border, or read neighbouring tiles in a second pass."},
       {"resolve.border_lines", &ResolveSettings::border_lines,
@@ -134,8 +154,25 @@ Keys<ResolveSettings> pixel_keys() {
            "Foveation: blocks farther than this get at most 4; at least foveation_r0."},
           {"resolve.focus_x", &FoveationSettings::focus_x, "frame widths", 0, 1, "Where the eye looks, from the left."},
           {"resolve.focus_y", &FoveationSettings::focus_y, "frame heights", 0, 1, "Where the eye looks, from the top."},
+          {"resolve.focus_track", &FoveationSettings::focus_track,
+           "A CSV file of an eye that moves: seconds, frame widths, frame heights in each line, times increasing; "
+           "straight from one to the next. Not set: focus_x and focus_y."},
+          {"resolve.focus_node", &FoveationSettings::focus_node,
+           "Name of a node that the eye follows: where its origin is in the middle of the shutter; focus_x and focus_y "
+           "where that is behind the camera."},
       });
   return keys;
+}
+
+// A focus that moves steers foveation alone.
+void check_focus(const ResolveSettings& settings) {
+  const FoveationSettings& eye = settings.foveation;
+  if (eye.focus_track.empty() && eye.focus_node.empty()) return;
+  if (!eye.focus_track.empty() && !eye.focus_node.empty())
+    throw UsageError("resolve.focus_track and resolve.focus_node: an eye follows one of them");
+  if (!eye.on() || settings.desampling != Desampling::kAdaptive)
+    throw UsageError(std::string(eye.focus_track.empty() ? "resolve.focus_node" : "resolve.focus_track") +
+                     " steers foveation, which is off: set resolve.desampling=adaptive and resolve.foveation_r0");
 }
 
 }  // namespace
@@ -148,6 +185,13 @@ void check_resolve(const ResolveSettings& settings) {
     throw UsageError("resolve.k_stat, resolve.k_fast1 and resolve.k_fast2 must not fall in this order");
   if (settings.foveation.on() && settings.foveation.r1 < settings.foveation.r0)
     throw UsageError("resolve.foveation_r1 must be at least resolve.foveation_r0");
+  if (speeds.fast0 > 0 && (speeds.fast0 < speeds.still || speeds.fast0 > speeds.fast1))
+    throw UsageError("resolve.k_fast0 must lie between resolve.k_stat and resolve.k_fast1, or be 0");
+  if (settings.rates.advected % 4 != 0) throw UsageError("resolve.advected_pixels must be 4, 8 or 12");
+  if (settings.rates.supersampled % 8 != 0) throw UsageError("resolve.supersampled_groups must be 16, 24 or 32");
+  if (settings.block != 4 && settings.block != 8 && settings.block != 16)
+    throw UsageError("resolve.block must be 4, 8 or 16");
+  check_focus(settings);
 }
 
 }  // namespace tessera::tilecore

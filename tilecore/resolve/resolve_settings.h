@@ -21,6 +21,7 @@ enum class Desampling {
   kFixed8,        // half of every block, edges included: a yardstick
   kFixed4,        // a quarter of every block
   kCheckerboard,  // half, alternating, filled from the four neighbours whatever they show: the usual baseline
+  kFixed12,       // three quarters of every block
 };
 
 // What beside the Laplacian of depth makes an edge.
@@ -38,14 +39,23 @@ enum class StencilReach { kTile, kNeighbours };
 
 // How the machine keeps depth and surface of pixels for the next frame; images are the same.
 enum class HistoryRecords {
-  kBlock,  // by block where that sees one plane, else by pixel as well
-  kPixel,  // 8 bytes a pixel
+  kPacked,  // as kBlock, in cells of 16 blocks, each with a lossless code
+  kBlock,   // by block where that sees one plane, else by pixel as well
+  kPixel,   // 8 bytes a pixel
 };
+
+// Which colours of the previous frame are read.
+enum class HistoryColors {
+  kFrameBuffer,  // its finished pixels, in the frame buffer's format and as it lies in memory
+  kApart,        // as they were shaded, single precision, kept beside it: 16 bytes a pixel are written again
+};
+inline constexpr std::uint64_t kApartColorBytes = 16;
 
 // Keys resolve.*.
 struct ResolveSettings {
   Desampling desampling = Desampling::kOff;
   RateSettings rates;
+  int block = 4;  // side of what a decision is made for, in pixels: 4, 8 or 16 (joint_decision.h)
   BlockSpeed block_speed = BlockSpeed::kMean;
   EdgeSettings edges;
   double edge_angle = 15;  // [measured] 20 saves 0.3 % more of `stroll`, at equal PSNR
@@ -60,7 +70,10 @@ struct ResolveSettings {
   StencilReach reach = StencilReach::kTile;
   bool border_lines = true;  // with kTile: lines of samples go on to the tile's border (tile_border.h)
   FoveationSettings foveation;
-  HistoryRecords records = HistoryRecords::kBlock;
+  HistoryRecords records = HistoryRecords::kPacked;
+  HistoryColors colors = HistoryColors::kFrameBuffer;
+  bool keep_blocks = true;  // [measured] docs/resolve.md: never more bytes
+  bool history_l2 = true;   // [measured] likewise
 };
 Keys<ResolveSettings> resolve_keys();
 
@@ -85,15 +98,18 @@ constexpr bool reads_blocks(const ResolveSettings& s) {
 namespace tessera {
 
 template <>
-inline constexpr auto kEnumWords<tilecore::Desampling> = std::to_array<std::string_view>({"off", "adaptive", "fixed_8",
-                                                                                          "fixed_4", "checkerboard"});
+inline constexpr auto kEnumWords<tilecore::Desampling> =
+    std::to_array<std::string_view>({"off", "adaptive", "fixed_8", "fixed_4", "checkerboard", "fixed_12"});
 template <>
 inline constexpr auto kEnumWords<tilecore::EdgeEvidence> = std::to_array<std::string_view>({"surface", "patch",
                                                                                             "depth"});
 template <>
 inline constexpr auto kEnumWords<tilecore::StencilWeights> = std::to_array<std::string_view>({"packed", "float"});
 template <>
-inline constexpr auto kEnumWords<tilecore::HistoryRecords> = std::to_array<std::string_view>({"block", "pixel"});
+inline constexpr auto kEnumWords<tilecore::HistoryRecords> = std::to_array<std::string_view>({"packed", "block",
+                                                                                              "pixel"});
+template <>
+inline constexpr auto kEnumWords<tilecore::HistoryColors> = std::to_array<std::string_view>({"frame_buffer", "apart"});
 template <>
 inline constexpr auto kEnumWords<tilecore::StencilReach> = std::to_array<std::string_view>({"tile", "neighbours"});
 

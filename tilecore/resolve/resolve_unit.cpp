@@ -8,6 +8,7 @@
 #include "tilecore/resolve/block_pixels.h"
 #include "tilecore/resolve/checkerboard.h"
 #include "tilecore/resolve/cubic_weights.h"
+#include "tilecore/resolve/frame_compression.h"
 #include "tilecore/resolve/multisample_resolve.h"
 
 namespace tessera::tilecore {
@@ -59,12 +60,15 @@ bool ResolveUnit::check(ResolveFrame& resolve, std::span<const Vec3> color, std:
   bool again = false;
   for (Block& block : blocks_) {
     average_samples(block, block.rendered, color, coverage);
+    if (block.half_made != 0) fill_halves(block, color, coverage);
     const std::size_t b = next.block(block.pixels.x0, block.pixels.y0);
-    next.memory[b] = static_cast<std::uint8_t>(block.decision.memory() | (block.plane ? 0 : History::kRecordPerPixel));
+    next.memory[b] = static_cast<std::uint8_t>(block.decision.memory() | (block.plane ? 0 : History::kRecordPerPixel) |
+                                               (block.seen == 0 ? History::kNothingSeen : 0));
     const std::uint8_t before = previous != nullptr ? previous->reject[b] : std::uint8_t{0};
     next.reject[b] = before > 0 ? static_cast<std::uint8_t>(before - 1) : std::uint8_t{0};
     if (block.advected == 0 || block.from_other_eye || !is_discrepant(resolve, block)) continue;
     ++counters_.blocks_discrepant;
+    block.discrepant = true;
     next.reject[b] = static_cast<std::uint8_t>(settings.frames);
     if (!settings.same_frame) continue;
     if (!again) runs_again_.assign(runs_.size(), 0);
@@ -83,7 +87,7 @@ void ResolveUnit::shade_again(Block& block) {
 }
 
 bool ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage,
-                           Memory memory, FrameTargets& targets) {
+                           const Memory& memory, FrameTargets& targets) {
   History& next = *resolve.next;
   const IntRect& tile = surfaces_.pixels;
   for (const Block& block : blocks_)
@@ -107,10 +111,13 @@ bool ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
       reconstruct(resolve, block, {colors_.data(), records_.data(), surfaces_.surface.data(), tile});
     }
   }
+  find_kept_blocks(resolve, memory, open);
   for (int y = tile.y0; y < tile.y1; ++y) {
     const Vec4* row = &colors_[surfaces_.index(tile.x0, y)];
-    const std::size_t bytes = static_cast<std::size_t>(tile.width()) * sizeof(Vec4);
+    const auto pixels = static_cast<std::size_t>(tile.width());
+    const std::size_t bytes = pixels * sizeof(Vec4);
     std::memcpy(&next.color[next.pixel(tile.x0, y)].x, row, bytes);
+    if (!next.rounded.empty()) as_halves({row, pixels}, &next.rounded[next.pixel(tile.x0, y)]);
     std::memcpy(targets.color.at(tile.x0 - targets.region.x0, y - targets.region.y0).data(), row, bytes);
   }
   keep_contrast(resolve);
@@ -154,7 +161,7 @@ void ResolveUnit::keep_records(ResolveFrame& resolve) const {
     std::copy_n(&surfaces_.surface[from], n, &next.surface[to]);
   }
   for (const Block& block : blocks_) {
-    const BlockMask marked = block.blurred ? block.exists : block.reconstructed;
+    const BlockMask marked = block.marked();
     if (marked == 0) continue;
     for_each_pixel(block.pixels, [&](int x, int y) {
       float& depth = next.depth[next.pixel(x, y)];
@@ -206,9 +213,7 @@ bool ResolveUnit::is_discrepant(const ResolveFrame& resolve, const Block& block)
     for_each_pixel(block.pixels, [&](int x, int y) { cut[4 * (y & 3) + (x & 3)] = colors_[surfaces_.index(x, y)]; });
     rendered = cut, stride = 4;
   }
-  const Differences differences = differences_of(there, rendered, stride, taken);
-  return differences.sum > settings.tolerance * static_cast<float>(pixel_count(taken)) ||
-         differences.largest > kOutlier * settings.tolerance;
+  return largest_difference(there, rendered, stride, taken) > settings.tolerance;
 }
 
 // What advection would have given for `wanted`, which are rendered; returns those for which it gives anything.
@@ -306,7 +311,7 @@ void ResolveUnit::reconstruct(ResolveFrame& resolve, const Block& block, const R
   counters_.stencil_taps += std::exchange(reconstruction_work_.taps, 0);
 }
 
-void ResolveUnit::finish_deferred(ResolveFrame& resolve, IntRect tile, Memory memory, FrameTargets& targets) {
+void ResolveUnit::finish_deferred(ResolveFrame& resolve, IntRect tile, const Memory& memory, FrameTargets& targets) {
   History& next = *resolve.next;
   for (int by = tile.y0 & ~3; by < tile.y1; by += 4)
     for (int bx = tile.x0 & ~3; bx < tile.x1; bx += 4) {
@@ -323,6 +328,7 @@ void ResolveUnit::finish_deferred(ResolveFrame& resolve, IntRect tile, Memory me
       for_each_pixel(block.pixels, [&](int x, int y) {
         Vec4& color = next.color[next.pixel(x, y)];
         color = memory.coder.stored(color);
+        if (!next.rounded.empty()) as_halves({&color, 1}, &next.rounded[next.pixel(x, y)]);
         std::memcpy(targets.color.at(x - targets.region.x0, y - targets.region.y0).data(), &color, sizeof(Vec4));
       });
       // Colours and records of the window are read again, the block is written again.
@@ -352,89 +358,6 @@ void ResolveUnit::write_auxiliary(const ResolveFrame& resolve, FrameTargets& tar
       targets.velocity.at(tx, ty)[1] = v.y;
     });
   }
-}
-
-// ---- Traffic ----------------------------------------------------------------------------------------------------
-
-// Fills block_rects_ with the blocks that rectangles of a history's pixels lie in: all, or those whose pixels have records.
-void ResolveUnit::find_blocks(const History& history, std::span<const IntRect> fetched, bool per_pixel) {
-  block_rects_.clear();
-  const auto column_of = [&](int x) { return x / 4 - history.region.x0 / 4; };
-  const auto row_of = [&](int y) { return y / 4 - history.region.y0 / 4; };
-  for (const IntRect& rect : fetched) {
-    const IntRect blocks{column_of(rect.x0), row_of(rect.y0), column_of(rect.x1 - 1) + 1, row_of(rect.y1 - 1) + 1};
-    if (!per_pixel) {
-      block_rects_.push_back(blocks);
-      continue;
-    }
-    for (int y = blocks.y0; y < blocks.y1; ++y)
-      for (int x = blocks.x0; x < blocks.x1; ++x)
-        if ((history.memory[static_cast<std::size_t>(y * history.block_columns() + x)] & History::kRecordPerPixel) != 0)
-          block_rects_.push_back({x, y, x + 1, y + 1});
-  }
-}
-
-void ResolveUnit::charge_history(const History& history, std::span<const IntRect> fetched, HistoryRecords records,
-                                 Memory memory) {
-  constexpr auto kUnit = memory::Unit::kResolve;
-  constexpr auto kPurpose = memory::Purpose::kHistory;
-  const IntRect& region = history.region;
-  touched_.start({region, memory.coder.pixel_bytes()}, memory.burst_bytes, fetched);
-  touched_.read(ledger_, kUnit, kPurpose);
-  if (records == HistoryRecords::kPixel) {
-    touched_.start({region, History::kSurfaceBytes}, memory.burst_bytes, fetched);
-    touched_.read(ledger_, kUnit, kPurpose);
-    return;
-  }
-  const IntRect blocks{0, 0, history.block_columns(), history.block_rows()};
-  for (const bool per_pixel : {false, true}) {
-    find_blocks(history, fetched, per_pixel);
-    touched_.start({blocks, per_pixel ? History::kPixelRecordsBytes : History::kPlaneBytes,
-                    per_pixel ? history.memory.size() * History::kPlaneBytes : 0},
-                   memory.burst_bytes, block_rects_);
-    touched_.read(ledger_, kUnit, kPurpose);
-  }
-}
-
-void ResolveUnit::charge_records(const History& next, HistoryRecords records, Memory memory) {
-  constexpr auto kUnit = memory::Unit::kResolve;
-  constexpr auto kPurpose = memory::Purpose::kHistory;
-  if (records == HistoryRecords::kPixel) {
-    RectTransfer{surfaces_.pixels, next.region, History::kSurfaceBytes, memory.burst_bytes}.write(ledger_, kPurpose);
-    return;
-  }
-  const std::uint64_t planes = next.memory.size() * History::kPlaneBytes;
-  for (std::size_t first = 0, end = 0; first < blocks_.size(); first = end) {
-    const int y = blocks_[first].pixels.y0;
-    while (end < blocks_.size() && blocks_[end].pixels.y0 == y) ++end;
-    ledger_.write_at(kUnit, kPurpose, next.block(blocks_[first].pixels.x0, y) * History::kPlaneBytes,
-                     (end - first) * History::kPlaneBytes, memory.burst_bytes);
-  }
-  for (const Block& block : blocks_)
-    if (!block.plane)
-      ledger_.write_at(kUnit, kPurpose,
-                       planes + next.block(block.pixels.x0, block.pixels.y0) * History::kPixelRecordsBytes,
-                       History::kPixelRecordsBytes, memory.burst_bytes);
-}
-
-void ResolveUnit::charge(const ResolveFrame& resolve, Memory memory) {
-  const std::uint64_t burst_bytes = memory.burst_bytes;
-  using memory::Purpose;
-  using memory::Unit;
-  const HistoryRecords how = resolve.settings.records;
-  if (!fetched_.empty()) charge_history(*resolve.previous.history, fetched_, how, memory);
-  if (!eye_fetched_.empty()) charge_history(*resolve.other_eye.history, eye_fetched_, how, memory);
-  ledger_.read(Unit::kResolve, Purpose::kHistory, memory::burst_bytes(0, vertex_bytes_, burst_bytes));
-  if (resolve.keeps_records)
-    charge_records(*resolve.next, how, memory);
-  else if (resolve.settings.reach == StencilReach::kNeighbours)  // for the second pass
-    RectTransfer{surfaces_.pixels, resolve.next->region, History::kSurfaceBytes, burst_bytes}.write(
-        ledger_, Purpose::kNeighbours);
-  if (reads_contrast(resolve.settings)) charge_contrast(resolve, memory);
-  if (!reads_blocks(resolve.settings)) return;
-  const std::uint64_t block_bytes = memory::burst_bytes(0, blocks_.size() * History::kBlockBytes, burst_bytes);
-  if (resolve.previous.history != nullptr) ledger_.read(Unit::kResolve, Purpose::kHistory, block_bytes);
-  ledger_.write(Unit::kResolve, Purpose::kHistory, block_bytes);
 }
 
 }  // namespace tessera::tilecore

@@ -13,7 +13,10 @@
 #include "tilecore/frame_targets.h"
 #include "tilecore/resolve/crease_detector.h"
 #include "tilecore/resolve/frame_format.h"
+#include "tilecore/resolve/half_pixel_stencil.h"
 #include "tilecore/resolve/history.h"
+#include "tilecore/resolve/history_memory.h"
+#include "tilecore/resolve/kept_blocks.h"
 #include "tilecore/resolve/motion_field.h"
 #include "tilecore/resolve/pixel_surfaces.h"
 #include "tilecore/resolve/resolve_settings.h"
@@ -25,9 +28,10 @@
 namespace tessera::tilecore {
 
 struct DesamplingCounters {
-  std::uint64_t blocks_rate_4 = 0, blocks_rate_8 = 0, blocks_rate_16 = 0, blocks_rate_32 = 0;
+  std::uint64_t blocks_rate_4 = 0, blocks_rate_8 = 0, blocks_rate_12 = 0, blocks_rate_16 = 0, blocks_rate_32 = 0;
   std::uint64_t blocks_advected = 0, blocks_empty = 0, blocks_edge = 0, blocks_distrusted = 0, blocks_discrepant = 0,
                 blocks_deferred = 0, blocks_foveated = 0, blocks_creased = 0, blocks_blurred = 0;
+  std::uint64_t half_pixels_reconstructed = 0;
   std::uint64_t pixels_advected = 0, pixels_reconstructed = 0, pixels_forced = 0, pixels_shaded_again = 0;
   std::uint64_t advections_outside = 0, advections_disoccluded = 0, advections_unusable = 0;
   std::uint64_t velocity_evaluations = 0, velocity_operations = 0, stencil_taps = 0, light_tests = 0;
@@ -51,11 +55,13 @@ struct ResolveFrame {
   AdvectionSource other_eye;  // stereo: the left eye's finished frame
   float other_eye_depth = 0;  // both eyes must see a point farther than this
   bool keeps_records = true;  // the next frame's advection, or the right eye, will want depth and surface of each pixel
+  bool keeps_blocks = false;  // what stays as it is is neither read nor written
   bool cut = false;           // the camera's motion is another than in the frame before
   bool auxiliary = false;     // images show velocities and edges that nothing needs; not counted
   CreaseDetector creases;
   History* next = nullptr;
-  std::vector<std::uint8_t> origin;  // per pixel of the region: PixelOrigin
+  std::vector<std::uint8_t> origin;   // per pixel of the region: PixelOrigin
+  std::vector<std::uint8_t> written;  // per block of the region: colours of this frame were, and may be again
   std::vector<std::uint8_t>
       deferred;  // per block of the region: to be filled in the second pass; 1, or 2 when it has an edge
 };
@@ -77,21 +83,19 @@ enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed, kByC
 //        samples see what they would see and share invocations by shading cell.
 //   RU4  A pixel that sees nothing is never skipped: it costs no pixel-shader invocation.
 //   RU5  A pixel that neither advection nor a rendered pixel of its surface in the block can give is shaded.
-//   RU6  What the history keeps of a pixel is what the image shows. Nothing is kept, or charged, that nobody reads.
-//   RU7  A reconstructed pixel, or one shaded by cell, is never taken over: the history marks it.
+//   RU6  What the history keeps of a pixel is what the image shows. Nothing is kept, or charged, that nobody reads. A
+//        block that stays as it is is neither read nor written, and the image is the same.
+//   RU7  A reconstructed pixel, or one shaded by cell, is never taken over: the history marks it. One of which half was
+//        shaded may be.
 class ResolveUnit {
  public:
-  // How traffic is charged, and pixels lie in memory.
-  struct Memory {
-    std::uint64_t burst_bytes;
-    PixelCoder coder;
-  };
+  // How traffic is charged, and what it keeps lies in memory.
+  using Memory = HistoryStorage;
 
   void plan(const ResolveFrame& resolve, const scene::FrameGeometry& frame, const TileSamples& samples,
             TileState& state);
 
-  // Of the tile planned last: how many groups of its samples the shader takes each pixel of the tile for. 0: it is
-  // skipped; kRunsByCell.
+  // Of the tile planned last: what the shader takes of each pixel, as PixelRuns.
   std::span<const std::uint8_t> runs() const { return runs_; }
 
   // `color` and `coverage`: spp values per pixel; those of pixels with runs() == 0 are not read. True: what was taken over
@@ -100,16 +104,21 @@ class ResolveUnit {
   std::span<const std::uint8_t> runs_again() const { return runs_again_; }
 
   // The image of `targets` is then ready for the TileStore. True: finish_deferred() has pixels left to fill.
-  bool complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage, Memory memory,
-                FrameTargets& targets);
+  bool complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage,
+                const Memory& memory, FrameTargets& targets);
+  // Of the tile completed last.
+  const KeptBlocks& kept() const { return kept_; }
+  // Since the last call: lines of the L2 that were asked for, from 0 on in a memory of their own.
+  std::vector<std::uint32_t> take_lines() { return std::exchange(lines_, {}); }
 
   // The TileStore changed the image of the tile completed last: so does the history.
   void keep_stored(ResolveFrame& resolve, const FrameTargets& targets) const;
 
   // Second pass over a tile; no other tile may still be incomplete.
-  void finish_deferred(ResolveFrame& resolve, IntRect tile, Memory memory, FrameTargets& targets);
+  void finish_deferred(ResolveFrame& resolve, IntRect tile, const Memory& memory, FrameTargets& targets);
 
   DesamplingCounters take_counters() { return std::exchange(counters_, {}); }
+  HistoryCounters take_history_counters() { return std::exchange(history_counters_, {}); }
   std::uint64_t take_pixels_shaded() { return std::exchange(pixels_shaded_, 0); }
   memory::Ledger take_ledger() { return std::exchange(ledger_, {}); }
   // Until take_ledger(), every transfer also goes to `log`.
@@ -119,22 +128,39 @@ class ResolveUnit {
  private:
   struct Block {
     IntRect pixels;
+    BlockEvidence evidence;
     BlockDecision decision;
     BlockMask rendered = 0, advected = 0, reconstructed = 0;
-    BlockMask again = 0;             // advected at first
+    BlockMask again = 0;      // advected at first
+    BlockMask half_made = 0;  // half of which is reconstructed: fills_[first_fill] on
+    std::size_t first_fill = 0, fills = 0;
     BlockMask exists = 0, seen = 0;  // inside the tile; showing anything
     bool uniform = false;            // all pixels show the same surfaces
-    bool edge = false, outline = false, creased = false, blurred = false, still = false, same_shading = false,
-         from_other_eye = false;
+    bool edge_known = false, edge = false, outline = false, creased = false, blurred = false, still = false,
+         same_shading = false, from_other_eye = false;
     bool plane = false;  // a record of the whole block says where its pixels are
-    float slope = 0;     // of DepthTolerance
     bool leaves_contrast = false;
     std::uint8_t last_contrast = 0;  // as the frame before has it in its place
     float left_by_blur = 1;          // of contrast, by this frame's shutter
+    float plane_value = 0, plane_by_x = 0, plane_by_y = 0;
+    float slope = 0;      // of DepthTolerance
+    float nearest = 0;    // what another eye may see of it
+    bool copied = false;  // at rest; what is not shaded is copied
+    BlockMask lost = 0;   // not copied, as the history has something else
+    bool discrepant = false, kept = false;
+    // Pixels that nobody may take over.
+    BlockMask marked() const { return blurred ? exists : reconstructed; }
+    // Shows what the frame before showed there.
+    bool rests() const { return copied && !discrepant && lost == 0; }
   };
 
   void plan_block(const ResolveFrame& resolve, Block& block);
   void decide(const ResolveFrame& resolve, Block& block);
+  void decide_jointly(const ResolveFrame& resolve);
+  // Of parts_.
+  void settle_jointly(const ResolveFrame& resolve);
+  void settle(const ResolveFrame& resolve, Block& block, const BlockEvidence& evidence, float nearest);
+  void find_edge(const ResolveFrame& resolve, Block& block);
   void fetch_ahead(const ResolveFrame& resolve, const Block& block) const;
   // Whether it sees several surfaces.
   bool is_outline(const ResolveSettings& settings, const Block& block) const;
@@ -145,7 +171,8 @@ class ResolveUnit {
   // Of the frame before, where the block comes from. What motion is known of the block is in velocity_.
   float contrast_before(const History& history, Block& block);
   void keep_contrast(ResolveFrame& resolve);
-  void charge_contrast(const ResolveFrame& resolve, Memory memory);
+  void charge_contrast(const HistoryMemory& places, const Memory& memory, bool by_lines);
+  bool any_rests(const IntRect& blocks) const;
   // Those of the missing pixels that have a rendered pixel of their surface in the block.
   BlockMask reconstructible(const ResolveSettings& settings, const Block& block, BlockMask missing) const;
   void try_advection(const ResolveFrame& resolve, Block& block, BlockMask missing);
@@ -156,6 +183,23 @@ class ResolveUnit {
   bool advect(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, int x, int y, Vec4& out,
               bool count);
   BlockMask kept_pixels(const History& history, const Block& block, BlockMask wanted, Vec4* out16) const;
+  // ---- Supersampled blocks (half_pixel_plan.cpp) ----
+  // What all samples of a half pixel see; kNoSurface where they see several drawables, or nothing, or blended layers.
+  struct HalfSurface {
+    std::uint32_t drawable = kNoSurface, patch = 0;
+    float depth = 0;
+  };
+  // A half pixel that is made from others, of its surface.
+  struct HalfFill {
+    std::uint8_t place;
+    HalfMask usable;
+  };
+  static constexpr std::uint32_t kNoSurface = 0xFFFFFFFFu;
+  HalfSurface surface_of_half(int x, int y, bool right) const;
+  // Decides which halves of a block at 32 samples are rendered, and how the others are made.
+  void plan_halves(Block& block);
+  void fill_halves(const Block& block, std::span<const Vec3> color, std::span<const float> coverage);
+
   BlockMask advectable(const ResolveFrame& resolve, const Block& block, BlockMask wanted, Vec4* there);
   void average_samples(const Block& block, BlockMask pixels, std::span<const Vec3> color,
                        std::span<const float> coverage);
@@ -179,27 +223,51 @@ class ResolveUnit {
                                                        std::uint32_t surface, const Records& records) const;
   void write_auxiliary(const ResolveFrame& resolve, FrameTargets& targets) const;
   void record(bool orthographic, Block& block);
-  void find_blocks(const History& history, std::span<const IntRect> fetched, bool per_pixel);
-  void charge_history(const History& history, std::span<const IntRect> fetched, HistoryRecords records, Memory memory);
-  void charge_records(const History& next, HistoryRecords records, Memory memory);
-  void charge(const ResolveFrame& resolve, Memory memory);
+  bool may_stay(const ResolveFrame& resolve, const Block& block) const;
+  void compare_with_signature(ResolveFrame& resolve, const Memory& memory, Block& block, bool open);
+  void find_kept_blocks(ResolveFrame& resolve, const Memory& memory, bool open);
+  struct HistoryReads {
+    const History& history;
+    std::span<const IntRect> states, signatures;  // of blocks
+    std::span<const IntRect> records, colors;     // of pixels
+    std::uint32_t first_line;
+  };
+  static constexpr std::uint32_t kOtherEyeLine = 1u << 28;  // what it keeps lies behind what this one does
+  std::uint64_t read_touched(const Memory& memory, bool by_lines, std::uint32_t first_line);
+  std::uint64_t write_touched(const Memory& memory);
+  void read_history(const ResolveFrame& resolve, const Memory& memory, const HistoryReads& reads);
+  BlockRecord record_of(const Block& block) const;
+  void write_cells(ResolveFrame& resolve, const HistoryMemory& places, const Memory& memory);
+  void write_records(ResolveFrame& resolve, const HistoryMemory& places, const Memory& memory);
+  void charge(ResolveFrame& resolve, const Memory& memory);
 
   PixelSurfaces surfaces_;
   const TileSamples* samples_ = nullptr;  // of the tile in hand
   const TileState* state_ = nullptr;
   VelocityBuffer velocity_, eye_velocity_;
   std::vector<Block> blocks_;
+  std::vector<HalfFill> fills_;
+  HalfMask half_pattern_ = kAllHalves;  // of the frame in hand
+  const scene::Assembly* assembly_ = nullptr;
+  std::vector<Vec3> half_colors_;  // of a pixel's samples
+  std::vector<float> half_coverage_;
+  std::vector<Block*> parts_;  // of a larger block, for which one decision is made
   std::vector<std::uint8_t> runs_, runs_again_;
-  std::vector<Vec4> colors_;                    // per pixel of the tile: the advected ones' from plan() on, then all
-  std::vector<float> records_;                  // depth of each pixel, as the history keeps it
-  std::vector<IntRect> fetched_, eye_fetched_;  // of the histories, for this tile; pixels
-  std::vector<IntRect> block_rects_, contrast_rects_;  // of blocks
+  std::vector<Vec4> colors_;    // per pixel of the tile: the advected ones' from plan() on, then all
+  std::vector<float> records_;  // depth of each pixel, as the history keeps it
+  // Of the histories, for this tile: pixels whose records, and of which the colours were read.
+  std::vector<IntRect> looked_at_, eye_looked_at_, fetched_, eye_fetched_;
+  std::vector<IntRect> signatures_read_, signatures_written_;  // column and row of blocks
+  std::vector<IntRect> contrast_rects_, written_contrast_;     // of blocks
+  KeptBlocks kept_;
   TouchedBursts touched_;
+  std::vector<std::uint32_t> lines_;
   std::uint64_t vertex_bytes_ = 0;  // of the other frames' vertices, for velocities of this tile
   int spp_ = 1;
   AdvectionWork advection_work_;
   ReconstructionWork reconstruction_work_;
   DesamplingCounters counters_;
+  HistoryCounters history_counters_;
   std::uint64_t pixels_shaded_ = 0;
   memory::Ledger ledger_;
 };
@@ -218,12 +286,16 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
      "Blocks of 4x4 pixels of which 4 were to be shaded.", ""},
     {"resolve.blocks_rate_8", &tilecore::DesamplingCounters::blocks_rate_8, Combine::kSum, "blocks",
      "Blocks of which 8 pixels were to be shaded.", ""},
+    {"resolve.blocks_rate_12", &tilecore::DesamplingCounters::blocks_rate_12, Combine::kSum, "blocks",
+     "Blocks of which 12 pixels were to be shaded.", ""},
     {"resolve.blocks_rate_16", &tilecore::DesamplingCounters::blocks_rate_16, Combine::kSum, "blocks",
      "Blocks that were shaded fully.", ""},
     {"resolve.blocks_rate_32", &tilecore::DesamplingCounters::blocks_rate_32, Combine::kSum, "blocks",
      "Blocks that were shaded at two groups of samples per pixel.", ""},
     {"resolve.blocks_advected", &tilecore::DesamplingCounters::blocks_advected, Combine::kSum, "blocks",
-     "Of blocks_rate_4 and blocks_rate_8, those whose other pixels come from the previous frame or the other eye.", ""},
+     "Of blocks_rate_4, blocks_rate_8 and blocks_rate_12, those whose other pixels come from the previous frame or the "
+     "other eye.",
+     ""},
     {"resolve.blocks_empty", &tilecore::DesamplingCounters::blocks_empty, Combine::kSum, "blocks",
      "Blocks that see nothing; they have no rate.", ""},
     {"resolve.blocks_foveated", &tilecore::DesamplingCounters::blocks_foveated, Combine::kSum, "blocks",
@@ -249,6 +321,9 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
      "Pixels taken from the previous frame or the other eye.", ""},
     {"resolve.pixels_reconstructed", &tilecore::DesamplingCounters::pixels_reconstructed, Combine::kSum, "pixels",
      "Pixels made from rendered neighbours.", ""},
+    {"resolve.half_pixels_reconstructed", &tilecore::DesamplingCounters::half_pixels_reconstructed, Combine::kSum,
+     "half pixels", "Half pixels of supersampled blocks made from others, with resolve.supersampled_groups below 32.",
+     ""},
     {"resolve.pixels_forced", &tilecore::DesamplingCounters::pixels_forced, Combine::kSum, "pixels",
      "Pixels shaded although their block's rate leaves them out: no rendered pixel of the block shows their surface.",
      ""},

@@ -126,6 +126,10 @@ TileStore::Plan TileStore::plan_compressed(const FrameStore& how, const Tile& ti
       const IntRect block{column * shape.width, row * shape.height, (column + 1) * shape.width,
                           (row + 1) * shape.height};
       const std::uint64_t bytes = compressed_bytes(how, tile, block);
+      if (tile.payloads != nullptr) (*tile.payloads)[all.index(column, row)] = static_cast<std::uint16_t>(bytes);
+      if (tile.kept != nullptr && tile.kept->any &&
+          tile.kept->all({block.x0 / 4, block.y0 / 4, block.x1 / 4, block.y1 / 4}))
+        continue;
       transfers_.push_back({all.index(column, row) * shape.raw_bytes(), bytes});
       plan.bytes += bytes;
       plan.raw_blocks += bytes >= shape.raw_bytes() || tile.open;
@@ -146,10 +150,28 @@ std::uint64_t TileStore::plan_rows(const FrameStore& how, const Tile& tile) {
   return bytes;
 }
 
+std::uint64_t TileStore::plan_changed_rows(const FrameStore& how, const Tile& tile) {
+  touched_.start(tile.burst_bytes);
+  const KeptBlocks& kept = *tile.kept;
+  for (int row = kept.blocks.y0; row < kept.blocks.y1; ++row)
+    for (int column = kept.blocks.x0; column < kept.blocks.x1; ++column)
+      if (!kept.at(column, row))
+        touched_.touch({tile.region, how.coder.pixel_bytes(), 0},
+                       tile.pixels.intersect({4 * column, 4 * row, 4 * column + 4, 4 * row + 4}));
+  std::uint64_t bytes = 0;
+  transfers_.clear();
+  for (const TouchedBursts::Run& run : touched_.runs()) {
+    transfers_.push_back({run.first * tile.burst_bytes, (run.end - run.first) * tile.burst_bytes});
+    bytes += transfers_.back().bytes;
+  }
+  return bytes;
+}
+
 TileStore::Outcome TileStore::store(const FrameStore& how, const Tile& tile, Image& color, memory::Ledger& ledger) {
   bool changed = false;
   if (how.coder.quantises() || how.compressed || how.before != nullptr) changed = find_codes(how, tile, color);
-  std::uint64_t bytes = plan_rows(how, tile);
+  const bool keeps = tile.kept != nullptr && tile.kept->any;
+  std::uint64_t bytes = keeps && !how.compressed ? plan_changed_rows(how, tile) : plan_rows(how, tile);
   const bool eliminated = how.before != nullptr && matches(how, tile);
   if (how.compressed) {
     const std::uint64_t raw = bytes;
@@ -174,7 +196,7 @@ TileStore::Outcome TileStore::store(const FrameStore& how, const Tile& tile, Ima
     for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y)
       for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x)
         put_pixel(how.before->color, tile.region, x, y, stored_pixel(color, tile.region, x, y));
-  return {true, changed};
+  return {!keeps || !transfers_.empty(), changed};
 }
 
 }  // namespace tessera::tilecore

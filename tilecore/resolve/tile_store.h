@@ -11,6 +11,8 @@
 #include "base/rect.h"
 #include "memory/ledger.h"
 #include "tilecore/resolve/frame_format.h"
+#include "tilecore/resolve/kept_blocks.h"
+#include "tilecore/resolve/touched_bursts.h"
 
 namespace tessera::tilecore {
 
@@ -68,6 +70,8 @@ constexpr std::uint64_t kept_bits(std::uint64_t signature, int bits) {
 //   PS2  A compressed tile takes no more bursts than its blocks do raw.
 //   PS3  A tile is not written only if its signature is that of what lies there; were its pixels others nevertheless,
 //        the image shows what lies there, and it is counted.
+//   PS4  Of blocks that are kept nothing is written: with compression, blocks of which all pixels are; without, bursts in
+//        which only such pixels lie. Bursts with others are written under a mask.
 class TileStore {
  public:
   struct Tile {
@@ -76,6 +80,9 @@ class TileStore {
     std::uint64_t burst_bytes = 64;
     // A second pass will change pixels of it: it is stored raw, and has no signature.
     bool open = false;
+    const KeptBlocks* kept = nullptr;  // null: none is
+    // What each block of a compressed frame takes is left there, row by row, where it is not null.
+    std::vector<std::uint16_t>* payloads = nullptr;
   };
 
   struct Outcome {
@@ -106,6 +113,7 @@ class TileStore {
   // Both fill transfers_ with what a tile moves.
   Plan plan_compressed(const FrameStore& how, const Tile& tile);
   std::uint64_t plan_rows(const FrameStore& how, const Tile& tile);
+  std::uint64_t plan_changed_rows(const FrameStore& how, const Tile& tile);
   std::uint64_t compressed_bytes(const FrameStore& how, const Tile& tile, IntRect block);
 
   struct Transfer {
@@ -113,6 +121,7 @@ class TileStore {
   };
   std::vector<PixelCode> codes_;  // of the tile in hand, row by row
   std::vector<Transfer> transfers_;
+  TouchedBursts touched_;
   CompressionCounters compression_;
   StoreCounters counters_;
 };

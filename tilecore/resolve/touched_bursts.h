@@ -9,37 +9,40 @@
 
 namespace tessera::tilecore {
 
-// Which bursts of an array that lies row by row in memory are touched by a number of rectangles of its elements, each
-// once: what a unit reads that keeps what it has read until it is finished with a tile.
+// Which bursts of a memory are touched, each once: what a unit moves that keeps what it has read, or gathers what it
+// writes, until it is finished with a tile.
 class TouchedBursts {
  public:
-  // `elements`: all of the array, `bytes` each.
+  // An array that lies row by row in memory.
   struct Array {
-    IntRect elements;
-    std::uint64_t bytes = 0;
+    IntRect elements;          // all of it
+    std::uint64_t bytes = 0;   // of an element
     std::uint64_t offset = 0;  // of the first
   };
 
-  // Forgets what was touched; `touched` are inside the array, empty ones count for nothing.
-  void start(const Array& array, std::uint64_t burst_bytes, std::span<const IntRect> touched);
-  void read(memory::Ledger& ledger, memory::Unit unit, memory::Purpose purpose) const;
+  // Forgets what was touched.
+  void start(std::uint64_t burst_bytes) {
+    burst_bytes_ = burst_bytes;
+    spans_.clear();
+  }
+  void touch(std::uint64_t offset, std::uint64_t bytes) {
+    if (bytes != 0) spans_.push_back({offset / burst_bytes_, (offset + bytes - 1) / burst_bytes_ + 1});
+  }
+  // `rect` is inside the array; an empty one counts for nothing.
+  void touch(const Array& array, IntRect rect);
+
+  // Runs of touched bursts in the order of their addresses.
+  struct Run {
+    std::uint64_t first, end;
+  };
+  std::span<const Run> runs();
+
+  void read(memory::Ledger& ledger, memory::Unit unit, memory::Purpose purpose);
+  void write(memory::Ledger& ledger, memory::Unit unit, memory::Purpose purpose);
 
  private:
-  struct Span {
-    std::uint64_t first, end;  // bursts
-  };
-  Span bursts_of(int y, int x0, int x1) const {
-    const std::uint64_t begin = array_.offset + array_.elements.index(x0, y) * array_.bytes,
-                        end = array_.offset + array_.elements.index(x1 - 1, y) * array_.bytes + array_.bytes;
-    return {begin / burst_bytes_, (end + burst_bytes_ - 1) / burst_bytes_};
-  }
-
-  Array array_;
   std::uint64_t burst_bytes_ = 64;
-  IntRect hull_;
-  std::vector<std::uint64_t> row_first_;  // burst of each row of the hull
-  std::size_t columns_ = 0;
-  std::vector<std::uint8_t> touched_;  // by row of the hull, then burst
+  std::vector<Run> spans_;  // joined and in order once runs() was called
 };
 
 }  // namespace tessera::tilecore

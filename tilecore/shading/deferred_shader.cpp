@@ -29,7 +29,7 @@ void DeferredShader::begin(const TileJob& job, const TileSamples& samples, bool 
   pixel_invocations_.assign(samples.count / static_cast<std::size_t>(samples.spp), 0);
   pixel_normal_.assign(pixel_invocations_.size(), Vec3(0.0f));
   if (job.shading == ShadingRate::kCache ? empty_cache
-                                         : std::find(runs.begin(), runs.end(), kRunsByCell) != runs.end()) {
+                                         : std::find(runs.begin(), runs.end(), kByCell) != runs.end()) {
     cells_.start(*job.frame, job.shading_cell_pixels);
     cache_.empty(job.shading_cache_entries);
   }
@@ -171,6 +171,7 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
   std::array<std::size_t, 4> pixels;
   std::array<bool, 4> split;
   std::size_t count = 0;
+  bool halves = false;  // some are left out
   for (int y = y0; y < std::min(y0 + side, samples.pixels.height()); ++y)
     for (int x = x0; x < std::min(x0 + side, samples.pixels.width()); ++x) {
       const auto pixel = static_cast<std::size_t>(y * samples.pixels.width() + x);
@@ -179,7 +180,8 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
       } else if (by_cell(job, pixel)) {
         collect_cells(job, samples, state, pixel);
       } else {
-        split[count] = runs_of(pixel) == 2, pixels[count++] = pixel;
+        halves = halves || runs_of(pixel) > kHalvesApart;
+        split[count] = runs_of(pixel) >= kHalvesApart, pixels[count++] = pixel;
       }
     }
   if (count == 0) return;
@@ -189,15 +191,22 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
     unskip(merger.visible(), merger.runs().size());
   else
     counters_.samples_visible += merger.visible();
-  counters_.pixel_shader_invocations_saved += merger.visible() - merger.runs().size();
   counters_.fragments_merged += merger.merged();
   if (job.derivatives == ShadingDerivatives::kQuad) {
     counters_.quads += merger.quads();
     counters_.helper_invocations += 4 * merger.quads() - merger.runs().size();
   }
   const auto first_point = static_cast<std::uint32_t>(kept_ + invocations_.size());
+  point_of_run_.clear();
+  std::size_t runs_left_out = 0, samples_left_out = 0;
   for (const FragmentMerger::Run& run : merger.runs()) {
     const std::size_t s = run.sample, pixel = pixels[run.pixel];
+    if (halves) {
+      const bool out = runs_of(pixel) == (in_right_half(samples.x[s]) ? kLeftHalf : kRightHalf);
+      point_of_run_.push_back(out ? kLeftOut : static_cast<std::uint32_t>(kept_ + invocations_.size()));
+      runs_left_out += out;
+      if (out) continue;
+    }
     const std::uint32_t patch = state.patch[s];
     // In place: a copy would wait for what has just been written.
     Invocation& asked = add_invocation(job, patch, pixel);
@@ -215,9 +224,13 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
       const std::uint32_t run = merger.run_of(p, k);
       if (run == FragmentMerger::kNoRun) continue;
       if (!again_) count_visible(job, state.patch[first + k]);
-      sample_point_[first + k] = first_point + run;
+      sample_point_[first + k] = halves ? point_of_run_[run] : first_point + run;
+      samples_left_out += sample_point_[first + k] == kLeftOut;
     }
   }
+  skipped_.samples += samples_left_out, skipped_.invocations += runs_left_out;
+  counters_.pixel_shader_invocations_saved +=
+      (merger.visible() - samples_left_out) - (merger.runs().size() - runs_left_out);
 }
 
 void DeferredShader::skip_pixel(const TileJob& job, const TileSamples& samples, const TileState& state,
@@ -260,6 +273,10 @@ void DeferredShader::color_samples(const TileJob& job, const TileSamples& sample
       if (point == kNone) {
         // Samples of skipped pixels have no colour.
         if (runs_of(pixel) != 0) behind_.push_back(static_cast<std::uint32_t>(s));
+        continue;
+      }
+      if (point == kLeftOut) {
+        sample_color_[s] = Vec3(0.0f);
         continue;
       }
       sample_color_[s] = points_[point].color;
@@ -334,7 +351,8 @@ void DeferredShader::collect_layers(const TileJob& job, const TileSamples& sampl
   if (!again_) counters_.blended_layers += state.layers.size();
   // Far to near within a sample; equal depths by patch and triangle.
   std::sort(state.layers.begin(), state.layers.end(), [](const TileState::Layer& a, const TileState::Layer& b) {
-    return std::tie(a.sample, b.z, a.patch, a.triangle) < std::tie(b.sample, a.z, b.patch, b.triangle);
+    return std::tie(a.sample, b.z, a.patch, a.triangle, a.b1, a.b2) <
+           std::tie(b.sample, a.z, b.patch, b.triangle, b.b1, b.b2);
   });
   const auto spp = static_cast<std::size_t>(samples.spp);
   layer_quads_.clear();

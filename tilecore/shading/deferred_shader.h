@@ -11,6 +11,7 @@
 #include "base/counter.h"
 #include "tilecore/drawable_counts.h"
 #include "tilecore/frame_targets.h"
+#include "tilecore/pixel_runs.h"
 #include "tilecore/shading/fragment_merger.h"
 #include "tilecore/shading/layer_merge.h"
 #include "tilecore/shading/pixel_shader.h"
@@ -53,11 +54,11 @@ class DeferredShader {
   // Colours every sample of the tile. `state` is what all entries of the tile left; its layers are sorted and those
   // behind what is opaque are dropped. `empty_cache` = false: the tile before this one was its neighbour in a group
   // of tiles of the same frame, and what the shading cache holds is still good.
-  // `runs`, unless empty, says for each pixel how many groups of its samples are shaded apart: 0, the pixel is skipped
-  // and its samples have no colour; 1; 2, samples in the left half of the pixel do not share runs with those in the
-  // right half, and each run is taken near the middle of its half (with shading.rate=pixel or primitive; per sample and
-  // from the cache, this is the same as 1); kRunsByCell, its samples are shaded as with shading.rate=cache, in a cache
-  // that is empty when the tile begins.
+  // `runs`, unless empty, says of each pixel what is shaded of it, as PixelRuns: with kHalvesApart each run is taken near
+  // the middle of its half (with shading.rate=pixel or primitive; per sample and from the cache, this is the same as
+  // kTogether). kLeftHalf and kRightHalf: for pixels without blended layers, at shading.rate=pixel or primitive, without
+  // quads; samples of the other half that see something opaque have no colour. kByCell: as with shading.rate=cache, in a
+  // cache that is empty when the tile begins.
   void shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache = true,
              std::span<const std::uint8_t> runs = {}, shaders::RadianceImage* behind = nullptr);
   // Right after shade(), of the same tile: shades those of its skipped pixels for which `again` is 1, as if they had not
@@ -122,7 +123,7 @@ class DeferredShader {
       return block == o.block && patch == o.patch && triangle == o.triangle && sample == o.sample;
     }
   };
-  static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFu, kLeftOut = 0xFFFFFFFEu;
   static constexpr std::size_t kBackgroundBatch = 256;
 
   void begin(const TileJob& job, const TileSamples& samples, bool empty_cache, std::span<const std::uint8_t> runs);
@@ -133,7 +134,7 @@ class DeferredShader {
   void collect_block(const TileJob& job, const TileSamples& samples, const TileState& state, int x, int y, int side);
   int runs_of(std::size_t pixel) const { return runs_.empty() ? 1 : runs_[pixel]; }
   bool by_cell(const TileJob& job, std::size_t pixel) const {
-    return job.shading == ShadingRate::kCache || runs_of(pixel) == kRunsByCell;
+    return job.shading == ShadingRate::kCache || runs_of(pixel) == kByCell;
   }
   // What a pixel sees that was skipped and now is shaded.
   void unskip(std::size_t samples, std::size_t invocations) {
@@ -196,7 +197,8 @@ class DeferredShader {
   std::vector<ShadedPoint> points_;
   std::size_t kept_ = 0, opaque_ = 0;
   std::uint32_t quads_ = 0;                  // of the tile
-  std::vector<std::uint32_t> sample_point_;  // number of the opaque point that a sample sees; kNone
+  std::vector<std::uint32_t> sample_point_;  // number of the opaque point that a sample sees; kNone; kLeftOut
+  std::vector<std::uint32_t> point_of_run_;  // in collect_block(), where halves are left out
   std::vector<std::uint32_t> layer_point_;   // as state.layers; kNone where the pixel is skipped
   std::vector<ViewRays> view_rays_;          // of the whole shutter, of its segments
   std::vector<std::uint32_t> behind_;        // samples that see nothing opaque

@@ -293,7 +293,8 @@ void PixelShader::tell_procedure_textures(const Material& material, const Textur
                                           LookupArrays& lookups) {
   using Which = scene::MaterialTexture;
   const auto slots = material.slots();
-  for (const Which which : {Which::kBaseColor, Which::kMetallicRoughness, Which::kOcclusion, Which::kEmissive}) {
+  for (const Which which :
+       {Which::kBaseColor, Which::kNormal, Which::kMetallicRoughness, Which::kOcclusion, Which::kEmissive}) {
     const auto slot = static_cast<std::size_t>(which);
     if (slots[slot]->texture != nullptr) tell(slot, textures.memory()->layout(slots[slot]->texture.get()), lookups);
   }

@@ -140,7 +140,8 @@ void Tessellator::shade_bezier(const FrameGeometry& frame, const PosedDrawable& 
 }
 
 // Every vertex is a function of its parameters alone, and patches that share an edge have the same parameters on it.
-void Tessellator::shade_procedure(const FrameGeometry& frame, std::uint32_t patch, const scene::CellRange& range) {
+void Tessellator::shade_procedure(const FrameGeometry& frame, std::uint32_t patch, const scene::CellRange& range,
+                                  std::size_t key) {
   const TessellationPattern& pattern = frame.pattern_of(patch);
   const scene::ProcedurePatch at = scene::procedure_patch(frame, patch);
   std::size_t n = 0;
@@ -149,8 +150,8 @@ void Tessellator::shade_procedure(const FrameGeometry& frame, std::uint32_t patc
       u_[n] = at.u(pattern.u(i, j));
       v_[n] = at.v(pattern.v(i, j));
     }
-  procedure_vertices(at.shape, at.piece->input, u_.data(), v_.data(), n,
-                     {object_[0].x.data(), object_[0].y.data(), object_[0].z.data()});
+  procedure_vertices(at.shape, at.input(key), u_.data(), v_.data(), n,
+                     {object_[key].x.data(), object_[key].y.data(), object_[key].z.data()});
 }
 
 void Tessellator::shade_cluster(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch,
@@ -192,7 +193,7 @@ Tessellator::Work Tessellator::tessellate(const FrameGeometry& frame, std::uint3
     } else if (bezier)
       shade_bezier<false>(frame, drawable, patch, range, key);
     else if (grid)
-      shade_procedure(frame, patch, range);
+      shade_procedure(frame, patch, range, key);
     else
       shade_cluster(frame, drawable, patch, key);
   }

@@ -44,7 +44,8 @@ class Tessellator {
   template <bool kDisplaced>
   void shade_bezier(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable, std::uint32_t patch,
                     const scene::CellRange& range, std::size_t key);
-  void shade_procedure(const scene::FrameGeometry& frame, std::uint32_t patch, const scene::CellRange& range);
+  void shade_procedure(const scene::FrameGeometry& frame, std::uint32_t patch, const scene::CellRange& range,
+                       std::size_t key);
   void shade_cluster(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable, std::uint32_t patch,
                      std::size_t key);
   void resize(std::size_t vertices);

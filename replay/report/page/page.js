@@ -1,4 +1,4 @@
-// What all reports share: faults that must not stay uncovered, small pieces of document, numbers, tables.
+// What all reports share: faults that must not stay uncovered, packed data, small pieces of document.
 'use strict';
 
 document.body.dataset.errors = '0';
@@ -10,18 +10,24 @@ function complain(message) {
   document.body.prepend(line);
 }
 window.addEventListener('error', (event) => complain(event.message));
-window.addEventListener('unhandledrejection', (event) => complain(String(event.reason)));
+window.addEventListener('unhandledrejection', (event) => complain(String((event.reason && event.reason.stack) || event.reason)));
 
-const data = JSON.parse(document.getElementById('data').textContent);
+// What the page shows; there when pageReady is done.
+let data = null;
 
 // An element with attributes (functions become listeners) and children; texts never become markup.
 function make(name, attributes = {}, ...children) {
-  const element = document.createElement(name);
+  return fill(document.createElement(name), attributes, children);
+}
+function draw(name, attributes = {}, ...children) {
+  return fill(document.createElementNS('http://www.w3.org/2000/svg', name), attributes, children);
+}
+function fill(element, attributes, children) {
   for (const [key, value] of Object.entries(attributes)) {
     if (typeof value === 'function') element.addEventListener(key, value);
-    else if (value !== undefined && value !== false) element.setAttribute(key, value === true ? '' : String(value));
+    else if (value !== undefined && value !== null && value !== false) element.setAttribute(key, value === true ? '' : String(value));
   }
-  element.append(...children.map((child) => (typeof child === 'number' ? String(child) : child)));
+  element.append(...children.flat().filter((child) => child !== null && child !== undefined).map((child) => (typeof child === 'number' ? String(child) : child)));
   return element;
 }
 
@@ -32,22 +38,15 @@ const wanted = new URLSearchParams(location.hash.slice(1));
 function wantedOf(name, allowed, otherwise) { return allowed.map(String).includes(wanted.get(name)) ? wanted.get(name) : otherwise; }
 
 // A section with a heading, named in the contents.
-function section(id, title) {
-  const part = make('section', { id, 'aria-labelledby': id + '-title' }, make('h2', { id: id + '-title' }, title));
+function section(id, title, note) {
+  const part = make('section', { id, 'aria-labelledby': id + '-title' }, make('h2', { id: id + '-title' }, title), note ? make('p', { class: 'note' }, note) : null);
   main.append(part);
   document.getElementById('contents').append(make('a', { href: '#' + id }, title));
   return part;
 }
 
 function style(name) { return getComputedStyle(document.documentElement).getPropertyValue(name).trim(); }
-
-// "12 345 678"; fractions with four significant digits.
-function number(value) {
-  if (value === null || value === undefined || value === '') return '';
-  if (typeof value !== 'number') return String(value);
-  if (!Number.isInteger(value)) return Math.abs(value) >= 1e5 || Math.abs(value) < 1e-3 ? value.toExponential(3) : String(Number(value.toPrecision(5)));
-  return String(value).replace(/\B(?=(\d{3})+(?!\d))/g, '\u202f');
-}
+const darkness = window.matchMedia('(prefers-color-scheme: dark)');
 
 function chooser(label, options, chosen, change) {
   const select = make('select', { change: () => change(select.value) });
@@ -58,35 +57,74 @@ function chooser(label, options, chosen, change) {
   return { label: make('label', {}, label, select), select };
 }
 
-// columns: [{title, of(row), wide}]; a press on a heading sorts by it. `press(row)` makes rows choosable.
-function table(columns, rows, press) {
+// Follows the pointer, and whoever has the focus: `says()` gives lines, or null. One for the page.
+const hint = make('div', { class: 'hint', role: 'tooltip', hidden: true });
+document.body.append(hint);
+function showHint(lines, x, y) {
+  if (!lines || lines.length === 0) { hint.hidden = true; return; }
+  hint.replaceChildren(...lines.map((line, index) => make(index === 0 ? 'strong' : 'div', {}, line)));
+  hint.hidden = false;
+  const room = hint.getBoundingClientRect();
+  hint.style.left = Math.max(4, Math.min(x + 14, document.documentElement.clientWidth - room.width - 8)) + 'px';
+  hint.style.top = Math.max(4, y + room.height + 24 > window.innerHeight ? y - room.height - 10 : y + 16) + 'px';
+}
+function hinted(element, says) {
+  element.addEventListener('pointermove', (event) => showHint(says(), event.clientX, event.clientY));
+  element.addEventListener('pointerleave', () => showHint(null));
+  element.addEventListener('focus', () => { const at = element.getBoundingClientRect(); showHint(says(), at.left, at.bottom - 10); });
+  element.addEventListener('blur', () => showHint(null));
+}
+
+// columns: [{title, of(row), wide, show(value, row), bar}]; a press on a heading sorts by it: numbers down first. `press(row)` makes rows
+// choosable, `chosen(row)` says which is. Rows in which all columns with `zero` are 0 are folded.
+function table(columns, rows, { press, chosen, sort = -1, up = true, limit = Infinity, label = 'Table' } = {}) {
   const body = make('tbody');
-  let order = rows.slice(), sorted = -1, up = true;
-  const cell = (column, row) => {
-    const value = column.of(row);
-    return make('td', { class: typeof value === 'number' ? 'number' : column.wide ? 'wide' : undefined }, number(value));
+  const folds = columns.filter((column) => column.zero);
+  const nothing = (row) => folds.length > 0 && folds.every((column) => !column.of(row));
+  const full = rows.filter((row) => !nothing(row)), folded = rows.length - full.length;
+  let all = false, order = full.slice();
+  const most = columns.map((column) => (column.bar ? Math.max(1e-300, ...full.map((row) => column.of(row) || 0)) : 1));
+  const cell = (column, row, c) => {
+    const value = column.of(row), numeric = typeof value === 'number';
+    const text = column.show ? column.show(value, row) : number(value);
+    const made = make('td', { class: numeric ? 'number' : column.wide ? 'wide' : undefined }, text);
+    if (column.bar && numeric) made.style.backgroundImage = `linear-gradient(to left, var(--bar) ${(100 * value / most[c]).toFixed(1)}%, transparent 0)`;
+    if (column.title_of) made.title = column.title_of(row);
+    return made;
   };
-  const fill = () => body.replaceChildren(...order.map((row) => {
-    const line = make('tr', {}, ...columns.map((column) => cell(column, row)));
-    if (press) {
-      line.tabIndex = 0;
-      const choose = () => { body.querySelectorAll('.chosen').forEach((other) => other.classList.remove('chosen')); line.classList.add('chosen'); press(row); };
-      line.addEventListener('click', choose);
-      line.addEventListener('keydown', (event) => { if (event.key === 'Enter') choose(); });
-    }
-    return line;
-  }));
-  const heads = columns.map((column, index) => make('th', { scope: 'col', class: rows.length > 0 && typeof column.of(rows[0]) === 'number' ? 'number' : undefined }, make('button', {
-    type: 'button', click: () => {
-      up = sorted === index ? !up : true;
-      sorted = index;
-      const compare = (a, b) => (typeof a === 'number' && typeof b === 'number' ? a - b : String(a).localeCompare(String(b)));
-      order = rows.slice().sort((a, b) => (up ? 1 : -1) * compare(column.of(a), column.of(b)));
-      heads.forEach((head, h) => { if (h === index) head.setAttribute('aria-sort', up ? 'ascending' : 'descending'); else head.removeAttribute('aria-sort'); });
-      fill();
-    } }, column.title)));
-  fill();
-  return make('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table' }, make('table', {}, make('thead', {}, make('tr', {}, ...heads)), body));
+  const show = () => {
+    body.replaceChildren(...order.slice(0, all ? Infinity : limit).map((row) => {
+      const line = make('tr', { class: chosen && chosen(row) ? 'chosen' : undefined }, ...columns.map((column, c) => cell(column, row, c)));
+      if (press) {
+        line.tabIndex = 0;
+        const choose = () => { body.querySelectorAll('.chosen').forEach((other) => other.classList.remove('chosen')); line.classList.add('chosen'); press(row); };
+        line.addEventListener('click', choose);
+        line.addEventListener('keydown', (event) => { if (event.key === 'Enter' || event.key === ' ') { event.preventDefault(); choose(); } });
+      }
+      return line;
+    }));
+    const left = order.length - body.children.length;
+    const notes = [];
+    if (left > 0) notes.push(make('button', { type: 'button', click: () => { all = true; show(); } }, `${left} more rows`));
+    if (folded > 0) notes.push(all && left === 0 && order.length === rows.length ? '' : make('button', { type: 'button', click: () => { all = true; order = rows.slice(); sortBy(sort, up); show(); } }, `${folded} rows of zeros`));
+    foot.replaceChildren(...(order.length === rows.length ? notes.slice(0, left > 0 ? 1 : 0) : notes));
+    foot.hidden = foot.childNodes.length === 0;
+  };
+  const compare = (a, b) => (typeof a === 'number' && typeof b === 'number' ? a - b : String(a ?? '').localeCompare(String(b ?? '')));
+  const sortBy = (index, ascending) => {
+    if (index < 0) return;
+    order.sort((a, b) => (ascending ? 1 : -1) * compare(columns[index].of(a), columns[index].of(b)));
+    heads.forEach((head, h) => { if (h === index) head.setAttribute('aria-sort', ascending ? 'ascending' : 'descending'); else head.removeAttribute('aria-sort'); });
+  };
+  const heads = columns.map((column, index) => {
+    const numeric = rows.length > 0 && typeof column.of(rows[0]) === 'number';
+    return make('th', { scope: 'col', class: numeric ? 'number' : undefined }, make('button', {
+      type: 'button', title: column.help, click: () => { up = sort === index ? !up : !numeric; sort = index; sortBy(sort, up); show(); } }, column.title));
+  });
+  const foot = make('div', { class: 'foot' });
+  sortBy(sort, up);
+  show();
+  return make('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label }, make('table', {}, make('thead', {}, make('tr', {}, ...heads)), body), foot);
 }
 
 // {a: {b: 1}} as [["a.b", 1]].
@@ -95,15 +133,17 @@ function flatten(value, name = '') {
   return Object.entries(value).flatMap(([key, inner]) => flatten(inner, name ? name + '.' + key : key));
 }
 
-// The configuration in full: a table of keys, and the JSON itself.
+// The configuration in full: tables of keys, and the JSON itself.
+function configurationParts(parts) {
+  return [...parts.map(([title, value]) => make('details', {}, make('summary', {}, title), table([
+    { title: 'key', of: (row) => row[0] },
+    { title: 'value', of: (row) => (typeof row[1] === 'boolean' ? String(row[1]) : row[1]), show: (value) => (typeof value === 'number' ? plain(value) : String(value ?? '')) },
+    { title: 'unit', of: (row) => (data.keys[row[0]] || {}).unit || '' },
+    { title: 'meaning', of: (row) => (data.keys[row[0]] || {}).meaning || '', wide: true }], flatten(value)))),
+  make('details', {}, make('summary', {}, 'The same as JSON'), make('pre', {}, JSON.stringify(Object.fromEntries(parts), null, 1)))];
+}
 function configurationSection(parts) {
   const part = section('configuration', 'Configuration');
-  for (const [title, value] of parts) {
-    part.append(make('h3', {}, title), table([
-      { title: 'key', of: (row) => row[0] },
-      { title: 'value', of: (row) => (typeof row[1] === 'boolean' ? String(row[1]) : row[1]) },
-      { title: 'unit', of: (row) => (data.keys[row[0]] || {}).unit || '' },
-      { title: 'meaning', of: (row) => (data.keys[row[0]] || {}).meaning || '', wide: true }], flatten(value)));
-  }
-  part.append(make('details', {}, make('summary', {}, 'The same as JSON'), make('pre', {}, JSON.stringify(Object.fromEntries(parts), null, 1))));
+  if (parts.length > 0) part.append(...configurationParts(parts));
+  return part;
 }

@@ -1,6 +1,9 @@
 // Plots: Vega, from the distribution's modules, with colours that follow the page's.
 
-const vega = (() => {
+// Loaded when the first plot is drawn.
+let vegaLoaded = null;
+function vega() {
+  if (vegaLoaded) return vegaLoaded;
   const loaded = {};
   const load = (name) => {
     const real = name === 'vega-selections' ? 'vega-selection' : name;
@@ -12,93 +15,98 @@ const vega = (() => {
   };
   const { extend } = load('vega-util'), { transforms } = load('vega-dataflow');
   for (const name of ['vega-transforms', 'vega-view-transforms', 'vega-encode']) extend(transforms, load(name));
-  return { View: load('vega-view').View, parse: load('vega-parser').parse };
-})();
+  const { expressionFunction } = load('vega-functions');
+  // Numbers of axes and tooltips, as everywhere on the page.
+  expressionFunction('tick', (value) => grouped(String(Number(Number(value).toPrecision(6)))));
+  expressionFunction('human', (value, unit) => quantity(value, unit, 4));
+  vegaLoaded = { View: load('vega-view').View, parse: load('vega-parser').parse };
+  return vegaLoaded;
+}
 
-// Okabe and Ito's colours and darker and lighter ones between: told apart by colour-blind readers too.
-const kColors = ['#0072b2', '#e69f00', '#009e73', '#d55e00', '#56b4e9', '#cc79a7', '#8c6d1f', '#7a7f87', '#004d7a', '#f0c36d'];
+// Pixels of small text, which is larger on large screens.
+function textSize() { return Math.round(12 * parseFloat(getComputedStyle(document.body).fontSize) / 14); }
 
 function plotTheme() {
-  const ink = style('--ink'), line = style('--line'), quiet = style('--quiet');
+  const ink = style('--ink'), line = style('--line'), quiet = style('--quiet'), size = textSize();
   return {
     background: null,
-    axis: { labelColor: quiet, titleColor: ink, domainColor: line, tickColor: line, gridColor: line, gridOpacity: 0.6, labelFontSize: 12, titleFontSize: 12, titleFontWeight: 'normal', labelLimit: 260 },
-    legend: { labelColor: ink, titleColor: quiet, labelFontSize: 12, titleFontWeight: 'normal', labelLimit: 320 },
-    title: { color: ink }, range: { category: kColors },
+    axis: { labelColor: quiet, titleColor: ink, domainColor: line, tickColor: line, gridColor: line, gridOpacity: 0.6, labelFontSize: size, titleFontSize: size, titleFontWeight: 'normal', labelLimit: 260, labelOverlap: true },
+    legend: { labelColor: ink, titleColor: quiet, labelFontSize: size, titleFontSize: size, titleFontWeight: 'normal', labelLimit: 320, symbolStrokeWidth: 0 },
+    title: { color: ink }, range: { category: kSeries },
   };
 }
 
 const drawn = [];
 
-// Draws `spec()` into `holder`, and again when the page changes between dark and light. `says` is what a reader who cannot see it gets.
+// Draws `spec()` into `holder` over its whole width; again when that changes, and when the page changes between dark and light. `says` is
+// what a reader who cannot see it gets; `press(datum)` is called for a press on a mark.
 function plot(holder, says, spec, press) {
   const place = make('div', { class: 'plot', role: 'img', 'aria-label': says, tabindex: 0 });
   holder.append(place);
   const entry = { draw: null };
-  let view = null;
+  let view = null, wide = 0;
   entry.draw = () => {
     if (view) view.finalize();
+    view = null;
     const made = spec();
     place.replaceChildren();
     place.style.display = made ? '' : 'none';
-    if (!made) { view = null; return Promise.resolve(); }
-    view = new vega.View(vega.parse({ $schema: 'https://vega.github.io/schema/vega/v5.json', padding: 5, autosize: 'pad', ...made }, plotTheme()), { renderer: 'svg', container: place, hover: true });
+    if (!made) return Promise.resolve();
+    wide = place.clientWidth;
+    const width = Math.max(280, Math.min((made.most || Infinity) * textSize() / 12, wide || 900));
+    const { View, parse } = vega();
+    view = new View(parse({ $schema: 'https://vega.github.io/schema/vega/v5.json', padding: 5, autosize: { type: 'fit', contains: 'padding' }, ...made, most: undefined, height: made.height * textSize() / 12, width }, plotTheme()), { renderer: 'svg', container: place, hover: true });
     if (press) view.addEventListener('click', (event, item) => { if (item && item.datum) press(item.datum); });
     return view.runAsync();
   };
+  entry.signal = (name, value) => { if (view && view.getState().signals[name] !== undefined) view.signal(name, value).runAsync(); };
   entry.rows = () => (view ? view.data('rows') : []);
   entry.place = place;
   drawn.push(entry);
   entry.ready = entry.draw();
+  new ResizeObserver(() => { if (view && Math.abs(place.clientWidth - wide) > 4) entry.draw(); }).observe(place);
   return entry;
 }
-window.matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => drawn.forEach((entry) => entry.draw()));
+darkness.addEventListener('change', () => drawn.forEach((entry) => entry.draw()));
 
-const kWidth = Math.min(900, Math.max(320, document.documentElement.clientWidth - 420));
+const tickLabels = { labels: { update: { text: { signal: 'tick(datum.value)' } } } };
+// Rows with `field` in the step of the largest, and the axis's title.
+function scaledRows(rows, field, title, unit) {
+  const [step, name] = axisScale(Math.max(0, ...rows.map((row) => Math.abs(row[field]))), unit);
+  return { rows: rows.map((row) => ({ ...row, [`raw_${field}`]: row[field], [field]: row[field] / step })), title: title === unit ? name : name ? `${title}, ${name}` : title, step };
+}
 
-// Stacked bars: rows {at, part, value}; `at` may be a text or a number.
+// Stacked bars: rows {at, part, value}; `at` is a number or a text. titles: {x, y, unit, part, colors: {part: color}, names(part)}. The
+// signal `mark` puts a mark at a place.
 function stackedBars(rows, titles) {
   if (rows.length === 0) return null;
-  const places = new Set(rows.map((row) => row.at)).size;
-  const width = Math.max(Math.min(kWidth, places * 90), places * 14, 160);
+  const sums = new Map();
+  rows.forEach((row) => sums.set(row.at, (sums.get(row.at) || 0) + row.value));
+  const [step, unit] = axisScale(Math.max(0, ...sums.values()), titles.unit), places = sums.size;
+  const there = new Set(rows.map((row) => row.part)), parts = titles.colors ? Object.keys(titles.colors).filter((part) => there.has(part)) : [...there].sort();
+  const names = titles.names || ((part) => part);
+  const values = rows.map((row) => ({ ...row, raw: row.value, value: row.value / step, order: parts.indexOf(row.part), name: names(row.part) }));
   return {
-    width, height: 260,
-    data: [{ name: 'rows', values: rows, transform: [{ type: 'stack', groupby: ['at'], sort: { field: 'part' }, field: 'value' }] }],
+    height: Math.max(titles.height || 240, document.documentElement.clientWidth > 900 ? parts.length * 15 + 40 : 0),
+    most: places < 6 ? Math.max(420, 260 + places * 90) : undefined,
+    signals: [{ name: 'mark', value: titles.mark ?? null }],
+    data: [{ name: 'rows', values, transform: [{ type: 'stack', groupby: ['at'], sort: { field: 'order' }, field: 'value' }] }],
     scales: [
-      { name: 'x', type: 'band', domain: { data: 'rows', field: 'at' }, range: 'width', padding: 0.15 },
-      { name: 'y', type: 'linear', domain: { data: 'rows', field: 'y1' }, range: 'height', nice: true, zero: true },
-      { name: 'color', type: 'ordinal', domain: { data: 'rows', field: 'part', sort: true }, range: 'category' }],
+      { name: 'x', type: 'band', domain: { data: 'rows', field: 'at' }, range: 'width', padding: places > 40 ? 0.05 : 0.15 },
+      { name: 'y', type: 'linear', domain: titles.most ? [0, titles.most / step] : { data: 'rows', field: 'y1' }, range: 'height', nice: true, zero: true },
+      { name: 'color', type: 'ordinal', domain: parts.map(names), range: titles.colors ? parts.map((part) => titles.colors[part]) : 'category' }],
     axes: [
-      { orient: 'left', scale: 'y', grid: true, title: titles.y, format: titles.format || '~s' },
-      { orient: 'bottom', scale: 'x', title: titles.x, labelOverlap: true }],
-    legends: [{ fill: 'color', orient: places > 24 ? 'bottom' : 'right', columns: places > 24 ? 3 : 1, title: titles.part }],
+      { orient: 'left', scale: 'y', grid: true, title: unit ? `${titles.y}, ${unit}` : titles.y, tickCount: 5, encode: tickLabels },
+      { orient: 'bottom', scale: 'x', title: titles.x }],
+    legends: [{ fill: 'color', orient: document.documentElement.clientWidth > 900 ? 'right' : 'bottom', columns: document.documentElement.clientWidth > 900 ? 1 : 2, title: titles.part }],
     marks: [{
       type: 'rect', from: { data: 'rows' }, encode: {
         update: {
-          x: { scale: 'x', field: 'at' }, width: { scale: 'x', band: 1 }, y: { scale: 'y', field: 'y0' }, y2: { scale: 'y', field: 'y1' }, fill: { scale: 'color', field: 'part' }, fillOpacity: { value: 1 },
-          tooltip: { signal: `datum.at + ': ' + datum.part + ' ' + format(datum.value, ',')` } },
-        hover: { fillOpacity: { value: 0.7 } } } }],
-  };
-}
-
-// Histogram of numbers.
-function histogram(values, titles) {
-  if (values.length === 0) return null;
-  return {
-    width: Math.min(kWidth, 640), height: 200,
-    data: [{ name: 'rows', values: values.map((value) => ({ value })), transform: [
-      { type: 'extent', field: 'value', signal: 'extent' },
-      { type: 'bin', field: 'value', extent: { signal: 'extent[0] == extent[1] ? [extent[0], extent[0] + 1] : extent' }, maxbins: 40 },
-      { type: 'aggregate', groupby: ['bin0', 'bin1'] }] }],
-    scales: [
-      { name: 'x', type: 'linear', domain: { data: 'rows', fields: ['bin0', 'bin1'] }, range: 'width', zero: false },
-      { name: 'y', type: 'linear', domain: { data: 'rows', field: 'count' }, range: 'height', nice: true, zero: true }],
-    axes: [{ orient: 'left', scale: 'y', grid: true, title: titles.y }, { orient: 'bottom', scale: 'x', title: titles.x, format: '~s' }],
-    marks: [{ type: 'rect', from: { data: 'rows' }, encode: {
-      update: {
-        x: { scale: 'x', field: 'bin0', offset: 1 }, x2: { scale: 'x', field: 'bin1' }, y: { scale: 'y', field: 'count' }, y2: { scale: 'y', value: 0 }, fill: { value: kColors[0] }, fillOpacity: { value: 1 },
-        tooltip: { signal: `format(datum.bin0, ',') + ' to ' + format(datum.bin1, ',') + ': ' + datum.count` } },
-      hover: { fillOpacity: { value: 0.7 } } } }],
+          x: { scale: 'x', field: 'at' }, width: { scale: 'x', band: 1 }, y: { scale: 'y', field: 'y0' }, y2: { scale: 'y', field: 'y1' }, fill: { scale: 'color', field: 'name' }, fillOpacity: { value: 1 }, cursor: { value: titles.pressed ? 'pointer' : 'default' },
+          tooltip: { signal: `'${titles.x} ' + datum.at + ': ' + datum.name + ' ' + human(datum.raw, '${titles.unit || ''}')` } },
+        hover: { fillOpacity: { value: 0.7 } } } },
+    { type: 'rect', interactive: false, encode: { update: {
+      x: { scale: 'x', signal: 'mark' }, width: { scale: 'x', band: 1 }, y: { value: 0 }, y2: { signal: 'height' }, stroke: { value: style('--mark') }, strokeWidth: { value: 2 }, fill: null, opacity: { signal: 'mark === null ? 0 : 1' } } } }],
   };
 }
 
@@ -106,15 +114,16 @@ function histogram(values, titles) {
 function lines(rows, titles) {
   if (rows.length === 0) return null;
   const even = titles.even || rows.some((row) => typeof row.x !== 'number');
+  const scaled = scaledRows(rows, 'y', titles.y, titles.unit || unitOfColumn(titles.y));
   return {
-    width: Math.min(kWidth, 640), height: 280,
-    data: [{ name: 'rows', values: rows }],
+    height: 280, most: 1100,
+    data: [{ name: 'rows', values: scaled.rows }],
     scales: [
       even ? { name: 'x', type: 'point', domain: { data: 'rows', field: 'x' }, range: 'width', padding: 0.5 } : { name: 'x', type: 'linear', domain: { data: 'rows', field: 'x' }, range: 'width', zero: false, nice: true },
       { name: 'y', type: titles.log ? 'log' : 'linear', domain: { data: 'rows', field: 'y' }, range: 'height', nice: true, zero: !titles.log },
       { name: 'color', type: 'ordinal', domain: { data: 'rows', field: 'series' }, range: 'category' }],
-    axes: [{ orient: 'left', scale: 'y', grid: true, title: titles.y, format: '~s' }, { orient: 'bottom', scale: 'x', title: titles.x, tickMinStep: titles.step }],
-    legends: [{ stroke: 'color', symbolType: 'stroke', symbolStrokeWidth: 3, orient: 'right', title: titles.series }],
+    axes: [{ orient: 'left', scale: 'y', grid: true, title: scaled.title, tickCount: 6, encode: tickLabels }, { orient: 'bottom', scale: 'x', title: titles.x, tickMinStep: titles.step }],
+    legends: titles.series ? [{ stroke: 'color', symbolType: 'stroke', symbolStrokeWidth: 3, orient: document.documentElement.clientWidth > 900 ? 'right' : 'bottom', title: titles.series }] : [],
     marks: [{ type: 'group', from: { facet: { name: 'of', data: 'rows', groupby: 'series' } }, marks: [
       { type: 'line', from: { data: 'of' }, encode: { update: { x: { scale: 'x', field: 'x' }, y: { scale: 'y', field: 'y' }, stroke: { scale: 'color', field: 'series' }, strokeWidth: { value: 2 } } } },
       { type: 'symbol', from: { data: 'of' }, encode: { update: {
@@ -125,13 +134,14 @@ function lines(rows, titles) {
 // Points with the front of those that no other beats in both directions (less is better): rows {x, y, series, says, front}.
 function scatter(rows, titles) {
   if (rows.length === 0) return null;
+  const across = scaledRows(rows, 'x', titles.x, unitOfColumn(titles.x)), up = scaledRows(across.rows, 'y', titles.y, unitOfColumn(titles.y));
   const scale = (name, field, range) => ({ name, type: titles.log ? 'log' : 'linear', domain: { data: 'rows', field }, range, nice: true, zero: false });
   return {
-    width: Math.min(kWidth, 720), height: 380,
-    data: [{ name: 'rows', values: rows }, { name: 'front', source: 'rows', transform: [{ type: 'filter', expr: 'datum.front' }, { type: 'collect', sort: { field: 'x' } }] }],
+    height: 380, most: 1100,
+    data: [{ name: 'rows', values: up.rows }, { name: 'front', source: 'rows', transform: [{ type: 'filter', expr: 'datum.front' }, { type: 'collect', sort: { field: 'x' } }] }],
     scales: [scale('x', 'x', 'width'), scale('y', 'y', 'height'), { name: 'color', type: 'ordinal', domain: { data: 'rows', field: 'series' }, range: 'category' }],
-    axes: [{ orient: 'left', scale: 'y', grid: true, title: titles.y, format: '~s' }, { orient: 'bottom', scale: 'x', grid: true, title: titles.x, format: '~s', labelOverlap: true }],
-    legends: [{ fill: 'color', orient: 'right', title: titles.series }],
+    axes: [{ orient: 'left', scale: 'y', grid: true, title: up.title, tickCount: 6, encode: tickLabels }, { orient: 'bottom', scale: 'x', grid: true, title: across.title, tickCount: 8, encode: tickLabels }],
+    legends: [{ fill: 'color', orient: document.documentElement.clientWidth > 900 ? 'right' : 'bottom', title: titles.series }],
     marks: [
       { type: 'line', from: { data: 'front' }, encode: { update: { x: { scale: 'x', field: 'x' }, y: { scale: 'y', field: 'y' }, interpolate: { value: 'step-after' }, stroke: { value: style('--mark') }, strokeWidth: { value: 2 } } } },
       { type: 'symbol', from: { data: 'rows' }, encode: { update: {
@@ -143,15 +153,16 @@ function scatter(rows, titles) {
 // Horizontal bars: rows {at, value, says}.
 function bars(rows, titles) {
   if (rows.length === 0) return null;
+  const scaled = scaledRows(rows, 'value', titles.x, titles.unit);
   return {
-    width: Math.min(kWidth, 560), height: rows.length * 24,
-    data: [{ name: 'rows', values: rows }],
+    height: rows.length * 24 + 44, most: 900,
+    data: [{ name: 'rows', values: scaled.rows }],
     scales: [
       { name: 'y', type: 'band', domain: { data: 'rows', field: 'at' }, range: 'height', padding: 0.2 },
       { name: 'x', type: 'linear', domain: titles.domain || { data: 'rows', field: 'value' }, range: 'width', nice: true, zero: true }],
-    axes: [{ orient: 'left', scale: 'y' }, { orient: 'bottom', scale: 'x', grid: true, title: titles.x, format: titles.format || '~s' }],
+    axes: [{ orient: 'left', scale: 'y' }, { orient: 'bottom', scale: 'x', grid: true, title: scaled.title, tickCount: 6, encode: tickLabels }],
     marks: [{ type: 'rect', from: { data: 'rows' }, encode: {
-      update: { y: { scale: 'y', field: 'at' }, height: { scale: 'y', band: 1 }, x: { scale: 'x', value: 0 }, x2: { scale: 'x', field: 'value' }, fill: { value: kColors[0] }, fillOpacity: { value: 1 }, tooltip: { field: 'says' } },
+      update: { y: { scale: 'y', field: 'at' }, height: { scale: 'y', band: 1 }, x: { scale: 'x', value: 0 }, x2: { scale: 'x', field: 'value' }, fill: { value: kSeries[0] }, fillOpacity: { value: 1 }, tooltip: { field: 'says' } },
       hover: { fillOpacity: { value: 0.7 } } } }],
   };
 }

@@ -2,33 +2,39 @@
 
 function sweepReport() {
   const sweep = data.sweep, axes = ['capture', ...sweep.axes];
-  const columns = sweep.columns.filter((name, c) => sweep.rows.some((row) => typeof row[c + 3] === 'number' && row[c + 3] !== 0));
+  const known = sweep.columns.filter((name, c) => sweep.rows.some((row) => typeof row[c + 3] === 'number' && row[c + 3] !== 0));
   const columnIndex = Object.fromEntries(sweep.columns.map((name, c) => [name, c + 3]));
   // A point with its values along the axes and the mean over its frames of every column.
   const points = sweep.points.map((point, index) => ({ index, axis: Object.fromEntries(axes.map((key, a) => [key, a === 0 ? sweep.captures[point.capture] : point.values[a - 1]])), frames: [], mean: {} }));
   for (const row of sweep.rows) if (row[2] === 'ok') points[row[0]].frames.push(row);
   const done = points.filter((point) => point.frames.length > 0);
   for (const point of done)
-    for (const name of columns) {
-      const known = point.frames.map((row) => row[columnIndex[name]]).filter((value) => typeof value === 'number');
-      if (known.length > 0) point.mean[name] = known.reduce((a, b) => a + b, 0) / known.length;
+    for (const name of known) {
+      const numbers = point.frames.map((row) => row[columnIndex[name]]).filter((value) => typeof value === 'number');
+      if (numbers.length > 0) point.mean[name] = numbers.reduce((a, b) => a + b, 0) / numbers.length;
     }
   // Reads and writes together, which the columns have apart.
   const kBoth = 'dram.read_bytes + dram.written_bytes';
-  if (columns.includes('dram.read_bytes') && columns.includes('dram.written_bytes')) {
+  if (known.includes('dram.read_bytes') && known.includes('dram.written_bytes')) {
     for (const point of done) point.mean[kBoth] = point.mean['dram.read_bytes'] + point.mean['dram.written_bytes'];
-    columns.push(kBoth);
+    known.push(kBoth);
   }
+  // What is the same at every point is said once, and offered nowhere.
+  const varies = (name) => new Set(done.map((point) => point.mean[name])).size > 1, changing = known.filter(varies);
+  const columns = changing.length > 0 ? changing : known, constant = changing.length > 0 ? known.filter((name) => !varies(name)) : [];
   const varying = axes.filter((key) => new Set(points.map((point) => JSON.stringify(point.axis[key]))).size > 1);
   const says = (point) => varying.map((key) => `${key} = ${point.axis[key]}`).join(', ') || `point ${point.index}`;
+  const idle = varying.filter((key) => withoutEffect(done, varying, key, columns));
   const prefer = (...names) => names.find((name) => columns.includes(name)) || columns[0];
-  const tools = { points: done, columns, varying, says, prefer };
+  const tools = { points: done, columns, known, varying, says, prefer };
 
   const part = section('study', 'Study');
   part.append(make('p', {}, `${sweep.points.length} points: ${done.length} rendered, ${sweep.missing.length} not done yet, ${sweep.rows.filter((row) => row[2] !== 'ok').length} with values that do not fit each other. ` +
     'Plots show the mean over the frames of a point.'));
   if (sweep.rows_left_out > 0) part.append(make('p', { class: 'note' }, `${sweep.rows_left_out} rows are left out here; sweep.csv has them all.`));
-  part.append(table([{ title: 'axis', of: (key) => key }, { title: 'values', of: (key) => [...new Set(points.map((point) => String(point.axis[key])))].join(', '), wide: true }], axes));
+  part.append(table([{ title: 'axis', of: (key) => key }, { title: 'values', of: (key) => [...new Set(points.map((point) => String(point.axis[key])))].join(', '), wide: true }], axes.filter((key) => varying.includes(key)), { label: 'Axes' }));
+  for (const key of idle) part.append(make('p', { class: 'note' }, `${key} is without effect here: all of its values give the same columns.`));
+  if (constant.length > 0) part.append(make('details', {}, make('summary', {}, `${constant.length} columns are the same at every point`), table([{ title: 'column', of: (name) => name }, { title: 'value', of: (name) => done[0].mean[name] }], constant, { label: 'Columns that do not vary' })));
 
   let browser = null;
   const detail = make('div', { 'aria-live': 'polite' });
@@ -40,15 +46,26 @@ function sweepReport() {
     if (browser && shown >= 0) browser.choose(shown);
   };
   if (done.length > 0) {
+    parallelSection(tools, press);
     paretoSection(tools, press, detail);
     curveSection(tools);
     purposeSection(tools);
   }
-  if (data.views.length > 0) browser = frameBrowser(section('frames', 'Pictures'), () => {});
+  if (data.views.length > 0) browser = sweepImages();
   const list = section('points', 'Points');
   list.append(table([{ title: 'point', of: (row) => row[0] }, ...varying.map((key) => ({ title: key, of: (row) => points[row[0]].axis[key] })), { title: 'frame', of: (row) => (row[1] === null ? '' : row[1]) }, { title: 'status', of: (row) => row[2] },
-    ...columns.filter((name) => name in columnIndex).map((name) => ({ title: name, of: (row) => (row[columnIndex[name]] === null ? '' : row[columnIndex[name]]) }))], sweep.rows, (row) => press({ index: row[0] })));
+    ...columns.filter((name) => name in columnIndex).map((name) => ({ title: name, of: (row) => (row[columnIndex[name]] === null ? '' : row[columnIndex[name]]) }))], sweep.rows, { press: (row) => press({ index: row[0] }), limit: 200 }));
   configurationSection([['Study', { title: sweep.title, captures: sweep.captures, frames: sweep.frames || 'those of the captures', fixed: sweep.settings }], ['Settings of the first point', sweep.first_point.settings], ['Machine of the first point', sweep.first_point.gpu]]);
+}
+
+// Whether an axis changes no column: points that differ in it alone are alike.
+function withoutEffect(points, varying, key, columns) {
+  const others = varying.filter((other) => other !== key && !moveTogether(points, other, key)), first = new Map();
+  return points.every((point) => {
+    const place = JSON.stringify(others.map((other) => point.axis[other])), seen = first.get(place);
+    if (!seen) first.set(place, point);
+    return !seen || columns.every((name) => seen.mean[name] === point.mean[name]);
+  }) && first.size < points.length;
 }
 
 // Marks the rows that no other beats in both x and y.
@@ -136,8 +153,8 @@ function moveTogether(points, a, b) {
   }) && seen.size === new Set(seen.values()).size;
 }
 
-function purposeSection({ points, columns, varying }) {
-  const names = columns.filter((name) => name.startsWith('dram.') && name.split('.').length === 4);
+function purposeSection({ points, known, varying }) {
+  const names = known.filter((name) => name.startsWith('dram.') && name.split('.').length === 4);
   if (names.length === 0) return;
   const part = section('purposes', 'Memory traffic by purpose');
   const most = 80, shown = points.slice(0, most);
@@ -145,6 +162,7 @@ function purposeSection({ points, columns, varying }) {
   // Few points are named by their values, of axes set together once.
   const keys = varying.filter((key, k) => !varying.slice(0, k).some((other) => moveTogether(points, other, key)));
   const named = shown.length <= 24, place = (point) => (named ? keys.map((key) => point.axis[key]).join(' / ') || 'all' : point.index);
-  const rows = shown.flatMap((point) => names.filter((name) => point.mean[name] > 0).map((name) => ({ at: place(point), part: name.slice(5).replaceAll('_', ' ').replaceAll('.', ' '), value: point.mean[name] })));
-  plot(part, 'Bytes over the memory interface for each point, by unit and purpose', () => stackedBars(rows, { x: named ? keys.join(' / ') : 'point', y: 'bytes', part: 'unit, purpose, direction' }));
+  const purposes = Object.keys(kPurposeColors), bytes = (point, purpose) => names.filter((name) => name.split('.')[2] === purpose).reduce((sum, name) => sum + (point.mean[name] || 0), 0);
+  const rows = shown.flatMap((point) => purposes.map((purpose) => ({ at: place(point), part: purpose, value: bytes(point, purpose) })).filter((row) => row.value > 0));
+  plot(part, 'Bytes over the memory interface for each point, by purpose', () => stackedBars(rows, { x: named ? keys.join(' / ') : 'point', y: 'traffic', unit: 'bytes', part: 'purpose', colors: kPurposeColors, names: purposeName }));
 }

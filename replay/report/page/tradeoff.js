@@ -71,7 +71,7 @@ function tradeoffScatter(rows, errorOf, costOf) {
   // The same by keyboard: every setting is a row, and a row says what a point says.
   part.append(make('details', {}, make('summary', {}, 'All settings as a table'), table([{ title: 'knob', of: (entry) => entry.knob.title }, { title: 'setting', of: (entry) => entry.row.label },
     ...Object.entries(kTradeoffErrors).map(([name, title]) => ({ title, of: (entry) => errorOf(entry.row, name) })), ...Object.entries(kTradeoffCosts).map(([name, title]) => ({ title, of: (entry) => costOf(entry.row, name) ?? '' }))],
-    rows, (entry) => press({ index: rows.indexOf(entry) }))));
+    rows, { press: (entry) => press({ index: rows.indexOf(entry) }) })));
 }
 
 function knobSection(knob, errorOf, costOf) {
@@ -80,7 +80,11 @@ function knobSection(knob, errorOf, costOf) {
     part.append(make('p', { class: 'note' }, `Left out: ${knob.skipped}.`));
     return;
   }
-  if (knob.idle) part.append(make('p', { class: 'note' }, 'Without effect here: all of its settings give the same image at the same cost.'));
+  // One line is enough.
+  if (knob.idle) {
+    part.append(make('p', { class: 'note' }, `Without effect here: ${knob.settings.map((row) => row.label).join(', ')} give the same image at the same cost.`));
+    return;
+  }
   if (knob.context) part.append(make('p', { class: 'note' }, `With ${knob.context}.`));
   part.append(make('ul', {}, ...knob.settings.map((row) => make('li', {}, row.says))));
   if (knob.timed) {

@@ -9,12 +9,12 @@
 #include <limits>
 #include <map>
 
-#include "base/parallel.h"
 #include "base/simd_targets.h"
 #include "shaders_cpp/procedures/procedures.h"
 #include "tests/support/procedures.h"
 #include "tests/support/programs.h"
 #include "tests/tilecore/procedural/cell_lists.h"
+#include "tests/tilecore/procedural/random_scene.h"
 #include "tests/tilecore/support.h"
 #include "tilecore/procedural/footprint.h"
 #include "tilecore/procedural/parameter_maps.h"
@@ -144,132 +144,6 @@ TEST_P(ProcedureArray, ProgramsGiveTheBitsOfBuiltInStages) {  // PGM1
 }
 
 // ---- Maps -------------------------------------------------------------------------------------------------------
-
-// A procedure before a camera, sometimes close, behind, moving, through a lens or from an orthographic camera.
-struct RandomScene {
-  TestFrame scene;
-  RandomScene(Random& random, ShapeId id, bool general) {
-    scene::Camera camera;
-    camera.near = 0.2f;
-    if (random.integer(0, 5) == 0) camera.type = scene::Camera::Type::kOrthographic, camera.x_mag = camera.y_mag = 2;
-    if (general && random.integer(0, 3) == 0) camera.lens = {0.1f, 3.0f};
-    test::add_camera(*scene.capture, DVec3(0, 0, random.integer(0, 4) == 0 ? 0.5 : 4.0), camera);
-    scene::Material material;
-    material.double_sided = random.coin();
-    const int number = test::add_material(*scene.capture, material);
-    const DVec3 place(random.in_box(2));
-    const int node = test::add_procedure(*scene.capture, id, test::random_shape(random, id), place, number);
-    if (general && random.coin()) test::add_motion(*scene.capture, node, DVec3(random.in_box(3)));
-    scene.pose(96, 64);
-  }
-};
-
-// Visible points of random scenes, by the exact double-precision procedure, whose (object, tile) the tag map lacks and
-// whose (cell, tile) the parameter map lacks.
-struct Misses {
-  int scenes = 0, points = 0, tags = 0, cells = 0;
-};
-Misses count_misses(std::uint32_t seed, int scenes, const ProcedureSettings& settings, bool general, int points_each) {
-  Random random(seed);
-  Misses misses;
-  for (int n = 0; n < scenes; ++n) {
-    const auto id = static_cast<ShapeId>(n % test::kShapeCount);
-    const RandomScene random_scene(random, id, general);
-    const scene::FrameGeometry& frame = *random_scene.scene.frame;
-    const binner::TileGrid grid(96, 64, 16, 16);
-    const ParameterMaps maps(frame, grid.region(), settings, 2, 64);
-    const CellLists lists(frame, maps, grid);
-    std::vector<std::vector<binner::QueueEntry>> of_tile;
-    for (binner::TileIndex tile = 0; tile < grid.tile_count(); ++tile) of_tile.push_back(lists.of_tile(tile));
-    const scene::PosedDrawable& drawable = frame.drawables[0];
-    const scene::Projection& projection = frame.projection;
-    ++misses.scenes;
-    for (int k = 0; k < points_each; ++k) {
-      const double u = static_cast<double>(random.uniform(0, 1)), v = static_cast<double>(random.uniform(0, 1)),
-                   t = static_cast<double>(random.uniform(0, 1));
-      const double angle = static_cast<double>(random.uniform(0, 6.2831f));
-      shaders::ShapePoint<double> p;
-      shaders::with_shape(id, [&](auto shape) {
-        p = shaders::shape_tangents<decltype(shape)>(drawable.procedure->pieces[0].input, u, v);
-      });
-      const auto raster = [&](const Vector3<double>& a, double w) {
-        const DVec4 q(a.x, a.y, a.z, w);
-        return DMat4(drawable.to_raster[0]) * q * (1 - t) + DMat4(drawable.to_raster[1]) * q * t;
-      };
-      const DVec4 r = raster(p.position, 1), ru = raster(p.by_u, 0), rv = raster(p.by_v, 0);
-      if (!(r.z > projection.near * 1.0001) || !std::isfinite(r.x + r.y)) continue;
-      const double w = projection.orthographic ? 1.0 : r.z, x = r.x / w, y = r.y / w,
-                   coc = projection.orthographic ? 1 - r.z * projection.inverse_focus
-                                                 : 1 / r.z - projection.inverse_focus;
-      const double px = x + projection.lens_scale * std::cos(angle) * coc,
-                   py = y + projection.lens_scale * std::sin(angle) * coc;
-      if (!(px > 0.01 && py > 0.01 && px < 95.99 && py < 63.99)) continue;
-      const double turn = projection.orthographic ? 0 : 1, area = (ru.x - turn * x * ru.z) * (rv.y - turn * y * rv.z) -
-                                                                  (ru.y - turn * y * ru.z) * (rv.x - turn * x * rv.z);
-      if (!drawable.material->double_sided && area > -1e-9) continue;  // culled at will
-      ++misses.points;
-      const auto tile = grid.index(static_cast<int>(px) / 16, static_cast<int>(py) / 16);
-      bool tagged = false, listed = false;
-      for (const binner::QueueEntry& entry : of_tile[tile]) {
-        const ParameterCell& cell = maps.cells()[ParameterMaps::cell_of(entry.range)];
-        if (t < entry.t0 / 256.0 || t > (entry.t1 + 1) / 256.0) continue;
-        tagged = true;
-        listed = listed || (u >= static_cast<double>(cell.u0) && u <= static_cast<double>(cell.u1) &&
-                            v >= static_cast<double>(cell.v0) && v <= static_cast<double>(cell.v1));
-      }
-      misses.tags += tagged ? 0 : 1;
-      misses.cells += listed ? 0 : 1;
-    }
-  }
-  return misses;
-}
-
-TEST(ParameterMaps, IntervalsMissNothingInRandomScenes) {  // PM1
-  ProcedureSettings settings;
-  settings.cell_pixels = 24;
-  const Misses misses = count_misses(1, 1000, settings, true, 24);
-  EXPECT_GT(misses.points, 10 * misses.scenes / 4);
-  EXPECT_EQ(misses.tags, 0);
-  EXPECT_EQ(misses.cells, 0);
-}
-
-// As above, at length.
-TEST(HundredThousandScenes, MissNoTile) {  // PM1
-#ifdef TESSERA_SANITIZED
-  constexpr std::size_t kRounds = 4;
-#else
-  constexpr std::size_t kRounds = 100;
-#endif
-  std::array<Misses, kRounds> rounds;
-  parallel_for(kRounds, [&](std::size_t k) {
-    ProcedureSettings settings;
-    settings.cell_pixels = 24;
-    rounds[k] = count_misses(1000 + static_cast<std::uint32_t>(k), 1000, settings, true, 24);
-  });
-  Misses all;
-  for (const Misses& round : rounds) {
-    all.scenes += round.scenes, all.points += round.points;
-    all.tags += round.tags, all.cells += round.cells;
-  }
-  std::printf("%d scenes of procedures, %d visible points: %d in tiles without their object, %d without their cell\n",
-              all.scenes, all.points, all.tags, all.cells);
-  EXPECT_EQ(all.scenes, static_cast<int>(kRounds * 1000));
-  EXPECT_GT(all.points, 10 * all.scenes / 4);
-  EXPECT_EQ(all.tags, 0);
-  EXPECT_EQ(all.cells, 0);
-}
-
-TEST(ParameterMaps, ThePublishedOnesMissWhatLiesBetweenTheirTuples) {
-  ProcedureSettings settings;
-  settings.maps = ProcedureSettings::Maps::kPublished;
-  settings.padding = 0;
-  settings.sparse_spacing = 16;
-  const Misses bare = count_misses(1, 2000, settings, false, 24);
-  settings.padding = 1;
-  const Misses padded = count_misses(1, 2000, settings, false, 24);
-  EXPECT_GT(bare.tags, 0);
-  EXPECT_GT(bare.cells, padded.cells);
-}
 
 TEST(ParameterMaps, ACellsHalfStepsStayInsideTheSpacing) {  // PM2
   Random random(3);

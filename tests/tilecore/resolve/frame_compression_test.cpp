@@ -105,6 +105,24 @@ RC_GTEST_PROP(FrameCompression, FixedPointPixelsDecodeToTheSameBits, (std::uint3
     }
 }
 
+// All halves, and floats around each.
+TEST(FrameCompression, AHalfStandsForWhatItsCodeSays) {
+  for (std::uint32_t high = 0; high < 0x10000; ++high)
+    for (const std::uint32_t low : {0x0000u, 0x0001u, 0x0fffu, 0x1000u, 0x1001u, 0x3000u, 0xffffu}) {
+      const auto value = std::bit_cast<float>(high << 16 | low);
+      Vec4 stored;
+      as_halves(std::array{Vec4(value, 0, 1, value)}, &stored);
+      ASSERT_EQ(half_bits(stored.x), half_bits(value)) << value;
+      ASSERT_EQ(stored.y, 0.0f);
+      if (std::isnan(value)) continue;
+      // A half times 2^24 is a whole number, and the nearest one is no farther than half of a step.
+      ASSERT_TRUE(std::isinf(stored.x) || stored.x * 16777216.0f == std::trunc(stored.x * 16777216.0f)) << value;
+      Vec4 again;
+      as_halves(std::array{stored}, &again);
+      ASSERT_EQ(std::bit_cast<std::uint32_t>(again.x), std::bit_cast<std::uint32_t>(stored.x));
+    }
+}
+
 TEST(FrameCompression, NoiseIsKeptRawAndSpecialValuesSurvive) {
   std::mt19937 random(1);
   for (const Shape& shape : kShapes) {

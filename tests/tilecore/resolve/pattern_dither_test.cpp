@@ -32,6 +32,9 @@ TEST(PatternDither, MasksHaveTheirRateAndAreMadeOfSparseSquares) {  // PD1
         EXPECT_EQ(squares_in(four), 1);
         EXPECT_EQ(std::popcount(eight), 8);
         EXPECT_EQ(squares_in(eight), 2);
+        const BlockMask twelve = dither_mask(12, frame, settings, block, 3);
+        EXPECT_EQ(std::popcount(twelve), 12);
+        EXPECT_EQ(squares_in(twelve), 3);
         EXPECT_EQ(dither_mask(16, frame, settings, block, 3), kFullBlock);
       }
 }
@@ -51,13 +54,28 @@ int longest_wait(int rate, const DitherSettings& settings, std::uint32_t first, 
 }
 
 TEST(PatternDither, TheCounterRendersEveryPixelOncePerPeriodAcrossTheWrapOfTheFrameNumber) {  // PD2
-  for (const int rate : {4, 8})
+  for (const int rate : {4, 8, 12})
     for (const std::uint32_t first : {0u, 3u, 0xffffffe1u})
       for (const DitherSettings& settings : {kAllSettings[0], kAllSettings[1]})
-        for (int block = 0; block < 8; ++block) EXPECT_EQ(longest_wait(rate, settings, first, block), 16 / rate);
+        for (int block = 0; block < 8; ++block)
+          EXPECT_EQ(longest_wait(rate, settings, first, block), (15 + rate) / rate);
   // The failing twin: chance lets some pixel wait longer.
   EXPECT_GT(longest_wait(4, kAllSettings[2], 0, 0), 4);
   EXPECT_GT(longest_wait(8, kAllSettings[2], 0, 0), 2);
+  EXPECT_GT(longest_wait(12, kAllSettings[2], 0, 0), 2);
+}
+
+// By the masks alone: what four frames in a row render, added up pixel by pixel.
+TEST(PatternDither, FourFramesInARowRenderEveryPixelAsOftenAsAnyOther) {  // PD2
+  for (const int rate : {4, 8, 12, 16})
+    for (const std::uint32_t first : kFrames)
+      for (int block = 0; block < 8; ++block)
+        for (int p = 0; p < 16; ++p) {
+          int rendered = 0;
+          for (std::uint32_t f = 0; f < 4; ++f)
+            rendered += dither_mask(rate, first + f, kAllSettings[1], block, 2) >> p & 1;
+          EXPECT_EQ(rendered, rate / 4);
+        }
 }
 
 std::size_t patterns_in_a_frame(int rate, const DitherSettings& settings) {
@@ -73,6 +91,8 @@ TEST(PatternDither, OnePatternPerRateAndFrameUnlessBlocksAreOnTheirOwn) {  // PD
     EXPECT_EQ(patterns_in_a_frame(8, {order, 7, false}), 1u);
     EXPECT_EQ(patterns_in_a_frame(4, {order, 7, true}), 4u);
     EXPECT_EQ(patterns_in_a_frame(8, {order, 7, true}), 2u);
+    EXPECT_EQ(patterns_in_a_frame(12, {order, 7, false}), 1u);
+    EXPECT_EQ(patterns_in_a_frame(12, {order, 7, true}), 4u);
   }
 }
 

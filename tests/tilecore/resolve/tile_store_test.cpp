@@ -117,6 +117,35 @@ TEST(TileStore, WhatASecondPassFillsIsStoredRaw) {
   EXPECT_EQ(got.compression.frame_blocks_raw, got.compression.frame_blocks);
 }
 
+// Closed form: of two tiles one block of 4x4 pixels in the middle changes.
+TEST(TileStore, WhatIsKeptIsNotWritten) {  // PS4
+  const IntRect region{0, 0, 32, 16};
+  for (const FrameFormat format : kFormats)
+    for (const bool compressed : {false, true}) {
+      Image image = image_of(region, Content::kNoise);
+      TileStore unit;
+      KeptBlocks kept;
+      kept.blocks = {0, 0, 4, 4};
+      kept.kept.assign(16, 1);
+      kept.any = true;
+      const auto written = [&] {
+        memory::Ledger ledger;
+        TileStore::Tile tile{0, {0, 0, 16, 16}, region, 64};
+        tile.kept = &kept;
+        const bool stored = unit.store(frame_store(format, compressed), tile, image, ledger).written;
+        EXPECT_EQ(stored, ledger.total().written_bytes > 0);
+        return ledger.total().written_bytes;
+      };
+      EXPECT_EQ(written(), 0u);
+      kept.kept[5] = 0;
+      // Four rows of a burst each; or the block of 256 bytes that it lies in.
+      EXPECT_EQ(written(), 256u);
+      // The failing twin: nothing is kept.
+      kept.any = false;
+      EXPECT_EQ(written(), 16 * 16 * frame_pixel_bytes(format));
+    }
+}
+
 TEST(TileStore, AnImageHoldsWhatWasStored) {
   const IntRect region{0, 0, 32, 16};
   for (const FrameFormat format : kFormats) {

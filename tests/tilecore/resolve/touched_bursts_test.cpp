@@ -30,7 +30,8 @@ TEST(TouchedBursts, AreReadOnceEach) {
           for (std::uint64_t b = first / burst; b * burst < first + array.bytes; ++b) expected.insert(b);
         }
     }
-    touched.start(array, burst, rects);
+    touched.start(burst);
+    for (const IntRect& rect : rects) touched.touch(array, rect);
     memory::Ledger ledger;
     memory::AccessLog log;
     ledger.record_into(&log);

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <optional>
+
+#include "gpu/focus_track.h"
+#include "scene/view.h"
+#include "tilecore/resolve/foveation.h"
+
+namespace tessera::gpu {
+
+// Where the eye looks in each frame: a place of the settings, along a track, or at a node of the capture.
+class MovingFocus {
+ public:
+  // Reads the track, if there is one. `capture` must outlive the focus. Throws what FocusTrack::read() throws; UsageError
+  // where the scene has no node of that name, or several.
+  MovingFocus(const tilecore::FoveationSettings& settings, const scene::Capture& capture);
+
+  // At `seconds`, the middle of a frame's shutter, through the camera of an eye: in frame widths and heights. A node is
+  // seen through the middle of the lens; one in the camera's plane or behind it is not looked at, but the settings' place.
+  DVec2 at(double seconds, const scene::CameraChoice& camera, int width, int height) const;
+
+ private:
+  DVec2 fixed_;
+  std::optional<FocusTrack> track_;
+  const scene::Capture* capture_;
+  int node_ = scene::kNone;
+};
+
+}  // namespace tessera::gpu

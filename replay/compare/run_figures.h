@@ -1,0 +1,53 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace tessera::replay {
+
+// The statistics of a replay (tessera.stats/1) or of a record timed again (tessera.time/1), checked as far as they are
+// used; read from the file, or from stats.json of a folder.
+struct RunStatistics {
+  std::filesystem::path file;
+  nlohmann::json root;
+  std::vector<int> frames;  // their numbers, in the file's order
+
+  // What the replay was of and with: "capture.file", "tile.width", "shading.rate", ... Host times are no key.
+  std::map<std::string, nlohmann::json> keys() const;
+};
+
+// Throws InputError naming the file and the place in it.
+RunStatistics read_run(const std::filesystem::path& file_or_folder);
+
+// Names of all runs' frames that all of them have; empty where there are none.
+std::vector<int> common_frames(const std::vector<RunStatistics>& runs);
+
+// Sections of figures that a comparison shows, in order. All but counters are means over the frames.
+enum class Section { kSummary, kPath, kUnits, kPurposes, kEnergy, kDrawables, kMaterials, kCounters };
+inline constexpr std::size_t kSectionCount = 8;
+struct SectionInfo {
+  const char *name, *title, *unit;
+};
+const SectionInfo& info(Section section);
+
+// Rows of the summary.
+inline constexpr const char *kTimeRow = "time_ms", *kCyclesRow = "cycles", *kEnergyRow = "energy_mj",
+                            *kTrafficRow = "dram_bytes";
+
+// Of one run over some of its frames. What a file does not have is not there.
+struct RunFigures {
+  std::map<std::string, double> sections[kSectionCount];
+  std::string bound_by;
+
+  const std::map<std::string, double>& of(Section section) const { return sections[static_cast<std::size_t>(section)]; }
+  std::map<std::string, double>& of(Section section) { return sections[static_cast<std::size_t>(section)]; }
+  std::optional<double> value(Section section, const std::string& name) const;
+};
+RunFigures figures_of(const RunStatistics& run, const std::vector<int>& frames);
+
+}  // namespace tessera::replay

@@ -1,0 +1,134 @@
+#include "replay/frame_costs.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "memory/ledger.h"
+#include "timing/bound.h"
+
+namespace tessera::replay {
+namespace {
+
+using nlohmann::json;
+using timing::DrawableShare;
+
+void add(DrawableShare& sum, const DrawableShare& share) {
+  sum.invocations += share.invocations, sum.tests += share.tests, sum.requested_lines += share.requested_lines;
+  sum.dram_bytes += share.dram_bytes, sum.cycles += share.cycles, sum.energy_nj += share.energy_nj;
+}
+
+// The first kMaxRows, and what all others have together.
+NamedShares with_others(NamedShares shares) {
+  if (shares.size() <= FrameCosts::kMaxRows) return shares;
+  DrawableShare others;
+  for (std::size_t k = FrameCosts::kMaxRows; k < shares.size(); ++k) add(others, shares[k].second);
+  shares.resize(FrameCosts::kMaxRows);
+  shares.push_back({{FrameCosts::kOthers, FrameCosts::kOthers}, others});
+  return shares;
+}
+
+template <class Of>
+std::string list(std::size_t count, const Of& of) {
+  std::string text = "[";
+  for (std::size_t k = 0; k < count; ++k) text += fmt::format("{}{}", k == 0 ? "" : ",", of(k));
+  return text + "]";
+}
+
+std::string whole(const std::vector<timing::TileShare>& tiles, double timing::TileShare::*member) {
+  return list(tiles.size(), [&](std::size_t t) { return static_cast<std::uint64_t>(std::ceil(tiles[t].*member)); });
+}
+
+std::string bound_members(const std::vector<timing::TileShare>& tiles) {
+  const std::string names = list(
+      timing::kBoundCount, [](std::size_t b) { return fmt::format("\"{}\"", name(static_cast<timing::Bound>(b))); });
+  const std::string by = list(tiles.size(), [&](std::size_t t) {
+    return tiles[t].bound_by ? static_cast<int>(index(*tiles[t].bound_by)) : -1;
+  });
+  return fmt::format("  \"bounds\": {},\n  \"bound_by\": {},\n  \"saves\": {},\n", names, by,
+                     whole(tiles, &timing::TileShare::bound_cycles));
+}
+
+}  // namespace
+
+NamedShares sum_shares(const std::map<std::uint32_t, DrawableShare>& shares, const DrawableNames& names, bool by_node) {
+  std::map<DrawableName, DrawableShare> sums;
+  for (const auto& [drawable, share] : shares) {
+    DrawableName name = names.of(drawable);
+    if (!by_node) name.node.clear();
+    add(sums[name], share);
+  }
+  NamedShares sorted(sums.begin(), sums.end());
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto& a, const auto& b) { return a.second.cycles > b.second.cycles; });
+  return sorted;
+}
+
+json share_rows(const NamedShares& shares, bool by_node) {
+  json rows = json::array();
+  for (const auto& [name, share] : shares) {
+    json row = {
+        {"invocations", share.invocations}, {"tests", share.tests},   {"requested_lines", share.requested_lines},
+        {"dram_bytes", share.dram_bytes},   {"cycles", share.cycles}, {"energy_nj", share.energy_nj}};
+    if (by_node) row["node"] = name.node;
+    row["material"] = name.material;
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+FrameCosts::FrameCosts(const gpu::FrameShares& shares, const DrawableNames& names) : shares_(shares) {
+  const NamedShares by_node = sum_shares(shares.drawables, names, true);
+  std::map<DrawableName, std::size_t> row_of;
+  for (std::size_t row = 0; row < by_node.size(); ++row) row_of[by_node[row].first] = std::min(row, kMaxRows);
+  for (const auto& [drawable, share] : shares.drawables) rows_[drawable] = row_of.at(names.of(drawable));
+  drawables_ = share_rows(with_others(by_node), true);
+  materials_ = share_rows(with_others(sum_shares(shares.drawables, names, false)), false);
+}
+
+std::string FrameCosts::tile_members() const {
+  const std::size_t tiles = shares_.traffic.size();
+  std::vector<timing::TileShare> by_number(tiles);
+  for (const timing::TileShare& tile : shares_.tiles) by_number[tile.tile] = tile;
+  std::string text = fmt::format(" \"costs\": {{\n  \"cycles\": {},\n", whole(by_number, &timing::TileShare::cycles));
+  text += fmt::format("  \"energy_nj\": {},\n",
+                      list(tiles, [&](std::size_t t) { return fmt::format("{:.1f}", by_number[t].energy_nj); }));
+  if (shares_.bounds) text += bound_members(by_number);
+  text += "  \"dram\": {";
+  const char* between = "\n";
+  for (std::size_t p = 0; p < memory::kPurposeCount; ++p) {
+    const auto bytes = [&](std::size_t t) {
+      return shares_.traffic[t][p].read_bytes + shares_.traffic[t][p].written_bytes;
+    };
+    bool any = false;
+    for (std::size_t t = 0; t < tiles; ++t) any = any || bytes(t) > 0;
+    if (any)
+      text += fmt::format("{}   \"{}\": {}", std::exchange(between, ",\n"), name(static_cast<memory::Purpose>(p)),
+                          list(tiles, bytes));
+  }
+  return text + "}},\n" + list_members();
+}
+
+std::string FrameCosts::list_members() const {
+  const std::size_t tiles = shares_.lists.size();
+  std::string text = " \"lists\": ";
+  std::vector<std::size_t> unlisted(tiles);
+  text += list(tiles, [&](std::size_t t) {
+    std::map<std::size_t, std::pair<std::uint64_t, std::uint64_t>> sums;  // by row: invocations, sub-patches
+    for (const gpu::DrawableInTile& drawn : shares_.lists[t]) {
+      auto& [invocations, sub_patches] = sums[rows_.at(drawn.drawable)];
+      invocations += drawn.invocations, sub_patches += drawn.sub_patches;
+    }
+    std::vector<std::pair<std::size_t, std::pair<std::uint64_t, std::uint64_t>>> sorted(sums.begin(), sums.end());
+    std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
+    unlisted[t] = sorted.size() - std::min(sorted.size(), kMaxInList);
+    return list(std::min(sorted.size(), kMaxInList), [&](std::size_t k) {
+      return fmt::format("{},{},{}", sorted[k].first, sorted[k].second.second, sorted[k].second.first);
+    });
+  });
+  return text + fmt::format(",\n \"unlisted\": {},\n", list(tiles, [&](std::size_t t) { return unlisted[t]; }));
+}
+
+}  // namespace tessera::replay

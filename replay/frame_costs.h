@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "gpu/frame_shares.h"
+#include "replay/drawable_names.h"
+#include "timing/attribution.h"
+
+namespace tessera::replay {
+
+// Shares of drawables added up by name; those with most cycles first.
+using NamedShares = std::vector<std::pair<DrawableName, timing::DrawableShare>>;
+NamedShares sum_shares(const std::map<std::uint32_t, timing::DrawableShare>& shares, const DrawableNames& names,
+                       bool by_node);
+// {"node" (by_node), "material", "invocations", "tests", "requested_lines", "dram_bytes", "cycles", "energy_nj"}, row by
+// row.
+nlohmann::json share_rows(const NamedShares& shares, bool by_node);
+
+// What a frame's drawables, materials and tiles cost, for the folder of a replay.
+//
+//   stats.json       "drawables", "materials": share_rows(); the kMaxRows with most cycles, then one of all others with the
+//                    names kOthers. What none asked for has the names "".
+//   tiles_NNNN.json  "costs": {"cycles": [...], "energy_nj": [...], "dram": {purpose: [...]}, "bound_by": [...], "saves":
+//                    [...]}: tile by tile; bound_by holds indices into "bounds", -1 of a tile that hangs on nothing;
+//                    neither they nor "saves" are there where bounds are not known (gpu::FrameShares).
+//                    "lists": tile by tile [row, sub-patches, invocations, row, ...], `row` of the frame's "drawables"; at
+//                    most kMaxInList drawables, those with most invocations first; "unlisted": how many others.
+class FrameCosts {
+ public:
+  static constexpr std::size_t kMaxRows = 256, kMaxInList = 32;
+  static constexpr const char* kOthers = "(others)";
+
+  FrameCosts(const gpu::FrameShares& shares, const DrawableNames& names);
+
+  const nlohmann::json& drawables() const { return drawables_; }
+  const nlohmann::json& materials() const { return materials_; }
+  // Members of tiles_NNNN.json, a line each.
+  std::string tile_members() const;
+
+ private:
+  std::string list_members() const;
+
+  const gpu::FrameShares& shares_;
+  nlohmann::json drawables_, materials_;
+  std::map<std::uint32_t, std::size_t> rows_;  // of drawables_, by number
+};
+
+}  // namespace tessera::replay

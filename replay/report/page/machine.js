@@ -1,0 +1,182 @@
+// The machine as a block diagram: units filled by how busy they are, arrows as wide as their bytes.
+
+// Where units are, in the drawing's own lengths; what counts for them and what describes them.
+const kUnits = {
+  frontend: { title: 'Front end', at: [20, 84, 170, 150], counters: /^frontend\./, keys: /^frontend\./ },
+  binner: { title: 'Binner', at: [232, 84, 150, 150], counters: /^binner\./, keys: /^(binner|parameter_buffer)\./ },
+  entry_fetch: { title: 'List fetch', at: [440, 84, 126, 52], counters: /^(tilecore\.(entries_fetched|sort_steps|culled|tiles_|wrong)|binner\.queue_bytes_read)/, keys: /^tilecore\.(entries_per_clk|sort_steps|occlusion)/ },
+  tessellator: { title: 'Tessellator', at: [574, 84, 126, 52], counters: /^tilecore\.(tessell|domain|vertex|triangles$|compulsory)/, keys: /^tessellator\./ },
+  box_builder: { title: 'Box builder', at: [708, 84, 126, 52], counters: /^tilecore\.(boxes_built|nodes_built)/, keys: /^tilecore\.boxes_per_clk/ },
+  box_tests: { title: 'Box tests', at: [440, 144, 126, 52], counters: /^tilecore\.(box_|group_tests|node_visits|frustum|rays)/, keys: /^tilecore\.box/ },
+  triangle_tests: { title: 'Triangle tests', at: [574, 144, 126, 52], counters: /^tilecore\.(triangle_|sample_hits)/, keys: /^tilecore\.triangle_tests/ },
+  stencil: { title: 'Time stencil', at: [708, 144, 126, 52], counters: /^tilecore\.stencil/, keys: /^tilecore\.stencil/ },
+  sampling: { title: 'Procedures', at: [440, 204, 126, 52], counters: /^sampling\./, keys: /^(sampling\.operations|procedures)/ },
+  alpha_tests: { title: 'Alpha tests', at: [574, 204, 126, 52], counters: /^tilecore\.alpha/, keys: /^tilecore\.alpha/ },
+  coarse_depth: { title: 'Coarse depth', at: [708, 204, 126, 52], counters: /^tilecore\.(depth|culled)/, keys: /^tilecore\.(depth|occlusion)/ },
+  compaction: { title: 'Compaction', at: [862, 84, 106, 82], counters: /^tilecore\.(quads|fragments|samples_visible|warps)/, keys: /^tilecore\.compaction/ },
+  shader: { title: 'Shader', at: [976, 84, 106, 82], counters: /^tilecore\.(pixel_shader|helper|surface|warps|shading_cache)/, keys: /^(shader|shading_cache)\./ },
+  texture: { title: 'Texture unit', at: [976, 174, 106, 82], counters: /^texture\./, keys: /^texture\./ },
+  blend: { title: 'Blending', at: [862, 174, 106, 82], counters: /^tilecore\.blend/, keys: /^tilecore\.blend/ },
+  resolve: { title: 'Resolve', at: [1110, 84, 106, 172], counters: /^(resolve|transmission)\./, keys: /^(resolve|frame_buffer)\./ },
+  l2: { title: 'L2 cache', at: [640, 336, 430, 50], counters: /^l2\./, keys: /^(l2|cache)\./ },
+  dram: { title: 'External memory', at: [20, 504, 1200, 50], counters: /^dram\./, keys: /^memory\./ },
+};
+const kCores = [424, 40, 806, 230];
+const kMachineSize = [1240, 566];
+// Between what boxes arrows of the memory interface lie: from x to x, below y.
+const kAnchors = { frontend: [24, 190, 234], binner: [236, 380, 234], visibility: [438, 636, 270], l2: [650, 1062, 386], resolve: [1078, 1222, 270] };
+const kThroughL2 = ['texture', 'patch_data', 'attributes', 'sampling_maps', 'scene_color'];
+const kShortPurpose = { tile_queue: 'lists', tile_state: 'tile state', frame_buffer: 'pixels', texture: 'textures', history: 'history', neighbours: 'neighbours', sampling_maps: 'maps', coarse_depth: 'depths', scene_color: 'behind', patch_data: 'scene' };
+
+function anchorOf(row) {
+  if (row.unit === 'frontend' || row.unit === 'sampling') return 'frontend';
+  if (row.unit === 'binner') return 'binner';
+  if (row.unit === 'tilecore' && kThroughL2.includes(row.purpose)) return 'l2';
+  return row.unit === 'tilecore' && ['tile_queue', 'tile_state', 'coarse_depth'].includes(row.purpose) ? 'visibility' : 'resolve';
+}
+// Arrows of a frame: {anchor, purpose, unit, write, bytes}.
+function flowsOf(frame) {
+  return frame.dram.flatMap((row) => [['read', row.read_bytes], ['write', row.written_bytes]].filter(([, bytes]) => bytes > 0)
+    .map(([way, bytes]) => ({ anchor: anchorOf(row), purpose: row.purpose, unit: row.unit, write: way === 'write', bytes })));
+}
+const l2Bytes = (frame, at) => (frame.counters['l2.requests'] || 0) * (run(at).stats.gpu.cache ? run(at).stats.gpu.cache.line_bytes : 64);
+
+// How busy a unit is, and what it costs.
+function unitState(name, frame, at = shown) {
+  const unit = frame.timing && frame.timing.units[name];
+  if (name === 'l2') {
+    const asked = frame.counters['l2.requests'] || 0, missed = frame.counters['l2.misses'] || 0;
+    return { part: null, text: asked > 0 ? `${percent(1 - missed / asked)} of ${number(asked)} lines hit` : 'idle', energy: frame.energy && frame.energy.by_unit.l2 };
+  }
+  return { part: unit ? unit.utilisation : null, text: unit ? percent(unit.utilisation) : '', busy: unit ? unit.busy_cycles : null, energy: frame.energy && frame.energy.by_unit[name] };
+}
+
+// Why units of a phase wait, as parts of the time that tiles are in work; from the frame's timeline.
+function waitsOf(timeline) {
+  if (!timeline) return null;
+  const sums = Array(8).fill(0);
+  timeline.spans.forEach((cycles, index) => { sums[index % 8] += cycles; });
+  const all = Math.max(1, sums.reduce((a, b) => a + b, 0));
+  return { visibility: { data: sums[0] / all }, shading: { unit: sums[2] / all, data: sums[3] / all }, store: { unit: sums[5] / all, data: sums[6] / all } };
+}
+
+function machineSection() {
+  if (!frameOf().timing) return;
+  const part = section('machine', 'The machine', 'Boxes fill with the share of the frame in which a unit is busy, the mean over the cores; arrows are as wide as their bytes, on one scale for all frames. A press on a unit opens its counters.');
+  const holder = make('div', { class: 'machine', tabindex: 0, role: 'region', 'aria-label': 'Block diagram of the machine' }), panel = make('div', { class: 'panel', 'aria-live': 'polite' });
+  part.append(holder, panel);
+  let open = wantedOf('unit', Object.keys(kUnits), ''), waits = null, widest = 0;
+  const entry = follow(part, ['run', 'frame', 'other'], () => {
+    if (!widest) widest = Math.max(1, ...runs().flatMap((of, r) => of.stats.frames.flatMap((frame) => [...flowsOf(frame).map((flow) => flow.bytes), l2Bytes(frame, { run: r })])));
+    const frame = frameOf();
+    holder.replaceChildren(diagram(frame, widest, () => waits, (name) => { open = open === name ? '' : name; showPanel(); mark(); }));
+    mark();
+    showPanel();
+    waits = null;
+    viewOf().then((view) => { if (frame === frameOf()) waits = waitsOf(view && view.tiles && view.tiles.timeline); });
+  });
+  entry.always = true;
+  entry.reset = () => { widest = 0; };
+  const mark = () => holder.querySelectorAll('[data-unit]').forEach((unit) => unit.setAttribute('aria-expanded', String(unit.dataset.unit === open)));
+  const showPanel = () => {
+    panel.replaceChildren(...(open ? unitPanel(open) : []));
+    panel.hidden = !open;
+  };
+}
+
+function diagram(frame, widest, waits, press) {
+  const [width, height] = kMachineSize, cores = run().stats.gpu.tilecore.count;
+  const drawing = draw('svg', { viewBox: `0 0 ${width} ${height}`, class: 'diagram', role: 'group', 'aria-label': 'Units of the machine and what they move' });
+  // Cores behind the first.
+  for (const shift of [12, 6].slice(cores > 2 ? 0 : cores > 1 ? 1 : 2)) drawing.append(draw('rect', { x: kCores[0] + shift, y: kCores[1] - shift, width: kCores[2] - 12, height: kCores[3], class: 'shell' }));
+  drawing.append(draw('rect', { x: kCores[0], y: kCores[1], width: kCores[2] - 12 + (cores > 1 ? 0 : 12), height: kCores[3], class: frame.timing.bound_by === 'tilecores' ? 'shell bound' : 'shell' }),
+    draw('text', { x: kCores[0] + 14, y: kCores[1] + 21, class: 'group' }, `${cores} tile core${cores === 1 ? '' : 's'}`),
+    draw('text', { x: kCores[0] + 110, y: kCores[1] + 21, class: 'quiet' }, `a tile in work ${percent(frame.timing.units.tilecores.utilisation)} of the time${frame.timing.bound_by === 'tilecores' ? '; together they bound the frame' : ''}`));
+  for (const [x, text] of [[20, 'geometry'], [440, 'visibility'], [862, 'shading'], [1110, 'pixels']]) drawing.append(draw('text', { x, y: 79, class: 'quiet' }, text));
+  drawing.append(draw('path', { d: 'M190 159 H226', class: 'wire', 'marker-end': 'url(#tip)' }), draw('path', { d: 'M382 120 H434', class: 'wire', 'marker-end': 'url(#tip)' }),
+    draw('path', { d: 'M834 170 H856', class: 'wire', 'marker-end': 'url(#tip)' }), draw('path', { d: 'M1082 170 H1104', class: 'wire', 'marker-end': 'url(#tip)' }),
+    draw('defs', {}, draw('marker', { id: 'tip', viewBox: '0 0 8 8', refX: 6, refY: 4, markerWidth: 8, markerHeight: 8, orient: 'auto' }, draw('path', { d: 'M0 0 L8 4 L0 8 z', class: 'tip' }))));
+  drawing.append(...arrows(frame, widest));
+  for (const [name, unit] of Object.entries(kUnits)) drawing.append(unitBox(name, unit, frame, waits, press));
+  return drawing;
+}
+
+function unitBox(name, unit, frame, waits, press) {
+  const [x, y, w, h] = unit.at, state = unitState(name, frame), bound = frame.timing.bound_by === name, idle = state.part === 0;
+  const other = otherFrame(), its = other && other.timing ? unitState(name, other, shown.other) : null, against = its && its.part !== null ? ` | ${its.text}` : '';
+  const filled = state.part === null ? 0 : Math.max(state.part > 0 ? 1.5 : 0, h * Math.min(1, state.part)), across = name === 'dram';
+  const box = draw('g', { class: 'unit' + (bound ? ' bound' : '') + (idle ? ' idle' : ''), tabindex: 0, role: 'button', 'aria-expanded': 'false', 'data-unit': name, 'aria-label': `${unit.title}: ${state.part === null ? state.text : `busy ${state.text} of the frame`}${bound ? ', bounds the frame' : ''}` },
+    draw('rect', { x, y, width: w, height: h, rx: 3, class: 'box' }),
+    across ? draw('rect', { x, y, width: w * Math.min(1, state.part || 0), height: h, rx: 3, fill: kUnitColors[name], class: 'full' }) : draw('rect', { x, y: y + h - filled, width: w, height: filled, rx: 3, fill: kUnitColors[name] || '#7a7f87', class: 'full' }),
+    draw('rect', { x, y, width: w, height: h, rx: 3, class: 'edge' }),
+    draw('text', { x: x + 10, y: y + 20, class: 'name' }, unit.title),
+    draw('text', { x: x + 10, y: y + 38, class: 'value' }, name === 'dram' ? `${state.text}${against} of the time · ${quantity(kFigures[4].of(frame, shown), 'GB/s')} of ${quantity(run().stats.gpu.memory.gb_per_s * run().stats.gpu.memory.gpu_share, 'GB/s')}` : state.text + against),
+    bound && !across && h > 60 ? draw('text', { x: x + 10, y: y + 56, class: 'value' }, 'bounds the frame') : null);
+  const lines = () => {
+    const out = [unit.title];
+    if (state.busy !== null && state.busy !== undefined) out.push(`busy ${number(state.busy)} of ${number(frame.timing.cycles)} cycles (${state.text})`);
+    else out.push(state.text);
+    if (state.energy !== undefined && state.energy !== null) out.push(`${quantity(state.energy, 'nJ')}, ${percent(state.energy / frame.energy.total_nj)} of the frame’s energy`);
+    const stalls = name === 'shader' && frame.timing.events && frame.timing.events.shader_stalls;
+    if (stalls) for (const [reason, cycles] of Object.entries(stalls)) out.push(`lanes idle, ${({ no_tile: 'no tile is ready', no_warp: 'no warp is packed', texture: 'the texture unit is busy', memory: 'texels are on their way' })[reason] || words(reason)}: ${percent(cycles / frame.timing.cycles)}`);
+    const of = waits() && waits()[kUnitPhase[name]];
+    if (of) {
+      if (of.unit !== undefined) out.push(`tiles wait for this phase’s units ${percent(of.unit)} of their time`);
+      if (of.data !== undefined) out.push(`and for its first data ${percent(of.data)}`);
+    }
+    if (bound) out.push(`bounds the frame: twice of it saves ${quantity(milliseconds(frame.timing.bound_by_cycles), 'ms')}`);
+    return out;
+  };
+  hinted(box, lines);
+  box.addEventListener('click', () => press(name));
+  box.addEventListener('keydown', (event) => { if (event.key === 'Enter' || event.key === ' ') { event.preventDefault(); press(name); } });
+  return box;
+}
+
+// An arrow from (x, from) to (x, to), `thick` wide.
+function arrow(x, from, to, thick, color) {
+  const down = to > from ? 1 : -1, head = Math.min(14, 5 + thick / 2) * down, half = thick / 2, tip = half + 4;
+  return draw('path', { d: `M${x - half} ${from} H${x + half} V${to - head} H${x + tip} L${x} ${to} L${x - tip} ${to - head} H${x - half} z`, fill: color, class: 'flow' });
+}
+
+function arrows(frame, widest) {
+  const out = [], dram = kUnits.dram.at[1], total = bytesOf(frame);
+  const thick = (bytes) => Math.max(1.5, 38 * bytes / widest);
+  for (const [anchor, [left, right, top]] of Object.entries(kAnchors)) {
+    const flows = flowsOf(frame).filter((flow) => flow.anchor === anchor).sort((a, b) => a.purpose.localeCompare(b.purpose) || a.write - b.write);
+    const step = (right - left) / Math.max(1, flows.length);
+    flows.forEach((flow, index) => {
+      const x = left + step * (index + 0.5), name = anchor === 'frontend' && flow.purpose === 'texture' ? 'heights' : flow.unit === 'tilecore' && flow.purpose === 'patch_data' ? 'patches' : kShortPurpose[flow.purpose] || words(flow.purpose);
+      const shape = flow.write ? arrow(x, top + 2, dram - 3, thick(flow.bytes), purposeColor(flow.purpose)) : arrow(x, dram - 2, top + 3, thick(flow.bytes), purposeColor(flow.purpose));
+      const says = [`${purposeName(flow.purpose)} ${flow.write ? 'written by' : 'read by'} ${flow.unit === 'tilecore' ? 'tile cores' : words(flow.unit)}`, `${quantity(flow.bytes, 'bytes')}, ${percent(flow.bytes / total)} of the frame’s traffic`];
+      const at = dram - 78 + (step > 64 ? 18 : (index % 2) * 34);
+      const made = draw('g', { tabindex: 0, role: 'img', 'aria-label': says.join(': ') }, shape,
+        ...(step >= 20 ? [draw('text', { x, y: at, class: 'label', 'text-anchor': 'middle' }, name), draw('text', { x, y: at + 14, class: 'label strong', 'text-anchor': 'middle' }, quantity(flow.bytes, 'bytes'))] : []));
+      hinted(made, () => says);
+      out.push(made);
+    });
+  }
+  const asked = l2Bytes(frame, shown);
+  if (asked > 0) {
+    const x = 855, says = ['L2 to tile cores', `${quantity(asked, 'bytes')} of lines: heights, patches, attributes and textures`];
+    const made = draw('g', { tabindex: 0, role: 'img', 'aria-label': says.join(': ') }, arrow(x, kUnits.l2.at[1] - 2, kAnchors.visibility[2] + 3, thick(asked), kUnitColors.l2), draw('text', { x: x + thick(asked) / 2 + 8, y: 308, class: 'label strong' }, quantity(asked, 'bytes')));
+    hinted(made, () => says);
+    out.push(made);
+  }
+  return out;
+}
+
+// Counters, traffic and keys of a unit, of the frame that is shown.
+function unitPanel(name) {
+  const unit = kUnits[name], frame = frameOf(), other = otherFrame(), state = unitState(name, frame);
+  const counters = Object.keys(frame.counters).filter((counter) => unit.counters.test(counter));
+  const keys = flatten(run().stats.gpu).filter(([key]) => unit.keys.test(key));
+  const close = make('p', { class: 'note' }, `${state.busy !== undefined && state.busy !== null ? `Busy ${number(state.busy)} cycles, ${state.text} of the frame` : state.text}${state.energy ? `; ${quantity(state.energy, 'nJ')}` : ''}.`);
+  const rows = name === 'dram' ? frame.dram : [];
+  return [make('h3', {}, unit.title), close,
+    make('div', { class: 'beside' },
+      counters.length > 0 ? table([{ title: 'counter', of: (row) => row }, { title: 'frame', of: (row) => frame.counters[row], zero: true }, ...(other ? [{ title: 'B', of: (row) => other.counters[row], zero: true }] : []),
+        { title: 'unit', of: (row) => (data.counters[row] || {}).unit || '' }, { title: 'meaning', of: (row) => (data.counters[row] || {}).meaning || '', wide: true }], counters, { label: `Counters of ${unit.title}` }) : null,
+      rows.length > 0 ? table([{ title: 'unit', of: (row) => row.unit }, { title: 'purpose', of: (row) => purposeName(row.purpose) }, { title: 'read', of: (row) => row.read_bytes, show: (value) => quantity(value, 'bytes'), bar: true }, { title: 'written', of: (row) => row.written_bytes, show: (value) => quantity(value, 'bytes'), bar: true }], rows, { label: 'Traffic' }) : null,
+      keys.length > 0 ? table([{ title: 'key', of: (row) => row[0] }, { title: 'value', of: (row) => row[1], show: plain }, { title: 'unit', of: (row) => (data.keys[row[0]] || {}).unit || '' }], keys, { label: `Keys of ${unit.title}` }) : null)];
+}

@@ -1,0 +1,189 @@
+#include "replay/report/page_views.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "base/image_codec.h"
+#include "base/json_text.h"
+#include "base/parallel.h"
+#include "base/webp_codec.h"
+#include "base/whole_file.h"
+#include "replay/report/page_parts.h"
+
+namespace tessera::replay {
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+std::span<const std::uint8_t> bytes_of(const std::string& text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
+
+bool is_file(const fs::path& file) {
+  std::error_code ignored;
+  return fs::is_regular_file(file, ignored);
+}
+
+std::uint32_t big_endian32(const std::string& bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  for (std::size_t k = 0; k < 4; ++k) value = value << 8 | static_cast<unsigned char>(bytes[at + k]);
+  return value;
+}
+
+// Means of two by two pixels.
+Image8 halved(const Image8& image) {
+  Image8 out(std::max(1, image.width / 2), std::max(1, image.height / 2), image.channels);
+  for (int y = 0; y < out.height; ++y)
+    for (int x = 0; x < out.width; ++x)
+      for (int c = 0; c < image.channels; ++c) {
+        int sum = 2;
+        for (const auto& [dx, dy] : {std::pair{0, 0}, {1, 0}, {0, 1}, {1, 1}})
+          sum += image.at(std::min(2 * x + dx, image.width - 1),
+                          std::min(2 * y + dy, image.height - 1))[static_cast<std::size_t>(c)];
+        out.at(x, y)[static_cast<std::size_t>(c)] = static_cast<std::uint8_t>(sum / 4);
+      }
+  return out;
+}
+
+}  // namespace
+
+struct PageViews::Rung {
+  int quality = 0;
+  bool lossless = false, half = false;
+
+  // "" where the file is no image.
+  std::string encode(const fs::path& file) const {
+    DecodedImage decoded;
+    std::string fault;
+    const std::string text = read_whole_text(file);
+    if (!decode_image(bytes_of(text), {}, decoded, fault))
+      throw InputError(file.string(), "", "is not an image: " + fault);
+    const auto* image = std::get_if<Image8>(&decoded.pixels);
+    if (image == nullptr || image->channels < 3) throw InputError(file.string(), "", "is not an image of a replay");
+    return encode_webp(half ? halved(*image) : *image, quality, lossless);
+  }
+};
+
+json PageViews::add(const fs::path& image, const fs::path& tiles, int region_x, int region_y) {
+  if (!is_file(image)) return nullptr;
+  const std::string bytes = read_whole_text(image);
+  if (bytes.size() < 24) return nullptr;
+  json view = {{"image", fmt::format("image-{}", images_.size())},
+               {"size", {big_endian32(bytes, 16), big_endian32(bytes, 20)}},
+               {"region", {region_x, region_y}}};
+  images_.push_back(image);
+  if (is_file(tiles)) {
+    view["tiles"] = {fmt::format("tiles-{}", tiles_.size() / kGroup), tiles_.size() % kGroup};
+    tiles_.push_back(tiles);
+  }
+  return view;
+}
+
+PageViews::Rung PageViews::choose() const {
+  static constexpr std::array<Rung, 10> kLadder = {{{0, true, false},
+                                                    {90, false, false},
+                                                    {80, false, false},
+                                                    {65, false, false},
+                                                    {50, false, false},
+                                                    {35, false, false},
+                                                    {65, false, true},
+                                                    {50, false, true},
+                                                    {35, false, true},
+                                                    {20, false, true}}};
+  constexpr std::size_t kSamples = 4;
+  const std::size_t samples = std::min(images_.size(), kSamples);
+  for (const Rung& rung : kLadder) {
+    // PNG is no smaller than lossless WebP by more than a few percent.
+    if (&rung == &kLadder.back()) return rung;
+    std::uint64_t bytes = 0;
+    for (std::size_t k = 0; k < samples; ++k) bytes += rung.encode(images_[k * images_.size() / samples]).size();
+    if (bytes * images_.size() <= kPageImageBytes * samples) return rung;
+  }
+  return kLadder.back();
+}
+
+void PageViews::pack_images(json& data, std::string& scripts) {
+  data["left_out"] = 0;
+  if (images_.empty()) return;
+  const Rung rung = choose();
+  std::vector<std::string> packed(images_.size());
+  parallel_for(images_.size(), [&](std::size_t k) { packed[k] = base64(rung.encode(images_[k])); });
+  std::uint64_t bytes = 0;
+  for (const std::string& image : packed) bytes += image.size();
+  const std::uint64_t every = (bytes + kMaxImageBytes - 1) / kMaxImageBytes;
+  std::size_t left_out = 0;
+  for (std::size_t k = 0; k < packed.size(); ++k) {
+    if (k % std::max<std::uint64_t>(every, 1) != 0) {
+      ++left_out;
+      continue;
+    }
+    append_script(fmt::format("image-{}", k), packed[k], scripts);
+  }
+  data["left_out"] = left_out;
+  if (rung.lossless) return;
+  data["lossy"] = true;
+  data["image_note"] =
+      fmt::format("Images here are WebP of quality {}{}, to keep this file small; those of the folder are exact.",
+                  rung.quality, rung.half ? " and half the size" : "");
+}
+
+void PageViews::note(const std::string& map, const json& values) {
+  const auto [at, fresh] = scales_.try_emplace(map, std::numeric_limits<double>::infinity(), 0.0);
+  for (const json& value : values) {
+    const double number = value.get<double>();
+    at->second.first = std::min(at->second.first, number);
+    at->second.second = std::max(at->second.second, number);
+  }
+}
+
+// What the page shows of tiles_NNNN.json: without maps of zeros, in whole numbers.
+json PageViews::page_tiles(const fs::path& file) {
+  const json tiles = parse_json(read_whole_text(file), file.string());
+  json out = {
+      {"origin", tiles.at("origin")}, {"tile", tiles.at("tile")}, {"grid", tiles.at("grid")}, {"maps", json::object()}};
+  const auto any = [](const json& values) {
+    return std::any_of(values.begin(), values.end(), [](const json& value) { return value.get<double>() != 0; });
+  };
+  for (const auto& [name, map] : tiles.at("maps").items()) {
+    const json& values = map.at("values");
+    note(name, values);
+    maps_[name] = {{"unit", map.at("unit")}, {"meaning", map.at("meaning")}};
+    if (any(values)) out["maps"][name] = {{"values", values}};
+  }
+  for (const char* member : {"lists", "unlisted", "timeline", "costs"})
+    if (tiles.contains(member)) out[member] = tiles[member];
+  if (out.contains("costs")) {
+    json& costs = out["costs"];
+    for (json& nj : costs.at("energy_nj")) nj = static_cast<std::int64_t>(std::llround(nj.get<double>()));
+    for (const char* name : {"cycles", "energy_nj", "saves", "bound_by"})
+      if (costs.contains(name)) note(std::string("cost.") + name, costs[name]);
+    for (const auto& [purpose, values] : costs.at("dram").items()) note("dram." + purpose, values);
+  }
+  return out;
+}
+
+void PageViews::finish(json& data, std::string& scripts) {
+  for (std::size_t first = 0; first < tiles_.size(); first += kGroup) {
+    std::vector<json> group;
+    for (std::size_t k = first; k < std::min(first + kGroup, tiles_.size()); ++k) {
+      try {
+        group.push_back(page_tiles(tiles_[k]));
+      } catch (const json::exception& error) {
+        throw InputError(tiles_[k].string(), "", fmt::format("is not what a replay writes: {}", error.what()));
+      }
+    }
+    append_script(fmt::format("tiles-{}", first / kGroup), gzip_base64(pack_documents(group)), scripts);
+  }
+  pack_images(data, scripts);
+  data["maps"] = maps_;
+  data["scales"] = json::object();
+  for (const auto& [map, ends] : scales_) data["scales"][map] = {std::min(ends.first, ends.second), ends.second};
+}
+
+}  // namespace tessera::replay

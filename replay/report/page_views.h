@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "base/image.h"
+
+namespace tessera::replay {
+
+// Images and tiles of a page, which it holds packed and unpacks when they are looked at. Images become WebP, all at one
+// quality and size: the best with which they take no more than kPageImageBytes together; without loss where they are few.
+class PageViews {
+ public:
+  static constexpr std::uint64_t kPageImageBytes = 3u << 20;
+  // Images beyond these are left out, evenly.
+  static constexpr std::uint64_t kMaxImageBytes = 64u << 20;
+  static constexpr std::size_t kGroup = 8;  // tiles of so many views are packed together
+
+  // The view of an image and of its tiles (tiles_NNNN.json), which may be missing: {"image": id, "tiles": [id, index],
+  // "size", "region"}, each where it is there. Null without an image.
+  nlohmann::json add(const std::filesystem::path& image, const std::filesystem::path& tiles, int region_x,
+                     int region_y);
+
+  // Adds to the page's data "scales" {map: [least, most] over all views}, "maps" {map: {"unit", "meaning"}}, "left_out" and,
+  // where images lose something, "lossy" and "image_note"; the script elements that hold it all to `scripts`.
+  void finish(nlohmann::json& data, std::string& scripts);
+
+ private:
+  struct Rung;
+  Rung choose() const;
+  void pack_images(nlohmann::json& data, std::string& scripts);
+  nlohmann::json page_tiles(const std::filesystem::path& file);
+  void note(const std::string& map, const nlohmann::json& values);
+
+  std::vector<std::filesystem::path> images_, tiles_;
+  std::map<std::string, std::pair<double, double>> scales_;
+  nlohmann::json maps_ = nlohmann::json::object();
+};
+
+}  // namespace tessera::replay

@@ -1,0 +1,139 @@
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <CLI/CLI.hpp>
+
+#include "base/atomic_file.h"
+#include "base/error.h"
+#include "base/json_text.h"
+#include "base/output_file.h"
+#include "base/parallel.h"
+#include "base/text.h"
+#include "replay/commands.h"
+#include "replay/option_numbers.h"
+#include "replay/progress.h"
+#include "replay/report/report.h"
+#include "replay/view/view_server.h"
+#include "replay/view_options.h"
+
+namespace tessera::replay {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ViewCommand final : public Command {
+ public:
+  explicit ViewCommand(CLI::App& app) {
+    app.add_option("CAPTURE", start_.file, "The capture: any glTF 2.0 asset (.gltf or .glb)")
+        ->required()
+        ->type_name("FILE");
+    app.add_option("--frame", frame_, "The frame to view (default: the capture's first)")->type_name("N");
+    app.add_option("--size", start_.size, "Size of the image (default: the capture's, else 1280x720)")
+        ->type_name("WxH");
+    app.add_option("--gpu", start_.gpu,
+                   fmt::format("The described machine: {} or a JSON file", fmt::join(gpu::preset_names(), ", ")))
+        ->type_name("PRESET|FILE")
+        ->capture_default_str();
+    app.add_option("--set", start_.sets, "What the view begins with; repeatable")
+        ->type_name("KEY=VALUE")
+        ->allow_extra_args(false);
+    app.add_option("--warmup", start_.warmup,
+                   "With resolve.desampling=adaptive: render so many frames before, so that it has a history")
+        ->type_name("N");
+    app.add_option("--port", port_, "Port on 127.0.0.1; 0 takes any that is free")
+        ->type_name("N")
+        ->capture_default_str();
+    app.add_option("--out", out_, "Keep each result there: view_NNNN.json (statistics), view_NNNN.png")
+        ->type_name("DIR");
+    app.add_option("--threads", threads_, "Host threads (default: all). The result does not depend on it")
+        ->type_name("N");
+    app.add_option("--max-memory", max_memory_gib_,
+                   "Most memory that the capture with a frame of it, and the images, may take, in GiB")
+        ->type_name("GIB")
+        ->capture_default_str();
+    add_strict_flag(app, strict_);
+    add_variant_option(app, start_.variant);
+    add_view_options(app, start_.look, kViewGroup);
+    add_shutter_option(app, start_.look.shutter, kViewGroup);
+    app.footer(
+        "Prints the address of a page: that of report.html, with sliders for settings and numbers of the machine. A "
+        "change\n"
+        "of what only timing reads (pass `timing` of `tessera describe gpu`) times the frame again, any other renders "
+        "it.\n"
+        "Only this machine reaches the page, and only who knows its address. Ctrl-C ends it.\n\n"
+        "Example:\n"
+        "  tessera view captures/eggs.glb --size 640x360");
+  }
+
+  void run() override {
+    if (frame_) start_.frame = static_cast<int>(parse_whole_numbers("--frame", *frame_, ',', 1, "a whole number")[0]);
+    if (start_.warmup < 0) throw UsageError("--warmup must not be negative");
+    if (port_ < 0 || port_ > 65535) throw UsageError(fmt::format("--port {}: expected 0 to 65535", port_));
+    if (!out_.empty()) check_output_folder(out_, {"view_*.json", "view_*.png"});
+    if (const std::string missing = missing_for_reports(); !missing.empty()) throw SystemError("no page: " + missing);
+    const ThreadLimit threads(static_cast<std::size_t>(threads_));
+    scene::CaptureLimits limits;
+    limits.max_bytes =
+        static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 1073741824.0);
+    limits.strict = strict_;
+    limits.variant = start_.variant;
+    std::optional<LongStep> step(std::in_place, "reading " + escape_control(start_.file), false);
+    const std::optional<ImageSize> size =
+        start_.size.empty() ? std::nullopt : std::optional(parse_size("--size", start_.size));
+    const scene::Capture capture = read_capture(start_.file, limits, start_.look, size);
+    step.reset();
+    for (const std::string& notice : capture.notices) std::fprintf(stderr, "note: %s\n", notice.c_str());
+    start_.capture = &capture;
+    install_stop_handler();
+    {
+      ViewServer server(start_, limits.max_bytes, port_, [this](const ViewResult& result) { keep(result); });
+      step.emplace("rendering the first frame", false);
+      while (!stop_requested() && !server.session().wait_for_start(50)) {
+      }
+      step.reset();
+      if (!stop_requested()) {
+        fmt::print("{}\n", server.url());
+        std::fflush(stdout);
+      }
+      while (!stop_requested()) {
+        server.beat();
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      }
+    }
+    throw stopped("");
+  }
+
+ private:
+  // A disk that is full ends no view.
+  void keep(const ViewResult& result) const {
+    if (out_.empty()) return;
+    try {
+      const fs::path file = fs::path(out_) / fmt::format("view_{:04}", result.revision);
+      write_file_atomically(file.string() + ".json", json_text(result.stats, 1) + "\n");
+      write_file_atomically(file.string() + ".png", *result.image.png);
+    } catch (const WriteError& error) {
+      std::fprintf(stderr, "note: not kept: %s\n", error.what());
+    }
+  }
+
+  ViewStart start_;
+  std::optional<std::string> frame_;
+  std::string out_;
+  int port_ = 0;
+  unsigned threads_ = 0;
+  double max_memory_gib_ = 4;
+  bool strict_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> make_view_command(CLI::App& app) { return std::make_unique<ViewCommand>(app); }
+
+}  // namespace tessera::replay

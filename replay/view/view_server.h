@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "replay/view/loopback_server.h"
+#include "replay/view/view_session.h"
+
+namespace tessera::replay {
+
+// A view's page and what it asks for:
+//
+//   GET  .../               the page: that of report.html and its panel (report/page/view.js)
+//   GET  .../events         server-sent events: "result" with the newest result, "state" with ViewSession::state()
+//   GET  .../image/N.png    of the newest kImages renderings
+//   POST .../set, .../try   {KEY: value or null}; `try` leaves no trace in the history. {"revision": N}, or 400 and
+//                           {"error": TEXT}
+class ViewServer {
+ public:
+  using Told = std::function<void(const ViewResult&)>;
+
+  // Starts to listen and to render. `told`, unless empty, hears of every result that is kept, on the session's thread.
+  ViewServer(ViewStart start, std::uint64_t max_bytes, int port, Told told = {});
+  ~ViewServer();
+  ViewServer(const ViewServer&) = delete;
+  ViewServer& operator=(const ViewServer&) = delete;
+
+  std::string url() const { return server_.url(); }
+  int port() const { return server_.port(); }
+  ViewSession& session() { return session_; }
+  // To be called a few times a second: says how far the frame in hand is, and keeps connections alive.
+  void beat();
+
+ private:
+  static constexpr std::size_t kImages = 8;
+
+  HttpReply answer(const HttpRequest& request);
+  HttpReply page() const;
+  HttpReply change(const HttpRequest& request, bool keep);
+  HttpReply image(const std::string& name) const;
+  void tell(const std::shared_ptr<const ViewResult>& result);
+  nlohmann::json result_json(const ViewResult& result) const;
+
+  ViewSession session_;
+  Told told_;
+  nlohmann::json keys_;
+  LoopbackServer server_;
+  mutable std::mutex mutex_;  // of what follows
+  std::deque<ViewImage> images_;
+  nlohmann::json said_;
+  unsigned beats_ = 0;
+};
+
+}  // namespace tessera::replay

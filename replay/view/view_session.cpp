@@ -1,0 +1,321 @@
+#include "replay/view/view_session.h"
+
+#include <chrono>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "base/image_codec.h"
+#include "base/text.h"
+#include "gpu/frame_timeline.h"
+#include "gpu/image_bytes.h"
+#include "gpu/machine_model.h"
+#include "gpu/record_file.h"
+#include "replay/drawable_names.h"
+#include "replay/frame_costs.h"
+#include "replay/reproduction.h"
+#include "replay/statistics.h"
+#include "replay/tile_map_files.h"
+#include "replay/timeline_member.h"
+#include "shaders_cpp/tone_map.h"
+
+namespace tessera::replay {
+namespace {
+
+using nlohmann::json;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t kMaxHistory = 500;
+
+double seconds_from(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+// What a card shows; bytes as they came in time where events were simulated.
+json summary_json(const json& total, const gpu::FrameResult& frame, const gpu::GpuConfiguration& gpu) {
+  const json& timing = total.at("timing");
+  const auto bytes = [&]() -> std::uint64_t {
+    if (const auto events = timing.find("events"); events != timing.end())
+      return events->at("dram_read_bytes").get<std::uint64_t>() + events->at("dram_written_bytes").get<std::uint64_t>();
+    const json& counters = total.at("counters");
+    return counters.value("dram.read_bytes", std::uint64_t{0}) + counters.value("dram.written_bytes", std::uint64_t{0});
+  };
+  return {{"cycles", timing.at("cycles")},
+          {"ms", frame.model->timing.cycles / gpu.clock_mhz * 1e-3},
+          {"energy_nj", total.at("energy").at("total_nj")},
+          {"dram_bytes", bytes()},
+          {"bound_by", timing.at("bound_by")}};
+}
+
+json view_json(const gpu::FrameResult& frame, const IntRect& region) {
+  return {{"label", fmt::format("frame {}", frame.frame)},
+          {"frame", frame.frame},
+          {"size", {region.width(), region.height()}},
+          {"region", {region.x0, region.y0}}};
+}
+
+}  // namespace
+
+struct ViewSession::Rendering {
+  ViewPoint point;
+  gpu::FrameResult frame;  // without images and record
+  std::vector<timing::FrameWork> views;
+  ViewImage image;
+  DrawableNames names;
+  gpu::FrameShares shares;
+  gpu::FrameTimeline timeline;  // of the left eye
+};
+
+ViewSession::ViewSession(ViewStart start, std::uint64_t max_bytes)
+    : space_(std::move(start)),
+      max_bytes_(max_bytes),
+      prepared_(std::make_shared<const gpu::PreparedCapture>(*space_.start().capture)),
+      wanted_(space_.start_point()) {
+  wanted_.revision = 1;
+  set_phase(wanted_, "rendering");
+}
+
+ViewSession::~ViewSession() { stop(); }
+
+void ViewSession::run(Told told) {
+  told_ = std::move(told);
+  worker_ = std::thread([this] { work(); });
+}
+
+void ViewSession::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+    if (device_ != nullptr) device_->abandon();
+  }
+  changed_.notify_all();
+  if (worker_.joinable()) worker_.join();
+}
+
+bool ViewSession::wait_for_start(int milliseconds) {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, std::chrono::milliseconds(milliseconds), [&] { return result_ || start_failure_; });
+  if (start_failure_) std::rethrow_exception(start_failure_);
+  return result_ != nullptr;
+}
+
+std::uint64_t ViewSession::request(const json& changes, bool keep) {
+  std::uint64_t revision = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    ViewPoint next = space_.changed(wanted_, changes);
+    next.keep = keep;
+    next.revision = wanted_.revision + 1;
+    if (next.frame == wanted_.frame && next.changes == wanted_.changes) {
+      wanted_.keep |= keep;
+      if (keep && result_ && result_->revision == wanted_.revision) remember(*result_);
+      return wanted_.revision;
+    }
+    wanted_ = std::move(next);
+    revision = wanted_.revision;
+    if (device_ != nullptr && !in_hand_->renders_as(wanted_)) device_->abandon();
+  }
+  changed_.notify_all();
+  return revision;
+}
+
+std::shared_ptr<const ViewResult> ViewSession::result() const {
+  const std::lock_guard lock(mutex_);
+  return result_;
+}
+
+json ViewSession::state() const {
+  const std::lock_guard lock(mutex_);
+  json state = state_;
+  if (device_ != nullptr) {
+    state["done"] = device_->progress().done();
+    state["tiles"] = device_->progress().tiles();
+  }
+  return state;
+}
+
+json ViewSession::history() const {
+  const std::lock_guard lock(mutex_);
+  return history_;
+}
+
+void ViewSession::work() {
+  for (std::uint64_t served = 0;;) {
+    ViewPoint point;
+    {
+      std::unique_lock lock(mutex_);
+      changed_.wait(lock, [&] { return stop_ || wanted_.revision != served; });
+      if (stop_) return;
+      point = wanted_;
+    }
+    served = point.revision;
+    try {
+      serve(point);
+    } catch (const gpu::Abandoned&) {
+      // For a newer request, or the end.
+    } catch (const std::exception& error) {
+      set_phase(point, "failed", escape_control(error.what(), 400));
+      const std::lock_guard lock(mutex_);
+      if (!result_) start_failure_ = std::current_exception();
+      changed_.notify_all();
+    }
+  }
+}
+
+void ViewSession::serve(const ViewPoint& point) {
+  if (can_time(point)) {
+    const bool stale = !rendering_->point.renders_as(point);
+    time(point, stale);
+    const std::lock_guard lock(mutex_);
+    if (!stale || wanted_.revision != point.revision) return;
+  }
+  render(point);
+}
+
+bool ViewSession::can_time(const ViewPoint& point) const {
+  if (!rendering_ || rendering_->point.frame != point.frame) return false;
+  // The caches that frames before left are those of the machine that rendered them.
+  if (point.gpu.queues.caches != hardware::FrameCaches::kEmpty &&
+      point.first_frame(space_.start().warmup) < point.frame)
+    return false;
+  try {
+    gpu::check_same_function({{"function", rendering_->point.function}}, point.gpu, point.settings);
+    return true;
+  } catch (const UsageError&) {
+    return false;
+  }
+}
+
+void ViewSession::time(const ViewPoint& point, bool stale) {
+  const Clock::time_point start = Clock::now();
+  set_phase(point, "timing");
+  gpu::CachesOfFrames caches;
+  // What is moved for a tile does not hang on when.
+  const std::vector<gpu::TileTraffic>& traffic = rendering_->shares.traffic;
+  std::optional<gpu::FrameShares> shares;
+  gpu::FrameTimeline timeline;
+  const auto each = [&](const timing::FrameWork& work, const gpu::ViewCost& view, const timing::WarmCaches& before) {
+    gpu::FrameShares of =
+        gpu::frame_shares(point.gpu, work, view.schedule, view.timing, view.energy,
+                          shares ? std::vector<gpu::TileTraffic>(traffic.size()) : traffic, before, false);
+    if (shares) return shares->add(of);
+    timeline = gpu::frame_timeline(point.gpu, work, view.schedule, view.timing);
+    shares = std::move(of);
+  };
+  gpu::FrameCost cost = gpu::frame_cost(point.gpu, rendering_->views, caches.of_frame(point.gpu, point.frame), each);
+  rendering_->shares = std::move(*shares);
+  rendering_->timeline = std::move(timeline);
+  gpu::MachineModel& model = *rendering_->frame.model;
+  model.timing = std::move(cost.timing);
+  model.energy = std::move(cost.energy);
+  model.area = std::move(cost.area);
+  publish(point, false, stale, seconds_from(start));
+}
+
+void ViewSession::check_memory(const ViewPoint& point) const {
+  const std::uint64_t bytes = gpu::image_bytes(point.request, point.settings, point.gpu, *space_.start().capture);
+  if (bytes > max_bytes_)
+    throw LimitError(fmt::format("{}: images of {}x{} need {} bytes, --max-memory allows {}",
+                                 escape_control(space_.start().file), point.request.width, point.request.height, bytes,
+                                 max_bytes_));
+}
+
+void ViewSession::render(const ViewPoint& point) {
+  const Clock::time_point start = Clock::now();
+  check_memory(point);
+  set_phase(point, "rendering");
+  repeat_failures_with(space_.command_without_frames(point));
+  gpu::Device device(prepared_, point.gpu, point.settings, point.request);
+  // While it lives, request() may abandon the frame.
+  struct InHand {
+    ViewSession& session;
+    ~InHand() {
+      const std::lock_guard lock(session.mutex_);
+      session.device_ = nullptr;
+      session.in_hand_.reset();
+    }
+  } in_hand{*this};
+  {
+    const std::lock_guard lock(mutex_);
+    if (stop_ || !point.renders_as(wanted_)) throw gpu::Abandoned();
+    device_ = &device;
+    in_hand_ = point;
+  }
+  for (int frame = point.first_frame(space_.start().warmup); frame < point.frame; ++frame) device.render(frame);
+  gpu::FrameResult frame = device.render(point.frame);
+  std::vector<timing::FrameWork> views;
+  views.push_back(std::move(frame.model->record.work));
+  if (frame.right) views.push_back(std::move(*frame.right->work));
+  gpu::FrameTimeline timeline =
+      gpu::frame_timeline(point.gpu, views.front(), frame.model->schedule, frame.model->timing);
+  gpu::FrameShares shares = std::move(*frame.shares);
+  DrawableNames names(
+      gpu::record_head("", device.assembly(), point.gpu, point.settings, point.request.width, point.request.height));
+  frame.model->record = {};
+  frame.model->schedule = {};
+  const tilecore::FrameTargets targets = std::move(frame.targets);
+  if (frame.right) static_cast<void>(tilecore::FrameTargets(std::move(frame.right->targets)));
+  const double exposure = point.settings.output.exposure;
+  ViewImage image;
+  image.number = ++images_;
+  image.png = std::make_shared<const std::string>(
+      encode_png(shaders::to_display(targets.color, exposure > 0 ? static_cast<float>(exposure)
+                                                                 : space_.start().capture->settings.exposure),
+                 PngEffort::kFast));
+  image.view = view_json(frame, point.request.region);
+  rendering_ = std::unique_ptr<Rendering>(new Rendering{point, std::move(frame), std::move(views), std::move(image),
+                                                        std::move(names), std::move(shares), std::move(timeline)});
+  publish(point, true, false, seconds_from(start));
+}
+
+void ViewSession::publish(const ViewPoint& point, bool rendered, bool stale, double seconds) {
+  const scene::Capture& capture = *space_.start().capture;
+  Statistics statistics(capture, point.gpu, point.settings, point.request);
+  statistics.add_gpu_notice(point.notice);
+  statistics.set_view(space_.start().look.json());
+  statistics.set_host(capture.load_seconds, capture.decode_seconds, 0);
+  const FrameCosts costs(rendering_->shares, rendering_->names);
+  statistics.add(rendering_->frame, nullptr, &costs);
+  auto result = std::make_shared<ViewResult>();
+  result->revision = point.revision;
+  result->rendered = rendered;
+  result->stale = stale;
+  result->seconds = seconds;
+  result->frame = point.frame;
+  result->changes = ViewSpace::changes_json(point);
+  result->command = space_.command(point);
+  result->stats = statistics.json();
+  result->summary = summary_json(result->stats.at("total"), rendering_->frame, point.gpu);
+  result->image = rendering_->image;
+  result->image.view["tiles"] = json::parse(tile_maps_json(
+      point.frame, rendering_->frame.maps, costs.tile_members() + timeline_member(rendering_->timeline)));
+  {
+    const std::lock_guard lock(mutex_);
+    result->kept = point.keep || (wanted_.revision == point.revision && wanted_.keep);
+    if (result->kept) remember(*result);
+    result_ = result;
+    state_ = {{"revision", point.revision}, {"phase", stale ? "rendering" : "idle"}};
+  }
+  changed_.notify_all();
+  told_(result);
+}
+
+void ViewSession::remember(const ViewResult& result) {
+  if (!history_.empty() && history_.back().at("revision") == result.revision) history_.erase(history_.size() - 1);
+  if (history_.size() >= kMaxHistory) history_.erase(1);
+  history_.push_back({{"revision", result.revision},
+                      {"rendered", result.rendered},
+                      {"seconds", result.seconds},
+                      {"frame", result.frame},
+                      {"changes", result.changes},
+                      {"summary", result.summary}});
+}
+
+void ViewSession::set_phase(const ViewPoint& point, const char* phase, const std::string& error) {
+  const std::lock_guard lock(mutex_);
+  state_ = {{"revision", point.revision}, {"phase", phase}};
+  if (!error.empty()) state_["error"] = error;
+}
+
+}  // namespace tessera::replay

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scene/capture.h"
+
+namespace tessera::scene {
+
+// What of a file is drawn, where that is not what the file says: each by its name, or by its number in the file.
+struct Selection {
+  std::optional<std::string> scene;
+  std::optional<std::string> camera;  // or a node that has one
+  // The only animation that plays; "all": the first, and each further one that moves nothing already moved; "none".
+  std::optional<std::string> animation;
+};
+
+// The scenes of a file.
+struct SceneList {
+  std::vector<std::string> names;
+  int drawn = kNone;  // of `names`; kNone: the file has none
+};
+
+// Where automatic framing looks from, in degrees.
+struct Orbit {
+  double azimuth = 0;               // about +y, counterclockwise seen from above, from its usual place
+  std::optional<double> elevation;  // above the horizon; unset: as usual. Between -89 and 89
+};
+
+// The node of the camera that takes the image (choose_camera()); kNone where the scene is framed.
+int camera_node(const Capture& capture);
+
+// Gives the capture a camera that frames the scene in images of this size, in a node of its own, and looks through it.
+void add_framing_camera(Capture& capture, int width, int height, const std::optional<Orbit>& orbit = std::nullopt);
+
+// Gives the camera that takes the image this lens; a scene that is framed gets a camera for it. Focus distance 0: the
+// middle of what is drawn when the first frame begins.
+void set_lens(Capture& capture, Lens lens, int width, int height);
+
+}  // namespace tessera::scene

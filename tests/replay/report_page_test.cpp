@@ -1,0 +1,344 @@
+// What the page of a replay answers, and with how many presses.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <string>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/replay/report_pages.h"
+
+namespace tessera::replay {
+namespace {
+
+using nlohmann::json;
+using test::OpenedPage;
+using testing::HasSubstr;
+
+class ReportPageInBrowser : public ReportInBrowser {
+ protected:
+  static json stats(const std::string& folder = "replay") {
+    return json::parse(test::read_text(path(folder + "/stats.json")));
+  }
+  static json tiles(int frame) {
+    return json::parse(test::read_text(path(fmt::format("replay/tiles_{:04d}.json", frame))));
+  }
+  // Findings of a script, by name.
+  static std::string found(const OpenedPage& page, const std::string& name) {
+    EXPECT_EQ(test::body_attribute(page, "data-errors"), "0") << page.console;
+    return test::body_attribute(page, "data-" + name);
+  }
+};
+
+// Tiles that are not dark, of the overlay: what a highlight leaves.
+constexpr const char* kLitTiles = R"(
+  const settled = async () => { await viewOf(); await new Promise((resolve) => setTimeout(resolve, 50)); };
+  const litTiles = async () => {
+    await settled();
+    const { tiles, place } = await viewOf(), canvas = document.querySelector('#frames .browser canvas');
+    const pixels = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+    return [...Array(tiles.grid[0] * tiles.grid[1]).keys()].filter((tile) => {
+      const x = Math.min(canvas.width - 1, (tile % tiles.grid[0]) * tiles.tile[0] + 1), y = Math.min(canvas.height - 1, Math.floor(tile / tiles.grid[0]) * tiles.tile[1] + 1);
+      return pixels.data[4 * (y * canvas.width + x) + 3] === 0;
+    });
+  };
+)";
+
+std::set<int> numbers(const std::string& text) {
+  std::set<int> out;
+  for (std::size_t at = 0; at < text.size();) {
+    std::size_t used = 0;
+    out.insert(std::stoi(text.substr(at), &used));
+    at += used + 1;
+  }
+  return out;
+}
+
+// Which object costs most? The first row of a table that is there. Where is it? One press.
+TEST_F(ReportPageInBrowser, TheDearestDrawableIsTheFirstRowAndAPressShowsItsTiles) {
+  const json rows = stats()["frames"][0]["drawables"], lists = tiles(0)["lists"];
+  const OpenedPage opened = open_with("replay", std::string(kLitTiles) + R"(
+    const row = document.querySelector('#frames .costs table tbody tr');
+    document.body.dataset.said = row.textContent;
+    row.click();
+    document.body.dataset.lit = (await litTiles()).join(' ');
+    row.dispatchEvent(new KeyboardEvent('keydown', { key: 'Enter', bubbles: true }));
+    document.body.dataset.again = shown.row;)");
+  EXPECT_THAT(found(opened, "said"), testing::StartsWith(rows[0]["node"].get<std::string>()));
+  std::set<int> expected;
+  for (std::size_t tile = 0; tile < lists.size(); ++tile)
+    for (std::size_t k = 0; k < lists[tile].size(); k += 3)
+      if (lists[tile][k] == 0) expected.insert(static_cast<int>(tile));
+  ASSERT_FALSE(expected.empty());
+  ASSERT_LT(expected.size(), lists.size());
+  EXPECT_EQ(numbers(found(opened, "lit")), expected);
+  EXPECT_EQ(found(opened, "again"), "-1") << "the same press lets go";
+}
+
+TEST_F(ReportPageInBrowser, AMaterialShowsTheTilesOfAllItsDrawables) {
+  const json frame = stats()["frames"][0], lists = tiles(0)["lists"];
+  const std::string material = frame["materials"][1]["material"];
+  const OpenedPage opened = open_with("replay", std::string(kLitTiles) + R"(
+    document.querySelectorAll('#frames .costs table')[1].querySelectorAll('tbody tr')[1].click();
+    document.body.dataset.lit = (await litTiles()).join(' ');)");
+  std::set<int> expected;
+  for (std::size_t tile = 0; tile < lists.size(); ++tile)
+    for (std::size_t k = 0; k < lists[tile].size(); k += 3)
+      if (frame["drawables"][lists[tile][k].get<std::size_t>()]["material"] == material)
+        expected.insert(static_cast<int>(tile));
+  EXPECT_EQ(numbers(found(opened, "lit")), expected) << material;
+}
+
+// Which tile, and why? One press.
+TEST_F(ReportPageInBrowser, TheSlowestTileIsAPressAwayAndSaysWhatBoundsIt) {
+  const json of = tiles(0), costs = of["costs"];
+  const auto cycles = costs["cycles"].get<std::vector<std::uint64_t>>();
+  const auto tile = static_cast<int>(std::max_element(cycles.begin(), cycles.end()) - cycles.begin());
+  const int columns = of["grid"][0], bound = costs["bound_by"][static_cast<std::size_t>(tile)];
+  ASSERT_GE(bound, 0);
+  const OpenedPage opened = open_with("replay", std::string(kLitTiles) + R"(
+    [...document.querySelectorAll('#frames button')].find((button) => button.textContent === 'Slowest tile').click();
+    await settled();
+    document.body.dataset.said = document.querySelector('#frames .tile').textContent;
+    document.body.dataset.bound = boundWords(')" + costs["bounds"][static_cast<std::size_t>(bound)].get<std::string>() +
+                                                    "');");
+  const std::string said = found(opened, "said");
+  EXPECT_THAT(said, testing::StartsWith(fmt::format("Tile {}, {}", tile % columns, tile / columns)));
+  EXPECT_THAT(said, HasSubstr("Bound by " + found(opened, "bound")));
+  EXPECT_THAT(said, HasSubstr("1 of "));
+  EXPECT_THAT(said, HasSubstr("frame buffer")) << "bytes by purpose";
+}
+
+TEST_F(ReportPageInBrowser, TilesAreChosenByKeysAndFramesByButtons) {
+  const json of = tiles(1);
+  const int columns = of["grid"][0];
+  const OpenedPage opened = open_with("replay", std::string(kLitTiles) + R"(
+    document.querySelector('.bar [aria-label="Next frame"]').click();
+    const image = document.querySelector('#frames .browser');
+    image.focus();
+    for (const key of ['ArrowRight', 'ArrowRight', 'ArrowRight', 'ArrowRight', 'ArrowDown', 'ArrowDown', 'ArrowDown', 'ArrowUp'])
+      document.activeElement.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
+    repaintAll();
+    await settled();
+    document.body.dataset.said = document.querySelector('#frames .tile').textContent;
+    document.body.dataset.rows = [...document.querySelectorAll('#frames .tile tr')].map((row) => [...row.children].map((cell) => cell.textContent).join('=')).join(';');
+    document.body.dataset.frame = shown.frame;
+    // Everything that a mouse can press is reached by the Tab key, and has a name.
+    document.body.dataset.unreachable = [...document.querySelectorAll('a, button, select, input, summary, canvas.gantt, .unit, .browser')].filter((element) => element.tabIndex < 0).length;
+    document.body.dataset.unnamed = [...document.querySelectorAll('select, input, canvas.gantt, .unit, .browser')].filter((element) => !(element.labels && element.labels.length) && !element.getAttribute('aria-label')).length;)");
+  EXPECT_EQ(found(opened, "frame"), "1");
+  EXPECT_THAT(found(opened, "said"), testing::StartsWith("Tile 3, 2"));
+  const auto entries = of["maps"]["entries"]["values"][static_cast<std::size_t>(2 * columns + 3)].get<std::uint64_t>();
+  EXPECT_THAT(found(opened, "rows"), HasSubstr(fmt::format(";entries={};", entries)));
+  EXPECT_EQ(found(opened, "unreachable"), "0");
+  EXPECT_EQ(found(opened, "unnamed"), "0");
+}
+
+TEST_F(ReportPageInBrowser, OneSliderMovesEverySection) {
+  const json frames = stats()["frames"];
+  const OpenedPage opened = open_with("replay", R"(
+    const slider = document.querySelector('.bar input[type=range]');
+    slider.value = 2;
+    slider.dispatchEvent(new Event('input'));
+    repaintAll();
+    await viewOf();
+    document.body.dataset.cards = document.querySelector('#summary').textContent;
+    document.body.dataset.machine = document.querySelector('#machine [data-unit=shader]').getAttribute('aria-label');
+    for (const id of ['memory', 'timing', 'counters', 'effects']) document.body.dataset[id] = document.getElementById(id).textContent.includes('frame 2');)");
+  EXPECT_THAT(found(opened, "cards"),
+              HasSubstr(fmt::format("bound by {}", frames[2]["timing"]["bound_by"].get<std::string>())));
+  const OpenedPage first =
+      open_with("replay", "document.body.dataset.cards = document.querySelector('#summary').textContent;");
+  EXPECT_NE(found(opened, "cards"), found(first, "cards"));
+  EXPECT_THAT(found(opened, "machine"), testing::StartsWith("Shader: busy "));
+  for (const char* id : {"memory", "timing", "counters", "effects"}) EXPECT_EQ(found(opened, id), "true") << id;
+}
+
+TEST_F(ReportPageInBrowser, AUnitOpensItsCountersAndStallsAreItsHint) {
+  const OpenedPage opened = open_with("replay", R"(
+    const unit = document.querySelector('#machine [data-unit=texture]');
+    unit.focus();
+    await viewOf();
+    await new Promise((resolve) => setTimeout(resolve, 50));
+    unit.blur();
+    unit.focus();
+    document.body.dataset.hint = document.querySelector('.hint').textContent;
+    unit.dispatchEvent(new KeyboardEvent('keydown', { key: 'Enter', bubbles: true }));
+    document.body.dataset.panel = document.querySelector('#machine .panel').textContent;
+    document.body.dataset.open = unit.getAttribute('aria-expanded');)");
+  EXPECT_THAT(found(opened, "hint"), HasSubstr("busy"));
+  EXPECT_THAT(found(opened, "hint"), HasSubstr("tiles wait for this phase"));
+  for (const char* name : {"texture.cache_requests", "texture.texels_per_clk"})
+    EXPECT_THAT(found(opened, "panel"), HasSubstr(name));
+  EXPECT_EQ(found(opened, "open"), "true");
+}
+
+// Arrows are as wide as their bytes, and every byte of the ledger is in one.
+TEST_F(ReportPageInBrowser, ArrowsHoldTheLedger) {
+  const json frame = stats()["frames"][1];
+  const OpenedPage opened = open_with("replay", R"(
+    const flows = flowsOf(framesOf()[1]);
+    document.body.dataset.bytes = flows.reduce((sum, flow) => sum + flow.bytes, 0);
+    document.body.dataset.places = flows.every((flow) => kAnchors[flow.anchor]);)");
+  EXPECT_EQ(found(opened, "bytes"), std::to_string(frame["counters"]["dram.read_bytes"].get<std::uint64_t>() +
+                                                   frame["counters"]["dram.written_bytes"].get<std::uint64_t>()));
+  EXPECT_EQ(found(opened, "places"), "true");
+}
+
+TEST_F(ReportPageInBrowser, MapsOfZerosAreNotOfferedAndScalesStayOverFrames) {
+  std::set<std::string> expected;
+  for (int frame = 0; frame < 3; ++frame) {
+    const json of = tiles(frame);
+    for (const auto& [name, map] : of["maps"].items())
+      for (const json& value : map["values"])
+        if (value != 0) expected.insert(name);
+  }
+  const OpenedPage opened = open_with("replay", std::string(kLitTiles) + R"(
+    const select = [...document.querySelectorAll('#frames select')][0], scale = () => document.querySelector('#frames .legend').textContent;
+    document.body.dataset.maps = [...select.options].map((option) => option.value).filter((name) => name && !name.includes('.')).sort().join(' ');
+    await settled();
+    const before = scale();
+    show({ frame: 2 });
+    repaintAll();
+    await settled();
+    document.body.dataset.same = before === scale() && before.length > 0;)");
+  std::string names;
+  for (const std::string& name : expected) names += (names.empty() ? "" : " ") + name;
+  EXPECT_EQ(found(opened, "maps"), names);
+  EXPECT_LT(expected.size(), tiles(0)["maps"].size());
+  EXPECT_EQ(found(opened, "same"), "true");
+}
+
+// What the page holds of tiles is what is in the folder.
+TEST_F(ReportPageInBrowser, TilesComeOutAsTheyWentIn) {
+  json expected = tiles(2);
+  std::erase_if(expected["maps"].get_ref<json::object_t&>(), [](const auto& map) {
+    const json& values = map.second["values"];
+    return std::all_of(values.begin(), values.end(), [](const json& value) { return value == 0; });
+  });
+  for (auto& [name, map] : expected["maps"].items()) map = {{"values", map["values"]}};
+  for (json& nj : expected["costs"]["energy_nj"]) nj = std::llround(nj.get<double>());
+  expected.erase("schema");
+  expected.erase("frame");
+  const OpenedPage opened =
+      open_with("replay", "show({ frame: 2 }); document.body.dataset.tiles = JSON.stringify((await viewOf()).tiles);");
+  std::string text = found(opened, "tiles");
+  for (std::size_t at; (at = text.find("&quot;")) != std::string::npos;) text.replace(at, 6, "\"");
+  EXPECT_EQ(json::parse(text), expected);
+}
+
+TEST_F(ReportPageInBrowser, TwoRunsAreSideBySideWithTheKeysThatDifferFirst) {
+  std::filesystem::copy_file(path("replay/compare.html"), path("compare.html"),
+                             std::filesystem::copy_options::overwrite_existing);
+  std::filesystem::create_directories(path("joint"));
+  std::filesystem::copy_file(path("compare.html"), path("joint/report.html"),
+                             std::filesystem::copy_options::overwrite_existing);
+  const OpenedPage opened = open_with("joint", R"(
+    const part = document.getElementById('compare');
+    document.body.dataset.keys = [...document.querySelectorAll('#differences tbody tr')].map((row) => [...row.children].slice(0, 3).map((cell) => cell.textContent).join('=')).join(';');
+    document.body.dataset.cards = document.querySelectorAll('#summary .versus').length;
+    const select = part.querySelector('select');
+    select.value = 'difference';
+    select.dispatchEvent(new Event('change'));
+    await new Promise((resolve) => setTimeout(resolve, 400));
+    document.body.dataset.says = part.querySelector('p.note[aria-live]').textContent;)");
+  EXPECT_EQ(found(opened, "keys"), "tile.height=32=16;tile.width=32=16");
+  EXPECT_GE(std::stoi(found(opened, "cards")), 6);
+  EXPECT_THAT(found(opened, "says"), HasSubstr("Largest difference of a channel"));
+}
+
+// Who serves the page gives it new numbers.
+TEST_F(ReportPageInBrowser, NewStatisticsRedrawWhatIsShown) {
+  const OpenedPage opened = open_with("replay", R"(
+    const stats = JSON.parse(JSON.stringify(run().stats));
+    stats.frames[0].timing.cycles = 8500000;
+    stats.frames[0].timing.bound_by = 'dram';
+    stats.frames[0].counters['tilecore.triangle_tests'] = 123456789;
+    update(stats);
+    repaintAll();
+    document.body.dataset.cards = document.querySelector('#summary').textContent;
+    document.body.dataset.counters = document.querySelector('#counters').textContent;)");
+  EXPECT_THAT(found(opened, "cards"), HasSubstr("10"));
+  EXPECT_THAT(found(opened, "cards"), HasSubstr("memory bandwidth"));
+  EXPECT_THAT(found(opened, "cards"), HasSubstr("8\u202f500\u202f000 cycles"));
+  EXPECT_THAT(found(opened, "counters"), HasSubstr("123\u202f456\u202f789"));
+}
+
+TEST_F(ReportPageInBrowser, TheTimelineZoomsByKeysAndPinsATile) {
+  const OpenedPage opened = open_with("replay", R"(
+    const canvas = document.querySelector('canvas.gantt');
+    canvas.scrollIntoView();
+    repaintAll();
+    await viewOf();
+    await new Promise((resolve) => setTimeout(resolve, 50));
+    const look = () => canvas.toDataURL().length + canvas.toDataURL().slice(2000, 4000), whole = look();
+    const press = (key) => canvas.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true, cancelable: true }));
+    press('+');
+    press('+');
+    const near = look();
+    press('Home');
+    document.body.dataset.zoomed = near !== whole && look() === whole;
+    show({ tile: 5 });
+    await new Promise((resolve) => setTimeout(resolve, 50));
+    document.body.dataset.pinned = look() !== whole;)");
+  EXPECT_EQ(found(opened, "zoomed"), "true");
+  EXPECT_EQ(found(opened, "pinned"), "true");
+}
+
+TEST_F(ReportPageInBrowser, NumbersAreInUnitsThatPeopleRead) {
+  const OpenedPage opened = open_with("replay", R"(
+    document.body.dataset.says = [quantity(1.8e6, 'nJ'), quantity(0.05, 'ms'), quantity(4.2, 'ms'), quantity(1536, 'bytes'), quantity(0.4, 'GB/s'), percent(0.0004), number(12345678)].join('|').replaceAll('\u00a0', ' ').replaceAll('\u202f', ' ');
+    document.body.dataset.axes = [...document.querySelectorAll('.plot svg text')].map((text) => text.textContent).filter((text) => /^[0-9.]+[mkMG]$/.test(text)).join(' ');)");
+  EXPECT_EQ(found(opened, "says"), "1.8 mJ|50 µs|4.2 ms|1.5 KiB|400 MB/s|&lt;0.1 %|12 345 678");
+  EXPECT_EQ(found(opened, "axes"), "") << "no 50m, no 1.8M";
+}
+
+TEST_F(ReportPageInBrowser, ASweepOpensOnWhatVariesAndSaysOnceWhatDoesNot) {
+  const OpenedPage opened = open_with("sweep", R"(
+    document.body.dataset.offered = [...document.querySelectorAll('#pareto select')[0].options].length;
+    document.body.dataset.constant = [...document.querySelectorAll('#study summary')].map((line) => line.textContent).join(' ');
+    document.body.dataset.lines = document.querySelectorAll('#parallel polyline').length;
+    const line = document.querySelector('#parallel polyline');
+    line.dispatchEvent(new PointerEvent('pointermove', { clientX: 10, clientY: 10, bubbles: true }));
+    document.body.dataset.hint = document.querySelector('.hint').textContent;)");
+  EXPECT_EQ(found(opened, "lines"), "4");
+  EXPECT_THAT(found(opened, "constant"), HasSubstr("columns are the same at every point"));
+  for (const char* key : {"tile.width = ", "frontend.split_pixels = "})
+    EXPECT_THAT(found(opened, "hint"), HasSubstr(key));
+}
+
+// A map that is not in the file, a member of another type: a damaged folder is refused, or its page says that it has a fault.
+TEST_F(Report, ADamagedFileOfTilesEndsWithStatus3) {
+  std::filesystem::create_directories(path("damaged"));
+  for (const char* file :
+       {"stats.json", "frame_0000.png", "frame_0001.png", "frame_0002.png", "tiles_0001.json", "tiles_0002.json"})
+    std::filesystem::copy_file(path(std::string("replay/") + file), path(std::string("damaged/") + file),
+                               std::filesystem::copy_options::overwrite_existing);
+  for (
+      const char* text :
+      {"", "[]", R"({"origin": [0, 0], "tile": [32, 32], "grid": [1, 1]})",
+       R"({"origin": [0, 0], "tile": [32, 32], "grid": [1, 1], "maps": {"a": {"unit": "", "meaning": "", "values": ["x"]}}})",
+       R"({"origin": [0, 0], "tile": [32, 32], "grid": [1, 1], "maps": {}, "costs": {}})"}) {
+    test::write_text(path("damaged/tiles_0000.json"), text);
+    const test::ProcessResult r = test::run_tessera({"report", path("damaged")});
+    EXPECT_EQ(r.status, 3) << text << ": " << r.errors;
+    EXPECT_THAT(r.errors, HasSubstr("tiles_0000.json")) << text;
+  }
+  std::filesystem::remove(path("damaged/tiles_0000.json"));
+  test::write_text(path("damaged/frame_0000.png"), "no image, but long enough for a head");
+  EXPECT_EQ(test::run_tessera({"report", path("damaged")}).status, 3);
+}
+
+TEST_F(Report, SeveralFoldersMustAllBeReplays) {
+  EXPECT_EQ(test::run_tessera({"report", path("replay"), path("sweep")}).status, 3);
+  EXPECT_THAT(test::run_tessera({"report", path("replay"), path("sweep")}).errors, HasSubstr("holds no stats.json"));
+  std::vector<std::string> many(9, path("replay"));
+  many.insert(many.begin(), "report");
+  EXPECT_EQ(test::run_tessera(many).status, 2);
+}
+
+}  // namespace
+}  // namespace tessera::replay

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/support/running_process.h"
+#include "tests/support/temporary_folder.h"
+
+namespace tessera::test {
+
+// A page in a Chromium without a window, in real time: a reader who looks, presses keys and waits. Spoken to by the
+// DevTools protocol over a pipe (--remote-debugging-pipe). has_browser() of browser.h says whether there is one.
+class LivePage {
+ public:
+  // Returns once it is loaded. Throws std::runtime_error where the browser does not answer.
+  explicit LivePage(const std::string& url, int width = 1280, int height = 1600);
+
+  // Value of an expression; of a promise once it is kept. Throws std::runtime_error with what the page threw.
+  nlohmann::json evaluate(const std::string& expression);
+  // Waits until an expression is true; false when it is not in time.
+  bool wait_for(const std::string& expression, double seconds = 60);
+  // A key, pressed and let go where the focus is: "ArrowRight", "Enter".
+  void press(const std::string& key);
+  // What is typed where the focus is.
+  void type(const std::string& text);
+  // An image of what is in the window, as PNG bytes.
+  std::string photograph();
+  // Errors that scripts and the browser wrote to the console so far.
+  const std::vector<std::string>& errors() const { return errors_; }
+
+ private:
+  nlohmann::json call(const std::string& method, const nlohmann::json& parameters = nlohmann::json::object());
+  void heard(const nlohmann::json& message);
+
+  TemporaryFolder profile_;
+  RunningProcess browser_;
+  int calls_ = 0;
+  std::string session_;
+  bool loaded_ = false;
+  std::vector<std::string> errors_;
+};
+
+}  // namespace tessera::test

@@ -1,0 +1,182 @@
+// What of the previous frame tiles ask for, by closed forms; signatures of blocks.
+#include <gtest/gtest.h>
+
+#include "tests/support/captures.h"
+#include "tilecore/resolve/frame_compression.h"
+#include "tilecore/resolve/history_memory.h"
+#include "tilecore/resolve/kept_blocks.h"
+#include "tilecore/resolve/tile_store.h"
+
+namespace tessera::tilecore {
+namespace {
+
+std::uint64_t bytes_of(TouchedBursts& touched, std::uint64_t burst) {
+  std::uint64_t bursts = 0;
+  for (const TouchedBursts::Run& run : touched.runs()) bursts += run.end - run.first;
+  return bursts * burst;
+}
+
+// Of a frame of 64x32 pixels, two tiles.
+struct Frame {
+  HistoryStorage how;
+  ResolveSettings settings;
+  History history{IntRect{0, 0, 64, 32}};
+
+  std::uint64_t colors(IntRect pixels) const {
+    TouchedBursts touched;
+    touched.start(how.burst_bytes);
+    HistoryMemory(how, settings, history.region).touch_colors(history, pixels, touched);
+    return bytes_of(touched, how.burst_bytes);
+  }
+  std::uint64_t records(IntRect pixels) const {
+    TouchedBursts touched;
+    touched.start(how.burst_bytes);
+    HistoryMemory(how, settings, history.region).touch_records(history, pixels, touched);
+    return bytes_of(touched, how.burst_bytes);
+  }
+};
+
+TEST(HistoryMemory, ARawFrameBufferIsReadByBurstsOfItsRows) {
+  Frame frame;
+  // Eight pixels of half floats are a burst; five columns that begin at 7 lie in two.
+  EXPECT_EQ(frame.colors({0, 0, 4, 4}), 4u * 64);
+  EXPECT_EQ(frame.colors({7, 1, 12, 6}), 5u * 2 * 64);
+  EXPECT_EQ(frame.colors({0, 0, 64, 32}), 64u * 32 * 8);
+  frame.how.coder = PixelCoder(FrameFormat::kRgba8);
+  EXPECT_EQ(frame.colors({7, 1, 12, 6}), 5u * 64);
+  EXPECT_EQ(frame.colors({0, 0, 64, 32}), 64u * 32 * 4);
+  frame.settings.colors = HistoryColors::kApart;
+  EXPECT_EQ(frame.colors({0, 0, 64, 32}), 64u * 32 * 16);
+}
+
+TEST(HistoryMemory, ACompressedOneByTheBlocksThatWereStored) {  // HM1
+  Frame frame;
+  frame.how.compressed = true;
+  frame.history.payload.assign(64 / 8 * 32 / 4, 64);
+  // Two columns and two rows of blocks of 8x4, a burst each, and the burst that their headers lie in.
+  EXPECT_EQ(frame.colors({7, 1, 12, 6}), 4u * 64 + 64);
+  frame.history.payload[0] = 192;
+  frame.history.payload[1] = 0;  // as after a clear
+  EXPECT_EQ(frame.colors({7, 1, 12, 6}), 192u + 2 * 64 + 64);
+  // Stored raw: the three rows that are asked for, and the two.
+  for (std::uint16_t& payload : frame.history.payload) payload = 256;
+  EXPECT_EQ(frame.colors({7, 1, 12, 6}), 2u * (3 + 2) * 64 + 64);
+  // The failing twin: sizes that are not known are those of raw blocks.
+  frame.history.payload.clear();
+  EXPECT_EQ(frame.colors({7, 1, 12, 6}), 2u * (3 + 2) * 64 + 64);
+}
+
+// What the store leaves is what is read back: all of a frame is read for what it was written for.
+TEST(HistoryMemory, AllOfACompressedFrameIsReadForWhatItWasWrittenFor) {
+  for (const FrameFormat format : {FrameFormat::kRgba8, FrameFormat::kRgb10a2, FrameFormat::kRgba16f}) {
+    test::Random random(5);
+    Frame frame;
+    frame.how.coder = PixelCoder(format);
+    frame.how.compressed = true;
+    FrameStore store;
+    store.coder = frame.how.coder;
+    store.compressed = true;
+    const IntRect region = frame.history.region;
+    frame.history.payload.resize(TileStore::header_bytes(store, region));
+    Image image(64, 32, 4);
+    for (int y = 0; y < 32; ++y)
+      for (int x = 0; x < 64; ++x)
+        for (std::size_t c = 0; c < 4; ++c)
+          image.at(x, y)[c] = x < 32 ? 0.25f + 0.001f * static_cast<float>(x + y) : random.uniform(0, 1);
+    memory::Ledger ledger;
+    TileStore unit;
+    for (std::size_t t = 0; t < 2; ++t) {
+      TileStore::Tile tile{t, {static_cast<int>(t) * 32, 0, static_cast<int>(t) * 32 + 32, 32}, region, 64};
+      tile.payloads = &frame.history.payload;
+      unit.store(store, tile, image, ledger);
+    }
+    EXPECT_EQ(frame.colors(region), ledger.total().written_bytes + 64) << "and a burst of headers";
+  }
+}
+
+TEST(HistoryMemory, RecordsAreReadByBlocksOrCells) {
+  Frame frame;
+  frame.settings.records = HistoryRecords::kPixel;
+  EXPECT_EQ(frame.records({7, 1, 12, 6}), 5u * 2 * 64);
+  frame.settings.records = HistoryRecords::kBlock;
+  // Columns 1 and 2 of two rows of blocks: four planes to a burst.
+  EXPECT_EQ(frame.records({7, 1, 12, 6}), 2u * 64);
+  frame.history.memory[frame.history.block(8, 4)] = History::kRecordPerPixel;
+  EXPECT_EQ(frame.records({7, 1, 12, 6}), 2u * 64 + 128);
+  frame.settings.records = HistoryRecords::kPacked;
+  frame.history.cells = {128, 64, 192, 320, 64, 64, 64, 64};
+  EXPECT_EQ(frame.records({7, 1, 12, 6}), 128u);
+  EXPECT_EQ(frame.records({15, 15, 17, 17}), 128u + 64 + 64 + 64);
+}
+
+TEST(HistoryMemory, NothingIsReadWhereNothingIsSeen) {  // HM2
+  for (const HistoryRecords records : {HistoryRecords::kBlock, HistoryRecords::kPacked}) {
+    Frame frame;
+    frame.settings.records = records;
+    EXPECT_GT(frame.records({0, 0, 64, 32}), 0u);  // the failing twin
+    for (std::uint8_t& state : frame.history.memory) state = 16 | History::kNothingSeen;
+    EXPECT_EQ(frame.records({0, 0, 64, 32}), 0u);
+  }
+}
+
+TEST(HistoryMemory, StatesLieTileByTile) {
+  Frame frame;
+  const HistoryMemory places(frame.how, frame.settings, frame.history.region);
+  const auto bytes = [&](IntRect blocks) {
+    TouchedBursts touched;
+    touched.start(64);
+    places.touch_states(blocks, touched);
+    return bytes_of(touched, 64);
+  };
+  EXPECT_EQ(bytes({0, 0, 8, 8}), 64u);
+  EXPECT_EQ(bytes({0, 0, 9, 8}), 128u);  // a column of the next tile
+}
+
+// ---- Signatures of blocks ---------------------------------------------------------------------------------------
+
+SignedBlock any_signed_block(test::Random& random) {
+  SignedBlock block;
+  for (std::size_t p = 0; p < 16; ++p) {
+    for (std::uint16_t& code : block.codes[p]) code = static_cast<std::uint16_t>(random.integer(0, 0xffff));
+    block.depth[p] = random.uniform(1, 9);
+    block.surface[p] = static_cast<std::uint32_t>(random.integer(0, 5));
+  }
+  return block;
+}
+
+TEST(BlockSignature, MatchesWhereWhatIsShadedAndWhereItIsAreTheSame) {  // KB1
+  test::Random random(3);
+  for (int n = 0; n < 500; ++n) {
+    const SignedBlock block = any_signed_block(random);
+    const BlockSignature expected = signature_of(block, 64);
+    for (const BlockMask shaded : kPairOrder) {
+      EXPECT_TRUE(matches(signature_of(block, 64), expected, kFullBlock, shaded));
+      const auto p = static_cast<std::size_t>(random.integer(0, 15));
+      SignedBlock color = block, depth = block, surface = block;
+      color.codes[p][static_cast<std::size_t>(random.integer(0, 3))] ^= static_cast<std::uint16_t>(1 << n % 16);
+      depth.depth[p] = -depth.depth[p];
+      ++surface.surface[p];
+      // What is not shaded is not at hand: its colour is not compared.
+      EXPECT_EQ(matches(signature_of(color, 64), expected, kFullBlock, shaded), (shaded >> p & 1) == 0);
+      EXPECT_FALSE(matches(signature_of(depth, 64), expected, kFullBlock, shaded));
+      EXPECT_FALSE(matches(signature_of(surface, 64), expected, kFullBlock, shaded));
+    }
+  }
+}
+
+TEST(BlockSignature, OfFewBitsMatchesWhatDiffers) {
+  test::Random random(4);
+  int wrong = 0;
+  for (int n = 0; n < 4000; ++n) {
+    const SignedBlock block = any_signed_block(random);
+    SignedBlock other = block;
+    for (PixelCode& code : other.codes) ++code[0];
+    wrong += matches(signature_of(block, 4), signature_of(other, 4), kFullBlock, kPairOrder[0]);
+    EXPECT_FALSE(matches(signature_of(block, 64), signature_of(other, 64), kFullBlock, kPairOrder[0]));
+  }
+  // Two squares of 4 bits each: one in 256.
+  EXPECT_NEAR(wrong, 4000 / 256.0, 4 * 4);
+}
+
+}  // namespace
+}  // namespace tessera::tilecore

@@ -1,0 +1,239 @@
+// What the resolve unit keeps in memory, reads of it and leaves as it is.
+#include <algorithm>
+#include <span>
+
+#include "base/round_up.h"
+#include "tilecore/resolve/block_pixels.h"
+#include "tilecore/resolve/frame_compression.h"
+#include "tilecore/resolve/resolve_unit.h"
+
+namespace tessera::tilecore {
+namespace {
+
+// Pixels that a block may move and see no others than those of the blocks around.
+constexpr float kNearMotion = 3.0f;
+
+std::size_t place_in_block(int x, int y) { return static_cast<std::size_t>(4 * (y & 3) + (x & 3)); }
+
+}  // namespace
+
+// ---- Blocks that stay as they are -------------------------------------------------------------------------------
+
+// Cheap evidence first: nothing moves, and all that is not shaded is a copy.
+bool ResolveUnit::may_stay(const ResolveFrame& resolve, const Block& block) const {
+  if (!resolve.keeps_blocks || resolve.previous.history == nullptr || block.discrepant || block.lost != 0) return false;
+  return block.copied ? block.seen == block.exists : block.seen == 0 && resolve.previous.motion->camera_rests();
+}
+
+void ResolveUnit::compare_with_signature(ResolveFrame& resolve, const Memory& memory, Block& block, bool open) {
+  const History& then = *resolve.previous.history;
+  const std::size_t b = then.block(block.pixels.x0, block.pixels.y0);
+  SignedBlock here, there;
+  here.exists = there.exists = block.exists;
+  for_each_pixel(block.pixels, [&](int x, int y) {
+    const std::size_t p = place_in_block(x, y), from = surfaces_.index(x, y), to = then.pixel(x, y);
+    here.codes[p] = memory.coder.code(colors_[from]);
+    here.depth[p] = records_[from], here.surface[p] = surfaces_.surface[from];
+    there.codes[p] = memory.coder.code(then.color[to]);
+    there.depth[p] = then.depth[to], there.surface[p] = then.surface[to];
+  });
+  const bool same = here == there, known = then.stay[b] != History::kUnknown;
+  const bool as_before =
+      known && (same || matches(signature_of(here, memory.signature_bits), signature_of(there, memory.signature_bits),
+                                block.exists, block.rendered));
+  const std::uint64_t shaded = pixel_count(static_cast<BlockMask>(block.rendered & block.exists)),
+                      all = pixel_count(block.exists);
+  history_counters_.hashed_bytes += shaded * memory.coder.pixel_bytes() + all * History::kSurfaceBytes;
+  if (known) signatures_read_.push_back({block.pixels.x0 / 4, block.pixels.y0 / 4});
+  if (as_before && !same) {
+    ++history_counters_.wrong_blocks;
+    for_each_pixel(block.pixels, [&](int x, int y) { colors_[surfaces_.index(x, y)] = then.color[then.pixel(x, y)]; });
+  }
+  // Without a signature the colours of what is copied are fetched, and say the same.
+  const bool as_fetched = !known && block.copied && same;
+  resolve.next->stay[b] = as_before || as_fetched ? History::kSettled : History::kSigned;
+  block.kept = as_before && then.stay[b] == History::kSettled && !open && resolve.written[b] == 0;
+  if (as_before) return;
+  ++history_counters_.blocks_signed;
+  history_counters_.hashed_bytes += (all - shaded) * memory.coder.pixel_bytes();
+  signatures_written_.push_back({block.pixels.x0 / 4, block.pixels.y0 / 4});
+}
+
+void ResolveUnit::find_kept_blocks(ResolveFrame& resolve, const Memory& memory, bool open) {
+  signatures_read_.clear(), signatures_written_.clear();
+  const IntRect& tile = surfaces_.pixels;
+  kept_.blocks = {tile.x0 / 4, tile.y0 / 4, (tile.x1 - 1) / 4 + 1, (tile.y1 - 1) / 4 + 1};
+  kept_.kept.assign(blocks_.size(), 0);
+  kept_.any = false;
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    Block& block = blocks_[i];
+    resolve.next->stay[resolve.next->block(block.pixels.x0, block.pixels.y0)] = History::kUnknown;
+    if (may_stay(resolve, block))
+      compare_with_signature(resolve, memory, block, open);
+    else if (resolve.keeps_blocks && block.discrepant && block.copied)  // its signature was asked first
+      signatures_read_.push_back({block.pixels.x0 / 4, block.pixels.y0 / 4, 0, 0});
+    kept_.kept[i] = block.kept;
+    kept_.any = kept_.any || block.kept;
+  }
+  // A block of the compressed frame buffer is written whole or not at all.
+  if (memory.compressed && kept_.any) {
+    const BlockShape shape = stored_block(memory.coder.format());
+    const int columns = shape.width / 4, rows = shape.height / 4;
+    for (Block& block : blocks_) {
+      const int column = block.pixels.x0 / 4 / columns * columns, row = block.pixels.y0 / 4 / rows * rows;
+      block.kept = block.kept && kept_.all({column, row, column + columns, row + rows});
+    }
+    for (std::size_t i = 0; i < blocks_.size(); ++i) kept_.kept[i] = blocks_[i].kept;
+  }
+  for (const Block& block : blocks_) {
+    if (block.copied && !block.kept) {
+      looked_at_.push_back(block.pixels);
+      if ((block.advected | block.again) != 0) fetched_.push_back(block.pixels);
+    }
+    history_counters_.blocks_kept += block.kept;
+    if (!block.kept) resolve.written[resolve.next->block(block.pixels.x0, block.pixels.y0)] = 1;
+  }
+}
+
+// ---- Traffic ----------------------------------------------------------------------------------------------------
+
+// Sends what was touched to the L2, or charges it.
+std::uint64_t ResolveUnit::read_touched(const Memory& memory, bool by_lines, std::uint32_t first_line) {
+  const std::uint64_t unit = by_lines ? memory.line_bytes : memory.burst_bytes;
+  std::uint64_t count = 0;
+  for (const TouchedBursts::Run& run : touched_.runs()) {
+    count += run.end - run.first;
+    for (std::uint64_t line = run.first; by_lines && line < run.end; ++line)
+      lines_.push_back(first_line + static_cast<std::uint32_t>(line));
+  }
+  if (!by_lines) touched_.read(ledger_, memory::Unit::kResolve, memory::Purpose::kHistory);
+  return count * unit;
+}
+
+void ResolveUnit::read_history(const ResolveFrame& resolve, const Memory& memory, const HistoryReads& reads) {
+  const HistoryMemory places(memory, resolve.settings, reads.history.region);
+  const bool by_lines = resolve.settings.history_l2;
+  const std::uint64_t unit = by_lines ? memory.line_bytes : memory.burst_bytes;
+  const auto of_each = [&](std::span<const IntRect> rects, const auto& touch) {
+    touched_.start(unit);
+    for (const IntRect& rect : rects) touch(rect);
+    return read_touched(memory, by_lines, reads.first_line);
+  };
+  history_counters_.state_bytes +=
+      of_each(reads.states, [&](IntRect blocks) { places.touch_states(blocks.intersect(places.blocks()), touched_); });
+  history_counters_.signature_bytes +=
+      of_each(reads.signatures, [&](IntRect block) { places.touch_signature(block.x0, block.y0, touched_); });
+  history_counters_.record_bytes +=
+      of_each(reads.records, [&](IntRect rect) { places.touch_records(reads.history, rect, touched_); });
+  history_counters_.color_bytes +=
+      of_each(reads.colors, [&](IntRect rect) { places.touch_colors(reads.history, rect, touched_); });
+}
+
+BlockRecord ResolveUnit::record_of(const Block& block) const {
+  BlockRecord out;
+  out.exists = block.exists;
+  out.reconstructed = block.marked();
+  out.plane = block.plane;
+  out.value = block.plane_value, out.by_x = block.plane_by_x, out.by_y = block.plane_by_y;
+  if (block.plane) {
+    out.surface[0] = surfaces_.surface[surfaces_.index(block.pixels.x0, block.pixels.y0)];
+    return out;
+  }
+  for_each_pixel(block.pixels, [&](int x, int y) {
+    const std::size_t p = place_in_block(x, y), pixel = surfaces_.index(x, y);
+    out.surface[p] = surfaces_.surface[pixel], out.depth[p] = records_[pixel];
+  });
+  return out;
+}
+
+// Packs the tile's records cell by cell.
+void ResolveUnit::write_cells(ResolveFrame& resolve, const HistoryMemory& places, const Memory& memory) {
+  History& next = *resolve.next;
+  const IntRect& tile = kept_.blocks;
+  std::array<std::uint8_t, kCellBytes> packed;
+  for (int y0 = tile.y0, y1 = 0; y0 < tile.y1; y0 = y1) {
+    for (y1 = y0 + 1; y1 < tile.y1 && places.cell_row(y1) == places.cell_row(y0);) ++y1;
+    for (int x0 = tile.x0, x1 = 0; x0 < tile.x1; x0 = x1) {
+      for (x1 = x0 + 1; x1 < tile.x1 && places.cell_column(x1) == places.cell_column(x0);) ++x1;
+      std::array<BlockRecord, kCellSide * kCellSide> cell;
+      std::size_t n = 0;
+      for (int y = y0; y < y1; ++y)
+        for (int x = x0; x < x1; ++x) cell[n++] = record_of(blocks_[tile.index(x, y)]);
+      const std::size_t number = places.cell(places.cell_column(x0), places.cell_row(y0)),
+                        bytes = pack_records(std::span(cell).first(n), static_cast<std::size_t>(x1 - x0), packed);
+      next.cells[number] = static_cast<std::uint16_t>(round_up(bytes, memory.burst_bytes));
+      if (!kept_.all({x0, y0, x1, y1})) places.touch_cell(number, bytes, touched_);
+    }
+  }
+}
+
+void ResolveUnit::write_records(ResolveFrame& resolve, const HistoryMemory& places, const Memory& memory) {
+  touched_.start(memory.burst_bytes);
+  if (resolve.settings.records == HistoryRecords::kPacked) {
+    resolve.next->cells.resize(places.cell_count());
+    write_cells(resolve, places, memory);
+  } else {
+    for (const Block& block : blocks_) {
+      if (block.kept) continue;
+      if (resolve.settings.records == HistoryRecords::kPixel)
+        places.touch_pixel_records(block.pixels, touched_);
+      else if (block.seen != 0)
+        places.touch_record(block.pixels.x0 / 4, block.pixels.y0 / 4, block.plane, touched_);
+    }
+  }
+  history_counters_.records_written += write_touched(memory);
+}
+
+std::uint64_t ResolveUnit::write_touched(const Memory& memory) {
+  std::uint64_t bursts = 0;
+  for (const TouchedBursts::Run& run : touched_.runs()) bursts += run.end - run.first;
+  touched_.write(ledger_, memory::Unit::kResolve, memory::Purpose::kHistory);
+  return bursts * memory.burst_bytes;
+}
+
+void ResolveUnit::charge(ResolveFrame& resolve, const Memory& memory) {
+  using memory::Purpose;
+  using memory::Unit;
+  const ResolveSettings& settings = resolve.settings;
+  const HistoryMemory places(memory, settings, resolve.next->region);
+  const IntRect& tile = kept_.blocks;
+  if (resolve.previous.history != nullptr) {
+    // Decisions look at the blocks around; what is reprojected may lie farther away.
+    const int around = advects(settings) ? 1 : 0;
+    std::vector<IntRect> states;
+    if (reads_blocks(settings))
+      states.push_back({tile.x0 - around, tile.y0 - around, tile.x1 + around, tile.y1 + around});
+    if (settings.rates.thresholds.still * (1.0f + settings.rates.thresholds.hysteresis) > kNearMotion)
+      for (const IntRect& rect : looked_at_) states.push_back(HistoryMemory::blocks_of(rect));
+    read_history(resolve, memory, {*resolve.previous.history, states, signatures_read_, looked_at_, fetched_, 0});
+  }
+  if (!eye_looked_at_.empty()) {
+    std::vector<IntRect> states;
+    for (const IntRect& rect : eye_looked_at_) states.push_back(HistoryMemory::blocks_of(rect));
+    read_history(resolve, memory,
+                 {*resolve.other_eye.history, states, {}, eye_looked_at_, eye_fetched_, kOtherEyeLine});
+  }
+  ledger_.read(Unit::kResolve, Purpose::kHistory, memory::burst_bytes(0, vertex_bytes_, memory.burst_bytes));
+  if (resolve.keeps_records) {
+    write_records(resolve, places, memory);
+    if (settings.colors == HistoryColors::kApart) {
+      touched_.start(memory.burst_bytes);
+      places.touch_colors(*resolve.next, surfaces_.pixels, touched_);
+      write_touched(memory);
+    }
+  } else if (settings.reach == StencilReach::kNeighbours) {  // for the second pass
+    touched_.start(memory.burst_bytes);
+    touched_.touch({resolve.next->region, History::kSurfaceBytes, 0}, surfaces_.pixels);
+    touched_.write(ledger_, Unit::kResolve, Purpose::kNeighbours);
+  }
+  touched_.start(memory.burst_bytes);
+  for (const IntRect& block : signatures_written_) places.touch_signature(block.x0, block.y0, touched_);
+  history_counters_.signatures_written += write_touched(memory);
+  if (reads_contrast(settings)) charge_contrast(places, memory, settings.history_l2);
+  if (!reads_blocks(settings)) return;
+  touched_.start(memory.burst_bytes);
+  places.touch_states(tile, touched_);
+  history_counters_.states_written += write_touched(memory);
+}
+
+}  // namespace tessera::tilecore
