@@ -58,6 +58,8 @@ tilecore::ResolveFrame& ResolveSequence::begin(int number, const scene::FrameGeo
       : frame_.keeps_records ? "kept for the right eye"
       : tilecore::reads_blocks(settings_)
           ? "a byte per block for the hysteresis; nobody reads records of pixels: " + no_advection(settings_)
+      : tilecore::reads_contrast(settings_)
+          ? "a byte per block of contrast; nobody reads records of pixels: " + no_advection(settings_)
           : "not kept: " + no_advection(settings_);
   reasons["desampling"] = adaptive ? "resolve.desampling=adaptive" : "resolve.desampling asks for one rate everywhere";
   std::string& advection = reasons["advection"];

@@ -135,9 +135,14 @@ TEST(Desampling, HistoryThatNobodyReadsIsNeitherWrittenNorCharged) {
   EXPECT_EQ(still.effect_reasons.at("history"),
             "a byte per block for the hysteresis; nobody reads records of pixels: resolve.advection=false");
   EXPECT_EQ(slowest.effect_reasons.at("advection"), "resolve.k_stat is 0: nothing is slower");
-  const gpu::FrameResult none = third_frame({"resolve.advection=false", "resolve.hysteresis=0"});
+  const gpu::FrameResult none =
+      third_frame({"resolve.advection=false", "resolve.hysteresis=0", "resolve.pattern_error=0"});
   EXPECT_EQ(history(none).written_bytes + history(none).read_bytes, 0u);
   EXPECT_EQ(none.effect_reasons.at("history"), "not kept: resolve.advection=false");
+  const gpu::FrameResult contrast = third_frame({"resolve.advection=false", "resolve.hysteresis=0"});
+  EXPECT_GE(history(contrast).written_bytes, kBlocks * History::kContrastBytes);
+  EXPECT_EQ(contrast.effect_reasons.at("history"),
+            "a byte per block of contrast; nobody reads records of pixels: resolve.advection=false");
 }
 
 // What is not kept is not there for a replay that goes on with other settings: nothing of it is taken.
@@ -160,6 +165,7 @@ TEST(Desampling, TheLeftEyeKeepsItsRecordsForTheRightOneAlone) {
   Machine m;
   m.set("resolve.advection=false")
       .set("resolve.hysteresis=0")
+      .set("resolve.pattern_error=0")
       .set("resolve.history_records=pixel")
       .set("stereo.eye_separation=0.06")
       .set("stereo.far_depth=0");

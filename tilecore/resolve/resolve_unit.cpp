@@ -44,6 +44,11 @@ int stencil_reach(const ResolveSettings& settings) {
   return settings.reconstruction == Reconstruction::kNearest ? kWindowMargin : kernel_reach(settings.reconstruction);
 }
 
+Vec4 not_negative(const Vec4& v) {
+  const auto part = [](float c) { return c < 0.0f ? 0.0f : c; };
+  return {part(v.x), part(v.y), part(v.z), part(v.w)};
+}
+
 }  // namespace
 
 void ResolveUnit::count_skipped(std::uint64_t samples, std::uint64_t invocations) {
@@ -302,10 +307,10 @@ void ResolveUnit::reconstruct(ResolveFrame& resolve, const Block& block, const R
     }
     for_each_pixel(block.pixels, [&](int x, int y) {
       const BlockMask bit = block_bit(x, y);
-      // Nothing finite around: black, and not another NaN.
+      // Nothing finite around: black, and not another NaN. Beside a highlight a stencil may fall below it: black, too.
       if ((missing & bit) != 0)
         records.color[records.index(x, y)] =
-            (unfilled & bit) != 0 ? Vec4(0.0f, 0.0f, 0.0f, 1.0f) : out[4 * (y & 3) + (x & 3)];
+            (unfilled & bit) != 0 ? Vec4(0.0f, 0.0f, 0.0f, 1.0f) : not_negative(out[4 * (y & 3) + (x & 3)]);
     });
   }
   counters_.stencil_taps += std::exchange(reconstruction_work_.taps, 0);
