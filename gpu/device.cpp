@@ -29,11 +29,11 @@ constexpr const char* kWholeFrames = "surfaces transmit: any of their pixels may
 tilecore::ResolveSettings resolve_settings(const RunSettings& settings, const GpuConfiguration& gpu, bool transmits) {
   tilecore::ResolveSettings resolve = settings.resolve;
   check_resolve(resolve);
-  if (gpu.tile.width % resolve.block != 0 || gpu.tile.height % resolve.block != 0)
+  if (gpu.tile.width % resolve.rates.block != 0 || gpu.tile.height % resolve.rates.block != 0)
     throw UsageError(
         fmt::format("resolve.block: blocks of {}x{} pixels do not fill tiles of {}x{}: set resolve.block=8 "
                     "or 4, or tile.width and tile.height to multiples of it",
-                    resolve.block, resolve.block, gpu.tile.width, gpu.tile.height));
+                    resolve.rates.block, resolve.rates.block, gpu.tile.width, gpu.tile.height));
   if (resolve.rates.supersampled < 32 && (settings.shading.derivatives == tilecore::ShadingDerivatives::kQuad ||
                                           settings.shading.rate == tilecore::ShadingRate::kSample ||
                                           settings.shading.rate == tilecore::ShadingRate::kCache))

@@ -110,11 +110,11 @@ ViewPoint ViewSpace::changed(const ViewPoint& from, const json& changes) const {
       frame = value.is_null() ? first_ : frame_of(value);
       continue;
     }
-    std::erase_if(all, [&](const auto& change) { return change.first == key; });
+    const bool was_changed = std::erase_if(all, [&](const auto& change) { return change.first == key; }) > 0;
     const std::vector<std::string>& known = gpu::known_keys();
     if (!value.is_null())
       all.emplace_back(key, value);
-    else if (std::find(known.begin(), known.end(), key) == known.end())
+    else if (!was_changed && std::find(known.begin(), known.end(), key) == known.end())
       throw UsageError(unknown_key_message(key, known));
   }
   return point(std::move(all), frame);

@@ -48,7 +48,8 @@ TEST(RecordMemory, ShadingAProcedureReadsWhatAPointNeeds) {
     if (drawable.procedure == nullptr) continue;
     const RecordMemory::Lines lines = memory.of_shading(*frame, p), all = memory.of_geometry(*frame, p);
     EXPECT_LE(lines.end, all.end);
-    EXPECT_LE(scene::procedure_point_bytes(*drawable.procedure), scene::procedure_record_bytes(*drawable.procedure));
+    EXPECT_LE(scene::procedure_point_bytes(*drawable.procedure),
+              scene::procedure_record_bytes(*drawable.procedure, false));
     whole += all.end - all.first, read += lines.end - lines.first;
   }
   EXPECT_GT(read, 0u);

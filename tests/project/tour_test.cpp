@@ -71,7 +71,9 @@ TEST(Tour, ItsCommandsGiveItsTable) {
     const double mhz = gpu::load_gpu(match[1]).clock_mhz, mj = cell(row, "energy.total_nj") * 1e-6;
     EXPECT_NEAR(cell(row, "timing.cycles") / mhz * 1e-3, std::stod(match[2]), 0.05) << line;
     EXPECT_NEAR(mj, std::stod(match[3]), 0.05) << line;
-    if (match[4] != "–") EXPECT_NEAR(mj * 60e-3, std::stod(match[4]), 0.005) << line;
+    if (match[4] != "–") {
+      EXPECT_NEAR(mj * 60e-3, std::stod(match[4]), 0.005) << line;
+    }
     EXPECT_NEAR(cell(row, "area.total_mm2"), std::stod(match[5]), 0.05) << line;
     ++rows;
   }

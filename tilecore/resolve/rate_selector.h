@@ -40,6 +40,7 @@ struct BlockEvidence {
 
 struct RateSettings {
   SpeedThresholds thresholds;
+  int block = 4;               // side of what a decision is made for, in pixels: 4, 8 or 16 (joint_decision.h)
   bool supersampling = false;  // 32 on edges
   bool advect_still_edges = true, advect_outlines = true;
   float blur = 0.0f;      // pixels from which on; 0: never

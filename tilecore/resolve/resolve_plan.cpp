@@ -49,7 +49,7 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& 
   assembly_ = frame.assembly;
   half_pattern_ = half_pattern(resolve.settings.rates.supersampled, dither_number(resolve));
   blocks_.clear();
-  const bool jointly = resolve.settings.block != 4 && resolve.settings.desampling == Desampling::kAdaptive;
+  const bool jointly = resolve.settings.rates.block != 4 && resolve.settings.desampling == Desampling::kAdaptive;
   const IntRect& tile = surfaces_.pixels;
   for (int y = tile.y0 & ~3; y < tile.y1; y += 4)
     for (int x = tile.x0 & ~3; x < tile.x1; x += 4) {
@@ -312,7 +312,7 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   const Vec2 middle(static_cast<float>(block.pixels.x0 & ~3) + 2.0f, static_cast<float>(block.pixels.y0 & ~3) + 2.0f);
   evidence.max_samples = resolve.foveation.max_samples(middle);
   counters_.blocks_foveated += evidence.max_samples < 16 ? 1 : 0;
-  if (settings.block == 4) settle(resolve, block, evidence, nearest);
+  if (settings.rates.block == 4) settle(resolve, block, evidence, nearest);
   block.nearest = nearest;
 }
 
@@ -324,7 +324,7 @@ void ResolveUnit::find_edge(const ResolveFrame& resolve, Block& block) {
 
 // One decision for all blocks of 4x4 in a larger one, as far as the tile has them.
 void ResolveUnit::decide_jointly(const ResolveFrame& resolve) {
-  const int side = resolve.settings.block;
+  const int side = resolve.settings.rates.block;
   const IntRect& tile = surfaces_.pixels;
   for (int y = tile.y0 & -side; y < tile.y1; y += side)
     for (int x = tile.x0 & -side; x < tile.x1; x += side) {

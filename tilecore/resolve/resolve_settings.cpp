@@ -33,16 +33,17 @@ Keys<ResolveSettings> rate_keys() {
                    {"resolve.hysteresis", &SpeedThresholds::hysteresis, "", 0, 0.5,
                     "Share of a threshold by which a speed must pass it before a block changes its regime."},
                }));
-  keys.add(&ResolveSettings::rates,
-           Keys<RateSettings>{
-               {"resolve.pattern_error", &RateSettings::pattern_error, "", 0, 1,
-                "A fast block is shaded at a higher rate where the contrast of the previous frame in its place says "
-                "that stencils would be wrong by more than this, of displayed values between 0 and 1; 0: nowhere."},
-           });
+  keys.add(
+      &ResolveSettings::rates,
+      Keys<RateSettings>{
+          {"resolve.pattern_error", &RateSettings::pattern_error, "", 0, 1,
+           "A fast block is shaded at a higher rate where the contrast of the previous frame in its place says "
+           "that stencils would be wrong by more than this, of displayed values between 0 and 1; 0: nowhere."},
+          {"resolve.block", &RateSettings::block, "pixels", 4, 16,
+           "Side of the blocks that decisions are made for: 4, 8 or 16. Patterns, records and stencils are those of "
+           "4x4 pixels; one edge in a block shades all of it."},
+      });
   keys.add(Keys<ResolveSettings>{
-      {"resolve.block", &ResolveSettings::block, "pixels", 4, 16,
-       "Side of the blocks that decisions are made for: 4, 8 or 16. Patterns, records and stencils are those of 4x4 "
-       "pixels; one edge in a block shades all of it."},
       {"resolve.block_speed", &ResolveSettings::block_speed,
        "Which of its pixels' speeds a block goes by; max does not overlook a small fast object."},
   });
@@ -189,7 +190,7 @@ void check_resolve(const ResolveSettings& settings) {
     throw UsageError("resolve.k_fast0 must lie between resolve.k_stat and resolve.k_fast1, or be 0");
   if (settings.rates.advected % 4 != 0) throw UsageError("resolve.advected_pixels must be 4, 8 or 12");
   if (settings.rates.supersampled % 8 != 0) throw UsageError("resolve.supersampled_groups must be 16, 24 or 32");
-  if (settings.block != 4 && settings.block != 8 && settings.block != 16)
+  if (const int side = settings.rates.block; side != 4 && side != 8 && side != 16)
     throw UsageError("resolve.block must be 4, 8 or 16");
   check_focus(settings);
 }

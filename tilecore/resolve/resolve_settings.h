@@ -55,7 +55,6 @@ inline constexpr std::uint64_t kApartColorBytes = 16;
 struct ResolveSettings {
   Desampling desampling = Desampling::kOff;
   RateSettings rates;
-  int block = 4;  // side of what a decision is made for, in pixels: 4, 8 or 16 (joint_decision.h)
   BlockSpeed block_speed = BlockSpeed::kMean;
   EdgeSettings edges;
   double edge_angle = 15;  // [measured] 20 saves 0.3 % more of `stroll`, at equal PSNR
