@@ -19,19 +19,25 @@ namespace {
 
 constexpr double kLargest = static_cast<double>(std::numeric_limits<float>::max());
 
+[[noreturn]] void refuse(const char* option, const std::string& text, const char* form) {
+  throw UsageError(fmt::format("{} {}: expected {}", option, escape_control(text, 40), form));
+}
+
 // "A" or "A:B".
 struct OneOrTwo {
   double a = 0;
   std::optional<double> b;
 };
 OneOrTwo parse_one_or_two(const std::string& option, const std::string& text, const char* form) {
-  if (text.find(':') == std::string::npos) return {parse_pair(option, text + ":0", form).a, std::nullopt};
-  const NumberPair pair = parse_pair(option, text, form);
-  return {pair.a, pair.b};
-}
-
-[[noreturn]] void refuse(const char* option, const std::string& text, const char* form) {
-  throw UsageError(fmt::format("{} {}: expected {}", option, escape_control(text, 40), form));
+  if (text.find(':') != std::string::npos) {
+    const NumberPair pair = parse_pair(option, text, form);
+    return {pair.a, pair.b};
+  }
+  try {
+    return {parse_pair(option, text + ":0", form).a, std::nullopt};
+  } catch (const UsageError&) {
+    refuse(option.c_str(), text, form);
+  }
 }
 
 scene::Orbit parse_orbit(const std::string& text) {

@@ -347,6 +347,7 @@ TEST(OutputFolders, ALimitOnTheSizeOfFilesIsStatus6AndLeavesNothingHalfWritten) 
     EXPECT_EQ(r.status, 6) << blocks << ": signal " << r.signal << " " << r.errors;
     EXPECT_TRUE(one_line(r.errors)) << r.errors;
     EXPECT_THAT(r.errors, HasSubstr("cannot write"));
+    if (!fs::exists(out)) continue;  // made for nothing
     for (const std::string& name : files_in(out)) EXPECT_FALSE(name.ends_with(".part")) << name;
   }
 }

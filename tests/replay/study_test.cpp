@@ -228,7 +228,7 @@ TEST(Study, FaultsAreNamedByTheirPlaceWithTheNearestKnownName) {
       {{{"captures", {3}}}, "/captures/0: is not a text"},
       {{{"frames", "3:1"}}, "/frames: frames 3:1: expected A:B with A < B"},
       {{{"size", 3}}, "/size: is not a text"},
-      {{{"gpu", "enormous"}}, "/gpu: unknown GPU preset"},
+      {{{"gpu", "enormous"}}, "/gpu: no GPU file"},
       {{{"settings", {{"tile.widht", 16}}}},
        "/settings/tile.widht: unknown key 'tile.widht'; did you mean 'tile.width'?"},
       {{{"settings", {{"tile.width", 4000}}}},

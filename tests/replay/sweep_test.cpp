@@ -140,7 +140,8 @@ TEST_F(Sweep, APointHangsOnTheBytesOfTheTrackThatItsEyeFollows) {
 // Points share the capture, threads and memory; none of that may show.
 TEST_F(Sweep, APointHasTheCountersOfItsReplay) {
   json study = small_study();
-  study["columns"] = {"*"};
+  study["columns"] = {"frontend.*", "binner.*",   "tilecore.*", "resolve.*",
+                      "l2.*",       "sampling.*", "dram.*",     "baseline.*"};
   study["zero_columns"] = true;
   write_study(study);
   ASSERT_EQ(sweep("out", {"--quiet", "--threads", "3"}).status, 0);
@@ -186,7 +187,7 @@ TEST_F(Sweep, ColumnsThatSayNothingAreLeftOutUnlessTheyAreNamed) {
   const std::string all = head(nullptr);
   EXPECT_THAT(all, HasSubstr(",tilecore.triangles,"));
   EXPECT_THAT(all, testing::Not(HasSubstr("binner.partial_renders"))) << "there are none";
-  EXPECT_THAT(head({"binner.*", "binner.partial_renders"}), testing::EndsWith(",binner.partial_renders"));
+  EXPECT_THAT(head({"binner.*", "binner.partial_renders"}), HasSubstr(",binner.partial_renders,"));
   const std::string model = head({"timing.bound_by", "timing.units.*.utilisation", "energy.by_unit.*", "effects.*",
                                   "effect_places.motion.tiles", "effect_reasons.motion"});
   for (const char* column : {"timing.bound_by", "timing.units.dram.utilisation", "energy.by_unit.shader",

@@ -271,7 +271,7 @@ TEST_F(Time, RefusesWhatIsNoRecord) {
   EXPECT_EQ(run_tessera({"time", (folder_ / "none").string()}).status, 3);
   const ProcessResult capture = run_tessera({"time", test::shipped_capture("eggs").string()});
   EXPECT_EQ(capture.status, 3);
-  EXPECT_THAT(capture.errors, HasSubstr("is not a record"));
+  EXPECT_THAT(capture.errors, HasSubstr("is a capture"));
   const ProcessResult modelless =
       run_tessera({"replay", test::shipped_capture("eggs").string(), "--out", (folder_ / "x").string(), "--record",
                    record("x"), "--set", "output.machine_model=false"});
@@ -320,7 +320,7 @@ std::string frame_alone(const std::shared_ptr<const gpu::PreparedCapture>& eggs,
 // Files of machines that differ in a key of timing are points that are timed: with what a replay on that machine has.
 TEST_F(Time, PointsOfEveryTimingKeyAndOfFilesAreTimed) {
   const std::vector<std::pair<std::string, json>> changed = timing_keys();
-  ASSERT_GT(changed.size(), 100u);
+  ASSERT_GT(changed.size(), 90u);
   json machines = {"mid-mobile"};
   for (const auto& [key, value] : changed) {
     const std::size_t dot = key.find('.');
