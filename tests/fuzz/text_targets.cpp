@@ -6,6 +6,7 @@
 #include "gpu/configuration.h"
 #include "gpu/settings.h"
 #include "replay/option_numbers.h"
+#include "replay/report/page_views.h"
 #include "replay/report/report.h"
 #include "replay/sweep/study.h"
 #include "replay/tradeoff/decisions.h"
@@ -200,6 +201,7 @@ void read_results(Bytes input) {
   const std::string_view text(reinterpret_cast<const char*>(input.data()) + 1, input.size() - 1);
   expect_answer([&] {
     std::string note;
+    replay::PageViews views;
     // The report turns a member that is missing or of another type into a refusal of its own; so does this.
     try {
       const unsigned kind = input[0] % 3;
@@ -208,13 +210,13 @@ void read_results(Bytes input) {
         write_scratch(kFolder / "sweep.json", text.substr(0, cut));
         write_scratch(kFolder / "points" / "0123456789abcdef0123456789abcdef.json",
                       text.substr(std::min(cut + 1, text.size())));
-        replay::sweep_report(kFolder, note);
+        replay::sweep_report(kFolder, views, note);
       } else if (kind == 1) {
         write_scratch(kFolder / "stats.json", text);
-        replay::replay_report(kFolder, note);
+        replay::replay_report({kFolder}, views, note);
       } else {
         write_scratch(kFolder / "tradeoff.json", text);
-        const json page = replay::tradeoff_report(kFolder, note);
+        const json page = replay::tradeoff_report(kFolder, views, note);
         require(page.at("title").is_string() && page.at("subtitle").is_string() &&
                     page.at("tradeoff").at("knobs").is_array(),
                 "a tradeoff was accepted that no page can show");
