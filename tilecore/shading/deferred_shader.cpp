@@ -28,8 +28,7 @@ void DeferredShader::begin(const TileJob& job, const TileSamples& samples, bool 
   runs_ = runs;
   pixel_invocations_.assign(samples.count / static_cast<std::size_t>(samples.spp), 0);
   pixel_normal_.assign(pixel_invocations_.size(), Vec3(0.0f));
-  if (job.shading == ShadingRate::kCache ? empty_cache
-                                         : std::find(runs.begin(), runs.end(), kByCell) != runs.end()) {
+  if (job.shading == ShadingRate::kCache ? empty_cache : std::find(runs.begin(), runs.end(), kByCell) != runs.end()) {
     cells_.start(*job.frame, job.shading_cell_pixels);
     cache_.empty(job.shading_cache_entries);
   }
