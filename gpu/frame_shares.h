@@ -19,7 +19,7 @@ struct DrawableInTile {
 // How a frame's cycles, bytes and energy split over what it draws and over its tiles (timing/attribution.h).
 //
 // Invariant (cited by the tests):
-//   SH1  Traffic of all tiles and of what is in front of them adds up to the ledger, purpose by purpose.
+//   FSH1  Traffic of all tiles and of what is in front of them adds up to the ledger, purpose by purpose.
 struct FrameShares {
   std::map<std::uint32_t, timing::DrawableShare> drawables;  // by DrawableInTile::drawable
   std::vector<timing::TileShare> tiles;                      // those that were rendered, in the order of their numbers

@@ -43,10 +43,10 @@ struct ViewResult {
 // thread of its own and says what came of it.
 //
 // Invariants (cited by the tests):
-//   VS1  A result has the statistics and the image that `tessera replay` gives for its command line.
-//   VS2  The newest request wins: a frame in hand that it would render otherwise is abandoned.
-//   VS3  A request that changes only what timing reads renders nothing.
-//   VS4  A request that is refused changes nothing.
+//   VWS1  A result has the statistics and the image that `tessera replay` gives for its command line.
+//   VWS2  The newest request wins: a frame in hand that it would render otherwise is abandoned.
+//   VWS3  A request that changes only what timing reads renders nothing.
+//   VWS4  A request that is refused changes nothing.
 class ViewSession {
  public:
   // Called on the session's thread; state() tells the rest.

@@ -207,7 +207,7 @@ TEST(AnimatedProcedures, SampledAndTessellatedShowTheSameBlurredImage) {
   EXPECT_LT(decibels(sampled, render(growing(0.15f, 0.9f, false), {}, 320, 180)), 30);
 }
 
-TEST(AnimatedProcedures, OfOneValueTheyAreThoseOfTheFile) {  // AP1
+TEST(AnimatedProcedures, OfOneValueTheyAreThoseOfTheFile) {  // AP1, AP2
   scene::Capture still = growing(0.5f, 0.5f);
   const FrameResult animated = render(still, {.spp = 4});
   still.animations.clear();

@@ -129,7 +129,7 @@ TEST(FrameCosts, WithEventsTilesHaveCyclesButNoBounds) {
   }
 }
 
-// SH1: what tiles move, purpose by purpose, is what the ledger has of their units.
+// FSH1: what tiles move, purpose by purpose, is what the ledger has of their units.
 std::map<std::string, double> bytes_off(const json& frame, const json& tiles) {
   std::map<std::string, double> off;
   for (const auto& [purpose, values] : tiles["costs"]["dram"].items()) off[purpose] += sum(values);

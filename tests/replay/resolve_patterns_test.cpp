@@ -70,7 +70,7 @@ TEST(ResolvePatterns, TheLookCosts) {
 // ---- Seams ------------------------------------------------------------------------------------------------------
 
 // Pixels at most two away from a tile's border are as right as those inside, for any tile.
-TEST(ResolveSeams, TilesDoNotShow) {  // TB1, TB2
+TEST(ResolveSeams, TilesDoNotShow) {  // TLB1, TLB2
   for (const int tile : {8, 16, 32, 64}) {
     const std::vector<std::string> size = {"tile.width=" + std::to_string(tile), "tile.height=" + std::to_string(tile)};
     std::vector<std::string> sets = size;

@@ -97,7 +97,7 @@ class Session {
   ViewSession session_;
 };
 
-// VS1: what its command line gives.
+// VWS1: what its command line gives.
 void expect_as_replayed(const ViewResult& result) {
   const test::TemporaryFolder out;
   std::istringstream words(result.command);

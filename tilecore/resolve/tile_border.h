@@ -12,8 +12,8 @@ namespace tessera::tilecore {
 // rate a tile's corner is.
 //
 // Invariants (cited by the tests):
-//   TB1  With border_line() every pixel of a block lies between rendered pixels, or on one.
-//   TB2  Blocks away from borders are left as they are, and but for corners patterns that have a sample in every row and
+//   TLB1  With border_line() every pixel of a block lies between rendered pixels, or on one.
+//   TLB2  Blocks away from borders are left as they are, and but for corners patterns that have a sample in every row and
 //        column.
 
 // Sides of the block that are borders of the tile.

@@ -106,7 +106,7 @@ TEST(BlockContrast, TwelveOfSixteenIsOneOfTheRatesThatContrastRaises) {
   EXPECT_EQ(select_rate(settings, block).samples, 8);
 }
 
-TEST(TileBorder, OfTwelveOfSixteenOnlyTheCornerIsAdded) {  // TB2
+TEST(TileBorder, OfTwelveOfSixteenOnlyTheCornerIsAdded) {  // TLB2
   constexpr BlockMask kCorners[] = {1, 1 << 3, 1 << 12, 1 << 15};
   for (const BlockMask pattern : kTripleOrder)
     for (unsigned borders = 0; borders < kBorderCases; ++borders) {
@@ -119,7 +119,7 @@ TEST(TileBorder, OfTwelveOfSixteenOnlyTheCornerIsAdded) {  // TB2
     }
 }
 
-TEST(TileBorder, EveryPixelOfAQuarterLiesBetweenRenderedOnes) {  // TB1
+TEST(TileBorder, EveryPixelOfAQuarterLiesBetweenRenderedOnes) {  // TLB1
   for (const BlockMask pattern : kSquareOrder)
     for (unsigned borders = 0; borders < kBorderCases; ++borders) {
       const auto rendered = static_cast<BlockMask>(pattern | border_line(pattern, borders));
@@ -137,7 +137,7 @@ TEST(TileBorder, EveryPixelOfAQuarterLiesBetweenRenderedOnes) {  // TB1
     }
 }
 
-TEST(TileBorder, BlocksInsideAreLeftAloneAndHalvesButForCorners) {  // TB2
+TEST(TileBorder, BlocksInsideAreLeftAloneAndHalvesButForCorners) {  // TLB2
   for (const BlockMask pattern : kSquareOrder) EXPECT_EQ(border_line(pattern, 0), 0);
   for (unsigned borders = 0; borders < kBorderCases; ++borders) {
     for (const BlockMask pattern : kPairOrder) EXPECT_EQ(border_line(pattern, borders) & ~0x9009, 0);
