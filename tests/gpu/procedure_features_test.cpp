@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "base/error.h"
+#include "scene/animated_procedures.h"
+#include "scene/capture_reader.h"
 #include "tests/gpu/procedure_images.h"
 
 namespace tessera::gpu {
@@ -207,7 +209,15 @@ TEST(AnimatedProcedures, SampledAndTessellatedShowTheSameBlurredImage) {
   EXPECT_LT(decibels(sampled, render(growing(0.15f, 0.9f, false), {}, 320, 180)), 30);
 }
 
-TEST(AnimatedProcedures, OfOneValueTheyAreThoseOfTheFile) {  // AP1, AP2
+TEST(AnimatedProcedures, WithoutChannelsTheyAreTheCapturesOwn) {  // AP2
+  const scene::Capture capture = scene::read_capture(test::shipped_capture("workshop"));
+  const scene::PosedProcedures posed = scene::pose_procedures(capture, 0, 1);
+  EXPECT_TRUE(posed.keys.empty());
+  ASSERT_FALSE(capture.procedures.empty());
+  for (const std::size_t key : {0u, 1u}) EXPECT_EQ(&posed.at(capture, 0, key), &capture.procedures[0]);
+}
+
+TEST(AnimatedProcedures, OfOneValueTheyAreThoseOfTheFile) {  // AP1
   scene::Capture still = growing(0.5f, 0.5f);
   const FrameResult animated = render(still, {.spp = 4});
   still.animations.clear();

@@ -9,12 +9,15 @@
 #include <optional>
 
 #include "base/simd_targets.h"
+#include "tests/tilecore/resolve/filled_block.h"
 #include "tests/tilecore/resolve/window.h"
 #include "tilecore/resolve/cubic_weights.h"
 
 namespace tessera::tilecore {
 namespace {
 
+using test::fill;
+using test::Filled;
 using test::is_set;
 using test::kKernels;
 using test::Random;
@@ -30,20 +33,6 @@ constexpr int kPatternCount = 10;
 bool in_tables(Reconstruction kernel, BlockMask pattern) {
   return kernel != Reconstruction::kNearest &&
          !(kernel == Reconstruction::kCubicInterpolating && std::popcount(pattern) == 12);
-}
-
-struct Filled {
-  std::array<Vec4, 16> color{};
-  BlockMask unfilled = 0;
-  ReconstructionWork work;
-
-  const Vec4& at(int p) const { return color[static_cast<std::size_t>(p)]; }
-};
-Filled fill(Reconstruction kernel, bool packed, bool clamp, const BlockWindow& window, BlockMask missing) {
-  Filled f;
-  f.color.fill(Vec4(-77.0f));
-  f.unfilled = reconstruct_block(kernel, packed, clamp, window, missing, f.color.data(), f.work);
-  return f;
 }
 
 // ---- The definition, in double precision and in the plainest way ----------------------------------------------------
