@@ -175,10 +175,19 @@ std::vector<std::string> compared_words(const std::string& text) {
 
 TEST(Settings, OnlyParsersCompareTexts) {
   const fs::path root = TESSERA_SOURCE_DIR;
-  // "on" and "off" of flags; glTF's own words; a word of --webp; words of the language of programs.
-  const std::set<fs::path> parsers = {
-      root / "base/key_table.cpp", root / "scene/gltf/scene_builder.cpp", root / "replay/pack_command.cpp",
-      root / "shaders_cpp/procedures/program_compiler.cpp", root / "shaders_cpp/procedures/program_library.cpp"};
+  // "on" and "off" of flags; glTF's own words and members; words of --webp, --camera and --animation, and of comparisons;
+  // words of the language of programs.
+  const std::set<fs::path> parsers = {root / "base/key_table.cpp",
+                                      root / "scene/gltf/scene_builder.cpp",
+                                      root / "replay/pack_command.cpp",
+                                      root / "shaders_cpp/procedures/program_compiler.cpp",
+                                      root / "shaders_cpp/procedures/program_library.cpp",
+                                      root / "scene/gltf/selection.cpp",
+                                      root / "scene/gltf/procedure_builder.cpp",
+                                      root / "replay/view_options.h",
+                                      root / "replay/view_options.cpp",
+                                      root / "replay/pack/stored_view.cpp",
+                                      root / "replay/compare/image_comparison.cpp"};
   for (const char* folder : {"base", "shaders_cpp", "scene", "memory", "hardware", "timing", "frontend", "binner",
                              "tilecore", "gpu", "baselines", "reference", "replay"})
     for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {

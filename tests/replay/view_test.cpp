@@ -118,7 +118,7 @@ void expect_as_replayed(const ViewResult& result) {
   EXPECT_TRUE(png == *result.image.png) << result.command;
 }
 
-TEST(View, VS1ResultsAreThoseOfTheirCommandLine) {
+TEST(View, ResultsAreThoseOfTheirCommandLine) {  // VWS1
   Session session("eggs", {"tile.width=16", "shader.lanes=48"});
   expect_as_replayed(*session->result());
   for (const json& changes :
@@ -142,7 +142,7 @@ TEST(View, VS1ResultsAreThoseOfTheirCommandLine) {
   EXPECT_EQ(back->command, session.results().front()->command);
 }
 
-TEST(View, VS1AHistoryIsRenderedBeforeTheFrame) {
+TEST(View, AHistoryIsRenderedBeforeTheFrame) {  // VWS1
   Session session("flyby", {"resolve.desampling=adaptive"}, "96x54", 2);
   const auto later = session.after({{"frame", 4}});
   EXPECT_THAT(later->command, HasSubstr(" --warmup 2"));
@@ -150,7 +150,7 @@ TEST(View, VS1AHistoryIsRenderedBeforeTheFrame) {
   EXPECT_GT(later->stats["total"]["counters"]["resolve.pixels_advected"], 0);
 }
 
-TEST(View, VS2TheNewestRequestWinsAndNoneBeforeItComesLater) {
+TEST(View, TheNewestRequestWinsAndNoneBeforeItComesLater) {  // VWS2
   Session session("eggs", {}, "640x360");
   for (const int width : {8, 16, 24, 40, 48, 64}) session->request({{"tile.width", width}}, false);
   const auto last = session.after({{"tile.width", 56}});
@@ -164,7 +164,7 @@ TEST(View, VS2TheNewestRequestWinsAndNoneBeforeItComesLater) {
   EXPECT_EQ(session->history().size(), 2u) << "the start and what was kept";
 }
 
-TEST(View, VS2AFrameInHandIsAbandonedAtItsNextTile) {
+TEST(View, AFrameInHandIsAbandonedAtItsNextTile) {  // VWS2
   const scene::Capture capture = scene::read_capture(test::shipped_capture("eggs"), {});
   gpu::RenderRequest request;
   request.width = 96, request.height = 54;
@@ -176,7 +176,7 @@ TEST(View, VS2AFrameInHandIsAbandonedAtItsNextTile) {
   EXPECT_EQ(device.progress().done(), 0u);
 }
 
-TEST(View, VS3WhatOnlyTimingReadsRendersNothing) {
+TEST(View, WhatOnlyTimingReadsRendersNothing) {  // VWS3
   Session session;
   const std::uint64_t image = session->result()->image.number;
   double ms = session->result()->summary["ms"];
@@ -205,7 +205,7 @@ TEST(View, CachesOfEventsAreTimedFirstAndRenderedThen) {
   EXPECT_EQ(session->history().size(), 2u);
 }
 
-TEST(View, VS4ARequestThatIsRefusedChangesNothing) {
+TEST(View, ARequestThatIsRefusedChangesNothing) {  // VWS4
   Session session;
   const auto refused = [&](const json& changes, const std::string& says) {
     try {
