@@ -141,14 +141,19 @@ std::vector<std::size_t> points_of_shard(const std::vector<SweepPoint>& points, 
 
 bool needs_items(const Study& study) {
   if (!study.splits.empty()) return true;
+  const auto says_events = [](const json& value) {
+    gpu::GpuConfiguration gpu;
+    gpu::set_gpu_key(std::string(kTimingKey), value, gpu);
+    return times_events(gpu);
+  };
   for (const StudyAxis& axis : study.axes)
     for (std::size_t k = 0; k < axis.keys.size(); ++k)
       for (const std::vector<json>& values : axis.values)
-        if ((axis.keys[k] == kTimingKey && values[k] == "events") ||
+        if ((axis.keys[k] == kTimingKey && says_events(values[k])) ||
             (axis.keys[k] == kGpuKey && times_events(load_axis_gpu(study, values[k]))))
           return true;
   for (const auto& [key, value] : study.settings)
-    if (key == kTimingKey) return value == "events";
+    if (key == kTimingKey) return says_events(value);
   return times_events(gpu::load_gpu(study.gpu));
 }
 
