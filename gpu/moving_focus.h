@@ -16,7 +16,7 @@ class MovingFocus {
   MovingFocus(const tilecore::FoveationSettings& settings, const scene::Capture& capture);
 
   // At `seconds`, the middle of a frame's shutter, through the camera of an eye: in frame widths and heights. A node is
-  // seen through the middle of the lens; one in the camera's plane or behind it is not looked at, but the settings' place.
+  // seen through the lens centre; one in the camera's plane or behind it is not looked at, but the settings' place.
   DVec2 at(double seconds, const scene::CameraChoice& camera, int width, int height) const;
 
  private:

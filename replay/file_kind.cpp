@@ -146,8 +146,8 @@ std::string about_folder(FileKind wanted, const fs::path& folder) {
     return "is the folder of a replay: `tessera report` and `tessera compare` take it";
   if (fs::exists(folder / "sweep.json", ignored) || fs::exists(folder / "tradeoff.json", ignored))
     return "is a folder of results: `tessera report` takes it";
-  return wanted == FileKind::kCapture ? fmt::format("is a folder: give a .gltf or .glb file{}", captures_in(folder))
-                                      : "is a folder: give a file";
+  if (wanted == FileKind::kCapture) return fmt::format("is a folder: give a .gltf or .glb file{}", captures_in(folder));
+  return wanted == FileKind::kMachine ? "is a folder: give a preset or a JSON file" : "is a folder: give a file";
 }
 
 // What a file is and what takes it.

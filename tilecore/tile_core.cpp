@@ -264,7 +264,7 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
       keep_item(std::exchange(before, counted()), job.frame->assembly->patch_drawable[entry.base_patch] + 1);
   }
   if (job.procedures != nullptr) {
-    if (job.procedures->settings().lists == ProcedureSettings::Lists::kRanges) take_unseen_cells(job, entries);
+    if (job.procedures->settings().lists == ProcedureSettings::Lists::kRanges) take_in_vain_cells(job, entries);
     draw_cells(job, state, before);
   }
   current_work_place().base_patch = -1;
@@ -289,7 +289,7 @@ void TileCore::draw_cells(const TileJob& job, TileState& state, timing::SubPatch
   if (keep_items_) keep_item(std::exchange(before, counted()), 0);
 }
 
-void TileCore::take_unseen_cells(const TileJob& job, std::span<const binner::QueueEntry> entries) {
+void TileCore::take_in_vain_cells(const TileJob& job, std::span<const binner::QueueEntry> entries) {
   const std::vector<ParameterCell>& cells = job.procedures->cells();
   std::vector<std::uint32_t> listed;
   for (const binner::QueueEntry& entry : entries)
@@ -300,7 +300,7 @@ void TileCore::take_unseen_cells(const TileJob& job, std::span<const binner::Que
   for (std::size_t first = 0, end = 0; first < all.size(); first = end) {
     while (end < all.size() && piece_of(all[end]) == piece_of(all[first])) ++end;
     for (const std::uint32_t cell : job.procedures->others_in_range(all.subspan(first, end - first)))
-      sampler_.take_unseen(cell);
+      sampler_.take_in_vain(cell);
   }
 }
 

@@ -199,7 +199,7 @@ class TileCore {
   // `begin`: what was counted when they began to wait for each other; it moves on.
   void draw_cells(const TileJob& job, TileState& state, timing::SubPatchItem& begin);
   // With procedures.lists=ranges: what the entries' ranges hold besides their cells.
-  void take_unseen_cells(const TileJob& job, std::span<const binner::QueueEntry> entries);
+  void take_in_vain_cells(const TileJob& job, std::span<const binner::QueueEntry> entries);
   void count_cells(const TileJob& job, std::span<const binner::QueueEntry> entries);
   void count_hidden(const TileJob& job, const binner::QueueEntry& entry);
   // Tests the mesh of `entry`; samples outside the entry's times are not tested.

@@ -113,7 +113,7 @@ void add_frame(const json& frame, double share, double clock_mhz, RunFigures& ou
 }
 
 // What bounds the most cycles of the frames.
-std::string most_bounding(const std::vector<const json*>& frames) {
+std::string max_bounding(const std::vector<const json*>& frames) {
   std::map<std::string, double> cycles;
   for (const json* frame : frames) {
     const json* timing = member(frame, "timing");
@@ -208,7 +208,7 @@ RunFigures figures_of(const RunStatistics& run, const std::vector<int>& frames) 
   const double clock_mhz = number(member(member(member(&run.root, "gpu"), "clock"), "mhz"));
   RunFigures out;
   for (const json* frame : chosen) add_frame(*frame, 1.0 / static_cast<double>(chosen.size()), clock_mhz, out);
-  out.bound_by = most_bounding(chosen);
+  out.bound_by = max_bounding(chosen);
   return out;
 }
 

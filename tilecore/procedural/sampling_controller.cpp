@@ -93,7 +93,7 @@ std::uint64_t SamplingController::add_steps(const Job& job, const Waiting& waiti
   using Crossing = ProcedureSettings::Crossing;
   const ParameterCell& cell = job.maps.cells()[waiting.cell];
   const IntRect& pixels = job.samples.pixels;
-  if (waiting.unseen) {
+  if (waiting.in_vain) {
     // None of them reaches the tile.
     counters_.samples_of_ranges += cell.steps.count();
     counters_.samples_outside_tile += cell.steps.count();

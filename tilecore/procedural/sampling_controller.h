@@ -57,7 +57,7 @@ class SamplingController {
   // draw(), which draws all that wait.
   [[nodiscard]] bool take(const ParameterMaps& maps, std::uint32_t cell, TimeRange times);
   // With procedures.lists=ranges: a cell that the tile does not see, to be evaluated in vain.
-  void take_unseen(std::uint32_t cell) { waiting_.push_back({cell, {}, true}); }
+  void take_in_vain(std::uint32_t cell) { waiting_.push_back({cell, {}, true}); }
   void draw(const Job& job);
   // With procedures.crossing=handed: samples that draw() got from other tiles since the last call.
   std::uint64_t take_handed() { return std::exchange(handed_, 0); }
@@ -95,7 +95,7 @@ class SamplingController {
   struct Waiting {
     std::uint32_t cell;
     TimeRange times;
-    bool unseen = false;
+    bool in_vain = false;
   };
   // A sample on its way from the array to the tile buffer.
   struct Footprint {

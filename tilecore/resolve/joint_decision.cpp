@@ -8,10 +8,10 @@
 namespace tessera::tilecore {
 namespace {
 
-constexpr std::size_t kMostParts = 16;  // 16x16 pixels
+constexpr std::size_t kMaxParts = 16;  // 16x16 pixels
 
 float joint_speed(std::span<const BlockEvidence> parts, BlockSpeed statistic) {
-  std::array<float, kMostParts> speed{};
+  std::array<float, kMaxParts> speed{};
   std::size_t n = 0;
   for (const BlockEvidence& part : parts)
     if (part.velocity_usable) speed[n++] = part.speed;
@@ -38,7 +38,7 @@ float joint_speed(std::span<const BlockEvidence> parts, BlockSpeed statistic) {
 }  // namespace
 
 BlockEvidence join(std::span<const BlockEvidence> parts, BlockSpeed statistic) {
-  TESSERA_CHECK(!parts.empty() && parts.size() <= kMostParts, "a decision is made for 1 to 16 blocks");
+  TESSERA_CHECK(!parts.empty() && parts.size() <= kMaxParts, "a decision is made for 1 to 16 blocks");
   BlockEvidence all = parts.front();
   bool every_edge_is_an_outline = true;
   for (const BlockEvidence& part : parts) {

@@ -14,17 +14,17 @@ namespace {
 
 constexpr int kSide = 384;
 
-using Picture = std::vector<Vec4>;
+using Shown = std::vector<Vec4>;
 
-Picture filled(const std::function<float(int, int)>& value) {
-  Picture image;
+Shown filled(const std::function<float(int, int)>& value) {
+  Shown image;
   for (int y = 0; y < kSide; ++y)
     for (int x = 0; x < kSide; ++x) image.emplace_back(Vec3(value(x, y)), 1.0f);
   return image;
 }
 
 // White noise of so many pixels a cell, bilinear between cells.
-Picture noise(float cell) {
+Shown noise(float cell) {
   test::Random random(11);
   constexpr int kCells = 400;
   std::vector<float> grid;
@@ -39,7 +39,7 @@ Picture noise(float cell) {
 }
 
 // Root mean square error within two pixels of a border between tiles, over that of the others.
-double seam(const Picture& image, BlockMask pattern, int tile, bool lines) {
+double seam(const Shown& image, BlockMask pattern, int tile, bool lines) {
   const auto rendered = [&](int x, int y, const IntRect& inside) {
     if (x < inside.x0 || y < inside.y0 || x >= inside.x1 || y >= inside.y1) return false;
     const IntRect block{x & ~3, y & ~3, (x & ~3) + 4, (y & ~3) + 4};
@@ -81,7 +81,7 @@ double seam(const Picture& image, BlockMask pattern, int tile, bool lines) {
 TEST(TileSeams, BordersAreAsRightAsWhatIsInside) {  // TLB1
   for (const float cell : {1.0f, 2.0f, 3.75f, 5.0f})
     for (const int tile : {8, 16, 32, 64}) {
-      const Picture image = noise(cell);
+      const Shown image = noise(cell);
       for (const BlockMask pattern : {kSquareOrder[0], kSquareOrder[1]})
         EXPECT_LE(seam(image, pattern, tile, true), 1.05) << "quarter, " << cell << ", " << tile;
       for (const BlockMask pattern : kPairOrder)
