@@ -197,6 +197,9 @@ class SettingsKeys(TypedDict, total=False):
     procedures__maps: Literal["interval", "published"]  # Sparse pass of the sampling controller: cells bounded by interval evaluation, or one tuple per cell and a padded radius.
     procedures__scatter: Literal["footprint", "point"]  # What a sample writes: the sample points inside its footprint, or, as published, the sub-pixel it falls into (still objects only).
     procedures__style: Literal["surface", "lines"]  # Shaded surfaces, or a drawing with lines along the parameters.
+    procedures__lists: Literal["cells", "ranges"]  # What a tile knows of a piece: the cells that it may see, or one range of the parameters that holds them all; it then evaluates the cells between in vain.
+    procedures__crossing: Literal["evaluated", "lost", "handed"]  # Samples whose footprints reach several tiles: evaluated by each; or by the tile of their middle alone, and what falls outside is lost, as published, or handed to the other tiles through memory.
+    procedures__image_reads: Literal["l2", "texture_cache"]  # Geometry images are read through the L2 for each cell, or through the core's texture cache, emptied before every tile.
     procedures__spacing: float  # 0.125 to 64 sub-pixels. Samples are so dense that no footprint reaches farther than this from its middle; smaller is more exact and slower.
     procedures__flatness: float  # 0.001 to 64 pixels. And so dense that a smooth surface leaves the plane of a footprint by no more than this.
     procedures__cell_pixels: float  # 1 to 512 pixels. Interval maps: cells of the parameter domain larger than this on screen are halved.

@@ -15,7 +15,7 @@
 namespace tessera::scene::gltf {
 namespace {
 
-using Bytes = std::span<const std::uint8_t>;
+using Encoded = std::span<const std::uint8_t>;
 
 constexpr std::uint8_t kAttributes0 = 0xA0, kAttributes1 = 0xA1, kTriangles1 = 0xE1, kIndices1 = 0xD1;
 constexpr std::uint64_t kGroup = 16;  // elements whose deltas are packed alike
@@ -24,12 +24,12 @@ constexpr std::uint64_t kCodeTable = 16, kIndexPadding = 4;
 
 // Bytes up to the tail; past the end every read fails and `ok` stays false.
 struct CodedBytes {
-  Bytes bytes;
+  Encoded bytes;
   std::size_t at = 0;
   bool ok = true;
 
   // `count` bytes, or none.
-  Bytes take(std::size_t count) {
+  Encoded take(std::size_t count) {
     if (!ok || count > bytes.size() - at) {
       ok = false;
       return {};
@@ -38,7 +38,7 @@ struct CodedBytes {
     return bytes.subspan(at - count, count);
   }
   std::uint8_t byte() {
-    const Bytes one = take(1);
+    const Encoded one = take(1);
     return one.empty() ? std::uint8_t{0} : one[0];
   }
   // 1 to 5 bytes of 7 bits, low ones first; bits beyond 32 are dropped.
@@ -72,7 +72,7 @@ std::uint64_t tail_bytes(bool version1, std::uint64_t stride) {
 // 16 deltas of kBits bits each; all ones stand for a byte that follows the packed bits.
 template <int kBits>
 void read_packed(CodedBytes& in, std::uint8_t* out) {
-  const Bytes packed = in.take(kGroup * kBits / 8);
+  const Encoded packed = in.take(kGroup * kBits / 8);
   if (!in.ok) return;
   constexpr int kPerByte = 8 / kBits, kSentinel = (1 << kBits) - 1;
   const auto value = [&](int i) {
@@ -102,7 +102,7 @@ void read_group(CodedBytes& in, int bits, std::uint8_t* out) {
     return;
   }
   if (bits == 8) {
-    const Bytes literal = in.take(kGroup);
+    const Encoded literal = in.take(kGroup);
     std::copy(literal.begin(), literal.end(), out);
     return;
   }
@@ -114,7 +114,7 @@ void read_group(CodedBytes& in, int bits, std::uint8_t* out) {
 // Deltas of one byte position of a block: two bits of header for each group choose its number of bits.
 void read_groups(CodedBytes& in, const std::array<int, 4>& bits, std::uint64_t elements, std::uint8_t* out) {
   const std::uint64_t groups = (elements + kGroup - 1) / kGroup;
-  const Bytes header = in.take((groups + 3) / 4);
+  const Encoded header = in.take((groups + 3) / 4);
   for (std::uint64_t g = 0; g < groups && in.ok; ++g)
     read_group(in, bits[(header[g / 4] >> (2 * (g % 4))) & 3], out + g * kGroup);
 }
@@ -130,7 +130,7 @@ void read_controlled(CodedBytes& in, int control, std::uint64_t elements, std::u
   } else if (control == 2) {
     std::fill_n(out, elements, std::uint8_t{0});
   } else {
-    const Bytes literal = in.take(elements);
+    const Encoded literal = in.take(elements);
     std::copy(literal.begin(), literal.end(), out);
   }
 }
@@ -171,14 +171,15 @@ void apply_channel(const Deltas& deltas, std::uint8_t mode, std::uint64_t elemen
   std::copy(now.begin(), now.end(), last);
 }
 
-bool decode_attributes(Bytes stream, std::uint64_t count, std::uint64_t stride, std::uint8_t* out, std::string& fault) {
+bool decode_attributes(Encoded stream, std::uint64_t count, std::uint64_t stride, std::uint8_t* out,
+                       std::string& fault) {
   if (stream[0] != kAttributes0 && stream[0] != kAttributes1)
     return fault = fmt::format("begins with 0x{:02x}, attributes with 0xa0 or 0xa1", stream[0]), false;
   const bool version1 = stream[0] == kAttributes1;
   const std::uint64_t tail = tail_bytes(version1, stride), channels = stride / 4;
   if (stream.size() < 1 + tail) return fault = "is shorter than its tail", false;
-  const Bytes modes = stream.last(version1 ? channels : 0);
-  const Bytes first = stream.first(stream.size() - modes.size()).last(stride);
+  const Encoded modes = stream.last(version1 ? channels : 0);
+  const Encoded first = stream.first(stream.size() - modes.size()).last(stride);
   for (const std::uint8_t mode : modes)
     if ((mode & 15) > 2 || ((mode & 15) != 2 && mode >> 4 != 0))
       return fault = fmt::format("has the channel mode 0x{:02x}, which does not exist", mode), false;
@@ -189,7 +190,7 @@ bool decode_attributes(Bytes stream, std::uint64_t count, std::uint64_t stride, 
   Deltas deltas;
   for (std::uint64_t begin = 0; begin < count && in.ok;) {
     const std::uint64_t elements = std::min(count - begin, block_elements(stride));
-    const Bytes controls = in.take(version1 ? channels : 0);
+    const Encoded controls = in.take(version1 ? channels : 0);
     for (std::uint64_t c = 0; c < channels && in.ok; ++c) {
       for (std::size_t k = 0; k < 4 && in.ok; ++k) {
         if (version1)
@@ -243,7 +244,7 @@ struct Edge {
 // What a triangle stream remembers from one triangle to the next.
 class TriangleDecoder {
  public:
-  TriangleDecoder(Bytes data, Bytes code_table) : in_{data}, table_(code_table) {}
+  TriangleDecoder(Encoded data, Encoded code_table) : in_{data}, table_(code_table) {}
 
   // The corners of the next triangle. False: it reads what was not written.
   bool next(std::uint8_t code, std::array<std::uint32_t, 3>& corners) {
@@ -295,17 +296,18 @@ class TriangleDecoder {
   std::uint32_t explicit_index() { return last_ += unzigzag(in_.varint()); }
 
   CodedBytes in_;
-  Bytes table_;
+  Encoded table_;
   std::uint32_t next_ = 0, last_ = 0;
   Fifo<Edge> edges_;
   Fifo<std::uint32_t> vertices_;
 };
 
-bool decode_triangles(Bytes stream, std::uint64_t count, std::uint64_t stride, std::uint8_t* out, std::string& fault) {
+bool decode_triangles(Encoded stream, std::uint64_t count, std::uint64_t stride, std::uint8_t* out,
+                      std::string& fault) {
   if (stream[0] != kTriangles1)
     return fault = fmt::format("begins with 0x{:02x}, triangles with 0xe1", stream[0]), false;
   const std::uint64_t triangles = count / 3;
-  const Bytes codes = stream.subspan(1, triangles), table = stream.last(kCodeTable);
+  const Encoded codes = stream.subspan(1, triangles), table = stream.last(kCodeTable);
   const bool sound = std::all_of(table.begin(), table.end(), [](int v) { return (v & 15) != 15 && v >> 4 != 15; });
   if (!sound || table[14] != 0 || table[15] != 0) return fault = "has a table of codes that cannot be", false;
   TriangleDecoder decoder(stream.subspan(1 + triangles, stream.size() - 1 - triangles - kCodeTable), table);
@@ -323,7 +325,7 @@ bool decode_triangles(Bytes stream, std::uint64_t count, std::uint64_t stride, s
   return true;
 }
 
-bool decode_indices(Bytes stream, std::uint64_t count, std::uint64_t stride, std::uint8_t* out, std::string& fault) {
+bool decode_indices(Encoded stream, std::uint64_t count, std::uint64_t stride, std::uint8_t* out, std::string& fault) {
   if (stream[0] != kIndices1) return fault = fmt::format("begins with 0x{:02x}, indices with 0xd1", stream[0]), false;
   CodedBytes in{stream.subspan(1, stream.size() - 1 - kIndexPadding)};
   std::array<std::uint32_t, 2> last{};
@@ -476,7 +478,7 @@ std::uint64_t min_meshopt_bytes(const MeshoptLayout& layout) {
   return 1 + blocks * (layout.stride / 4) + tail_bytes(true, layout.stride);
 }
 
-bool decode_meshopt(Bytes stream, const MeshoptLayout& layout, std::span<std::uint8_t> out, std::string& fault) {
+bool decode_meshopt(Encoded stream, const MeshoptLayout& layout, std::span<std::uint8_t> out, std::string& fault) {
   if (stream.size() < min_meshopt_bytes(layout))
     return fault = fmt::format("has {} bytes, too few for its {} elements", stream.size(), layout.count), false;
   switch (layout.mode) {
