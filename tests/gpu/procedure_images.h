@@ -7,7 +7,7 @@
 #include "base/image_metrics.h"
 #include "base/simd_targets.h"
 #include "gpu/device.h"
-#include "shaders_cpp/tone_map.h"
+#include "tests/support/displayed_image.h"
 #include "tests/support/procedures.h"
 
 namespace tessera::gpu {
@@ -50,17 +50,8 @@ inline FrameResult render(const scene::Capture& capture, const Ways& ways, int w
   return result;
 }
 
-inline Image display(const Image& linear) {
-  const Image8 shown = shaders::to_display(linear, 1.0f);
-  Image out(shown.width, shown.height, 3);
-  for (int y = 0; y < shown.height; ++y)
-    for (int x = 0; x < shown.width; ++x)
-      for (std::size_t c = 0; c < 3; ++c) out.at(x, y)[c] = static_cast<float>(shown.at(x, y)[c]) / 255.0f;
-  return out;
-}
-
 inline double decibels(const FrameResult& a, const FrameResult& b) {
-  return psnr(display(a.targets.color), display(b.targets.color));
+  return psnr(test::displayed(a.targets.color), test::displayed(b.targets.color));
 }
 
 // Stripes of two colours, every second of which is a hole where alpha counts.

@@ -9,8 +9,8 @@
 #include "base/image_metrics.h"
 #include "gpu/device.h"
 #include "scene/capture_reader.h"
-#include "shaders_cpp/tone_map.h"
 #include "tests/support/captures.h"
+#include "tests/support/displayed_image.h"
 #include "tests/support/fault_scenes.h"
 
 // Frames of a capture, adaptive beside fully shaded, as a display shows them.
@@ -37,8 +37,9 @@ struct Comparison {
     gpu::Device full(capture, gpu, plain, request), device(capture, gpu, desampled, request);
     for (int f = first; f < last; ++f) {
       const gpu::FrameResult expected = full.render(f), got = device.render(f);
-      Frame frame{display(got.targets.color), display(expected.targets.color),   0, 0,
-                  got.counters.desampling,    got.effect_reasons.at("advection")};
+      Frame frame{
+          test::displayed(got.targets.color), test::displayed(expected.targets.color), 0, 0, got.counters.desampling,
+          got.effect_reasons.at("advection")};
       frame.psnr_db = psnr(frame.shown, frame.expected);
       const auto all = static_cast<double>(expected.counters.shading.pixel_shader_invocations);
       frame.saved = 1 - static_cast<double>(got.counters.shading.pixel_shader_invocations) / all;
@@ -80,16 +81,6 @@ struct Comparison {
           }
         }
     return {std::sqrt(sum[0] / count[0]), std::sqrt(sum[1] / count[1])};
-  }
-
- private:
-  static Image display(const Image& linear) {
-    const Image8 bytes = shaders::to_display(linear, 1.0f);
-    Image image(bytes.width, bytes.height, 3);
-    for (int y = 0; y < bytes.height; ++y)
-      for (int x = 0; x < bytes.width; ++x)
-        for (std::size_t c = 0; c < 3; ++c) image.at(x, y)[c] = static_cast<float>(bytes.at(x, y)[c]) / 255.0f;
-    return image;
   }
 };
 
