@@ -199,7 +199,7 @@ json describe_effects() {
   };
   constexpr const char* kSubPatch = "frame, drawable, sub-patch, tile";
   constexpr Effect kEffects[] = {
-      {"advection", "Slow blocks take half of their pixels from the previous frame, or from the other eye.",
+      {"advection", "Slow blocks take most of their pixels from the previous frame, or from the other eye.",
        "frame, block", "resolve.desampling is adaptive, the frame before was rendered with the same lights",
        "resolve.advection"},
       {"alpha_test", "Hits count only where the material's alpha reaches its cutoff.", kSubPatch,

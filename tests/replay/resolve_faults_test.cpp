@@ -28,8 +28,8 @@ TEST(ResolveFaults, MaterialsThatChangeAreShadedAnewAndTheirNeighboursAreNot) { 
   const Comparison c(capture, 3, 8);
   EXPECT_GE(c.worst_psnr(0), 50);
   const double share = static_cast<double>(c.back().counters.pixels_advected) / (kWidth * kHeight);
-  EXPECT_GT(share, 0.2);
-  EXPECT_LT(share, 0.3);
+  EXPECT_GT(share, 0.35);  // 12 of 16 pixels of half of the frame
+  EXPECT_LT(share, 0.4);
 }
 
 // ---- Cuts and what stops ----------------------------------------------------------------------------------------
@@ -45,7 +45,7 @@ TEST(ResolveFaults, ACutIsShadedFullyAndSoIsWhatFollows) {  // RU7
 // A textured board crosses the frame at 12 pixels a frame, and stands still from one frame to the next.
 TEST(ResolveFaults, WhatStopsIsNotWhatWasReconstructedBefore) {  // RU7
   const Capture capture = test::board_that_stops();
-  const Comparison c(capture, 6, 15);
+  const Comparison c(capture, 6, 15, {"resolve.pattern_error=0.02"});  // or little of it would be so coarse
   EXPECT_GT(c.frames[3].counters.blocks_rate_4, 500u);
   EXPECT_GE(c.worst_psnr(5), 50);
   EXPECT_GT(c.back().saved, 0.4);

@@ -51,7 +51,9 @@ class Random {
   explicit Random(std::uint32_t seed) : engine_(seed) {}
   float uniform(float low, float high) { return low + (high - low) * static_cast<float>(engine_() >> 8) * 0x1p-24f; }
   int integer(int low, int high) {
-    return low + static_cast<int>(engine_() % static_cast<std::uint32_t>(high - low + 1));
+    const std::uint32_t count = static_cast<std::uint32_t>(high) - static_cast<std::uint32_t>(low) + 1;  // 0: all
+    const auto drawn = static_cast<std::uint32_t>(engine_());
+    return static_cast<int>(static_cast<std::uint32_t>(low) + (count == 0 ? drawn : drawn % count));
   }
   bool coin() { return (engine_() & 1) != 0; }
   Vec3 in_box(float half) { return {uniform(-half, half), uniform(-half, half), uniform(-half, half)}; }

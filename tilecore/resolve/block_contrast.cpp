@@ -73,7 +73,7 @@ MeasuredContrast measure_contrast(const Vec4* colors, std::ptrdiff_t stride, Blo
 }
 
 float predicted_error(int samples, float contrast) {
-  constexpr float kHalf = 0.5f, kQuarter = 1.1f;
+  constexpr float kHalf = 0.3f, kQuarter = 1.4f;
   return samples >= 16 ? 0.0f : contrast * (samples >= 8 ? kHalf : kQuarter);
 }
 

@@ -20,9 +20,9 @@ enum class DiscrepancyCheck {
 
 struct DiscrepancySettings {
   DiscrepancyCheck check = DiscrepancyCheck::kRendered;
-  float tolerance = 0.05f;  // [measured] relative difference of a pixel; at 0.075 a lip of brass is wrong by 0.063
-  bool same_frame = true;   // the block's advected pixels are then shaded, too
-  int frames = 1;           // for which the neighbourhood is rendered fully; at most 15
+  float tolerance = 0.025f;  // [measured] relative difference of a pixel: docs/resolve.md, Thresholds
+  bool same_frame = true;    // the block's advected pixels are then shaded, too
+  int frames = 1;            // for which the neighbourhood is rendered fully; at most 15
 };
 
 // Difference of two linear colours between 0 and 1: of the channel that differs most, relative to the brighter colour,

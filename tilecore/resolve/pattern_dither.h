@@ -58,15 +58,28 @@ inline constexpr std::array<BlockMask, 4> kTripleOrder = {
     static_cast<BlockMask>(~kSquareOrder[0] & kFullBlock), static_cast<BlockMask>(~kSquareOrder[1] & kFullBlock),
     static_cast<BlockMask>(~kSquareOrder[2] & kFullBlock), static_cast<BlockMask>(~kSquareOrder[3] & kFullBlock)};
 
+// Four samples of a block that moves and takes over the others: one in each row and column, so that what no longer shows
+// along a row, an edge that a surface makes before itself, has a witness (discrepancy.h). Squares leave every second row
+// without one.
+constexpr BlockMask one_in_each_row(unsigned shift) {
+  unsigned mask = 0;
+  for (unsigned y = 0; y < 4; ++y) mask |= 1u << (4 * y + (2 * y + (y >> 1) + shift) % 4);
+  return static_cast<BlockMask>(mask);
+}
+inline constexpr std::array<BlockMask, 4> kWitnessOrder = {one_in_each_row(0), one_in_each_row(2), one_in_each_row(1),
+                                                           one_in_each_row(3)};
+
 // Pixels of a block to render at `rate` samples per block: 4, 8, 12 or 16 (checked). (block_x, block_y) count blocks from
 // the frame's corner and matter only when settings.per_block.
 //
 // Invariants (cited by the tests):
-//   PD1  exactly `rate` bits are set; four are a sparse square, eight a pair of them, twelve three;
+//   PD1  exactly `rate` bits are set; four are a sparse square, or with `witnesses` one in each row and column, eight a
+//        pair of squares, twelve three;
 //   PD2  with kCounter every pixel is rendered rate/4 times in any four frames in a row, and once at least in any
 //        ceil(16/rate), per block too, across the wrap of the frame number too;
 //   PD3  without per_block the block's place does not matter.
-inline BlockMask dither_mask(int rate, std::uint32_t frame, const DitherSettings& settings, int block_x, int block_y) {
+inline BlockMask dither_mask(int rate, std::uint32_t frame, const DitherSettings& settings, int block_x, int block_y,
+                             bool witnesses = false) {
   TESSERA_CHECK(rate == 4 || rate == 8 || rate == 12 || rate == 16, "a block is rendered at 4, 8, 12 or 16 samples");
   if (rate == 16) return kFullBlock;
   const auto place = settings.per_block ? hash32(settings.seed, static_cast<std::uint32_t>(block_x),
@@ -76,7 +89,9 @@ inline BlockMask dither_mask(int rate, std::uint32_t frame, const DitherSettings
   const std::uint32_t step = settings.order == DitherOrder::kSeeded
                                  ? hash32(settings.seed, frame, place, 2)
                                  : (settings.order == DitherOrder::kOff ? 0 : frame) + place;
-  return rate == 4 ? kSquareOrder[step % 4] : rate == 8 ? kPairOrder[step % 2] : kTripleOrder[step % 4];
+  return rate == 4   ? (witnesses ? kWitnessOrder : kSquareOrder)[step % 4]
+         : rate == 8 ? kPairOrder[step % 2]
+                     : kTripleOrder[step % 4];
 }
 
 // Half the pixels, alternating from frame to frame: what checkerboard rendering shades.

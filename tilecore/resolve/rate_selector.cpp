@@ -7,6 +7,9 @@
 namespace tessera::tilecore {
 namespace {
 
+// Of 16: fewer witnesses overlook what comes out from behind an edge [measured: a lip of brass is wrong by 0.13 at 12].
+constexpr int kMostAdvectedOnOutlines = 8;
+
 // Whether the speed counts as above the threshold: one that was above stays so a little longer, and the other way
 // round.
 bool above(float speed, float threshold, float hysteresis, bool known, bool was_above) {
@@ -26,7 +29,9 @@ BlockDecision by_motion(const RateSettings& settings, const BlockEvidence& block
   const bool known = last == 1 || last == 4 || last == 8 || last == 12 || last == 16;
   const bool slow = known && last == 1 ? block.speed < t.still * (1.0f + t.hysteresis)
                                        : block.speed < t.still * (known ? 1.0f - t.hysteresis : 1.0f);
-  if (slow && block.advection_allowed) return {16 - settings.advected, true};
+  if (slow && block.advection_allowed)
+    return {16 - (block.edge && !copies ? std::min(settings.advected, kMostAdvectedOnOutlines) : settings.advected),
+            true};
   if (block.edge || block.cut) return full;
   const float speed = std::min(block.speed, block.blurred_speed);
   int samples = above(speed, t.fast2, t.hysteresis, known, last == 4)                ? 4

@@ -45,7 +45,7 @@ struct RateSettings {
   bool advect_still_edges = true, advect_outlines = true;
   float blur = 0.0f;      // pixels from which on; 0: never
   int supersampled = 32;  // half pixels of 32 that are rendered: 16, 24 or 32; the others are reconstructed
-  int advected = 8;       // pixels of 16 that slow blocks take over: 4, 8 or 12; the others are rendered
+  int advected = 12;      // pixels of 16 that slow blocks take over: 4, 8 or 12; the others are rendered
   // Of displayed values between 0 and 1, that reconstruction may be predicted to have in a block; 0: it does not matter.
   float pattern_error = 0.008f;  // [measured] docs/resolve.md
 };
@@ -63,7 +63,8 @@ struct BlockDecision {
 //   edge, blurred                         -> 16, by shading cell
 //   edge                                  -> 16
 //   velocity unknown                      -> 16
-//   speed < still, advection allowed      -> 8, and 8 advected (or 4 and 12, 12 and 4)
+//   speed < still, advection allowed      -> 4, and 12 advected (or 8 and 8, as where several surfaces
+//                                            meet, or 12 and 4)
 //   first frame after a cut               -> 16
 //   speed > fast2                         -> 4
 //   speed > fast1                         -> 8

@@ -388,7 +388,8 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
   const int rate = std::min(16, block.decision.samples);
   BlockMask pattern = settings.desampling == Desampling::kCheckerboard
                           ? checkerboard_mask(number)
-                          : dither_mask(rate, number, settings.dither, block.pixels.x0 / 4, block.pixels.y0 / 4);
+                          : dither_mask(rate, number, settings.dither, block.pixels.x0 / 4, block.pixels.y0 / 4,
+                                        block.decision.advect && !block.still);
   if (rate < 16 && !block.decision.advect && settings.desampling != Desampling::kCheckerboard &&
       settings.reach == StencilReach::kTile && settings.border_lines) {
     const int x = block.pixels.x0 & 3, y = block.pixels.y0 & 3;

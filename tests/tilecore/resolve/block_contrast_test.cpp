@@ -98,11 +98,12 @@ TEST(BlockContrast, TwelveOfSixteenIsOneOfTheRatesThatContrastRaises) {
   BlockEvidence block;
   block.velocity_usable = true, block.speed = 3;
   EXPECT_EQ(select_rate(settings, block).samples, 12);
-  block.contrast = 2.1f * settings.pattern_error;
+  const float allowed = settings.pattern_error / predicted_error(8, 1.0f);
+  block.contrast = 1.05f * allowed;
   EXPECT_EQ(select_rate(settings, block).samples, 16);
   block.speed = 20;
   EXPECT_EQ(select_rate(settings, block).samples, 16);
-  block.contrast = 1.9f * settings.pattern_error;
+  block.contrast = 0.95f * allowed;
   EXPECT_EQ(select_rate(settings, block).samples, 8);
 }
 

@@ -203,7 +203,7 @@ TEST(RateSelector, RegimesFollowEachOtherInSpeed) {
   settings.thresholds = {1, 4, 16, 0};
   const auto rate = [&](const BlockEvidence& b) { return select_rate(settings, b); };
   EXPECT_TRUE(rate(moving(0.5f, true)).advect);
-  EXPECT_EQ(rate(moving(0.5f, true)).samples, 8);
+  EXPECT_EQ(rate(moving(0.5f, true)).samples, 16 - settings.advected);
   EXPECT_EQ(rate(moving(0.5f, false)).samples, 16);
   EXPECT_EQ(rate(moving(2, true)).samples, 16);
   EXPECT_EQ(rate(moving(5, true)).samples, 8);
@@ -237,6 +237,10 @@ TEST(RateSelector, ThreeQuartersAndTheSharesOfSlowBlocksAreWhatIsAskedFor) {
     EXPECT_TRUE(slow.advect);
     EXPECT_EQ(slow.samples, 16 - advected);
     EXPECT_EQ(slow.memory(), 1);
+    BlockEvidence outline = moving(0.5f, true);
+    outline.edge = outline.outline = true;
+    EXPECT_TRUE(select_rate(settings, outline).advect);
+    EXPECT_EQ(select_rate(settings, outline).samples, 16 - std::min(advected, 8));
   }
 }
 

@@ -106,6 +106,29 @@ TEST(PatternDither, SeedsDecideAndAreRepeatable) {
   EXPECT_GT(differ, 32);
 }
 
+// Of squares every second row has none.
+TEST(PatternDither, WitnessesAreOneInEachRowAndColumnAndOnceInFourFramesEach) {  // PD1, PD2
+  for (const DitherSettings& settings : kAllSettings)
+    for (const std::uint32_t frame : kFrames)
+      for (int block = 0; block < 8; ++block) {
+        const unsigned mask = dither_mask(4, frame, settings, block, 3, true);
+        unsigned columns = 0;
+        for (int y = 0; y < 4; ++y) {
+          const unsigned row = mask >> (4 * y) & 15u;
+          EXPECT_EQ(std::popcount(row), 1);
+          columns |= row;
+        }
+        EXPECT_EQ(columns, 15u);
+        for (const int rate : {8, 12, 16})
+          EXPECT_EQ(dither_mask(rate, frame, settings, block, 3, true), dither_mask(rate, frame, settings, block, 3));
+      }
+  for (const std::uint32_t first : kFrames) {
+    unsigned seen = 0;
+    for (std::uint32_t f = 0; f < 4; ++f) seen |= dither_mask(4, first + f, kAllSettings[1], 6, 2, true);
+    EXPECT_EQ(seen, kFullBlock);
+  }
+}
+
 TEST(PatternDither, EightSamplesAreTheCheckerboard) {
   for (const std::uint32_t frame : kFrames) EXPECT_EQ(checkerboard_mask(frame), dither_mask(8, frame, {}, 0, 0));
   EXPECT_EQ(checkerboard_mask(0) ^ checkerboard_mask(1), kFullBlock);
