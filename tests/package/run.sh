@@ -62,7 +62,7 @@ python)
   [ "$(wc -l <"$source/tests/package/counters.py")" -le 20 ] || fail "the example is long"
   PYTHONPATH=$python_path python3 "$source/tests/package/counters.py" "$capture" | diff - "$work/expected.txt" || fail "other counters than the program's"
   ;;
-module) PYTHONPATH=$python_path python3 "$source/tests/package/module_test.py" "$capture" ;;
+module) PYTHONPATH=$python_path python3 "$source/tests/package/module_test.py" "$capture" "$prefix/bin/tessera" ;;
 stubs)
   PYTHONPATH=$python_path python3 -P "$source/python/make_stubs.py" | diff - "$source/python/tessera/__init__.pyi" ||
     fail "run: PYTHONPATH=build/release/python python3 -P python/make_stubs.py > python/tessera/__init__.pyi"
