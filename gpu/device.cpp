@@ -78,7 +78,8 @@ Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfigu
       texture_memory_(scene_.assembly.materials, gpu.line_bytes(), shader_images(behind_, prepared_->capture)),
       displacement_memory_(scene_.assembly.materials, gpu.line_bytes(), texture_memory_.lines()),
       record_memory_(scene_.assembly, gpu.line_bytes(), displacement_memory_.end()),
-      camera_(frame_camera(prepared_->capture, settings, request.width, request.height)),
+      camera_(request.camera ? frame_camera(*request.camera, settings)
+                             : frame_camera(prepared_->capture, settings, request.width, request.height)),
       resolve_(resolve_settings(settings, gpu, behind_.level_count() > 0)),
       focus_(resolve_.foveation, prepared_->capture),
       pipeline_(gpu_, scene_.pyramids) {

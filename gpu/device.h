@@ -30,6 +30,7 @@ struct RenderRequest {
   bool resolve_auxiliary = false;  // images of what the resolve unit did; with desampling only
   bool attribute = false;          // what drawables and tiles have of the frame; keeps items. With output.machine_model
   bool error = false;              // and of its error: renders every frame fully as well
+  std::optional<scene::CameraChoice> camera{};  // through which frames are seen, instead of the capture's own
 };
 
 // The machine put together: sends frames of a capture through front end, binner, tile cores and resolve. Images and
@@ -70,7 +71,7 @@ class Device {
 
   // How pixels are stored, without what a frame leaves to the next.
   tilecore::FrameStore frame_store() const;
-  // Whether the camera was made up because the capture has none.
+  // Whether the camera was made up, and is none of the capture's.
   bool automatic_camera() const { return camera_.node == scene::kNone; }
   const scene::Assembly& assembly() const { return scene_.assembly; }
   // Of the image of what is behind surfaces that transmit, all levels.

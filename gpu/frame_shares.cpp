@@ -1,5 +1,6 @@
 #include "gpu/frame_shares.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace tessera::gpu {
@@ -50,6 +51,14 @@ void add(timing::TileShare& into, const timing::TileShare& from) {
   into.bound_cycles = from.bound_cycles;
 }
 
+// [measured] With events each doubling takes as long as the frame: five times the model's time.
+timing::TileBounds bounds_of_tiles(const GpuConfiguration& gpu, const timing::Schedule& schedule) {
+  if (gpu.queues.model == hardware::TimingModel::kPhases) return timing::TileBounds::kDoubled;
+  const auto recorded = [](const timing::TileSchedule& tile) { return tile.path.total() > 0; };
+  return std::any_of(schedule.tiles.begin(), schedule.tiles.end(), recorded) ? timing::TileBounds::kEstimated
+                                                                             : timing::TileBounds::kNone;
+}
+
 }  // namespace
 
 void FrameShares::add(const FrameShares& view) {
@@ -81,8 +90,7 @@ FrameShares frame_shares(const GpuConfiguration& gpu, const timing::FrameWork& w
                          std::vector<TileTraffic> traffic, const timing::WarmCaches& before, bool bounds) {
   FrameShares shares;
   shares.drawables = timing::attribute(gpu, work, timing, energy);
-  // [measured] With events each doubling takes as long as the frame: five times the model's time.
-  shares.bounds = bounds && gpu.queues.model == hardware::TimingModel::kPhases;
+  if (bounds) shares.bounds = bounds_of_tiles(gpu, schedule);
   shares.tiles = timing::attribute_tiles(gpu, work, schedule, before, shares.bounds);
   shares.lists = lists_of(work, traffic.size());
   shares.traffic = std::move(traffic);

@@ -23,16 +23,16 @@ struct DrawableInTile {
 struct FrameShares {
   std::map<std::uint32_t, timing::DrawableShare> drawables;  // by DrawableInTile::drawable
   std::vector<timing::TileShare> tiles;                      // those that were rendered, in the order of their numbers
-  bool bounds = false;  // whether tiles say what bounds them: not with machine.timing=events, which would take too long
-  std::vector<TileTraffic> traffic;                // by number
-  std::vector<std::vector<DrawableInTile>> lists;  // by number; in the order of their drawables
+  timing::TileBounds bounds{};                               // how it was found what bounds them
+  std::vector<TileTraffic> traffic;                          // by number
+  std::vector<std::vector<DrawableInTile>> lists;            // by number; in the order of their drawables
 
   // Joins a further view of the same frame. A tile is bound by what binds the view in which more hangs on it.
   void add(const FrameShares& view);
 };
 
-// Of one view, whose work has items. `before`: the caches with which it began. `bounds`: what binds tiles is looked for, if
-// that is quick.
+// Of one view, whose work has items. `before`: the caches with which it began. `bounds`: what binds tiles is looked for;
+// with machine.timing=events it is estimated, where the schedule has the paths of tiles.
 FrameShares frame_shares(const GpuConfiguration& gpu, const timing::FrameWork& work, const timing::Schedule& schedule,
                          const timing::FrameTiming& timing, const hardware::FrameEnergy& energy,
                          std::vector<TileTraffic> traffic, const timing::WarmCaches& before, bool bounds = true);

@@ -8,11 +8,14 @@
 
 namespace tessera::gpu {
 
-scene::CameraChoice frame_camera(const scene::Capture& capture, const RunSettings& settings, int width, int height) {
-  scene::CameraChoice choice = scene::choose_camera(capture, width, height);
+scene::CameraChoice frame_camera(scene::CameraChoice choice, const RunSettings& settings) {
   if (settings.effects.defocus == EffectMode::kOff || !tilecore::kGeneralEffects)
     choice.camera.lens.aperture_radius = 0;
   return choice;
+}
+
+scene::CameraChoice frame_camera(const scene::Capture& capture, const RunSettings& settings, int width, int height) {
+  return frame_camera(scene::choose_camera(capture, width, height), settings);
 }
 
 scene::FrameRequest frame_request(const scene::Capture& capture, const GpuConfiguration& gpu,

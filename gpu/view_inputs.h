@@ -11,7 +11,8 @@ namespace tessera::gpu {
 
 // What a frame follows from, of a capture and what a user chose: read by the machine and by what it is compared with.
 
-// The camera of the whole capture; without its lens where effects.defocus is off.
+// A camera as frames have it: without its lens where effects.defocus is off. Of a capture: its own.
+scene::CameraChoice frame_camera(scene::CameraChoice choice, const RunSettings& settings);
 scene::CameraChoice frame_camera(const scene::Capture& capture, const RunSettings& settings, int width, int height);
 
 // How frame `frame` is posed and tessellated.

@@ -89,19 +89,35 @@ std::unique_ptr<SharedDevice> make_device(const Scene& scene, const py::object& 
   return std::make_unique<SharedDevice>(scene, machine, choices, options);
 }
 
+// A word of a View, or the number that it is: camera=1 is camera="1".
+std::optional<std::string> word_of(const py::object& object) {
+  if (object.is_none()) return std::nullopt;
+  static_cast<void>(value_of(object));  // raises TypeError for what is neither
+  return py::str(object).cast<std::string>();
+}
+
 void add_scene(py::module_& module) {
   py::class_<Scene>(module, "Scene", "A capture: what is drawn, and how its file wants it to be drawn. Immutable.")
-      .def(py::init([](const std::filesystem::path& file, std::uint64_t max_bytes, std::uint64_t max_file_bytes,
-                       bool strict, std::optional<std::string> variant) {
-             const py::gil_scoped_release unlocked;
-             return Scene(file, {max_bytes, max_file_bytes, strict, std::move(variant)});
-           }),
-           py::arg("file"), py::kw_only(), py::arg("max_bytes") = ReadLimits().max_bytes,
-           py::arg("max_file_bytes") = ReadLimits().max_file_bytes, py::arg("strict") = false,
-           py::arg("variant") = py::none(),
-           "Reads any glTF 2.0 asset (.gltf or .glb). What glTF forbids although its meaning is clear is one of the "
-           "notices, or raises where strict. variant: whose materials are drawn, one of variants. Raises InputError, "
-           "UsageError for an unknown variant, LimitError, SystemError.")
+      .def(
+          py::init([](const std::filesystem::path& file, std::uint64_t max_bytes, std::uint64_t max_file_bytes,
+                      bool strict, std::optional<std::string> variant, const py::object& scene,
+                      const py::object& camera, const py::object& animation, const py::object& orbit,
+                      const py::object& lens, const py::object& shutter) {
+            const View view{word_of(scene), word_of(camera), word_of(animation),
+                            word_of(orbit), word_of(lens),   word_of(shutter)};
+            const py::gil_scoped_release unlocked;
+            return Scene(file, {max_bytes, max_file_bytes, strict, std::move(variant)}, view);
+          }),
+          py::arg("file"), py::kw_only(), py::arg("max_bytes") = ReadLimits().max_bytes,
+          py::arg("max_file_bytes") = ReadLimits().max_file_bytes, py::arg("strict") = false,
+          py::arg("variant") = py::none(), py::arg("scene") = py::none(), py::arg("camera") = py::none(),
+          py::arg("animation") = py::none(), py::arg("orbit") = py::none(), py::arg("lens") = py::none(),
+          py::arg("shutter") = py::none(),
+          "Reads any glTF 2.0 asset (.gltf or .glb). What glTF forbids although its meaning is clear is one of the "
+          "notices, or raises where strict. variant: whose materials are drawn, one of variants. scene, camera, "
+          "animation, orbit, lens, shutter: as the options of `tessera replay`, numbers as such or as text: camera=1, "
+          "lens=\"0.1:3\". Raises InputError, UsageError for what the file lacks, which lists what it has, LimitError, "
+          "SystemError.")
       .def_property_readonly("file", [](const Scene& scene) { return scene.file().string(); })
       .def_property_readonly("width", &Scene::width, "Of the image that the file asks for, in pixels.")
       .def_property_readonly("height", &Scene::height)
@@ -187,7 +203,7 @@ void add_device(py::module_& module) {
       .def("render", &SharedDevice::render, py::arg("frame"),
            "Renders a frame; other Python threads go on meanwhile. Ctrl-C takes effect when the frame is done.")
       .def_property_readonly("automatic_camera", &SharedDevice::automatic_camera,
-                             "Whether the camera was made up because the scene has none.");
+                             "Whether the camera was made up: the scene has none, or was read so.");
 }
 
 }  // namespace

@@ -31,7 +31,9 @@ CLASSES = '''
 class Scene:
     def __init__(
         self, file: str | os.PathLike[str], *, max_bytes: int = 4294967296, max_file_bytes: int = 2147483648,
-        strict: bool = False, variant: str | None = None,
+        strict: bool = False, variant: str | None = None, scene: str | int | None = None,
+        camera: str | int | None = None, animation: str | int | None = None, orbit: str | float | None = None,
+        lens: str | float | None = None, shutter: str | None = None,
     ) -> None: ...
     @property
     def file(self) -> str: ...

@@ -9,10 +9,10 @@
 
 #include "base/error.h"
 #include "base/json_text.h"
+#include "base/option_numbers.h"
 #include "memory/dram_replay.h"
 #include "memory/dram_trace.h"
 #include "replay/commands.h"
-#include "replay/option_numbers.h"
 
 namespace tessera::replay {
 namespace {

@@ -41,14 +41,14 @@ std::string whole(const std::vector<timing::TileShare>& tiles, double timing::Ti
   return list(tiles.size(), [&](std::size_t t) { return static_cast<std::uint64_t>(std::ceil(tiles[t].*member)); });
 }
 
-std::string bound_members(const std::vector<timing::TileShare>& tiles) {
+std::string bound_members(const std::vector<timing::TileShare>& tiles, bool estimated) {
   const std::string names = list(
       timing::kBoundCount, [](std::size_t b) { return fmt::format("\"{}\"", name(static_cast<timing::Bound>(b))); });
   const std::string by = list(tiles.size(), [&](std::size_t t) {
     return tiles[t].bound_by ? static_cast<int>(index(*tiles[t].bound_by)) : -1;
   });
-  return fmt::format("  \"bounds\": {},\n  \"bound_by\": {},\n  \"saves\": {},\n", names, by,
-                     whole(tiles, &timing::TileShare::bound_cycles));
+  return fmt::format("  \"bounds\": {},\n  \"bound_by\": {},\n  \"estimated\": {},\n  \"saves\": {},\n", names, by,
+                     estimated, whole(tiles, &timing::TileShare::bound_cycles));
 }
 
 }  // namespace
@@ -95,7 +95,8 @@ std::string FrameCosts::tile_members() const {
   std::string text = fmt::format(" \"costs\": {{\n  \"cycles\": {},\n", whole(by_number, &timing::TileShare::cycles));
   text += fmt::format("  \"energy_nj\": {},\n",
                       list(tiles, [&](std::size_t t) { return fmt::format("{:.1f}", by_number[t].energy_nj); }));
-  if (shares_.bounds) text += bound_members(by_number);
+  if (shares_.bounds != timing::TileBounds::kNone)
+    text += bound_members(by_number, shares_.bounds == timing::TileBounds::kEstimated);
   text += "  \"dram\": {";
   const char* between = "\n";
   for (std::size_t p = 0; p < memory::kPurposeCount; ++p) {

@@ -10,11 +10,11 @@
 #include <CLI/CLI.hpp>
 
 #include "base/error.h"
+#include "base/option_numbers.h"
 #include "base/output_file.h"
 #include "base/text.h"
 #include "replay/commands.h"
 #include "replay/file_kind.h"
-#include "replay/option_numbers.h"
 #include "replay/pack/meshopt_encoder.h"
 #include "replay/pack/packer.h"
 #include "replay/progress.h"
@@ -161,7 +161,7 @@ class PackCommand final : public Command {
       settings["resolution"] = {size.width, size.height};
     }
     if (shutter_) {
-      const NumberPair shutter = parse_shutter("--shutter", *shutter_);
+      const NumberPair shutter = scene::parse_shutter("--shutter", *shutter_);
       settings["shutter"] = {shutter.a, shutter.b};
     }
     if (!frames_.empty()) {

@@ -13,6 +13,7 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
+#include "base/option_numbers.h"
 #include "base/output_file.h"
 #include "base/parallel.h"
 #include "base/text.h"
@@ -28,7 +29,6 @@
 #include "replay/file_kind.h"
 #include "replay/frame_costs.h"
 #include "replay/frame_files.h"
-#include "replay/option_numbers.h"
 #include "replay/output_lock.h"
 #include "replay/progress.h"
 #include "replay/replay_summary.h"
@@ -176,7 +176,8 @@ class ReplayCommand final : public Command {
     step.reset();
     const auto [first, last] = frame_range(capture);
     const gpu::RenderRequest request = render_request(capture, settings, gpu, limits.max_bytes, last - first > 1);
-    repeat_failures_with(fmt::format("tessera replay {}{}{}", capture_, variant_argument(variant_), view_.arguments()));
+    repeat_failures_with(
+        fmt::format("tessera replay {}{}{}", capture_, variant_argument(variant_), view_arguments(view_)));
     check_output_folder(out_, {"frame_*.exr", "frame_*.png", "tiles_*.json", "stats.json", "stats.csv", "baselines.csv",
                                "report.html"});
 

@@ -8,11 +8,11 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
+#include "base/option_numbers.h"
 #include "base/output_file.h"
 #include "base/parallel.h"
 #include "replay/commands.h"
 #include "replay/file_kind.h"
-#include "replay/option_numbers.h"
 #include "replay/output_lock.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/json_text.h"
+#include "base/option_numbers.h"
 #include "base/output_file.h"
 #include "base/parallel.h"
 #include "gpu/machine_model.h"
@@ -17,7 +18,6 @@
 #include "replay/commands.h"
 #include "replay/file_kind.h"
 #include "replay/machine_report.h"
-#include "replay/option_numbers.h"
 #include "replay/sensitivity.h"
 #include "replay/time_split.h"
 

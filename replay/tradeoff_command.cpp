@@ -8,12 +8,12 @@
 #include <CLI/CLI.hpp>
 
 #include "base/error.h"
+#include "base/option_numbers.h"
 #include "base/output_file.h"
 #include "base/parallel.h"
 #include "base/text.h"
 #include "replay/commands.h"
 #include "replay/file_kind.h"
-#include "replay/option_numbers.h"
 #include "replay/output_lock.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
@@ -139,7 +139,7 @@ class TradeoffCommand final : public Command {
     check_output_folder(
         out_, {"tradeoff.json", "tradeoff.csv", "report.html", "reference/*.json", "reference/*.exr", "points/*.json"});
     repeat_failures_with(
-        fmt::format("tessera tradeoff {}{}{}", capture_, variant_argument(variant_), view_.arguments()));
+        fmt::format("tessera tradeoff {}{}{}", capture_, variant_argument(variant_), view_arguments(view_)));
     install_stop_handler();
     const OutputLock lock(out_);
     const TradeoffResult result = run_tradeoff(options);

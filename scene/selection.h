@@ -31,11 +31,4 @@ struct Orbit {
 // The node of the camera that takes the image (choose_camera()); kNone where the scene is framed.
 int camera_node(const Capture& capture);
 
-// Gives the capture a camera that frames the scene in images of this size, in a node of its own, and looks through it.
-void add_framing_camera(Capture& capture, int width, int height, const std::optional<Orbit>& orbit = std::nullopt);
-
-// Gives the camera that takes the image this lens; a scene that is framed gets a camera for it. Focus distance 0: the
-// middle of what is drawn when the first frame begins.
-void set_lens(Capture& capture, Lens lens, int width, int height);
-
 }  // namespace tessera::scene

@@ -203,9 +203,11 @@ std::map<std::uint32_t, DrawableShare> attribute(const hardware::Machine& gpu, c
 
 namespace {
 
-// Cycles from the core taking a tile to its last pixel, all its rounds, by its number.
-std::map<std::uint32_t, double> cycles_by_tile(const FrameWork& work, const Schedule& schedule) {
-  std::map<std::uint32_t, double> cycles;
+using CyclesByTile = std::map<std::uint32_t, double>;  // by its number
+
+// Cycles from the core taking a tile to its last pixel, all its rounds.
+CyclesByTile cycles_by_tile(const FrameWork& work, const Schedule& schedule) {
+  CyclesByTile cycles;
   for (const TileSchedule& tile : schedule.tiles)
     cycles[work.rounds[tile.round].tiles[tile.index].tile] += tile.phases.back().end - tile.phases.front().begin;
   return cycles;
@@ -227,10 +229,31 @@ std::vector<Bound> bounds_of_tiles(const hardware::Machine& gpu, const StageCycl
   return bounds;
 }
 
+// What twice of each of them saves each tile.
+std::vector<CyclesByTile> gains_by_doubling(const hardware::Machine& gpu, const FrameWork& work,
+                                            const CyclesByTile& cycles, const WarmCaches& before,
+                                            const std::vector<Bound>& bounds) {
+  std::vector<CyclesByTile> gains(bounds.size());
+  parallel_for(bounds.size(), [&](std::size_t b) {
+    gains[b] = cycles_by_tile(work, schedule_of(doubled(gpu, bounds[b]), work, before));
+    for (auto& [number, clk] : gains[b]) clk = cycles.at(number) - clk;
+  });
+  return gains;
+}
+std::vector<CyclesByTile> gains_by_path(const FrameWork& work, const Schedule& schedule,
+                                        const std::vector<Bound>& bounds) {
+  std::vector<CyclesByTile> gains(bounds.size());
+  for (const TileSchedule& tile : schedule.tiles)
+    for (std::size_t b = 0; b < bounds.size(); ++b)
+      gains[b][work.rounds[tile.round].tiles[tile.index].tile] +=
+          index(bounds[b]) < kPathParts ? tile.path[bounds[b]] / 2 : 0;
+  return gains;
+}
+
 }  // namespace
 
 std::vector<TileShare> attribute_tiles(const hardware::Machine& gpu, const FrameWork& work, const Schedule& schedule,
-                                       const WarmCaches& before, bool bounds) {
+                                       const WarmCaches& before, TileBounds bounds) {
   std::map<std::uint32_t, TileShare> tiles;
   StageCycles busy{};
   for (const TileSchedule& scheduled : schedule.tiles) {
@@ -244,19 +267,19 @@ std::vector<TileShare> attribute_tiles(const hardware::Machine& gpu, const Frame
     const StageCycles cycles = tile_cycles(gpu, tile, items);
     for (std::size_t s = 0; s < kStageCount; ++s) busy[s] += cycles[s];
   }
-  const std::vector<Bound> all = bounds ? bounds_of_tiles(gpu, busy) : std::vector<Bound>{};
-  std::vector<std::map<std::uint32_t, double>> with_twice(all.size());
-  parallel_for(all.size(), [&](std::size_t b) {
-    with_twice[b] = cycles_by_tile(work, schedule_of(doubled(gpu, all[b]), work, before));
-  });
+  const CyclesByTile all_cycles = cycles_by_tile(work, schedule);
+  const std::vector<Bound> all = bounds == TileBounds::kNone ? std::vector<Bound>{} : bounds_of_tiles(gpu, busy);
+  const std::vector<CyclesByTile> gains = bounds == TileBounds::kEstimated
+                                              ? gains_by_path(work, schedule, all)
+                                              : gains_by_doubling(gpu, work, all_cycles, before, all);
   std::vector<TileShare> out;
-  for (const auto& [number, cycles] : cycles_by_tile(work, schedule)) {
+  for (const auto& [number, cycles] : all_cycles) {
     TileShare& share = out.emplace_back(tiles.at(number));
     share.cycles = cycles;
     double best = 0;
-    for (const auto& of : with_twice) best = std::max(best, cycles - of.at(number));
+    for (const CyclesByTile& of : gains) best = std::max(best, of.at(number));
     for (std::size_t b = 0; b < all.size() && best > 0 && !share.bound_by; ++b)
-      if (const double gain = cycles - with_twice[b].at(number); gain >= kNearlyBest * best)
+      if (const double gain = gains[b].at(number); gain >= kNearlyBest * best)
         share.bound_by = all[b], share.bound_cycles = gain;
   }
   return out;

@@ -45,9 +45,14 @@ struct TileShare {
   std::optional<Bound> bound_by;  // twice of what shortens its cycles most; chosen as in find_bound()
   double bound_cycles = 0;        // by how much
 };
-// Tile by tile, in the order of their numbers. The frame is simulated once more for each unit that has work in a tile, for
-// memory, L2, caches and latency, but without `bounds`: then no tile has a bound. `before`: the caches with which it began.
+// How the bounds of tiles are found.
+enum class TileBounds : std::uint8_t {
+  kNone,
+  kDoubled,   // the frame is simulated once more for each unit that has work in a tile, for memory, L2, caches, latency
+  kEstimated  // twice of something is taken to halve its part of TileSchedule::path; no caches
+};
+// Tile by tile, in the order of their numbers. `before`: the caches with which the frame began.
 std::vector<TileShare> attribute_tiles(const hardware::Machine& gpu, const FrameWork& work, const Schedule& schedule,
-                                       const WarmCaches& before = {}, bool bounds = true);
+                                       const WarmCaches& before = {}, TileBounds bounds = TileBounds::kDoubled);
 
 }  // namespace tessera::timing

@@ -119,14 +119,15 @@ BoundGain find_bound(double cycles, std::vector<BoundGuess> guesses, double imba
     for (const BoundGain& gain : gains) best = std::max(best, gain.cycles);
     const BoundGain named =
         *std::find_if(gains.begin(), gains.end(), [&](const BoundGain& g) { return g.cycles >= best * kNearlyBest; });
-    // What may be named in its place: if it gains more than so much.
-    const auto enough = [&](const BoundGuess& guess) {
-      return by_bound(guess, named) ? best * kNearlyBest : named.cycles / kNearlyBest;
+    // What may be named in its place: what is more specific if it gains nearly the best, else what gains much more.
+    const auto may_be = [&](const BoundGuess& guess) {
+      return by_bound(guess, named) ? guess.most > 0 && guess.most >= best * kNearlyBest
+                                    : guess.most > named.cycles / kNearlyBest;
     };
     std::vector<BoundGuess> open;
     double most = best;
     for (const BoundGuess& guess : guesses)
-      if (guess.most > enough(guess)) open.push_back(guess), most = std::max(most, guess.most);
+      if (may_be(guess)) open.push_back(guess), most = std::max(most, guess.most);
     if (open.empty()) return named;
     // One at first, which may be all it takes; then two at a time, on however many threads: which are simulated must not
     // depend on it.

@@ -22,6 +22,7 @@ struct TileSchedule {
   std::uint32_t round = 0, index = 0;  // FrameWork::rounds[round].tiles[index]
   std::uint32_t core = 0;
   std::array<Span, kPhaseCount> phases;
+  PathTime path;  // what its cycles went to, where simulate_events() recorded it: else nothing
 };
 
 // The whole frame as the discrete-event simulation ran it.

@@ -15,6 +15,7 @@
 #include "gpu/prepared_capture.h"
 #include "gpu/settings.h"
 #include "scene/capture.h"
+#include "scene/view_choices.h"
 
 #if defined(__GNUC__)
 #define TESSERA_LOCAL __attribute__((visibility("hidden")))
@@ -26,9 +27,10 @@
 namespace tessera {
 
 struct TESSERA_LOCAL Scene::Content {
-  explicit Content(scene::Capture read) : capture(std::move(read)) {}
+  Content(scene::Capture read, scene::ViewChoices choices) : capture(std::move(read)), view(std::move(choices)) {}
 
   const scene::Capture capture;
+  const scene::ViewChoices view;  // its camera and lens are the devices' business, which know the size of frames
   // What all devices share; made for the first.
   std::shared_ptr<const gpu::PreparedCapture> prepared() const {
     std::call_once(once_, [&] { prepared_ = std::make_shared<const gpu::PreparedCapture>(capture); });

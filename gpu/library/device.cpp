@@ -15,8 +15,9 @@ namespace {
 
 constexpr int kMaxSide = 16384;
 
-gpu::RenderRequest render_request(const scene::Capture& capture, const gpu::RunSettings& settings,
-                                  const gpu::GpuConfiguration& gpu, const RenderOptions& options) {
+gpu::RenderRequest render_request(const scene::Capture& capture, const scene::ViewChoices& view,
+                                  const gpu::RunSettings& settings, const gpu::GpuConfiguration& gpu,
+                                  const RenderOptions& options) {
   gpu::RenderRequest request;
   request.width = options.width == 0 ? capture.settings.width : options.width;
   request.height = options.height == 0 ? capture.settings.height : options.height;
@@ -39,6 +40,7 @@ gpu::RenderRequest render_request(const scene::Capture& capture, const gpu::RunS
   if (bytes > options.max_image_bytes)
     throw LimitError(fmt::format("images of {}x{} need {} bytes, max_image_bytes allows {}", request.region.width(),
                                  request.region.height(), bytes, options.max_image_bytes));
+  request.camera = scene::choose_camera(capture, view, request.width, request.height);
   return request;
 }
 
@@ -49,7 +51,7 @@ struct TESSERA_LOCAL Device::Content {
           const RenderOptions& options)
       : scene(drawn),
         device(scene.content_->prepared(), configuration, settings,
-               render_request(scene.content_->capture, settings, configuration, options)),
+               render_request(scene.content_->capture, scene.content_->view, settings, configuration, options)),
         exposure(static_cast<float>(settings.output.exposure)) {
     if (!(exposure > 0)) exposure = scene.content_->capture.settings.exposure;
   }

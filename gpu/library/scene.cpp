@@ -19,8 +19,13 @@ scene::CaptureLimits reader_limits(const ReadLimits& limits) {
 
 }  // namespace
 
-Scene::Scene(const std::filesystem::path& file, const ReadLimits& limits)
-    : content_(std::make_shared<const Content>(scene::read_capture(file, reader_limits(limits)))) {}
+Scene::Scene(const std::filesystem::path& file, const ReadLimits& limits, const View& view) {
+  const scene::ViewChoices choices{{view.scene, view.camera, view.animation}, view.orbit, view.lens, view.shutter};
+  choices.check();
+  scene::Capture capture = scene::read_capture(file, reader_limits(limits), choices.of_file());
+  scene::set_shutter(capture, choices);
+  content_ = std::make_shared<const Content>(std::move(capture), choices);
+}
 
 const std::filesystem::path& Scene::file() const { return content_->capture.file; }
 int Scene::width() const { return content_->capture.settings.width; }

@@ -44,7 +44,7 @@ class TESSERA_API Device {
   // rendered before, when that was the one before.
   Frame render(int frame);
 
-  // Whether the camera was made up because the scene has none.
+  // Whether the camera was made up: the scene has none, or its View asks for it.
   bool automatic_camera() const;
 
  private:

@@ -22,13 +22,25 @@ struct ReadLimits {
   std::optional<std::string> variant{};
 };
 
+// What of a file is drawn and how it is looked at, where that is not what the file says: the words of the options
+// --scene, --camera, --animation, --orbit, --lens and --shutter, with the same meaning.
+struct View {
+  std::optional<std::string> scene{};      // name or number
+  std::optional<std::string> camera{};     // name or number, or that of a node; "auto": the scene is framed
+  std::optional<std::string> animation{};  // name or number of the only one that plays; "all", "none"
+  std::optional<std::string> orbit{};      // frames the scene from "DEGREES[:ELEVATION]" around it
+  std::optional<std::string> lens{};       // "RADIUS[:FOCUS]" in scene units
+  std::optional<std::string> shutter{};    // "OPEN:CLOSE" in fractions of a frame
+};
+
 // A capture: what is drawn, and how its file wants it to be drawn. Immutable; copies share one content, and any number
 // of devices on any threads may render it.
 class TESSERA_API Scene {
  public:
   // Reads any glTF 2.0 asset (.gltf or .glb). The file is not trusted.
-  // Throws InputError for what glTF forbids, UsageError for an unknown variant, LimitError, SystemError.
-  explicit Scene(const std::filesystem::path& file, const ReadLimits& limits = {});
+  // Throws InputError for what glTF forbids, UsageError for a variant, scene, camera or animation that the file lacks,
+  // which lists those that it has, and for words of `view` that mean nothing, LimitError, SystemError.
+  explicit Scene(const std::filesystem::path& file, const ReadLimits& limits = {}, const View& view = {});
 
   const std::filesystem::path& file() const;
   // Of the image that the file asks for, in pixels; 1280x720 if it does not.

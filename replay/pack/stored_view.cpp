@@ -55,8 +55,7 @@ PackedView read_for_view(const std::filesystem::path& source, const json& settin
   PackedView packed;
   // What is attached counts already where the scene is framed.
   ViewChoices selected;
-  selected.selection = view.selection;
-  if (selected.selection.camera == "auto") selected.selection.camera.reset();
+  selected.selection = view.of_file();
   packed.capture = read_capture(source, {.strict = strict}, selected, std::nullopt, &packed.scenes);
   packed.file_nodes = packed.capture.nodes.size();
   scene::CaptureSettings& own = packed.capture.settings;
@@ -69,7 +68,7 @@ PackedView read_for_view(const std::filesystem::path& source, const json& settin
       own.frame_count = settings["frames"]["count"];
     }
   }
-  look_at(packed.capture, view, {own.width, own.height});
+  scene::look_at(packed.capture, view, {own.width, own.height});
   return packed;
 }
 

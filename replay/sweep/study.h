@@ -10,9 +10,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/option_numbers.h"
 #include "gpu/configuration.h"
 #include "gpu/settings.h"
-#include "replay/option_numbers.h"
 #include "replay/sweep/unit_samples.h"
 #include "replay/time_split.h"
 #include "replay/view_options.h"

@@ -125,7 +125,7 @@ class Tradeoff {
     place_.rounds = options_.rounds;
     place_.inputs = capture_fingerprint(options_.capture) + program_fingerprint();
     if (options_.variant) place_.inputs += " variant " + *options_.variant;
-    place_.inputs += options_.view.arguments();
+    place_.inputs += view_arguments(options_.view);
   }
 
   Row make_row(const std::string& label, const KeyValues& values, bool in_double, const Packing& packing,

@@ -6,10 +6,10 @@
 
 #include "base/error.h"
 #include "base/key_table.h"
+#include "base/option_numbers.h"
 #include "base/text.h"
 #include "gpu/record_file.h"
 #include "gpu/tile_memory.h"
-#include "replay/option_numbers.h"
 
 namespace tessera::replay {
 namespace {
@@ -130,7 +130,7 @@ std::string ViewSpace::command_without_frames(const ViewPoint& point) const {
   std::string text = "tessera replay " + shell_word(start_.file);
   if (!start_.size.empty()) text += " --size " + shell_word(start_.size);
   if (start_.variant) text += " --variant " + shell_word(*start_.variant);
-  text += start_.look.arguments();
+  text += view_arguments(start_.look);
   if (point.first_frame(start_.warmup) < point.frame) text += fmt::format(" --warmup {}", start_.warmup);
   if (start_.gpu != ViewStart().gpu) text += " --gpu " + shell_word(start_.gpu);
   for (const std::string& set : start_.sets)

@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "base/json_text.h"
+#include "base/option_numbers.h"
 #include "gpu/configuration.h"
 #include "gpu/settings.h"
-#include "replay/option_numbers.h"
 #include "replay/report/page_views.h"
 #include "replay/report/report.h"
 #include "replay/sweep/study.h"
@@ -136,24 +136,23 @@ void parse_option(Bytes input) {
   expect_answer([&] {
     switch (input[0] % 6) {
       case 0: {
-        const replay::ImageSize size = replay::parse_size("--size", text);
+        const ImageSize size = parse_size("--size", text);
         require(size.width >= 1 && size.height >= 1 && size.width <= 16384 && size.height <= 16384,
                 "a size beyond its range");
         break;
       }
       case 1: {
-        const replay::FrameRange range = replay::parse_frames("--frames", text);
+        const FrameRange range = parse_frames("--frames", text);
         require(range.first >= 0 && range.first < range.last, "an empty range of frames");
         break;
       }
       case 2: {
-        const replay::NumberPair pair = replay::parse_pair("--shutter", text, "A:B");
+        const NumberPair pair = parse_pair("--shutter", text, "A:B");
         require(pair.a - pair.a == 0 && pair.b - pair.b == 0, "a number that is not finite");
         break;
       }
       case 3:
-        require(replay::parse_whole_numbers("--region", text, ',', 4, "X,Y,W,H").size() == 4,
-                "a region of not four numbers");
+        require(parse_whole_numbers("--region", text, ',', 4, "X,Y,W,H").size() == 4, "a region of not four numbers");
         break;
       case 4:
         gpu::gpu_json(gpu::load_gpu(text.find('/') == std::string::npos && text.size() < 32 ? "preset " + text : ""));

@@ -5,19 +5,47 @@ import inspect
 import os
 import pathlib
 import signal
+import subprocess
 import sys
+import tempfile
 import threading
 import time
 import unittest
+import zlib
 
 import numpy as np
 import tessera
 
-CAPTURE = sys.argv.pop(1)
+CAPTURE, PROGRAM = sys.argv.pop(1), sys.argv.pop(1)
 
 
 def device(**keys):
     return tessera.Device(tessera.Scene(CAPTURE), "small", width=96, height=54, **keys)
+
+
+def png_pixels(file):
+    """Of an RGB image with 8 bits a channel."""
+    data, at, packed = pathlib.Path(file).read_bytes(), 8, b""
+    while at < len(data):
+        length, kind = int.from_bytes(data[at : at + 4], "big"), data[at + 4 : at + 8]
+        chunk = data[at + 8 : at + 8 + length]
+        if kind == b"IHDR":
+            width, height = int.from_bytes(chunk[:4], "big"), int.from_bytes(chunk[4:8], "big")
+            assert chunk[8:] == bytes([8, 2, 0, 0, 0])
+        packed += chunk if kind == b"IDAT" else b""
+        at += length + 12
+    rows = np.frombuffer(zlib.decompress(packed), np.uint8).reshape(height, 1 + 3 * width).astype(int)
+    pixels = np.zeros((height + 1, width + 1, 3), int)  # with a border above and to the left
+    for y, row in enumerate(rows, 1):
+        for x, value in enumerate(row[1:].reshape(width, 3), 1):
+            left, up, corner = pixels[y, x - 1], pixels[y - 1, x], pixels[y - 1, x - 1]
+            if row[0] == 4:
+                to = [abs(left + up - corner - near) for near in (left, up, corner)]
+                best = np.where((to[0] <= to[1]) & (to[0] <= to[2]), left, np.where(to[1] <= to[2], up, corner))
+            else:
+                best = (0, left, up, (left + up) // 2)[row[0]]
+            pixels[y, x] = (value + best) % 256
+    return pixels[1:, 1:].astype(np.uint8)
 
 
 class Keys(unittest.TestCase):
@@ -74,6 +102,50 @@ class Errors(unittest.TestCase):
             device(region=(0, 0, 97, 1))
         with self.assertRaises(TypeError):
             tessera.Gpu(tile__width=[16])
+
+
+class Views(unittest.TestCase):
+    @staticmethod
+    def of_module(**choices):
+        return tessera.Device(tessera.Scene(CAPTURE, **choices), width=72, height=50).render(14).display()
+
+    @staticmethod
+    def of_program(**choices):
+        with tempfile.TemporaryDirectory() as out:
+            words = [word for name, value in choices.items() for word in (f"--{name}", str(value))]
+            replay = [PROGRAM, "replay", CAPTURE, "--size", "72x50", "--frames", "14:15", "--quiet", "--no-report"]
+            subprocess.run([*replay, "--out", out, *words], check=True)
+            return png_pixels(pathlib.Path(out, "frame_0014.png"))
+
+    def test_frames_are_those_of_the_command_line_with_the_same_choices(self):
+        usual = self.of_module()
+        for same in ({}, {"camera": 0, "scene": 0}):
+            np.testing.assert_array_equal(self.of_module(**same), usual)
+            np.testing.assert_array_equal(self.of_program(**same), usual)
+        for choices in (
+            {"camera": "auto"},
+            {"animation": "none"},
+            {"orbit": 75, "shutter": "0:0"},
+            {"orbit": "-20.5:60", "lens": 0.5},
+            {"lens": "0.3:1"},
+            {"shutter": "0:1"},
+        ):
+            frame = self.of_module(**choices)
+            self.assertFalse(np.array_equal(frame, usual), choices)
+            np.testing.assert_array_equal(frame, self.of_program(**choices), str(choices))
+
+    def test_what_the_file_lacks_is_refused_with_what_it_has(self):
+        for choices, said in (
+            ({"camera": "fra"}, "no camera 'fra' in .*, which has 0"),
+            ({"animation": 99}, "no animation '99' in .*, which has 0"),
+            ({"scene": "third"}, "no scene 'third' in .*, which has "),
+            ({"orbit": 361}, "--orbit 361: expected DEGREES"),
+            ({"camera": 0, "orbit": 40}, "--camera auto"),
+        ):
+            with self.assertRaisesRegex(tessera.UsageError, said):
+                tessera.Scene(CAPTURE, **choices)
+        with self.assertRaises(TypeError):
+            tessera.Scene(CAPTURE, shutter=(0, 1))
 
 
 class Frames(unittest.TestCase):

@@ -27,6 +27,29 @@ check_no_source_path() { # FOLDER
   ! grep -rlF "$source/" "$1" >&2 || fail "these files name the source tree"
 }
 
+# The manual page and the completions of bash and zsh are where these look for them, and work.
+check_shells() { # FOLDER that is /usr or a prefix
+  local share=$1/share page
+  for file in man/man1/tessera.1 bash-completion/completions/tessera zsh/vendor-completions/_tessera; do
+    [ -s "$share/$file" ] || fail "no $file in $share"
+  done
+  if command -v man >/dev/null; then
+    [ "$(man -M "$share/man" -w tessera)" = "$share/man/man1/tessera.1" ] || fail "man does not find its page"
+    page=$(LC_ALL=C MANWIDTH=80 man --warnings -l "$share/man/man1/tessera.1" 2>"$work/man.txt") || fail "man cannot render its page"
+    [ ! -s "$work/man.txt" ] || { cat "$work/man.txt" >&2; fail "man warns of its page"; }
+    for word in NAME "tessera replay" --camera; do grep -qF -- "$word" <<<"$page" || fail "the manual page lacks '$word'"; done
+  fi
+  # bash-completion loads the file of share/bash-completion/completions that is named as the command.
+  bash --norc --noprofile -c 'source "$1" && complete -p tessera' bash "$share/bash-completion/completions/tessera" | grep -q ' tessera$' ||
+    fail "bash does not load its completion"
+  if command -v zsh >/dev/null; then
+    [ "$(zsh -f -c 'fpath=($1/zsh/vendor-completions $fpath); autoload -Uz compinit && compinit -u -D; print $_comps[tessera]' zsh "$share")" = _tessera ] ||
+      fail "zsh does not find its completion"
+    # As packaged: a folder that Debian's zsh looks at.
+    [ ! -e /etc/debian_version ] || zsh -f -c 'print -l $fpath' | grep -qx /usr/share/zsh/vendor-completions || fail "zsh looks elsewhere"
+  fi
+}
+
 case $step in
 install)
   rm -rf "$work"
@@ -34,6 +57,7 @@ install)
   cp "$source/captures/eggs.glb" "$capture"
   cmake --install "$build" --prefix "$prefix" >"$work/install.log"
   check_no_source_path "$prefix"
+  check_shells "$prefix"
   program_counters "$prefix/bin/tessera" >"$work/expected.txt"
   [ "$(wc -l <"$work/expected.txt")" -gt 50 ] || fail "few counters"
   ;;
@@ -62,7 +86,7 @@ python)
   [ "$(wc -l <"$source/tests/package/counters.py")" -le 20 ] || fail "the example is long"
   PYTHONPATH=$python_path python3 "$source/tests/package/counters.py" "$capture" | diff - "$work/expected.txt" || fail "other counters than the program's"
   ;;
-module) PYTHONPATH=$python_path python3 "$source/tests/package/module_test.py" "$capture" ;;
+module) PYTHONPATH=$python_path python3 "$source/tests/package/module_test.py" "$capture" "$prefix/bin/tessera" ;;
 stubs)
   PYTHONPATH=$python_path python3 -P "$source/python/make_stubs.py" | diff - "$source/python/tessera/__init__.pyi" ||
     fail "run: PYTHONPATH=build/release/python python3 -P python/make_stubs.py > python/tessera/__init__.pyi"
@@ -75,11 +99,11 @@ debian)
   dpkg-deb -f "$package" Depends | grep -q libtbb12 || fail "no dependency on TBB"
   dpkg-deb -x "$package" "$work/debian/root"
   check_no_source_path "$work/debian/root"
+  check_shells "$work/debian/root/usr"
   PATH=/usr/bin:/bin program_counters "$work/debian/root/usr/bin/tessera" | diff - "$work/expected.txt"
   "$work/debian/root/usr/bin/tessera" replay "$capture" --size 160x90 --quiet --out "$work/debian/out"
   [ ! -e /usr/share/javascript/vega ] || grep -q '<html' "$work/debian/out/report.html" || fail "no report"
-  for file in usr/share/man/man1/tessera.1 usr/share/bash-completion/completions/tessera usr/share/zsh/vendor-completions/_tessera \
-    usr/include/tessera/device.h usr/lib/*/libtessera.so usr/lib/*/cmake/tessera/tesseraConfig.cmake; do
+  for file in usr/include/tessera/device.h usr/lib/*/libtessera.so usr/lib/*/cmake/tessera/tesseraConfig.cmake; do
     compgen -G "$work/debian/root/$file" >/dev/null || fail "the package lacks $file"
   done
   ;;

@@ -184,8 +184,8 @@ TEST(Settings, OnlyParsersCompareTexts) {
                                       root / "shaders_cpp/procedures/program_library.cpp",
                                       root / "scene/gltf/selection.cpp",
                                       root / "scene/gltf/procedure_builder.cpp",
-                                      root / "replay/view_options.h",
-                                      root / "replay/view_options.cpp",
+                                      root / "scene/view_choices.h",
+                                      root / "scene/view_choices.cpp",
                                       root / "replay/pack/stored_view.cpp",
                                       root / "replay/compare/image_comparison.cpp"};
   for (const char* folder : {"base", "shaders_cpp", "scene", "memory", "hardware", "timing", "frontend", "binner",

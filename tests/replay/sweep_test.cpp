@@ -390,6 +390,36 @@ json mixed_study() {
   return study;
 }
 
+// 9 timings of 3 captures, and of 3 values of a key that a render hangs on.
+TEST_F(Sweep, TwentySevenPointsOverTimingKeysRenderThreeTimesAndHaveTheRowsOfRenderingEach) {
+  json study = {
+      {"captures",
+       {test::shipped_capture("eggs").string(), test::shipped_capture("vases").string(),
+        test::shipped_capture("serpent").string()}},
+      {"size", "32x18"},
+      {"axes",
+       {{{"key", "shader.lanes"}, {"values", {16, 64, 256}}}, {{"key", "clock.mhz"}, {"values", {300, 600, 850}}}}}};
+  write_study(study);
+  constexpr const char* kThree = "27 points: 0 were there, 3 rendered and 24 timed";
+  EXPECT_THAT(sweep("whole").output, HasSubstr(kThree));
+  // A shard of one point in a folder of its own finds nothing to be timed from; nor does the next one.
+  for (int point = 0; point < 27; ++point) {
+    EXPECT_THAT(sweep("alone", {"--shard", fmt::format("{}/27", point)}).output,
+                HasSubstr("0 were there, 1 rendered and 0 timed"));
+    fs::remove_all(folder_ / "alone" / "records");
+    fs::copy(folder_ / "alone", folder_ / "each", fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+    fs::remove_all(folder_ / "alone");
+  }
+  ASSERT_EQ(run_tessera({"report", (folder_ / "each").string()}).status, 0);
+  EXPECT_EQ(rows_of(text("each/sweep.csv")).size(), 27u);
+  EXPECT_EQ(contents("each"), contents("whole"));
+
+  study["captures"] = {test::shipped_capture("eggs").string()};
+  study["axes"].push_back({{"key", "sampling.seed"}, {"values", {0, 1, 2}}});
+  write_study(study);
+  EXPECT_THAT(sweep("seeds").output, HasSubstr(kThree));
+}
+
 // SW2; SH2: groups go to shards as a whole, or are cut where there are fewer than shards.
 TEST_F(Sweep, ShardsOfAMixedStudyRenderOncePerFunction) {
   write_study(mixed_study());

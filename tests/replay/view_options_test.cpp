@@ -14,9 +14,9 @@
 #include "replay/view_options.h"
 #include "scene/pose.h"
 #include "scene/view.h"
-#include "tests/replay/gltf_source.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/view_asset.h"
 
 namespace tessera::replay {
 namespace {
@@ -27,37 +27,8 @@ using test::run_tessera;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
-// A triangle in scene 0, with the cameras "near" (in node "eye") and "far" (in a node without a name), and one that no
-// scene holds; scene "other" has the triangle alone. "rise" and "sink" move the triangle, "turn" the first camera.
 class ViewOptions : public testing::Test {
  protected:
-  ViewOptions() {
-    test::GltfSource source;
-    json& d = source.document;
-    d["meshes"] = {{{"primitives",
-                     {{{"attributes", {{"POSITION", source.positions({{-1, -1, 0}, {1, -1, 0}, {0, 1, 0.5f}})}}}}}}}};
-    const auto camera = [](const char* name) {
-      return json{{"name", name}, {"type", "perspective"}, {"perspective", {{"yfov", 0.6}, {"znear", 0.1}}}};
-    };
-    d["cameras"] = {camera("near"), camera("far"), camera("lost")};
-    d["nodes"] = {{{"mesh", 0}, {"name", "triangle"}},
-                  {{"camera", 0}, {"name", "eye"}, {"translation", {0, 0, 5}}},
-                  {{"camera", 1}, {"translation", {0, 0, 9}}},
-                  {{"camera", 2}, {"name", "elsewhere"}}};
-    d["scenes"] = {{{"name", "all"}, {"nodes", {0, 1, 2}}}, {{"name", "other"}, {"nodes", {0}}}};
-    const int times =
-        source.accessor(std::vector<float>{0, 1}, test::kFloatType, "SCALAR", {{"min", {0}}, {"max", {1}}});
-    const auto animation = [&](const char* name, int node, std::vector<float> way) {
-      const int values = source.accessor(way, test::kFloatType, "VEC3");
-      return json{{"name", name},
-                  {"samplers", {{{"input", times}, {"output", values}}}},
-                  {"channels", {{{"sampler", 0}, {"target", {{"node", node}, {"path", "translation"}}}}}}};
-    };
-    d["animations"] = {animation("rise", 0, {0, 0, 0, 0, 2, 0}), animation("sink", 0, {0, 0, 0, 0, -2, 0}),
-                       animation("turn", 1, {0, 0, 5, 3, 0, 5})};
-    file_ = source.write(folder_.path());
-  }
-
   scene::Capture read(const ViewChoices& view) const { return read_capture(file_, {}, view, ImageSize{640, 480}); }
   scene::Capture with(const char* option, const std::string& word) const {
     ViewChoices view;
@@ -76,7 +47,7 @@ class ViewOptions : public testing::Test {
   }
 
   test::TemporaryFolder folder_;
-  fs::path file_;
+  const fs::path file_ = test::view_asset().write(folder_.path());
 };
 
 TEST_F(ViewOptions, CamerasAreChosenByTheirNameThatOfTheirNodeOrTheirNumber) {
@@ -191,8 +162,8 @@ TEST_F(ViewOptions, ArgumentsAreThoseOfTheCommandLine) {
   ViewChoices view;
   view.selection.camera = "it's";
   view.shutter = "0:0.5";
-  EXPECT_EQ(view.arguments(), " --camera 'it'\\''s' --shutter '0:0.5'");
-  EXPECT_EQ(ViewChoices().arguments(), "");
+  EXPECT_EQ(view_arguments(view), " --camera 'it'\\''s' --shutter '0:0.5'");
+  EXPECT_EQ(view_arguments({}), "");
 }
 
 // ---- The program ------------------------------------------------------------------------------------------------

@@ -177,5 +177,23 @@ TEST(Attribution, TilesSayWhatBoundsThem) {
   EXPECT_NEAR(waiting[1].bound_cycles, 1.5 * gpu.latency_clk(), 1e-6);
 }
 
+// With events the path says the same of a tile that has one unit to wait for, without another simulation.
+TEST(Attribution, TheBoundOfATileIsEstimatedByItsPath) {
+  Machine gpu;
+  gpu.cores.count = 1;
+  gpu.queues.model = hardware::TimingModel::kEvents;
+  gpu.memory.latency_ns = 0;
+  const FrameWork work = two_drawables();
+  const Schedule schedule = simulate_events(gpu, work, nullptr, true).schedule;
+  const double tests = 3000 / gpu.rates.triangle_tests_per_clk;
+  for (const TileBounds way : {TileBounds::kEstimated, TileBounds::kDoubled}) {
+    const std::vector<TileShare> tiles = attribute_tiles(gpu, work, schedule, {}, way);
+    ASSERT_EQ(tiles.size(), 1u);
+    EXPECT_EQ(tiles[0].bound_by, bound_of(Stage::kTriangleTests));
+    EXPECT_NEAR(tiles[0].bound_cycles, tests / 2, 1);
+  }
+  EXPECT_FALSE(attribute_tiles(gpu, work, schedule, {}, TileBounds::kNone)[0].bound_by);
+}
+
 }  // namespace
 }  // namespace tessera::timing

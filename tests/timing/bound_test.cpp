@@ -96,6 +96,14 @@ RC_GTEST_PROP(Bound, IsThatOfSimulatingAll, ()) {
   RC_ASSERT(found.cycles == all.cycles);
 }
 
+TEST(Bound, WhatMayGainExactlyEnoughIsSimulated) {
+  Frame frame;
+  frame.imbalance = 500;
+  frame.add(bound_of(Stage::kBoxes), 400, 400);
+  EXPECT_EQ(frame.find().bound, bound_of(Stage::kBoxes));
+  EXPECT_EQ(frame.find_among_all().bound, bound_of(Stage::kBoxes));
+}
+
 // The twin: a guess below the gain leaves the best doubling out.
 TEST(Bound, AGuessThatIsTooLowMissesIt) {
   Frame frame;

@@ -348,6 +348,29 @@ TEST(EventModel, APathWithAPartTooManyDoesNotAddUp) {  // EM4
   EXPECT_FALSE(path_adds_up(twice, out.schedule.cycles));
 }
 
+// EM5: what `tile` took, and where it went.
+double cycles_of(const TileSchedule& tile) { return tile.phases.back().end - tile.phases.front().begin; }
+
+// Of two tiles in a core, the second one waits for the lanes, which the first one has.
+TEST(EventModel, APathOfATileHasItsWaitsForTilesBeforeIt) {  // EM5
+  Machine gpu = endless();
+  gpu.shader.operations = 100;
+  OneTile two = warps(20, 0, false);
+  two.work.tile_state_bytes = 1;
+  WorkRound& round = two.work.rounds[0];
+  round.tiles.push_back(round.tiles[0]);
+  round.items.push_back(round.items[0]);
+  const EventSchedule out = simulate_events(gpu, two.work, nullptr, true);
+  ASSERT_EQ(out.schedule.tiles.size(), 2u);
+  for (const TileSchedule& tile : out.schedule.tiles) EXPECT_TRUE(path_adds_up(tile.path, cycles_of(tile)));
+  const TileSchedule& second = out.schedule.tiles[1];
+  EXPECT_GT(second.phases[1].begin - second.phases[0].end, 1000) << "it waits";
+  EXPECT_GT(second.path[bound_of(Stage::kShader)], 0.9 * cycles_of(second));
+  // Unrecorded it is empty, and the twin does not add up.
+  EXPECT_EQ(simulate_events(gpu, two.work).schedule.tiles[1].path.total(), 0);
+  EXPECT_FALSE(path_adds_up(PathTime(), cycles_of(second)));
+}
+
 // What bounds a frame is found among the doublings that its path leaves open.
 TEST(EventModel, NamesWhatBounds) {
   const auto bound = [](const Machine& gpu, const OneTile& one) { return time_events(gpu, one.work).timing.bound_by; };
@@ -689,6 +712,8 @@ RC_GTEST_PROP(EventModel, BytesAndTilesAreConserved, (std::uint32_t seed)) {  //
   RC_ASSERT(again.schedule.cycles == out.schedule.cycles);
   RC_ASSERT(again.counts.events == out.counts.events);
   RC_ASSERT(static_cast<bool>(path_adds_up(again.counts.path, again.schedule.cycles)));
+  for (const TileSchedule& tile : again.schedule.tiles)  // EM5
+    RC_ASSERT(static_cast<bool>(path_adds_up(tile.path, cycles_of(tile))));
 }
 
 }  // namespace

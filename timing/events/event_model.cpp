@@ -214,6 +214,8 @@ struct Core {
   std::uint64_t in_flight = 0;
   std::array<std::deque<std::size_t>, kPhaseCount> waiting;  // tiles, as positions in Schedule::tiles
   std::array<std::optional<std::size_t>, kPhaseCount> busy;
+  // Where paths are recorded, of each phase: the path to its begin, and what the tile that left it last spent in it.
+  std::array<PathTime, kPhaseCount> begun{}, spent{};
 };
 
 class EventSimulation {
@@ -446,6 +448,7 @@ class EventSimulation {
     Core& core = *cores_[c];
     core.busy[static_cast<std::size_t>(phase)] = tile;
     span_of(c, phase).begin = span_of(c, phase).flow = now;
+    if (events_.recording()) begin_path(core, phase, tile);
     if (phase == Phase::kVisibility) {
       core.visibility.begin(tile_of(tile), items_of(tile), places_.of_lists(tile_of(tile).tile), now);
     } else if (phase == Phase::kShading) {
@@ -465,12 +468,35 @@ class EventSimulation {
     const auto p = static_cast<std::size_t>(phase);
     span_of(c, phase).end = now;
     const std::size_t tile = *core.busy[p];
+    if (events_.recording()) end_path(core, phase, tile);
     core.busy[p].reset();
     if (phase == Phase::kStore)
       --core.in_flight;
     else
       core.waiting[p + 1].push_back(tile);
     dispatch(now);
+  }
+
+  // A wait for a phase that works on another tile goes to what that tile spent there.
+  void begin_path(Core& core, Phase phase, std::size_t tile) {
+    const auto p = static_cast<std::size_t>(phase);
+    core.begun[p] = events_.path();
+    const auto& phases = out_.schedule.tiles[first_ + tile].phases;
+    if (p > 0) add_share(tile, core.spent[p], phases[p].begin - phases[p - 1].end);
+  }
+  // Lines that others had asked for come with the paths of these: what a unit has less of than at the begin is nothing.
+  void end_path(Core& core, Phase phase, std::size_t tile) {
+    const auto p = static_cast<std::size_t>(phase);
+    for (std::size_t k = 0; k < kPathParts; ++k)
+      core.spent[p].clk[k] = std::max(events_.path().clk[k] - core.begun[p].clk[k], 0.0);
+    const TileSchedule::Span& span = out_.schedule.tiles[first_ + tile].phases[p];
+    add_share(tile, core.spent[p], span.end - span.begin);
+  }
+  // Adds so many cycles to the path of a tile, split as `parts` are.
+  void add_share(std::size_t tile, const PathTime& parts, double clk) {
+    const double all = parts.total();
+    PathTime& path = out_.schedule.tiles[first_ + tile].path;
+    for (std::size_t k = 0; k < kPathParts && all > 0; ++k) path.clk[k] += clk * parts.clk[k] / all;
   }
 
   void collect() {

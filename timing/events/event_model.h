@@ -36,8 +36,10 @@ bool has_items(const FrameWork& work);
 //   EM2  Every tile passes every phase once, in order, on one core.
 //   EM3  A unit that is the only one to take time takes exactly its time.
 //   EM4  The parts of the path add up to the frame.
+//   EM5  The parts of a tile's path add up to the cycles from the core taking it to its last pixel.
 // `caches`, unless null: what they hold of the frame before, replaced by what this one leaves. `record_path`: fills
-// EventCounts::path. `limit`: a frame that takes longer need not be simulated to its end; then only its cycles, which are
+// EventCounts::path and TileSchedule::path, in which a wait for a phase that works on another tile goes to what that one
+// spends there. `limit`: a frame that takes longer need not be simulated to its end; then only its cycles, which are
 // more than `limit`, mean anything.
 EventSchedule simulate_events(const hardware::Machine& gpu, const FrameWork& work, WarmCaches* caches = nullptr,
                               bool record_path = false, double limit = std::numeric_limits<double>::infinity());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <numeric>
 
 #include "timing/bound.h"
 
@@ -16,6 +17,7 @@ struct PathTime {
 
   double& operator[](Bound part) { return clk[index(part)]; }
   double operator[](Bound part) const { return clk[index(part)]; }
+  double total() const { return std::accumulate(clk.begin(), clk.end(), 0.0); }
 };
 static_assert(index(Bound::kLatency) + 1 == index(Bound::kL2) && index(Bound::kL2) + 1 == kPathParts);
 

@@ -9,7 +9,7 @@ function mapValues(tiles, name) {
 }
 const kCostMaps = {
   'cost.cycles': ['cycles', 'cycles', 'From the core taking the tile to its last pixel.'], 'cost.energy_nj': ['energy', 'nJ', 'Of the units of its core, and of memory.'],
-  'cost.saves': ['cycles saved by twice of its bound', 'cycles', 'What the tile would be done sooner with twice of what bounds it.'], 'cost.bound_by': ['bound by', '', 'What twice of would end the tile soonest.'] };
+  'cost.saves': ['cycles saved by twice of its bound', 'cycles', 'What the tile would be done sooner with twice of what bounds it; of machine.timing=events an estimate, half of what that has of its path.'], 'cost.bound_by': ['bound by', '', 'What twice of would end the tile soonest; of machine.timing=events an estimate, what has most of the path to its last pixel.'] };
 function mapTitle(name) { return kCostMaps[name] ? kCostMaps[name][0] : name.startsWith('dram.') ? `bytes: ${purposeName(name.slice(5))}` : words(name); }
 function mapInfo(name) {
   if (kCostMaps[name]) return { unit: kCostMaps[name][1], meaning: kCostMaps[name][2] };
@@ -127,7 +127,7 @@ function pinnedTile(tiles, ranks) {
   if (costs) {
     const place = ranks.indexOf(tile) + 1, bound = costs.bound_by ? costs.bound_by[tile] : null;
     out.push(make('p', { class: 'verdict' }, `${number(costs.cycles[tile])} cycles (${quantity(milliseconds(costs.cycles[tile]), 'ms')}), ${place} of ${ranks.length} from the slowest; ${quantity(costs.energy_nj[tile], 'nJ')}. `,
-      bound === null ? 'What bounds it: tessera time --split tiles.' : bound >= 0 ? make('b', {}, `Bound by ${boundWords(costs.bounds[bound])}: twice of it saves ${number(costs.saves[tile])} cycles (${percent(costs.saves[tile] / Math.max(1, costs.cycles[tile]))}).`) : 'Nothing that is doubled alone ends it sooner.'));
+      bound === null ? 'What bounds it: tessera time --split tiles.' : bound >= 0 ? make('b', {}, `Bound by ${boundWords(costs.bounds[bound])}: twice of it saves ${costs.estimated ? 'about ' : ''}${number(costs.saves[tile])} cycles (${percent(costs.saves[tile] / Math.max(1, costs.cycles[tile]))}).`, costs.estimated ? ' By what its path went to; tessera time --split tiles simulates it.' : '') : 'Nothing that is doubled alone ends it sooner.'));
     const bytes = Object.entries(costs.dram).map(([purpose, of]) => [purpose, of[tile]]).filter(([, value]) => value > 0).sort((a, b) => b[1] - a[1]), all = bytes.reduce((sum, [, value]) => sum + value, 0);
     out.push(make('div', { class: 'bytes', role: 'img', 'aria-label': bytes.map(([purpose, value]) => `${purposeName(purpose)} ${quantity(value, 'bytes')}`).join(', ') }, ...bytes.map(([purpose, value]) => make('i', { style: `flex:${value};background:${purposeColor(purpose)}`, title: `${purposeName(purpose)} ${quantity(value, 'bytes')}` }))),
       make('p', { class: 'keys' }, ...bytes.map(([purpose, value]) => make('span', {}, make('i', { style: `background:${purposeColor(purpose)}` }), `${purposeName(purpose)} ${quantity(value, 'bytes')}`)), make('span', {}, `all ${quantity(all, 'bytes')}`)));

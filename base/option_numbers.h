@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace tessera::replay {
+namespace tessera {
 
 // Numbers in the value of an option. All throw UsageError: "OPTION TEXT: expected FORM".
 
@@ -36,4 +36,4 @@ double check_number(const std::string& option, double value, double low, double 
 // Whether one of the texts of --set ("KEY=VALUE") is of this key.
 bool sets_key(const std::vector<std::string>& sets, const std::string& key);
 
-}  // namespace tessera::replay
+}  // namespace tessera

@@ -1,4 +1,4 @@
-#include "replay/option_numbers.h"
+#include "base/option_numbers.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include "base/error.h"
 #include "base/text.h"
 
-namespace tessera::replay {
+namespace tessera {
 namespace {
 
 [[noreturn]] void refuse(const std::string& option, const std::string& text, const char* form) {
@@ -74,4 +74,4 @@ bool sets_key(const std::vector<std::string>& sets, const std::string& key) {
   return std::any_of(sets.begin(), sets.end(), [&](const std::string& set) { return set.starts_with(key + "="); });
 }
 
-}  // namespace tessera::replay
+}  // namespace tessera

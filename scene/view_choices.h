@@ -1,0 +1,49 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "base/option_numbers.h"
+#include "scene/capture.h"
+#include "scene/selection.h"
+#include "scene/view.h"
+
+namespace tessera::scene {
+
+// What of a capture is drawn and how it is looked at, where that is not what the file says. The words are those of the
+// options --scene, --camera, --animation, --orbit, --lens and --shutter, of members of a study and of stats.json, of
+// tessera::View and of the Python module.
+struct ViewChoices {
+  Selection selection;
+  std::optional<std::string> orbit, lens, shutter;
+
+  bool empty() const;
+  // {"camera": "eye", "shutter": "0:0.5"}: those that are given.
+  nlohmann::json json() const;
+
+  // The scene is framed automatically, whatever cameras there are.
+  bool framed() const { return orbit.has_value() || selection.camera == "auto"; }
+  // What is chosen of the file itself: of its cameras none where the scene is framed.
+  Selection of_file() const;
+
+  // Throws UsageError for words that are no numbers, and for choices that contradict each other.
+  void check() const;
+};
+
+// "OPEN:CLOSE", fractions of a frame. Throws UsageError.
+NumberPair parse_shutter(const std::string& option, const std::string& text);
+
+// All of these want a capture that was read with of_file(), and throw what check() throws.
+
+// Its shutter is that of `view`, if that has one.
+void set_shutter(Capture& capture, const ViewChoices& view);
+
+// Where the image is taken from, as choose_camera(capture, width, height) says where nothing else is chosen.
+CameraChoice choose_camera(const Capture& capture, const ViewChoices& view, int width, int height);
+
+// Makes both of them the capture's own: what has to be framed gets a camera in a node of its own.
+void look_at(Capture& capture, const ViewChoices& view, ImageSize size);
+
+}  // namespace tessera::scene
