@@ -36,14 +36,12 @@ Vec3 color_of_block(const FrameTargets& t, int x, int y) {
   const float rate = t.rate.at(x, y)[0];
   if (rate == 0) return Vec3(0.1f);
   if (t.edges.at(x, y)[0] != 0 && rate >= 16) return Vec3(0.8f, 0.15f, 0.15f);
-  if (rate == 4) return Vec3(0.1f, 0.25f, 0.75f);
   if (rate >= 16) return Vec3(0.9f);
-  // Half rate: the other half is advected or reconstructed. A block of which advection gave nothing looks
-  // reconstructed.
+  // The others are advected or reconstructed. A block of which advection gave nothing looks reconstructed.
   for (int j = y & ~3; j < std::min((y & ~3) + 4, t.rate.height); ++j)
     for (int i = x & ~3; i < std::min((x & ~3) + 4, t.rate.width); ++i)
       if (t.origin.at(i, j)[0] == 1) return Vec3(0.2f, 0.65f, 0.3f);
-  return Vec3(0.3f, 0.7f, 0.95f);
+  return rate == 4 ? Vec3(0.1f, 0.25f, 0.75f) : Vec3(0.3f, 0.7f, 0.95f);
 }
 
 // Half the size: colours of blocks laid over the frame's lightness.

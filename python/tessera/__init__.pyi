@@ -208,7 +208,7 @@ class SettingsKeys(TypedDict, total=False):
     procedures__refill: bool  # Look for holes between samples, tile by tile, and sample them again; for spacings too wide for the scatter.
     procedures__lanes: int  # 1 to 1024 lanes. Lanes of the emulated SIMD array.
     resolve__desampling: Literal["off", "adaptive", "fixed_8", "fixed_4", "checkerboard", "fixed_12"]  # Which pixels are shaded: all; by motion, edges and history; half or a quarter of every block; half, alternating, filled from four neighbours; three quarters of every block. The others are advected or reconstructed.
-    resolve__k_stat: float  # 0 to 64 pixels/frame. Blocks slower than this take half of their pixels from the previous frame.
+    resolve__k_stat: float  # 0 to 64 pixels/frame. Blocks slower than this take resolve.advected_pixels from the previous frame.
     resolve__k_fast0: float  # 0 to 1e+06 pixels/frame. Blocks faster than this are shaded at 12 of 16 pixels; 0: none are.
     resolve__k_fast1: float  # 0 to 1e+06 pixels/frame. Blocks faster than this are shaded at 8 of 16 pixels.
     resolve__k_fast2: float  # 0 to 1e+06 pixels/frame. Blocks faster than this are shaded at 4 of 16 pixels.
@@ -225,7 +225,7 @@ class SettingsKeys(TypedDict, total=False):
     resolve__k_blur: float  # 0 to 1e+06 pixels. In blocks with an edge whose points lens and motion spread by more than this, samples of all pixels share invocations by shading cell, as with shading.rate=cache; 0: in none.
     resolve__advect_still_edges: bool  # Blocks with an edge of which every sample is at rest may be advected: the copies are exact.
     resolve__advect_outlines: bool  # Slow blocks in which several surfaces meet may be advected: pixels that see one of them take over what it showed, the others are shaded.
-    resolve__advected_pixels: int  # 4 to 12 of 16 pixels. Of slow blocks so many pixels come from the previous frame, the others are shaded: 4, 8 or 12.
+    resolve__advected_pixels: int  # 4 to 12 of 16 pixels. Of slow blocks so many pixels come from the previous frame, the others are shaded: 4, 8 or 12; at most 8 where several surfaces meet.
     resolve__supersampled_groups: int  # 16 to 32 of 32. With resolve.supersampling: so many of a block's 32 half pixels are shaded, 16, 24 or 32; stencils of half pixels make the others from those of their surface.
     resolve__dither: Literal["counter", "seeded", "off"]  # How the pattern of a block changes from frame to frame: in turn, by a hash, not at all.
     resolve__dither_per_block: bool  # Every block begins elsewhere in the order of patterns.
