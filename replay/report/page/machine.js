@@ -105,13 +105,13 @@ function unitBox(name, unit, frame, waits, press) {
   const [x, y, w, h] = unit.at, state = unitState(name, frame), bound = frame.timing.bound_by === name, idle = state.part === 0;
   const other = otherFrame(), its = other && other.timing ? unitState(name, other, shown.other) : null, against = its && its.part !== null ? ` | ${its.text}` : '';
   const filled = state.part === null ? 0 : Math.max(state.part > 0 ? 1.5 : 0, h * Math.min(1, state.part)), across = name === 'dram';
-  const box = draw('g', { class: 'unit' + (bound ? ' bound' : '') + (idle ? ' idle' : ''), tabindex: 0, role: 'button', 'aria-expanded': 'false', 'data-unit': name, 'aria-label': `${unit.title}: ${state.part === null ? state.text : `busy ${state.text} of the frame`}${bound ? ', bounds the frame' : ''}` },
+  // Texts of the box, from the top; its name begins with them.
+  const said = [unit.title, name === 'dram' ? `${state.text}${against} of the time · ${quantity(kFigures[4].of(frame, shown), 'GB/s')} of ${quantity(run().stats.gpu.memory.gb_per_s * run().stats.gpu.memory.gpu_share, 'GB/s')}` : state.text + against, ...(bound && !across && h > 60 ? ['the bound'] : [])];
+  const box = draw('g', { class: 'unit' + (bound ? ' bound' : '') + (idle ? ' idle' : ''), tabindex: 0, role: 'button', 'aria-expanded': 'false', 'data-unit': name, 'aria-label': `${said.join(' ')}: ${state.part === null ? 'lines of memory' : 'share of the frame in which it is busy'}${bound ? ', bounds the frame' : ''}` },
     draw('rect', { x, y, width: w, height: h, rx: 3, class: 'box' }),
     across ? draw('rect', { x, y, width: w * Math.min(1, state.part || 0), height: h, rx: 3, fill: kUnitColors[name], class: 'full' }) : draw('rect', { x, y: y + h - filled, width: w, height: filled, rx: 3, fill: kUnitColors[name] || '#7a7f87', class: 'full' }),
     draw('rect', { x, y, width: w, height: h, rx: 3, class: 'edge' }),
-    draw('text', { x: x + 10, y: y + 20, class: 'name' }, unit.title),
-    draw('text', { x: x + 10, y: y + 38, class: 'value' }, name === 'dram' ? `${state.text}${against} of the time · ${quantity(kFigures[4].of(frame, shown), 'GB/s')} of ${quantity(run().stats.gpu.memory.gb_per_s * run().stats.gpu.memory.gpu_share, 'GB/s')}` : state.text + against),
-    bound && !across && h > 60 ? draw('text', { x: x + 10, y: y + 56, class: 'value' }, 'the bound') : null);
+    ...said.flatMap((text, line) => [draw('text', { x: x + 10, y: y + 20 + 18 * line, class: line === 0 ? 'name' : 'value' }, text), ' ']));
   const lines = () => {
     const out = [unit.title];
     if (state.busy !== null && state.busy !== undefined) out.push(`busy ${number(state.busy)} of ${number(frame.timing.cycles)} cycles (${state.text})`);
