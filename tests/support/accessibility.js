@@ -38,8 +38,8 @@
   };
   // Those in a drawing: a text's own halo, or what rectangles before it lie behind some of it.
   const groundsInDrawing = (text, look) => {
-    const drawing = text.ownerSVGElement, box = text.getBoundingClientRect();
-    if (look.paintOrder.startsWith('stroke') && look.stroke !== 'none') return [color(look.stroke)];
+    const drawing = text.ownerSVGElement, box = text.getBoundingClientRect(), { stroke: halo } = look;
+    if (look.paintOrder !== 'normal' && halo !== 'none') return [color(halo)];
     return [...drawing.querySelectorAll('rect')].reduce((grounds, rect) => {
       const its = rect.getBoundingClientRect(), style = getComputedStyle(rect);
       if (style.fill === 'none' || !(text.compareDocumentPosition(rect) & Node.DOCUMENT_POSITION_PRECEDING) || its.right <= box.left || its.left >= box.right || its.bottom <= box.top || its.top >= box.bottom) return grounds;
