@@ -311,6 +311,22 @@ TEST_F(ReportPageInBrowser, TimelinesOfTwoRunsAreBelowEachOtherOnOneScale) {
   EXPECT_EQ(found(opened, "alone"), "true");
 }
 
+TEST_F(ReportPageInBrowser, TheBarSaysWhichFrameOfHowMany) {
+  run({"replay", test::shipped_capture("eggs").string(), "--frames", "5:6", "--size", "32x32", "--out", path("fifth")});
+  const OpenedPage one = open_with("fifth", R"(
+    document.body.dataset.says = document.querySelector('.bar .which').textContent;
+    document.body.dataset.moves = [...document.querySelectorAll('.bar button, .bar input')].filter((element) => !element.hidden).length;)");
+  EXPECT_EQ(found(one, "says"), "frame 5, the only one");
+  EXPECT_EQ(found(one, "moves"), "0") << "there is nowhere to go";
+  const OpenedPage three = open_with("replay", R"(
+    const says = () => document.querySelector('.bar .which').textContent;
+    document.body.dataset.first = says();
+    document.querySelector('.bar [aria-label="Next frame"]').click();
+    document.body.dataset.second = says();)");
+  EXPECT_EQ(found(three, "first"), "frame 0 (1 of 3)");
+  EXPECT_EQ(found(three, "second"), "frame 1 (2 of 3)");
+}
+
 // Who serves the page gives it new numbers.
 TEST_F(ReportPageInBrowser, NewStatisticsRedrawWhatIsShown) {
   const OpenedPage opened = open_with("replay", R"(
