@@ -26,6 +26,13 @@ class ReportPageInBrowser : public ReportInBrowser {
   static json tiles(int frame) {
     return json::parse(test::read_text(path(fmt::format("replay/tiles_{:04d}.json", frame))));
   }
+  // The page of both runs, as open_with().
+  static OpenedPage open_joint_with(const std::string& script) {
+    std::filesystem::create_directories(path("joint"));
+    std::filesystem::copy_file(path("replay/compare.html"), path("joint/report.html"),
+                               std::filesystem::copy_options::overwrite_existing);
+    return open_with("joint", script);
+  }
   // Findings of a script, by name.
   static std::string found(const OpenedPage& page, const std::string& name) {
     EXPECT_EQ(test::body_attribute(page, "data-errors"), "0") << page.console;
@@ -165,7 +172,7 @@ TEST_F(ReportPageInBrowser, OneSliderMovesEverySection) {
   const OpenedPage first =
       open_with("replay", "document.body.dataset.cards = document.querySelector('#summary').textContent;");
   EXPECT_NE(found(opened, "cards"), found(first, "cards"));
-  EXPECT_THAT(found(opened, "machine"), testing::StartsWith("Shader: busy "));
+  EXPECT_THAT(found(opened, "machine"), testing::MatchesRegex("Shader .*: share of the frame in which it is busy.*"));
   for (const char* id : {"memory", "timing", "counters", "effects"}) EXPECT_EQ(found(opened, id), "true") << id;
 }
 
@@ -243,12 +250,7 @@ TEST_F(ReportPageInBrowser, TilesComeOutAsTheyWentIn) {
 }
 
 TEST_F(ReportPageInBrowser, TwoRunsAreSideBySideWithTheKeysThatDifferFirst) {
-  std::filesystem::copy_file(path("replay/compare.html"), path("compare.html"),
-                             std::filesystem::copy_options::overwrite_existing);
-  std::filesystem::create_directories(path("joint"));
-  std::filesystem::copy_file(path("compare.html"), path("joint/report.html"),
-                             std::filesystem::copy_options::overwrite_existing);
-  const OpenedPage opened = open_with("joint", R"(
+  const OpenedPage opened = open_joint_with(R"(
     const part = document.getElementById('compare');
     document.body.dataset.keys = [...document.querySelectorAll('#differences tbody tr')].map((row) => [...row.children].slice(0, 3).map((cell) => cell.textContent).join('=')).join(';');
     document.body.dataset.cards = document.querySelectorAll('#summary .versus').length;
@@ -261,6 +263,80 @@ TEST_F(ReportPageInBrowser, TwoRunsAreSideBySideWithTheKeysThatDifferFirst) {
   EXPECT_EQ(found(opened, "keys"), "tile.height=32=16;tile.width=32=16");
   EXPECT_GE(std::stoi(found(opened, "cards")), 6);
   EXPECT_THAT(found(opened, "says"), HasSubstr("Largest difference of a channel"));
+}
+
+// The sum of arrows is what a frame moves: of memory and from the L2.
+TEST_F(ReportPageInBrowser, ArrowsOfTwoRunsAreSideBySide) {
+  const OpenedPage opened = open_joint_with(R"(
+    const sum = (side) => [...document.querySelectorAll(`#machine .flow[data-side=${side}]`)].reduce((all, arrow) => all + Number(arrow.dataset.bytes), 0);
+    document.body.dataset.a = sum('A');
+    document.body.dataset.b = sum('B');
+    document.body.dataset.l2 = document.querySelector('#machine [data-unit=l2]').textContent.split('|').length;
+    show({ other: null });
+    document.body.dataset.alone = sum('A') + ' ' + sum('B');)");
+  const auto moved = [&](const std::string& folder) {
+    const json all = stats(folder), frame = all["frames"][0]["counters"];
+    return std::to_string(frame["dram.read_bytes"].get<std::uint64_t>() +
+                          frame["dram.written_bytes"].get<std::uint64_t>() +
+                          frame["l2.requests"].get<std::uint64_t>() * all["gpu"]["cache"]["line_bytes"].get<int>());
+  };
+  ASSERT_NE(moved("replay"), moved("other"));
+  EXPECT_EQ(found(opened, "a"), moved("replay"));
+  EXPECT_EQ(found(opened, "b"), moved("other"));
+  EXPECT_EQ(found(opened, "alone"), moved("replay") + " 0");
+  EXPECT_EQ(found(opened, "l2"), "2");
+}
+
+TEST_F(ReportPageInBrowser, TimelinesOfTwoRunsAreBelowEachOtherOnOneScale) {
+  const OpenedPage opened = open_joint_with(R"(
+    const canvas = document.querySelector('canvas.gantt'), settle = () => new Promise((resolve) => setTimeout(resolve, 100));
+    repaintAll();
+    await viewOf(shown.other);
+    await settle();
+    // What rows say at a place along the axis, from the top.
+    const saidAt = (share) => {
+      const at = canvas.getBoundingClientRect(), said = [];
+      for (let y = 2; y < at.height; y += 3) {
+        canvas.dispatchEvent(new PointerEvent('pointermove', { clientX: at.left + share * at.width, clientY: at.top + y, bubbles: true }));
+        const line = hint.hidden ? '' : [...hint.children].map((part) => part.textContent).join(' ');
+        if (line && said[said.length - 1] !== line) said.push(line);
+      }
+      return said;
+    };
+    const places = [{ run: 0, frame: 0 }, { run: 1, frame: 0 }], times = [], said = saidAt(0.3), order = [];
+    for (const at of places) {
+      const { timeline } = (await viewOf(at)).tiles, [begin, end] = timeline.geometry[0].map((cycle) => quantity(milliseconds(cycle, at), 'ms'));
+      times.push(milliseconds(timeline.cycles, at));
+      order.push(said.findIndex((line) => line.startsWith(`${'AB'[at.run]}: front end ${begin} to ${end}`)));
+    }
+    document.body.dataset.there = order.every((at) => at >= 0) && order[0] < order[1];
+    const ended = saidAt(0.98).filter((line) => line.includes('has ended')).map((line) => line[0]);
+    document.body.dataset.ended = [...new Set(ended)].join('');
+    document.body.dataset.shorter = 'AB'[times[0] < times[1] ? 0 : 1];
+    const both = canvas.height;
+    show({ other: null });
+    repaintAll();
+    await settle();
+    document.body.dataset.alone = canvas.height < both && saidAt(0.3).every((line) => !line.startsWith('A: '));)");
+  EXPECT_EQ(found(opened, "there"), "true");
+  EXPECT_EQ(found(opened, "ended"), found(opened, "shorter"));
+  EXPECT_EQ(found(opened, "alone"), "true");
+}
+
+TEST_F(ReportPageInBrowser, TheBarSaysWhichFrameOfHowMany) {
+  run({"replay", test::shipped_capture("eggs").string(), "--frames", "5:6", "--size", "32x32", "--out", path("fifth")});
+  const OpenedPage one = open_with("fifth", R"(
+    document.body.dataset.says = document.querySelector('.bar .which').textContent;
+    document.body.dataset.moves = [...document.querySelectorAll('.bar button, .bar input')].filter((element) => !element.hidden).length;)");
+  EXPECT_EQ(found(one, "says"), "frame 5, the only one");
+  EXPECT_EQ(found(one, "moves"), "0") << "there is nowhere to go";
+  const OpenedPage three = open_with("replay", R"(
+    const says = () => document.querySelector('.bar .which').textContent;
+    document.body.dataset.first = says();
+    document.querySelector('.bar [aria-label="Next frame"]').click();
+    document.body.dataset.second = says();)");
+  EXPECT_EQ(found(three, "first"), "frame 0 (1 of 3)");
+  EXPECT_EQ(found(three, "second"), "frame 1 (2 of 3)");
 }
 
 // Who serves the page gives it new numbers.

@@ -118,6 +118,11 @@ void LivePage::press(const std::string& key) {
 
 void LivePage::type(const std::string& text) { call("Input.insertText", {{"text", text}}); }
 
+void LivePage::prefer_dark(bool dark) {
+  call("Emulation.setEmulatedMedia",
+       {{"features", {{{"name", "prefers-color-scheme"}, {"value", dark ? "dark" : "light"}}}}});
+}
+
 std::string LivePage::photograph() {
   return from_base64(call("Page.captureScreenshot", {{"format", "png"}}).at("data").get<std::string>());
 }

@@ -25,6 +25,8 @@ class LivePage {
   void press(const std::string& key);
   // What is typed where the focus is.
   void type(const std::string& text);
+  // What the page is told of the reader's wishes, from then on.
+  void prefer_dark(bool dark);
   // An image of what is in the window, as PNG bytes.
   std::string photograph();
   // Errors that scripts and the browser wrote to the console so far.

@@ -9,14 +9,16 @@ function controlBar() {
     const slider = make('input', { type: 'range', min: 0, max: Math.max(0, framesOf(at()).length - 1), value: at().frame, 'aria-label': `Frame${name ? ' ' + name : ''}`, input: () => change({ ...at(), frame: Number(slider.value) }) });
     const pick = several ? chooser(name || 'Run', runs().map((of, r) => [r, of.label]), at().run, (value) => change({ run: Number(value), frame: Math.min(at().frame, runs()[Number(value)].stats.frames.length - 1) })) : null;
     const step = (by) => change({ ...at(), frame: Math.max(0, Math.min(framesOf(at()).length - 1, at().frame + by)) });
-    const part = make('div', { class: 'side' }, name && !several ? make('span', {}, name) : null, pick && pick.label,
-      make('button', { type: 'button', 'aria-label': `Frame before${name ? ', ' + name : ''}`, click: () => step(-1) }, '‹'), slider,
-      make('button', { type: 'button', 'aria-label': `Next frame${name ? ', ' + name : ''}`, click: () => step(1) }, '›'), label);
+    const moves = [make('button', { type: 'button', 'aria-label': `Frame before${name ? ', ' + name : ''}`, click: () => step(-1) }, '‹'), slider,
+      make('button', { type: 'button', 'aria-label': `Next frame${name ? ', ' + name : ''}`, click: () => step(1) }, '›')];
+    const part = make('div', { class: 'side' }, name && !several ? make('span', {}, name) : null, pick && pick.label, ...moves, label);
     const fresh = () => {
-      slider.max = Math.max(0, framesOf(at()).length - 1);
+      const count = framesOf(at()).length;
+      moves.forEach((move) => { move.hidden = count === 1; });
+      slider.max = count - 1;
       slider.value = at().frame;
       slider.setAttribute('aria-valuetext', `frame ${frameOf(at()).frame}`);
-      label.textContent = `frame ${frameOf(at()).frame} of ${run(at()).stats.total.frames}`;
+      label.textContent = `frame ${frameOf(at()).frame}${count === 1 ? ', the only one' : ` (${at().frame + 1} of ${count})`}`;
       if (pick) pick.select.value = at().run;
     };
     return { part, fresh };

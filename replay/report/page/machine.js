@@ -62,7 +62,7 @@ function waitsOf(timeline) {
 
 function machineSection() {
   if (!frameOf().timing) return;
-  const part = section('machine', 'The machine', 'Boxes fill with the share of the frame in which a unit is busy, the mean over the cores; arrows are as wide as their bytes, on one scale for all frames. A press on a unit opens its counters.');
+  const part = section('machine', 'The machine', 'Boxes fill with the share of the frame in which a unit is busy, the mean over the cores; arrows are as wide as their bytes, on one scale for all frames; of two that are compared A’s are full, B’s pale. A press on a unit opens its counters.');
   const holder = make('div', { class: 'machine', tabindex: 0, role: 'region', 'aria-label': 'Block diagram of the machine' }), panel = make('div', { class: 'panel', 'aria-live': 'polite' });
   part.append(holder, panel);
   let open = wantedOf('unit', Object.keys(kUnits), ''), waits = null, widest = 0;
@@ -103,15 +103,15 @@ function diagram(frame, widest, waits, press) {
 
 function unitBox(name, unit, frame, waits, press) {
   const [x, y, w, h] = unit.at, state = unitState(name, frame), bound = frame.timing.bound_by === name, idle = state.part === 0;
-  const other = otherFrame(), its = other && other.timing ? unitState(name, other, shown.other) : null, against = its && its.part !== null ? ` | ${its.text}` : '';
+  const other = otherFrame(), its = other && other.timing ? unitState(name, other, shown.other) : null, both = its && its.text ? `${state.part === null ? state.text : state.text.replace('\u00a0%', '')} | ${its.text}` : state.text;
   const filled = state.part === null ? 0 : Math.max(state.part > 0 ? 1.5 : 0, h * Math.min(1, state.part)), across = name === 'dram';
-  const box = draw('g', { class: 'unit' + (bound ? ' bound' : '') + (idle ? ' idle' : ''), tabindex: 0, role: 'button', 'aria-expanded': 'false', 'data-unit': name, 'aria-label': `${unit.title}: ${state.part === null ? state.text : `busy ${state.text} of the frame`}${bound ? ', bounds the frame' : ''}` },
+  // Texts of the box, from the top; its name begins with them.
+  const said = [unit.title, name === 'dram' ? `${both} of the time · ${quantity(kFigures[4].of(frame, shown), 'GB/s')} of ${quantity(run().stats.gpu.memory.gb_per_s * run().stats.gpu.memory.gpu_share, 'GB/s')}` : both, ...(bound && !across && h > 60 ? ['the bound'] : [])];
+  const box = draw('g', { class: 'unit' + (bound ? ' bound' : '') + (idle ? ' idle' : ''), tabindex: 0, role: 'button', 'aria-expanded': 'false', 'data-unit': name, 'aria-label': `${said.join(' ')}: ${state.part === null ? 'lines of memory' : 'share of the frame in which it is busy'}${bound ? ', bounds the frame' : ''}` },
     draw('rect', { x, y, width: w, height: h, rx: 3, class: 'box' }),
     across ? draw('rect', { x, y, width: w * Math.min(1, state.part || 0), height: h, rx: 3, fill: kUnitColors[name], class: 'full' }) : draw('rect', { x, y: y + h - filled, width: w, height: filled, rx: 3, fill: kUnitColors[name] || '#7a7f87', class: 'full' }),
     draw('rect', { x, y, width: w, height: h, rx: 3, class: 'edge' }),
-    draw('text', { x: x + 10, y: y + 20, class: 'name' }, unit.title),
-    draw('text', { x: x + 10, y: y + 38, class: 'value' }, name === 'dram' ? `${state.text}${against} of the time · ${quantity(kFigures[4].of(frame, shown), 'GB/s')} of ${quantity(run().stats.gpu.memory.gb_per_s * run().stats.gpu.memory.gpu_share, 'GB/s')}` : state.text + against),
-    bound && !across && h > 60 ? draw('text', { x: x + 10, y: y + 56, class: 'value' }, 'the bound') : null);
+    ...said.flatMap((text, line) => [draw('text', { x: x + 10, y: y + 20 + 18 * line, class: line === 0 ? 'name' : 'value' }, text), ' ']));
   const lines = () => {
     const out = [unit.title];
     if (state.busy !== null && state.busy !== undefined) out.push(`busy ${number(state.busy)} of ${number(frame.timing.cycles)} cycles (${state.text})`);
@@ -133,36 +133,43 @@ function unitBox(name, unit, frame, waits, press) {
   return box;
 }
 
-// An arrow from (x, from) to (x, to), `thick` wide.
-function arrow(x, from, to, thick, color) {
+// An arrow from (x, from) to (x, to), `thick` wide; B's are pale within their edge.
+function arrow(x, from, to, thick, color, side, bytes) {
   const down = to > from ? 1 : -1, head = Math.min(14, 5 + thick / 2) * down, half = thick / 2, tip = half + 4;
-  return draw('path', { d: `M${x - half} ${from} H${x + half} V${to - head} H${x + tip} L${x} ${to} L${x - tip} ${to - head} H${x - half} z`, fill: color, class: 'flow' });
+  return draw('path', { d: `M${x - half} ${from} H${x + half} V${to - head} H${x + tip} L${x} ${to} L${x - tip} ${to - head} H${x - half} z`, fill: color, stroke: color, class: side === 'B' ? 'flow pale' : 'flow', 'data-side': side, 'data-bytes': bytes });
 }
 
+// Arrows of the frame; with what it is compared with both, A's left of B's, on one scale of half the width.
 function arrows(frame, widest) {
-  const out = [], dram = kUnits.dram.at[1], total = bytesOf(frame);
-  const thick = (bytes) => Math.max(1.5, 38 * bytes / widest);
-  for (const [anchor, [left, right, top]] of Object.entries(kAnchors)) {
-    const flows = flowsOf(frame).filter((flow) => flow.anchor === anchor).sort((a, b) => a.purpose.localeCompare(b.purpose) || a.write - b.write);
-    const step = (right - left) / Math.max(1, flows.length);
-    flows.forEach((flow, index) => {
-      const x = left + step * (index + 0.5), name = anchor === 'frontend' && flow.purpose === 'texture' ? 'heights' : flow.unit === 'tilecore' && flow.purpose === 'patch_data' ? 'patches' : kShortPurpose[flow.purpose] || words(flow.purpose);
-      const shape = flow.write ? arrow(x, top + 2, dram - 3, thick(flow.bytes), purposeColor(flow.purpose)) : arrow(x, dram - 2, top + 3, thick(flow.bytes), purposeColor(flow.purpose));
-      const says = [`${purposeName(flow.purpose)} ${flow.write ? 'written by' : 'read by'} ${flow.unit === 'tilecore' ? 'tile cores' : words(flow.unit)}`, `${quantity(flow.bytes, 'bytes')}, ${percent(flow.bytes / total)} of the frame’s traffic`];
-      const at = dram - 78 + (step > 64 ? 18 : (index % 2) * 34);
-      const made = draw('g', { tabindex: 0, role: 'img', 'aria-label': says.join(': ') }, shape,
-        ...(step >= 20 ? [draw('text', { x, y: at, class: 'label', 'text-anchor': 'middle' }, name), draw('text', { x, y: at + 14, class: 'label strong', 'text-anchor': 'middle' }, quantity(flow.bytes, 'bytes'))] : []));
-      hinted(made, () => says);
-      out.push(made);
-    });
-  }
-  const asked = l2Bytes(frame, shown);
-  if (asked > 0) {
-    const x = 855, says = ['L2 to tile cores', `${quantity(asked, 'bytes')} of lines: heights, patches, attributes and textures`];
-    const made = draw('g', { tabindex: 0, role: 'img', 'aria-label': says.join(': ') }, arrow(x, kUnits.l2.at[1] - 2, kAnchors.visibility[2] + 3, thick(asked), kUnitColors.l2), draw('text', { x: x + thick(asked) / 2 + 8, y: 308, class: 'label strong' }, quantity(asked, 'bytes')));
+  const out = [], dram = kUnits.dram.at[1], other = otherFrame(), sides = [['A', frame, shown], ...(other ? [['B', other, shown.other]] : [])];
+  const thick = (bytes) => Math.max(1.5, 38 / sides.length * bytes / widest);
+  // What moves from a place to another, of each side: {x, gap (of B from the middle), from, to, color, name, bytes: [of each side], inMemory,
+  // label(texts): elements}.
+  const flow = ({ x, gap, from, to, color, name, bytes: of, inMemory, label }) => {
+    const there = sides.map(([side, its], s) => ({ side, bytes: of[s], all: bytesOf(its) })).filter(({ bytes }) => bytes > 0), said = ({ side, bytes }) => `${other ? side + ' ' : ''}${quantity(bytes, 'bytes')}`;
+    const says = [name, ...there.map((one) => said(one) + (inMemory ? `, ${percent(one.bytes / one.all)} of ${other ? 'its' : 'the frame’s'} traffic` : ''))];
+    const made = draw('g', { tabindex: 0, role: 'img', 'aria-label': says.join(': ') }, ...there.map(({ side, bytes }) => arrow(other ? x + (side === 'A' ? -gap : gap) : x, from, to, thick(bytes), color, side, bytes)), ...label(there.map(said)));
     hinted(made, () => says);
     out.push(made);
+  };
+  for (const [anchor, [left, right, top]] of Object.entries(kAnchors)) {
+    const key = (row) => `${row.purpose}\n${row.unit}\n${row.write}`, rows = new Map();
+    sides.forEach(([, of], s) => flowsOf(of).filter((row) => row.anchor === anchor).forEach((row) => {
+      if (!rows.has(key(row))) rows.set(key(row), { ...row, of: sides.map(() => 0) });
+      rows.get(key(row)).of[s] = row.bytes;
+    }));
+    const sorted = [...rows.values()].sort((a, b) => a.purpose.localeCompare(b.purpose) || a.write - b.write), step = (right - left) / Math.max(1, sorted.length), lines = 14 * sides.length;
+    sorted.forEach((row, index) => {
+      const x = left + step * (index + 0.5), short = anchor === 'frontend' && row.purpose === 'texture' ? 'heights' : row.unit === 'tilecore' && row.purpose === 'patch_data' ? 'patches' : kShortPurpose[row.purpose] || words(row.purpose);
+      const at = dram - 64 - lines + (step > 64 ? 18 : (index % 2) * (20 + lines)), [from, to] = row.write ? [top + 2, dram - 3] : [dram - 2, top + 3];
+      flow({ x, gap: Math.min(11, step / 4), from, to, color: purposeColor(row.purpose), name: `${purposeName(row.purpose)} ${row.write ? 'written by' : 'read by'} ${row.unit === 'tilecore' ? 'tile cores' : words(row.unit)}`, bytes: row.of, inMemory: true,
+        label: (texts) => (step < 20 ? [] : [draw('text', { x, y: at, class: 'label', 'text-anchor': 'middle' }, short), ...texts.map((text, line) => draw('text', { x, y: at + 14 * (line + 1), class: 'label strong', 'text-anchor': 'middle' }, text))]) });
+    });
   }
+  const asked = sides.map(([, of, at]) => l2Bytes(of, at)), right = 855 + (other ? 11 : 0) + thick(Math.max(...asked)) / 2 + 8;
+  if (asked.some((bytes) => bytes > 0))
+    flow({ x: 855, gap: 11, from: kUnits.l2.at[1] - 2, to: kAnchors.visibility[2] + 3, color: kUnitColors.l2, name: 'L2 to tile cores, lines of heights, patches, attributes and textures', bytes: asked, inMemory: false,
+      label: (texts) => texts.map((text, line) => draw('text', { x: right, y: 308 + 14 * line - 7 * (texts.length - 1), class: 'label strong' }, text)) });
   return out;
 }
 

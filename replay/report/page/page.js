@@ -140,7 +140,7 @@ function configurationParts(parts) {
     { title: 'value', of: (row) => (typeof row[1] === 'boolean' ? String(row[1]) : row[1]), show: (value) => (typeof value === 'number' ? plain(value) : String(value ?? '')) },
     { title: 'unit', of: (row) => (data.keys[row[0]] || {}).unit || '' },
     { title: 'meaning', of: (row) => (data.keys[row[0]] || {}).meaning || '', wide: true }], flatten(value)))),
-  make('details', {}, make('summary', {}, 'The same as JSON'), make('pre', {}, JSON.stringify(Object.fromEntries(parts), null, 1)))];
+  make('details', {}, make('summary', {}, 'The same as JSON'), make('pre', { tabindex: 0, role: 'region', 'aria-label': 'The configuration as JSON' }, JSON.stringify(Object.fromEntries(parts), null, 1)))];
 }
 function configurationSection(parts) {
   const part = section('configuration', 'Configuration');

@@ -57,7 +57,10 @@ function plot(holder, says, spec, press) {
     const { View, parse } = vega();
     view = new View(parse({ $schema: 'https://vega.github.io/schema/vega/v5.json', padding: 5, autosize: { type: 'fit', contains: 'padding' }, ...made, most: undefined, height: made.height * textSize() / 12, width }, plotTheme()), { renderer: 'svg', container: place, hover: true });
     if (press) view.addEventListener('click', (event, item) => { if (item && item.datum) press(item.datum); });
-    return view.runAsync();
+    // Vega gives the place a role and a name of its own, and none to what it draws.
+    place.setAttribute('role', 'img');
+    place.setAttribute('aria-label', says);
+    return view.runAsync().then(() => place.querySelectorAll('svg').forEach((drawing) => drawing.setAttribute('aria-hidden', 'true')));
   };
   entry.signal = (name, value) => { if (view && view.getState().signals[name] !== undefined) view.signal(name, value).runAsync(); };
   entry.rows = () => (view ? view.data('rows') : []);

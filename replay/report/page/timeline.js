@@ -1,4 +1,5 @@
-// The frame in time: front end, binner, the slots of all cores, how busy each unit is, bandwidth and list memory, on one axis.
+// The frame in time: front end, binner, the slots of all cores, how busy each unit is, bandwidth and list memory, on one axis; below it
+// what it is compared with, on the same.
 
 // Spans of a tile, in the order of timeline.spans: their colour and their words.
 const kSpans = [['data', 'waits for its list'], ['visibility', 'visibility'], ['unit', 'waits for the shader'], ['data', 'waits for texels'], ['shading', 'shading'], ['unit', 'waits for the resolve unit'], ['data', 'waits for pixels'], ['store', 'resolve and store']];
@@ -11,23 +12,26 @@ function timelineSection() {
   const says = make('p', { class: 'note', 'aria-live': 'polite' }), missing = make('p', { class: 'note' }, 'No timeline is kept of this frame.');
   part.append(make('div', { class: 'controls' }, make('button', { type: 'button', click: () => zoom(0.5) }, 'Zoom in'), make('button', { type: 'button', click: () => zoom(2) }, 'Zoom out'), make('button', { type: 'button', click: () => { window_ = [0, 1]; paint(); } }, 'Whole frame'), legend), canvas, says, missing);
 
-  let timeline = null, window_ = [0, 1], layout = null, hover = null, tiles = null;
-  const entry = follow(part, ['run', 'frame', 'tile'], () => {
-    const at = { ...shown };
-    viewOf(at).then((view) => {
-      if (at.frame !== shown.frame || at.run !== shown.run) return;
-      tiles = view && view.tiles;
-      timeline = tiles && tiles.timeline;
-      missing.hidden = Boolean(timeline);
-      canvas.hidden = !timeline;
-      if (timeline) paint();
+  // Frames from the top: A's, and B's where one is compared: {name ("" of one alone), at, timeline, tiles}. `whole`: ms of the longest.
+  let parts = [], whole = 1, window_ = [0, 1], layout = null;
+  const entry = follow(part, ['run', 'frame', 'tile', 'other'], () => {
+    const places = [{ run: shown.run, frame: shown.frame }, ...(shown.other ? [shown.other] : [])];
+    Promise.all(places.map((at) => viewOf(at))).then((views) => {
+      if (JSON.stringify(places) !== JSON.stringify([{ run: shown.run, frame: shown.frame }, ...(shown.other ? [shown.other] : [])])) return;
+      parts = places.map((at, index) => ({ name: places.length > 1 ? 'AB'[index] : '', at, tiles: views[index] && views[index].tiles, timeline: views[index] && views[index].tiles && views[index].tiles.timeline })).filter((of) => of.timeline);
+      whole = Math.max(1e-9, ...parts.map((of) => milliseconds(of.timeline.cycles, of.at)));
+      missing.hidden = parts.length === places.length;
+      missing.textContent = parts.length > 0 ? `No timeline is kept of ${parts[0].name === 'A' ? 'B' : 'A'}.` : 'No timeline is kept of this frame.';
+      canvas.hidden = parts.length === 0;
+      if (parts.length > 0) paint();
     });
   });
-  darkness.addEventListener('change', () => timeline && paint());
-  new ResizeObserver(() => timeline && paint()).observe(part);
+  darkness.addEventListener('change', () => parts.length > 0 && paint());
+  new ResizeObserver(() => parts.length > 0 && paint()).observe(part);
 
-  const cycleAt = (x) => timeline.cycles * (window_[0] + (x - layout.left) / layout.width * (window_[1] - window_[0]));
-  const xOf = (cycle) => layout.left + (cycle / timeline.cycles - window_[0]) / (window_[1] - window_[0]) * layout.width;
+  const timeAt = (x) => whole * (window_[0] + (x - layout.left) / layout.width * (window_[1] - window_[0]));
+  const xAt = (time) => layout.left + (time / whole - window_[0]) / (window_[1] - window_[0]) * layout.width;
+  const xOf = (of, cycle) => xAt(milliseconds(cycle, of.at));
   function zoom(by, around = (window_[0] + window_[1]) / 2) {
     const span = Math.max(1e-4, Math.min(1, (window_[1] - window_[0]) * by)), share = (around - window_[0]) / (window_[1] - window_[0]);
     const begin = Math.max(0, Math.min(1 - span, around - share * span));
@@ -41,12 +45,16 @@ function timelineSection() {
   }
 
   // Rows from the top, each {title, y, height}; lengths are those of text of 14 pixels.
-  function rows(by) {
-    const cores = timeline.tile.length ? Math.max(...timeline.core) + 1 : 0, slot = cores * timeline.slots > 40 ? 5 : 11;
-    const out = [{ kind: 'frontend', title: 'front end', height: 16 }, { kind: 'binner', title: 'binner', height: 16 }];
+  function rowsOf(of) {
+    const { timeline } = of, cores = timeline.tile.length ? Math.max(...timeline.core) + 1 : 0, slot = cores * timeline.slots > 40 ? 5 : 11;
+    const out = [...(of.name ? [{ kind: 'name', title: of.name, height: 18 }] : []), { kind: 'frontend', title: 'front end', height: 16 }, { kind: 'binner', title: 'binner', height: 16 }];
     for (let core = 0; core < cores; ++core) out.push({ kind: 'core', core, title: `core ${core}`, height: timeline.slots * slot + 3, slot });
     for (const unit of Object.keys(kUnits)) if (timeline.busy[unit] && unit !== 'dram') out.push({ kind: 'busy', unit, title: kUnits[unit].title.toLowerCase(), height: 13 });
     out.push({ kind: 'bandwidth', title: 'bandwidth', height: 96 }, { kind: 'lists', title: 'list memory', height: 64 });
+    return out.map((row) => ({ ...row, of }));
+  }
+  function rows(by) {
+    const out = parts.flatMap(rowsOf);
     let y = 4;
     for (const row of out) {
       row.height *= by;
@@ -70,6 +78,12 @@ function timelineSection() {
     pen.textBaseline = 'middle';
     const ink = style('--ink'), quiet = style('--quiet'), line = style('--line'), panel = style('--panel');
     for (const row of out) {
+      if (row.kind === 'name') {
+        pen.fillStyle = ink;
+        pen.textAlign = 'left';
+        pen.fillText(`${row.title}: ${nameOf(row.of.at)}, ${quantity(milliseconds(row.of.timeline.cycles, row.of.at), 'ms')}`, layout.left, row.y + row.height / 2);
+        continue;
+      }
       pen.fillStyle = quiet;
       pen.textAlign = 'right';
       pen.fillText(row.title, layout.left - 8, row.y + row.height / 2);
@@ -81,15 +95,15 @@ function timelineSection() {
     pen.rect(layout.left, 0, layout.width, height);
     pen.clip();
     axis(pen, height, line, quiet, false);
-    for (const row of out) kPaint[row.kind](pen, row, ink);
+    for (const row of out) if (row.kind !== 'name') kPaint[row.kind](pen, row, ink);
     pen.restore();
     axis(pen, height, line, quiet, true);
   }
 
   function axis(pen, height, line, quiet, labels) {
-    const all = milliseconds(timeline.cycles), [step, unit] = axisScale(all * (window_[1] - window_[0]), 'ms');
+    const all = whole, [step, unit] = axisScale(all * (window_[1] - window_[0]), 'ms');
     for (const tick of ticks(all * window_[0] / step, all * window_[1] / step, Math.max(2, layout.width / (110 * layout.by)))) {
-      const x = xOf(tick * step / all * timeline.cycles);
+      const x = xAt(tick * step);
       if (labels) {
         pen.fillStyle = quiet;
         pen.textAlign = 'center';
@@ -101,34 +115,35 @@ function timelineSection() {
     }
   }
 
-  const bar = (pen, begin, end, y, height, color) => {
-    const x = xOf(begin), width = xOf(end) - x;
+  const bar = (pen, of, begin, end, y, height, color) => {
+    const x = xOf(of, begin), width = xOf(of, end) - x;
     if (x > layout.left + layout.width || x + width < layout.left || end <= begin) return;
     pen.fillStyle = color;
     pen.fillRect(x, y, Math.max(0.5, width - (width > 3 ? 0.5 : 0)), height);
   };
   const kPaint = {
-    frontend: (pen, row) => timeline.geometry.forEach((round) => bar(pen, round[0], round[1], row.y, row.height, kUnitColors.frontend)),
-    binner: (pen, row) => timeline.geometry.forEach((round) => bar(pen, round[2], round[3], row.y, row.height, kUnitColors.binner)),
+    frontend: (pen, row) => row.of.timeline.geometry.forEach((round) => bar(pen, row.of, round[0], round[1], row.y, row.height, kUnitColors.frontend)),
+    binner: (pen, row) => row.of.timeline.geometry.forEach((round) => bar(pen, row.of, round[2], round[3], row.y, row.height, kUnitColors.binner)),
     core: (pen, row, ink) => {
+      const { timeline } = row.of;
       for (let t = 0; t < timeline.tile.length; ++t) {
         if (timeline.core[t] !== row.core) continue;
         const y = row.y + 2 + timeline.slot[t] * row.slot;
         let at = timeline.begin[t];
-        for (let k = 0; k < 8; ++k) { const end = at + timeline.spans[8 * t + k]; bar(pen, at, end, y, row.slot - 1, kPhaseColors[kSpans[k][0]]); at = end; }
-        if (timeline.tile[t] === shown.tile) {
+        for (let k = 0; k < 8; ++k) { const end = at + timeline.spans[8 * t + k]; bar(pen, row.of, at, end, y, row.slot - 1, kPhaseColors[kSpans[k][0]]); at = end; }
+        if (timeline.tile[t] === shown.tile && alike(row.of)) {
           pen.strokeStyle = ink;
           pen.lineWidth = 2;
-          pen.strokeRect(xOf(timeline.begin[t]), y, Math.max(3, xOf(at) - xOf(timeline.begin[t])), row.slot - 1);
+          pen.strokeRect(xOf(row.of, timeline.begin[t]), y, Math.max(3, xOf(row.of, at) - xOf(row.of, timeline.begin[t])), row.slot - 1);
         }
       }
     },
     busy: (pen, row) => {
-      const values = timeline.busy[row.unit], width = timeline.cycles / values.length , color = kUnitColors[row.unit] || kPhaseColors.other;
+      const values = row.of.timeline.busy[row.unit], width = row.of.timeline.cycles / values.length, color = kUnitColors[row.unit] || kPhaseColors.other;
       pen.fillStyle = color;
       values.forEach((value, w) => {
         if (value === 0) return;
-        const x = xOf(w * width), end = xOf((w + 1) * width);
+        const x = xOf(row.of, w * width), end = xOf(row.of, (w + 1) * width);
         if (end < layout.left || x > layout.left + layout.width) return;
         pen.globalAlpha = Math.min(1, value / 100);
         pen.fillRect(x, row.y, end - x + 0.3, row.height);
@@ -136,28 +151,30 @@ function timelineSection() {
       pen.globalAlpha = 1;
     },
     bandwidth: (pen, row, ink) => {
-      const width = timeline.cycles / timeline.windows, names = Object.keys(timeline.bytes), rate = (bytes) => bytes / width * clockOf() * 1e-3;
+      const { timeline, at } = row.of, width = timeline.cycles / timeline.windows, names = Object.keys(timeline.bytes), rate = (bytes) => bytes / width * clockOf(at) * 1e-3;
       const most = bandwidthTop();
       const upto = Array(timeline.windows).fill(0);
       for (const name of names) {
         pen.fillStyle = kPhaseColors[name];
         timeline.bytes[name].forEach((bytes, w) => {
-          const from = rate(upto[w]) / most, to = rate(upto[w] += bytes) / most, x = xOf(w * width);
-          pen.fillRect(x, row.y + row.height * (1 - to), xOf((w + 1) * width) - x + 0.3, row.height * (to - from));
+          const from = rate(upto[w]) / most, to = rate(upto[w] += bytes) / most, x = xOf(row.of, w * width);
+          pen.fillRect(x, row.y + row.height * (1 - to), xOf(row.of, (w + 1) * width) - x + 0.3, row.height * (to - from));
         });
       }
       scaleLabel(pen, row, quantity(most, 'GB/s'), ink);
     },
     lists: (pen, row, ink) => {
-      const width = timeline.cycles / timeline.windows, most = Math.max(1, listTop());
+      const { timeline } = row.of, width = timeline.cycles / timeline.windows, most = listTop();
       pen.fillStyle = purposeColor('tile_queue');
-      timeline.list_bytes.forEach((bytes, w) => { const x = xOf(w * width), h = row.height * bytes / most; pen.fillRect(x, row.y + row.height - h, xOf((w + 1) * width) - x + 0.3, h); });
+      timeline.list_bytes.forEach((bytes, w) => { const x = xOf(row.of, w * width), h = row.height * bytes / most; pen.fillRect(x, row.y + row.height - h, xOf(row.of, (w + 1) * width) - x + 0.3, h); });
       scaleLabel(pen, row, quantity(most, 'bytes'), ink);
     },
   };
+  // Tiles of the same numbers as A's.
+  const alike = (of) => of.tiles.grid.join() === parts[0].tiles.grid.join();
   // Scales stay over frames: what the memory gives, and the largest peak.
-  const bandwidthTop = () => Math.max(0.001, run().stats.gpu.memory.gb_per_s * run().stats.gpu.memory.gpu_share);
-  const listTop = () => Math.max(1, ...framesOf().map((frame) => frame.counters['binner.queue_bytes_peak'] || 0));
+  const bandwidthTop = () => Math.max(0.001, ...parts.map(({ at }) => run(at).stats.gpu.memory.gb_per_s * run(at).stats.gpu.memory.gpu_share));
+  const listTop = () => Math.max(1, ...parts.flatMap(({ at }) => framesOf(at).map((frame) => frame.counters['binner.queue_bytes_peak'] || 0)));
   const scaleLabel = (pen, row, text, ink) => {
     pen.textAlign = 'left';
     pen.lineJoin = 'round';
@@ -168,36 +185,41 @@ function timelineSection() {
     pen.fillText(text, layout.left + 5, row.y + 9 * layout.by);
   };
 
-  // What lies under the pointer.
+  // What lies under the pointer: {lines, tile (a press pins it)}.
   function find(x, y) {
     if (!layout || x < layout.left || x > layout.left + layout.width) return null;
-    const row = layout.rows.find((of) => y >= of.y && y < of.y + of.height), cycle = cycleAt(x);
-    if (!row) return null;
-    const w = Math.max(0, Math.min(timeline.windows - 1, Math.floor(cycle / timeline.cycles * timeline.windows))), when = quantity(milliseconds(cycle), 'ms');
+    const row = layout.rows.find((of) => y >= of.y && y < of.y + of.height), time = timeAt(x);
+    const found = row && row.kind !== 'name' ? findIn(row, y, time) : null;
+    return found && { ...found, lines: [`${row.of.name ? row.of.name + ': ' : ''}${found.lines[0]}`, ...found.lines.slice(1)] };
+  }
+  function findIn(row, y, time) {
+    const { timeline, at, tiles } = row.of, cycle = time * clockOf(at) * 1e3, when = quantity(time, 'ms');
+    if (cycle > timeline.cycles) return { lines: [`the frame has ended at ${when}`] };
+    const w = Math.max(0, Math.min(timeline.windows - 1, Math.floor(cycle / timeline.cycles * timeline.windows)));
     if (row.kind === 'busy') return { lines: [words(row.unit), `busy ${percent(timeline.busy[row.unit][w] / 100)} at ${when}`] };
     if (row.kind === 'lists') return { lines: ['live list memory', `${quantity(timeline.list_bytes[w], 'bytes')} at ${when}`] };
     if (row.kind === 'bandwidth') {
       const width = timeline.cycles / timeline.windows;
-      return { lines: [`memory at ${when}`, ...Object.entries(timeline.bytes).filter(([, of]) => of[w] > 0).map(([name, of]) => `${name}: ${quantity(of[w] / width * clockOf() * 1e-3, 'GB/s')}`)] };
+      return { lines: [`memory at ${when}`, ...Object.entries(timeline.bytes).filter(([, of]) => of[w] > 0).map(([name, of]) => `${name}: ${quantity(of[w] / width * clockOf(at) * 1e-3, 'GB/s')}`)] };
     }
-    if (row.kind !== 'core') return { lines: [row.title, ...timeline.geometry.map((round) => (row.kind === 'binner' ? round.slice(2) : round)).map(([begin, end]) => `${quantity(milliseconds(begin), 'ms')} to ${quantity(milliseconds(end), 'ms')}`)] };
+    if (row.kind !== 'core') return { lines: [row.title, ...timeline.geometry.map((round) => (row.kind === 'binner' ? round.slice(2) : round)).map(([begin, end]) => `${quantity(milliseconds(begin, at), 'ms')} to ${quantity(milliseconds(end, at), 'ms')}`)] };
     const slot = Math.floor((y - row.y - 2) / row.slot);
     for (let t = 0; t < timeline.tile.length; ++t) {
       if (timeline.core[t] !== row.core || timeline.slot[t] !== slot || cycle < timeline.begin[t]) continue;
       const spans = timeline.spans.slice(8 * t, 8 * t + 8), length = spans.reduce((a, b) => a + b, 0);
       if (cycle >= timeline.begin[t] + length) continue;
       const tile = timeline.tile[t];
-      return { tile, lines: [`Tile ${tile % tiles.grid[0]}, ${Math.floor(tile / tiles.grid[0])}: ${quantity(milliseconds(length), 'ms')}`, ...kSpans.map(([, text], k) => (spans[k] > 0 ? `${text}: ${number(spans[k])} cycles` : null)).filter(Boolean)] };
+      return { tile: alike(row.of) ? tile : undefined, lines: [`Tile ${tile % tiles.grid[0]}, ${Math.floor(tile / tiles.grid[0])}: ${quantity(milliseconds(length, at), 'ms')}`, ...kSpans.map(([, text], k) => (spans[k] > 0 ? `${text}: ${number(spans[k])} cycles` : null)).filter(Boolean)] };
     }
     return null;
   }
   const place = (event) => { const at = canvas.getBoundingClientRect(); return [event.clientX - at.left, event.clientY - at.top]; };
   let grip = null;
   canvas.addEventListener('pointermove', (event) => {
-    if (!timeline) return;
+    if (parts.length === 0) return;
     if (grip) { const by = (grip.x - event.clientX) / layout.width; grip.moved = grip.moved || Math.abs(grip.x - event.clientX) > 3; grip.x = event.clientX; move(by); return; }
-    hover = find(...place(event));
-    showHint(hover && hover.lines, event.clientX, event.clientY);
+    const found = find(...place(event));
+    showHint(found && found.lines, event.clientX, event.clientY);
   });
   canvas.addEventListener('pointerleave', () => showHint(null));
   canvas.addEventListener('pointerdown', (event) => { grip = { x: event.clientX, moved: false }; canvas.setPointerCapture(event.pointerId); });
@@ -207,11 +229,11 @@ function timelineSection() {
     if (found && found.tile !== undefined) { show({ tile: found.tile }); says.textContent = found.lines.join(' · '); }
   });
   canvas.addEventListener('wheel', (event) => {
-    if (!timeline || !event.ctrlKey && Math.abs(event.deltaX) > Math.abs(event.deltaY)) return;
+    if (parts.length === 0 || !event.ctrlKey && Math.abs(event.deltaX) > Math.abs(event.deltaY)) return;
     event.preventDefault();
-    zoom(event.deltaY > 0 ? 1.25 : 0.8, cycleAt(place(event)[0]) / timeline.cycles);
+    zoom(event.deltaY > 0 ? 1.25 : 0.8, timeAt(place(event)[0]) / whole);
   }, { passive: false });
   const keys = { ArrowLeft: () => move(-0.2), ArrowRight: () => move(0.2), '+': () => zoom(0.6), '=': () => zoom(0.6), '-': () => zoom(1 / 0.6), Home: () => { window_ = [0, 1]; paint(); } };
-  canvas.addEventListener('keydown', (event) => { if (keys[event.key] && timeline) { keys[event.key](); event.preventDefault(); } });
+  canvas.addEventListener('keydown', (event) => { if (keys[event.key] && parts.length > 0) { keys[event.key](); event.preventDefault(); } });
   return entry;
 }

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tests/support/live_page.h"
+
+namespace tessera::test {
+
+// Why axe-core, the tool that looks for barriers, cannot be had here; "" once npm has installed it (axe.sh), which is
+// done once for a build. Throws std::runtime_error where installing fails for another reason than a missing registry.
+std::string missing_accessibility_tool();
+
+// What of a page keeps it from levels A and AA of WCAG 2.2, in light and dark, a text each: scheme, rule, selector, why
+// or the colours. Contrasts that axe-core leaves open, those of drawings, are computed: accessibility.js.
+std::vector<std::string> accessibility_findings(LivePage& page);
+
+}  // namespace tessera::test
