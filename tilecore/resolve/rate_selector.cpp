@@ -8,7 +8,7 @@ namespace tessera::tilecore {
 namespace {
 
 // Of 16: fewer witnesses overlook what comes out from behind an edge [measured: a lip of brass is wrong by 0.13 at 12].
-constexpr int kMostAdvectedOnOutlines = 8;
+constexpr int kMaxAdvectedOnOutlines = 8;
 
 // Whether the speed counts as above the threshold: one that was above stays so a little longer, and the other way
 // round.
@@ -30,7 +30,7 @@ BlockDecision by_motion(const RateSettings& settings, const BlockEvidence& block
   const bool slow = known && last == 1 ? block.speed < t.still * (1.0f + t.hysteresis)
                                        : block.speed < t.still * (known ? 1.0f - t.hysteresis : 1.0f);
   if (slow && block.advection_allowed)
-    return {16 - (block.edge && !copies ? std::min(settings.advected, kMostAdvectedOnOutlines) : settings.advected),
+    return {16 - (block.edge && !copies ? std::min(settings.advected, kMaxAdvectedOnOutlines) : settings.advected),
             true};
   if (block.edge || block.cut) return full;
   const float speed = std::min(block.speed, block.blurred_speed);
