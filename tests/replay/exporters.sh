@@ -8,14 +8,11 @@ set -euo pipefail
 folder=$1
 shift
 
-skip() { echo "$1"; exit 77; }
-for program in node npm; do command -v "$program" >/dev/null || skip "$program is not installed"; done
-mkdir -p "$folder"
-cd "$folder"
-if [ ! -x node_modules/.bin/gltfpack ] || [ ! -x node_modules/.bin/gltf-transform ]; then
-  [ -f package.json ] || echo '{"private": true}' >package.json
-  npm install --no-audit --no-fund --silent @gltf-transform/cli@4 gltfpack@1 >install.log 2>&1 || skip "npm cannot install gltf-transform and gltfpack: $(tail -n 1 install.log)"
+command -v node >/dev/null || { echo "node is not installed"; exit 77; }
+if [ ! -x "$folder/node_modules/.bin/gltfpack" ] || [ ! -x "$folder/node_modules/.bin/gltf-transform" ]; then
+  bash "$(dirname "${BASH_SOURCE[0]}")/../support/npm_install.sh" "$folder" @gltf-transform/cli@4 gltfpack@1
 fi
+cd "$folder"
 
 # Each way once: what is there from an earlier run stays.
 write() { # OUTPUT COMMAND...

@@ -8,12 +8,5 @@ set -euo pipefail
 folder=$1
 script=$folder/node_modules/axe-core/axe.min.js
 
-skip() { echo "$1"; exit 77; }
-if [ ! -f "$script" ]; then
-  for program in node npm; do command -v "$program" >/dev/null || skip "$program is not installed"; done
-  mkdir -p "$folder"
-  cd "$folder"
-  [ -f package.json ] || echo '{"private": true}' >package.json
-  npm install --no-audit --no-fund --silent axe-core@4 >install.log 2>&1 || skip "npm cannot install axe-core: $(tail -n 1 install.log)"
-fi
+[ -f "$script" ] || bash "$(dirname "${BASH_SOURCE[0]}")/npm_install.sh" "$folder" axe-core@4
 echo -n "$script"
