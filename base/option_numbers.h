@@ -7,6 +7,7 @@
 namespace tessera {
 
 // Numbers in the value of an option. All throw UsageError: "OPTION TEXT: expected FORM".
+[[noreturn]] void refuse_value(const std::string& option, const std::string& text, const char* form);
 
 // `count` whole numbers from 0 to 100 000 000, separated by one character: "1280x720", "0:24", "0,0,64,64".
 std::vector<long> parse_whole_numbers(const std::string& option, const std::string& text, char separator,

@@ -5,11 +5,9 @@
 #include <limits>
 #include <utility>
 
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
-#include "base/text.h"
 #include "scene/framing.h"
 #include "scene/pose.h"
 
@@ -17,10 +15,6 @@ namespace tessera::scene {
 namespace {
 
 constexpr double kLargest = static_cast<double>(std::numeric_limits<float>::max());
-
-[[noreturn]] void refuse(const char* option, const std::string& text, const char* form) {
-  throw UsageError(fmt::format("{} {}: expected {}", option, escape_control(text, 40), form));
-}
 
 // "A" or "A:B".
 struct OneOrTwo {
@@ -35,22 +29,22 @@ OneOrTwo parse_one_or_two(const std::string& option, const std::string& text, co
   try {
     return {parse_pair(option, text + ":0", form).a, std::nullopt};
   } catch (const UsageError&) {
-    refuse(option.c_str(), text, form);
+    refuse_value(option, text, form);
   }
 }
 
 Orbit parse_orbit(const std::string& text) {
   constexpr const char* kForm = "DEGREES[:ELEVATION], -360 to 360 around, -89 to 89 above the horizon";
   const OneOrTwo numbers = parse_one_or_two("--orbit", text, kForm);
-  if (std::abs(numbers.a) > 360 || std::abs(numbers.b.value_or(0)) > 89) refuse("--orbit", text, kForm);
+  if (std::abs(numbers.a) > 360 || std::abs(numbers.b.value_or(0)) > 89) refuse_value("--orbit", text, kForm);
   return {numbers.a, numbers.b};
 }
 
 Lens parse_lens(const std::string& text) {
   constexpr const char* kForm = "RADIUS[:FOCUS] in scene units, FOCUS above 0";
   const OneOrTwo numbers = parse_one_or_two("--lens", text, kForm);
-  if (numbers.a < 0 || numbers.a > kLargest) refuse("--lens", text, kForm);
-  if (numbers.b && !(static_cast<float>(*numbers.b) > 0 && *numbers.b <= kLargest)) refuse("--lens", text, kForm);
+  if (numbers.a < 0 || numbers.a > kLargest) refuse_value("--lens", text, kForm);
+  if (numbers.b && !(static_cast<float>(*numbers.b) > 0 && *numbers.b <= kLargest)) refuse_value("--lens", text, kForm);
   return {static_cast<float>(numbers.a), static_cast<float>(numbers.b.value_or(0))};
 }
 
@@ -88,7 +82,7 @@ void look_through(Capture& capture, const CameraChoice& choice) {
 NumberPair parse_shutter(const std::string& option, const std::string& text) {
   constexpr const char* kForm = "OPEN:CLOSE, -1 to 2, OPEN not after CLOSE";
   const NumberPair shutter = parse_pair(option, text, kForm);
-  if (!(shutter.a >= -1 && shutter.a <= shutter.b && shutter.b <= 2)) refuse(option.c_str(), text, kForm);
+  if (!(shutter.a >= -1 && shutter.a <= shutter.b && shutter.b <= 2)) refuse_value(option, text, kForm);
   return shutter;
 }
 
