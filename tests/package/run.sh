@@ -97,14 +97,14 @@ debian)
   (cd "$work/debian" && cpack -G DEB --config "$build/CPackConfig.cmake" -B "$work/debian" >cpack.log) || { cat "$work/debian/cpack.log"; fail "cpack"; }
   package=$(find "$work/debian" -maxdepth 1 -name '*.deb')
   dpkg-deb -f "$package" Depends | grep -q libtbb12 || fail "no dependency on TBB"
-  dpkg-deb -x "$package" "$work/debian/root"
-  check_no_source_path "$work/debian/root"
-  check_shells "$work/debian/root/usr"
-  PATH=/usr/bin:/bin program_counters "$work/debian/root/usr/bin/tessera" | diff - "$work/expected.txt"
-  "$work/debian/root/usr/bin/tessera" replay "$capture" --size 160x90 --quiet --out "$work/debian/out"
+  dpkg-deb -x "$package" "$work/debian/unpacked"
+  check_no_source_path "$work/debian/unpacked"
+  check_shells "$work/debian/unpacked/usr"
+  PATH=/usr/bin:/bin program_counters "$work/debian/unpacked/usr/bin/tessera" | diff - "$work/expected.txt"
+  "$work/debian/unpacked/usr/bin/tessera" replay "$capture" --size 160x90 --quiet --out "$work/debian/out"
   [ ! -e /usr/share/javascript/vega ] || grep -q '<html' "$work/debian/out/report.html" || fail "no report"
   for file in usr/include/tessera/device.h usr/lib/*/libtessera.so usr/lib/*/cmake/tessera/tesseraConfig.cmake; do
-    compgen -G "$work/debian/root/$file" >/dev/null || fail "the package lacks $file"
+    compgen -G "$work/debian/unpacked/$file" >/dev/null || fail "the package lacks $file"
   done
   ;;
 *) fail "unknown step" ;;
