@@ -266,7 +266,7 @@ int run(const std::vector<std::string>& arguments) {
     bench_effects(rounds(1, 9), 640, 360);
   else if (part == "static" && arguments.size() > 2)
     bench_static(arguments[1], arguments[2], rounds(3, 9));
-  else if (part == "picture" && arguments.size() > 2)
+  else if (part == "image" && arguments.size() > 2)
     draw_tiles(arguments[1], arguments[2]);
   else if (part == "--check")
     bench_mover(0, 320, 180), bench_effects(0, 96, 54);
