@@ -15,9 +15,9 @@ function timelineSection() {
   // Frames from the top: A's, and B's where one is compared: {name ("" of one alone), at, timeline, tiles}. `whole`: ms of the longest.
   let parts = [], whole = 1, window_ = [0, 1], layout = null;
   const entry = follow(part, ['run', 'frame', 'tile', 'other'], () => {
-    const places = [{ run: shown.run, frame: shown.frame }, ...(shown.other ? [shown.other] : [])];
+    const wanted = () => [{ run: shown.run, frame: shown.frame }, ...(shown.other ? [shown.other] : [])], places = wanted();
     Promise.all(places.map((at) => viewOf(at))).then((views) => {
-      if (JSON.stringify(places) !== JSON.stringify([{ run: shown.run, frame: shown.frame }, ...(shown.other ? [shown.other] : [])])) return;
+      if (JSON.stringify(places) !== JSON.stringify(wanted())) return;
       parts = places.map((at, index) => ({ name: places.length > 1 ? 'AB'[index] : '', at, tiles: views[index] && views[index].tiles, timeline: views[index] && views[index].tiles && views[index].tiles.timeline })).filter((of) => of.timeline);
       whole = Math.max(1e-9, ...parts.map((of) => milliseconds(of.timeline.cycles, of.at)));
       missing.hidden = parts.length === places.length;
