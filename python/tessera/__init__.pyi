@@ -208,7 +208,7 @@ class SettingsKeys(TypedDict, total=False):
     procedures__refill: bool  # Look for holes between samples, tile by tile, and sample them again; for spacings too wide for the scatter.
     procedures__lanes: int  # 1 to 1024 lanes. Lanes of the emulated SIMD array.
     resolve__desampling: Literal["off", "adaptive", "fixed_8", "fixed_4", "checkerboard", "fixed_12"]  # Which pixels are shaded: all; by motion, edges and history; half or a quarter of every block; half, alternating, filled from four neighbours; three quarters of every block. The others are advected or reconstructed.
-    resolve__k_stat: float  # 0 to 64 pixels/frame. Blocks slower than this take resolve.advected_pixels from the previous frame.
+    resolve__k_stat: float  # 0 to 64 pixels/frame. Blocks slower than this take pixels from the previous frame (resolve.advected_pixels).
     resolve__k_fast0: float  # 0 to 1e+06 pixels/frame. Blocks faster than this are shaded at 12 of 16 pixels; 0: none are.
     resolve__k_fast1: float  # 0 to 1e+06 pixels/frame. Blocks faster than this are shaded at 8 of 16 pixels.
     resolve__k_fast2: float  # 0 to 1e+06 pixels/frame. Blocks faster than this are shaded at 4 of 16 pixels.

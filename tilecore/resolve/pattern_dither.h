@@ -76,7 +76,7 @@ inline constexpr std::array<BlockMask, 4> kWitnessOrder = {one_in_each_row(0), o
 //   PD1  exactly `rate` bits are set; four are a sparse square, or with `witnesses` one in each row and column, eight a
 //        pair of squares, twelve three;
 //   PD2  with kCounter every pixel is rendered rate/4 times in any four frames in a row, and once at least in any
-//        ceil(16/rate), per block too, across the wrap of the frame number too;
+//        ceil(16/rate), per block too, across the wrap of the frame number too, while `witnesses` stays what it is;
 //   PD3  without per_block the block's place does not matter.
 inline BlockMask dither_mask(int rate, std::uint32_t frame, const DitherSettings& settings, int block_x, int block_y,
                              bool witnesses = false) {

@@ -20,7 +20,7 @@ Keys<ResolveSettings> rate_keys() {
                &RateSettings::thresholds,
                Keys<SpeedThresholds>{
                    {"resolve.k_stat", &SpeedThresholds::still, "pixels/frame", 0, 64,
-                    "Blocks slower than this take resolve.advected_pixels from the previous frame."},
+                    "Blocks slower than this take pixels from the previous frame (resolve.advected_pixels)."},
                    {"resolve.k_fast0", &SpeedThresholds::fast0, "pixels/frame", 0, 1e6,
                     "Blocks faster than this are shaded at 12 of 16 pixels; 0: none are."},
                    {"resolve.k_fast1", &SpeedThresholds::fast1, "pixels/frame", 0, 1e6,
@@ -78,8 +78,7 @@ Keys<ResolveSettings> rate_keys() {
            "it showed, the others are shaded."},
           {"resolve.advected_pixels", &RateSettings::advected, "of 16 pixels", 4, 12,
            "Of slow blocks so many pixels come from the previous frame, the others are shaded: 4, 8 or 12; at most 8 "
-           "where "
-           "several surfaces meet."},
+           "where several surfaces meet."},
           {"resolve.supersampled_groups", &RateSettings::supersampled, "of 32", 16, 32,
            "With resolve.supersampling: so many of a block's 32 half pixels are shaded, 16, 24 or 32; stencils of half "
            "pixels make the others from those of their surface."},
