@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "base/former_keys.h"
 #include "base/text.h"
 
 namespace tessera {
@@ -79,9 +80,13 @@ std::string parse_text(const KeyInfo& key, const json& value) {
 }
 
 std::string parse_choice(const KeyInfo& key, const json& value) {
-  if (value.is_string())
+  if (value.is_string()) {
+    const auto& text = value.get_ref<const std::string&>();
     for (const std::string_view choice : key.choices)
-      if (value.get_ref<const std::string&>() == choice) return std::string(choice);
+      if (text == choice) return std::string(choice);
+    if (const FormerKey* former = find_former_key(fmt::format("{}={}", key.name, text)))
+      throw UsageError(fmt::format("{}: '{}' was removed. {}", key.name, text, former->reason));
+  }
   refuse(key, value, fmt::format("one of {}", fmt::join(key.choices, ", ")));
 }
 
@@ -146,6 +151,8 @@ json describe_key(const KeyInfo& key, const KeyValue& default_value) {
 }
 
 std::string unknown_key_message(std::string_view key, std::span<const std::string> known) {
+  if (const FormerKey* former = find_former_key(key); former != nullptr && former->now.empty())
+    return fmt::format("key '{}' was removed. {}", key, former->reason);
   const std::string nearest = nearest_name(key, known);
   std::string message = fmt::format("unknown key '{}'", escape_control(key, 80));
   if (!nearest.empty()) message += fmt::format("; did you mean '{}'?", nearest);

@@ -168,7 +168,7 @@ KeyValue parse_key_value(const KeyInfo& key, const KeyValue& like, const nlohman
 nlohmann::json describe_key(const KeyInfo& key, const KeyValue& default_value);
 nlohmann::json key_value_json(const KeyValue& value);
 
-// "unknown key 'x'; did you mean 'y'?"
+// "unknown key 'x'; did you mean 'y'?"; of a key that was removed, the reason (base/former_keys.h).
 std::string unknown_key_message(std::string_view key, std::span<const std::string> known);
 
 // Key table of one struct, with the struct's own default values as defaults.

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "base/former_keys.h"
 #include "base/json_text.h"
 #include "base/text.h"
 #include "base/whole_file.h"
@@ -219,9 +220,11 @@ bool set_gpu_key(const std::string& name, const json& value, GpuConfiguration& g
        key.set)(std::get<double>(parse_key_value(key.info, 0.0, absolute_value(key.info, (gpu.*key.get)(), value))));
       return true;
     }
-  if (name == "energy.leakage_mw")
-    throw UsageError(
-        "energy.leakage_mw: leakage follows the area (area.*) now: set energy.leakage_mw_per_mm2, at 0.8 V");
+  if (const FormerKey* former = find_former_key(name);
+      former != nullptr && !former->now.empty() && set_gpu_key(std::string(former->now), value, gpu)) {
+    gpu.key_notes.push_back(former_key_note(*former));
+    return true;
+  }
   return false;
 }
 

@@ -29,7 +29,8 @@ struct BaselineCaches {
 // meaning and source; the values here are those of the preset "mid-mobile".
 struct GpuConfiguration : hardware::Machine {
   std::string preset = "mid-mobile";
-  std::string name, description;  // of a file; what its writer calls the machine
+  std::string name, description;       // of a file; what its writer calls the machine
+  std::vector<std::string> key_notes;  // on keys that were set by a former name
   frontend::Settings frontend;
   binner::TileSize tile;
   binner::ParameterBufferSettings parameter_buffer;
@@ -61,7 +62,8 @@ const KeyTable<GpuConfiguration>& gpu_keys();
 // Sets a key of gpu_keys(), or memory.bytes_per_clk or memory.latency_clk: the memory's rate and latency in clocks of the
 // GPU, as its clock.mhz is at this moment (in a file: the file's). Another clock.mhz later leaves the memory as it is.
 // Numbers also take the text "x1.3" (relative_value.h): so many times what the machine has.
-// False: no such key. Throws UsageError for a value out of range and for keys that others have replaced, naming those.
+// A former name sets the key that it is called now, and leaves a note in gpu.key_notes.
+// False: no such key. Throws UsageError for a value out of range.
 bool set_gpu_key(const std::string& name, const nlohmann::json& value, GpuConfiguration& gpu);
 
 // Names of the built-in presets.

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "base/former_keys.h"
 #include "base/text.h"
 #include "gpu/relative_value.h"
 
@@ -88,7 +89,11 @@ const std::vector<std::string>& known_keys() {
 }
 
 void set_key(const std::string& name, const nlohmann::json& value, RunSettings& settings, GpuConfiguration& gpu) {
-  if (const auto* key = settings_keys().find(name)) {
+  if (const FormerKey* former = find_former_key(name);
+      former != nullptr && settings_keys().find(former->now) != nullptr) {
+    set_key(std::string(former->now), value, settings, gpu);
+    gpu.key_notes.push_back(former_key_note(*former));
+  } else if (const auto* key = settings_keys().find(name)) {
     if (is_relative(value) && settings_keys().value(settings, *key).index() < 2)
       throw UsageError(
           fmt::format("{}: '{}': only numbers of the machine (tessera describe gpu) are set as multiples; "

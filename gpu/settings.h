@@ -62,7 +62,8 @@ struct RunSettings {
 const KeyTable<RunSettings>& settings_keys();
 nlohmann::json settings_json(const RunSettings& settings);
 
-// Sets whichever of the two has the key. Throws UsageError for an unknown key (naming the nearest known one) or a value
+// Sets whichever of the two has the key; a former name sets the key that it is called now, and leaves a note in
+// gpu.key_notes. Throws UsageError for an unknown key (naming the nearest known one) or a value
 // out of range.
 void set_key(const std::string& name, const nlohmann::json& value, RunSettings& settings, GpuConfiguration& gpu);
 

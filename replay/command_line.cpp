@@ -87,6 +87,10 @@ const std::vector<std::pair<int, const char*>>& exit_statuses() {
   return kStatuses;
 }
 
+void say_notes(const std::vector<std::string>& notes) {
+  for (const std::string& note : notes) std::fprintf(stderr, "note: %s\n", note.c_str());
+}
+
 void add_strict_flag(CLI::App& app, bool& strict) {
   app.add_flag("--strict", strict,
                "Refuse what the glTF specification forbids also where its meaning is clear, instead of a note");

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "base/error.h"
 
@@ -29,6 +30,9 @@ struct EarlyEnd {
 };
 // The end of work that a signal stopped: `line` says how to go on.
 inline EarlyEnd stopped(std::string line) { return {ExitStatus::kStopped, std::move(line)}; }
+
+// Each as "note: ..." on standard error.
+void say_notes(const std::vector<std::string>& notes);
 
 // --strict, of every command that reads captures: sets scene::CaptureLimits::strict.
 void add_strict_flag(CLI::App& app, bool& strict);

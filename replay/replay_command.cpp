@@ -158,6 +158,7 @@ class ReplayCommand final : public Command {
     if (spp_) gpu::settings_keys().set(settings, *gpu::settings_keys().find("sampling.samples_per_pixel"), *spp_);
     if (seed_) gpu::settings_keys().set(settings, *gpu::settings_keys().find("sampling.seed"), *seed_);
     gpu::check_gpu(gpu);
+    if (!quiet_) say_notes(gpu.key_notes);
     const std::string notice = gpu::fit_tile_memory(gpu, settings, sets_key(sets_, "tilecore.memory_bytes"));
     if (!quiet_ && !notice.empty()) std::fprintf(stderr, "note: %s\n", notice.c_str());
     for (const std::string& layer : aux_)

@@ -42,7 +42,7 @@ Statistics::Statistics(const scene::Capture& capture, const gpu::GpuConfiguratio
   if (capture.variant != scene::kNone)
     head_["capture"]["variant"] = capture.variants[static_cast<std::size_t>(capture.variant)];
   head_["gpu"] = gpu::gpu_json(gpu);
-  head_["gpu_notices"] = nlohmann::json::array();
+  head_["gpu_notices"] = gpu.key_notes;
   head_["settings"] = settings_json(settings);
   head_["settings"]["width"] = request.width;
   head_["settings"]["height"] = request.height;

@@ -72,6 +72,7 @@ class SweepCommand final : public Command {
     read_shard();
     const ThreadLimit threads(options.threads);
     Study study = read_as(FileKind::kStudy, study_, [&] { return read_study(study_, max_points_); });
+    if (!quiet_) say_notes(study.key_notes);
     if (study.goal && sharded())
       throw UsageError(
           "--shard: a search goes from generation to generation: run it as a whole; --jobs renders several "

@@ -80,6 +80,7 @@ class TimeCommand final : public Command {
     if (!gpu_.empty()) machine.gpu = read_as(FileKind::kMachine, gpu_, [&] { return gpu::load_gpu(gpu_); });
     for (const std::string& text : sets_) gpu::apply_setting(text, machine.settings, machine.gpu);
     gpu::check_gpu(machine.gpu);
+    say_notes(machine.gpu.key_notes);
     const std::string notice =
         gpu::fit_tile_memory(machine.gpu, machine.settings, sets_key(sets_, "tilecore.memory_bytes"));
     if (!notice.empty()) std::fprintf(stderr, "note: %s\n", notice.c_str());

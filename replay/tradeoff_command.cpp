@@ -175,6 +175,7 @@ class TradeoffCommand final : public Command {
       options.base.emplace_back(text.substr(0, text.find('=')), text.substr(text.find('=') + 1));
     }
     gpu::check_gpu(options.gpu);
+    if (!quiet_) say_notes(options.gpu.key_notes);
     const ImageSize size = parse_size("--size", size_);
     options.width = size.width;
     options.height = size.height;

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/former_keys.h"
 #include "base/key_table.h"
 #include "base/text.h"
 #include "replay/sweep/study_members.h"
@@ -17,24 +18,28 @@ namespace {
 using nlohmann::json;
 using scene::gltf::Place;
 
-void check_key(const std::string& key, const Place& place) {
+// The key that is meant: `key`, or what it is called now.
+std::string checked_key(const std::string& key, const Place& place) {
   static const std::vector<std::string> kKnown = [] {
     std::vector<std::string> known = gpu::known_keys();
     known.emplace_back(kGpuKey);
     known.emplace_back(kSizeKey);
     return known;
   }();
-  if (std::find(kKnown.begin(), kKnown.end(), key) == kKnown.end())
+  std::string current = current_key(key);
+  if (std::find(kKnown.begin(), kKnown.end(), current) == kKnown.end())
     place.refuse("{}", unknown_key_message(key, kKnown));
+  return current;
 }
 
-std::vector<std::string> read_keys(const json& axis, const Place& place) {
+std::vector<std::string> read_keys(const json& axis, const Place& place, std::vector<std::string>& notes) {
   if (axis.contains("key") == axis.contains("keys")) place.refuse("needs either 'key' or 'keys'");
   std::vector<std::string> keys;
   const auto take = [&](const json& key, const Place& where) {
     if (!key.is_string()) where.refuse("is not a text");
-    check_key(key.get<std::string>(), where);
-    keys.push_back(key.get<std::string>());
+    if (const FormerKey* former = find_former_key(key.get<std::string>()); former != nullptr && !former->now.empty())
+      notes.push_back(former_key_note(*former));
+    keys.push_back(checked_key(key.get<std::string>(), where));
   };
   if (axis.contains("key")) {
     take(axis["key"], place.at("key"));
@@ -148,7 +153,7 @@ std::uint32_t StudyAxis::step_at(double coordinate) {
 StudyAxis read_axis(const json& value, const Place& place, std::uint64_t max_steps, bool open) {
   check_members(value, place, {"key", "keys", "values", "range"});
   StudyAxis axis;
-  axis.keys = read_keys(value, place);
+  axis.keys = read_keys(value, place, axis.key_notes);
   if (open && has_open_range(value) && !value.contains("values")) {
     const Place where = place.at("range");
     check_members(value["range"], where, {"from", "to", "step", "factor", "scale"});

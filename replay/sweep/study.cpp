@@ -1,11 +1,13 @@
 #include "replay/sweep/study.h"
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/former_keys.h"
 #include "base/text.h"
 #include "base/whole_file.h"
 #include "gpu/presets.h"
@@ -95,7 +97,8 @@ void read_settings(const json& value, const Place& place, Study& study) {
   for (const auto& [key, setting] : value.items()) {
     if (key == kSizeKey || key == kGpuKey) place.at(key).refuse("is a member of the study itself, not a setting");
     check_value(study, key, setting, place.at(key));
-    study.settings.emplace_back(key, setting);
+    if (const FormerKey* former = find_former_key(key)) study.key_notes.push_back(former_key_note(*former));
+    study.settings.emplace_back(current_key(key), setting);
   }
 }
 
@@ -106,6 +109,7 @@ void read_axes(const json& value, const Place& place, std::uint64_t max_points, 
   for (std::size_t i = 0; i < value.size(); ++i) {
     const Place axis_place = place.at(i);
     StudyAxis axis = read_axis(value[i], axis_place, max_points, !study.is_grid());
+    std::ranges::copy(axis.key_notes, std::back_inserter(study.key_notes));
     for (const std::string& key : axis.keys)
       if (!taken.insert(key).second)
         axis_place.refuse("'{}' is set by the study or by another axis already", escape_control(key, 80));

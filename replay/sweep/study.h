@@ -35,6 +35,7 @@ struct StudyAxis {
   std::vector<std::vector<nlohmann::json>> values;  // of each step along the axis: one value per key
   std::optional<OpenRange> range;                   // values are its ends, then those taken so far
   std::map<double, std::uint32_t> taken;            // of a range: steps by their numbers
+  std::vector<std::string> key_notes;               // on keys that go by a former name
 
   // The step of a coordinate in [0, 1): of a list, all values have equal parts; of a range, the value becomes a step.
   std::uint32_t step_at(double coordinate);
@@ -73,6 +74,7 @@ struct Study {
   std::string gpu = "mid-mobile";               // preset, or a file found from the folder of the study
   std::vector<std::pair<std::string, nlohmann::json>> settings;
   std::vector<StudyAxis> axes;
+  std::vector<std::string> key_notes;  // on keys of settings and axes that go by a former name
   std::optional<Sample> sample;
   std::optional<Goal> goal;
   // With either: the steps of each point along the axes, for each capture; a search adds to them. Else all combinations.

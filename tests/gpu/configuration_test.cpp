@@ -1,10 +1,14 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "base/former_keys.h"
 #include "gpu/configuration.h"
 #include "gpu/presets.h"
+#include "gpu/settings.h"
 #include "gpu/tile_memory.h"
 #include "tests/support/captures.h"
 #include "tests/support/temporary_folder.h"
@@ -150,6 +154,39 @@ TEST(Configuration, WhatReplacedAKeyIsNamed) {
   } catch (const InputError& error) {
     EXPECT_NE(error.fault().find("energy.leakage_mw_per_mm2"), std::string::npos);
     EXPECT_EQ(error.place(), "/energy/leakage_mw");
+  }
+}
+
+TEST(Configuration, AFormerKeySetsWhatItIsCalledNow) {
+  for (const FormerKey& former : former_keys()) {
+    SCOPED_TRACE(former.name);
+    const std::string name(former.name);
+    GpuConfiguration gpu;
+    RunSettings settings;
+    const auto known = [&](const std::string& key) {
+      return std::ranges::find(known_keys(), key) != known_keys().end();
+    };
+    EXPECT_FALSE(known(name));
+    if (former.now.empty()) {
+      EXPECT_FALSE(former.reason.empty());
+      try {
+        const std::size_t equals = name.find('=');  // a word of a key
+        apply_setting(equals == std::string::npos ? name + "=1" : name, settings, gpu);
+        ADD_FAILURE();
+      } catch (const UsageError& error) {
+        EXPECT_NE(std::string(error.what()).find(former.reason), std::string::npos) << error.what();
+      }
+    } else {
+      ASSERT_TRUE(known(std::string(former.now)));
+      EXPECT_EQ(current_key(name), former.now);
+      const auto value = [&] {
+        const auto* key = gpu_keys().find(former.now);
+        return key != nullptr ? gpu_keys().value(gpu, *key)
+                              : settings_keys().value(settings, *settings_keys().find(former.now));
+      };
+      set_key(name, key_value_json(value()), settings, gpu);
+      EXPECT_EQ(gpu.key_notes, std::vector{former_key_note(former)});
+    }
   }
 }
 
