@@ -18,8 +18,6 @@ namespace {
 using memory::Purpose;
 using memory::Unit;
 
-constexpr std::uint64_t kColorAndDepthBytes = 8;  // of a sample, as tiles of conventional machines keep them
-
 // What machines that bin triangles share before their lists: hull stage, tessellation and setup.
 // `attributes`: bytes of them that are read before.
 void take_geometry(const BaselineCounters& geometry, std::uint64_t attributes, BaselineCounters& out) {

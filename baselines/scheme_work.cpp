@@ -15,7 +15,6 @@ namespace {
 using timing::Phase;
 using timing::TileWork;
 
-constexpr std::uint64_t kColorAndDepthBytes = 8;  // of a sample, in tiles of conventional machines
 constexpr auto kVisibility = static_cast<std::size_t>(Phase::kVisibility),
                kShading = static_cast<std::size_t>(Phase::kShading), kStore = static_cast<std::size_t>(Phase::kStore);
 

@@ -26,6 +26,9 @@ struct MachineWork {
   std::span<const gpu::TextureUse> textures;  // by tile
 };
 
+// Of a sample, as tiles of conventional machines keep it.
+inline constexpr std::uint64_t kColorAndDepthBytes = 8;
+
 // Before the tiles of a scheme whose lists hold triangles.
 struct FrontWork {
   std::uint64_t vertices = 0;  // shaded before they are binned

@@ -81,7 +81,7 @@ const Foreign* foreign_format(const fs::path& file) {
   return nullptr;
 }
 
-const char* image_format(const std::string& bytes) {
+const char* image_name(const std::string& bytes) {
   using namespace std::string_view_literals;
   constexpr std::array<std::pair<std::string_view, const char*>, 7> kBegins = {{{"\x89PNG"sv, "PNG"},
                                                                                 {"\xff\xd8\xff"sv, "JPEG"},
@@ -170,7 +170,7 @@ std::string about(FileKind kind, FileKind wanted, const fs::path& file) {
     case FileKind::kMachine:
       return fmt::format("describes a machine: give it to --gpu {}", name);
     case FileKind::kImage:
-      return fmt::format("is an image ({}): `tessera compare` takes images{}", image_format(first_bytes(file)),
+      return fmt::format("is an image ({}): `tessera compare` takes images{}", image_name(first_bytes(file)),
                          wanted == FileKind::kCapture ? ", a capture is a .gltf or .glb file" : "");
     case FileKind::kForeign: {
       const Foreign* format = foreign_format(file);
@@ -191,7 +191,7 @@ FileKind kind_of(const fs::path& file) {
   const std::string bytes = first_bytes(file);
   if (bytes.starts_with("glTF")) return FileKind::kCapture;
   if (bytes.starts_with("tessera.record/")) return FileKind::kRecord;
-  if (image_format(bytes) != nullptr) return FileKind::kImage;
+  if (image_name(bytes) != nullptr) return FileKind::kImage;
   const std::size_t text = bytes.find_first_not_of(" \t\r\n");
   if (text != std::string::npos && bytes[text] == '{') return json_kind(file);
   return foreign_format(file) != nullptr ? FileKind::kForeign : FileKind::kUnknown;

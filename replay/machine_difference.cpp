@@ -37,9 +37,9 @@ std::string title_of(const std::string& given, const gpu::GpuConfiguration& gpu)
   return description.empty() ? text : text + ": " + escape_control(description);
 }
 
-std::string value_text(const json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
-
 }  // namespace
+
+std::string value_text(const json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
 
 json machine_difference(const std::string& a, const std::string& b) {
   return rows_of(gpu::load_gpu(a), gpu::load_gpu(b));

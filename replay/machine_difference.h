@@ -6,6 +6,9 @@
 
 namespace tessera::replay {
 
+// A value of a key as people write it.
+std::string value_text(const nlohmann::json& value);
+
 // Keys in which two machines, presets or files, differ: {"key", "a", "b", "unit", "pass", "meaning"}. Throws what
 // gpu::load_gpu() throws.
 nlohmann::json machine_difference(const std::string& a, const std::string& b);

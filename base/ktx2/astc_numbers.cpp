@@ -90,11 +90,11 @@ constexpr DigitTables digit_tables() {
 constexpr DigitTables kDigits = digit_tables();
 
 // How many bits of the packed digits follow each value's own bits.
-constexpr std::array<unsigned, 5> kTritBits = {2, 2, 1, 2, 1};
-constexpr std::array<unsigned, 3> kQuintBits = {3, 2, 2};
+constexpr std::array<unsigned, 5> kBitsWithTrits = {2, 2, 1, 2, 1};
+constexpr std::array<unsigned, 3> kBitsWithQuints = {3, 2, 2};
 
 std::span<const unsigned> bits_after(AstcRange range) {
-  return range.base == 3 ? std::span<const unsigned>(kTritBits) : std::span<const unsigned>(kQuintBits);
+  return range.base == 3 ? std::span<const unsigned>(kBitsWithTrits) : std::span<const unsigned>(kBitsWithQuints);
 }
 
 // Letters of a pattern, high bit first, stand for the bits of `value` from bit 1 (b) up; '0' for nothing.

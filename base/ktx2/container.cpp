@@ -21,9 +21,9 @@ constexpr std::size_t kFormatAt = 12, kWidthAt = 20, kHeightAt = 24, kDepthAt = 
 
 // Colour models and channels of Basis Universal, transfer functions (Khronos Data Format 1.3, section 5).
 constexpr std::uint32_t kModelEtc1s = 163, kModelUastc = 166;
-constexpr std::uint32_t kChannelRgb = 0, kEtc1sRed = 3, kEtc1sAlpha = 15, kUastcRgba = 3, kUastcRed = 4;
+constexpr std::uint32_t kChannelRgb = 0, kEtc1sRed = 3, kChannelEtc1sAlpha = 15, kChannelUastcRgba = 3, kUastcRed = 4;
 constexpr std::uint32_t kTransferLinear = 1, kTransferSrgb = 2;
-constexpr std::size_t kDescriptorHeadBytes = 24, kSampleBytes = 16;
+constexpr std::size_t kDescriptorHeadBytes = 24, kDescriptorSampleBytes = 16;
 
 std::uint32_t word16(FileBytes bytes, std::size_t at) { return bytes[at] | (std::uint32_t{bytes[at + 1]} << 8); }
 std::uint32_t word32(FileBytes bytes, std::size_t at) { return word16(bytes, at) | (word16(bytes, at + 2) << 16); }
@@ -80,14 +80,14 @@ bool read_index(FileBytes bytes, Container& container, std::string& fault) {
 // Channels of the samples: what they hold, and whether alpha is among them.
 bool read_channels(bool etc1s, std::size_t samples, FileBytes block, bool& alpha) {
   const auto channel = [&](std::size_t sample) {
-    return block[kDescriptorHeadBytes + kSampleBytes * sample + 3] & 15u;
+    return block[kDescriptorHeadBytes + kDescriptorSampleBytes * sample + 3] & 15u;
   };
   if (samples == 0) return false;
   if (etc1s) {
-    alpha = samples == 2 && channel(0) == kChannelRgb && channel(1) == kEtc1sAlpha;
+    alpha = samples == 2 && channel(0) == kChannelRgb && channel(1) == kChannelEtc1sAlpha;
     return alpha || (samples == 1 && (channel(0) == kChannelRgb || channel(0) == kEtc1sRed));
   }
-  alpha = channel(0) == kUastcRgba;
+  alpha = channel(0) == kChannelUastcRgba;
   return samples == 1 && (alpha || channel(0) == kChannelRgb || channel(0) == kUastcRed);
 }
 
@@ -109,7 +109,7 @@ bool read_descriptor(FileBytes bytes, Container& container, std::string& fault) 
     return fault = fmt::format("KTX2 file has the transfer function {}, neither linear nor sRGB", transfer), false;
   container.header.srgb = transfer == kTransferSrgb;
   if ((flags & 1u) != 0) return fault = "KTX2 file has premultiplied alpha", false;
-  if (!read_channels(container.header.etc1s, (block_bytes - kDescriptorHeadBytes) / kSampleBytes, block,
+  if (!read_channels(container.header.etc1s, (block_bytes - kDescriptorHeadBytes) / kDescriptorSampleBytes, block,
                      container.header.alpha))
     return fault = "KTX2 file has channels other than RGB or RGBA", false;
   return true;

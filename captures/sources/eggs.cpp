@@ -10,8 +10,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr float kPi = 3.14159265f;
-
 // Dragon's eggs: a lathe of four segments, scales all over.
 Geometry egg() {
   return revolve(

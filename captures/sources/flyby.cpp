@@ -9,8 +9,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr float kPi = 3.14159265f;
-
 // A rocket along +x: lathe, nose first.
 Geometry rocket() {
   return revolve(smooth_profile(

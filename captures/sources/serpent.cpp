@@ -9,7 +9,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr float kPi = 3.14159265f, kLength = 6.0f;
+constexpr float kLength = 6.0f;
 constexpr int kJoints = 14;
 
 float radius_at(float s) {  // s from the snout to the tail

@@ -9,6 +9,8 @@
 
 namespace tessera::captures {
 
+inline constexpr float kPi = 3.14159265f;
+
 // A cubic curve in the (radius, height) plane of a surface of revolution.
 using ProfileSegment = std::array<Vec2, 4>;
 

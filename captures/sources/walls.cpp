@@ -10,8 +10,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr float kPi = 3.14159265f;
-
 // Patches are squares with sides of kPatch; at 360 rows they are 60 pixels wide. All layers swing in depth by the same
 // sine, kWave long.
 constexpr float kPatch = 1.0f, kWave = 6.0f, kSwing = 0.5f, kDistance = 10.0f, kRows = 6.0f;

@@ -46,14 +46,14 @@ json circle(float radius) {
   return points;
 }
 
-struct Place {
+struct Stand {
   Vec3 at{0.0f};
   glm::quat turn{1, 0, 0, 0};
 };
 
 glm::quat about(Vec3 axis, float degrees) { return glm::angleAxis(glm::radians(degrees), glm::normalize(axis)); }
 
-void add(Asset& asset, const char* name, const Place& place, json procedure) {
+void add(Asset& asset, const char* name, const Stand& place, json procedure) {
   asset.add_node({{"name", name},
                   {"translation", array_of(place.at)},
                   {"rotation", array_of(place.turn)},
@@ -62,7 +62,7 @@ void add(Asset& asset, const char* name, const Place& place, json procedure) {
 
 // An ear of a jug or cup: a tube swept along a curve in a vertical plane. (x, y) of the plane; starts and ends inside
 // the wall.
-void add_handle(Asset& asset, const Place& place, const json& path, float radius, const json& texture,
+void add_handle(Asset& asset, const Stand& place, const json& path, float radius, const json& texture,
                 const json& shading, int material) {
   // The shape's path lies in its xz plane: z becomes up.
   add(asset, "handle", {place.at, place.turn * about({1, 0, 0}, -90)},
@@ -127,7 +127,7 @@ void add_room(Asset& asset, const Materials& m) {
 
 void add_pottery(Asset& asset, const Materials& m) {
   const json blue = marble(Vec3(0.75f, 0.80f, 0.85f), Vec3(0.02f, 0.08f, 0.28f), 1.6f, 2.0f);
-  const Place vase{Vec3(-2.5f, 0.0f, -0.8f)};
+  const Stand vase{Vec3(-2.5f, 0.0f, -0.8f)};
   const json profile = {{0.0, 0.02},  {0.25, 0.02}, {0.45, 0.0},  {0.52, 0.05}, {0.75, 0.25},
                         {1.30, 0.75}, {1.05, 1.70}, {0.90, 2.25}, {0.42, 2.35}, {0.40, 2.75},
                         {0.39, 2.95}, {0.50, 3.05}, {0.62, 3.12}};
@@ -141,7 +141,7 @@ void add_pottery(Asset& asset, const Materials& m) {
   add_handle(asset, vase, ear, 0.075f, blue, by_material(), m.glazed);
   add_handle(asset, {vase.at, about({0, 1, 0}, 180)}, ear, 0.075f, blue, by_material(), m.glazed);
 
-  const Place cup{Vec3(2.55f, 0.0f, 0.9f), about({0, 1, 0}, -35)};
+  const Stand cup{Vec3(2.55f, 0.0f, 0.9f), about({0, 1, 0}, -35)};
   const json clay = plain(Vec3(0.62f, 0.16f, 0.09f));
   const json wall = {{0.0, 0.03},  {0.2, 0.03},  {0.45, 0.0},  {0.55, 0.03}, {0.70, 0.10}, {0.68, 0.80}, {0.70, 1.22},
                      {0.71, 1.29}, {0.62, 1.29}, {0.62, 1.22}, {0.60, 0.70}, {0.62, 0.14}, {0.0, 0.14}};
@@ -157,7 +157,7 @@ void add_pottery(Asset& asset, const Materials& m) {
 }
 
 void add_metal(Asset& asset, const Materials& m) {
-  const Place spring{Vec3(0.75f, 0.10f, -0.9f)};
+  const Stand spring{Vec3(0.75f, 0.10f, -0.9f)};
   add(asset, "spring", spring,
       {{"shape", "spring"},
        {"parameters", {{"radius", 0.62}, {"wireRadius", 0.1}, {"height", 2.3}, {"turns", 7}}},
@@ -223,7 +223,7 @@ void add_turned_pieces(Asset& asset, const Materials& m) {
        {"material", m.glazed}});
 }
 
-void add_view(Asset& asset) {
+void add_workshop_view(Asset& asset) {
   const int camera = asset.add_camera({{"type", "perspective"}, {"perspective", {{"yfov", 0.46}, {"znear", 0.1}}}});
   json eye = look_at(Vec3(0.6f, 3.6f, 10.5f), Vec3(0.05f, 1.05f, 0.0f));
   eye["camera"] = camera;
@@ -247,7 +247,7 @@ void make_workshop(const std::filesystem::path& folder) {
   add_pottery(asset, materials);
   add_metal(asset, materials);
   add_turned_pieces(asset, materials);
-  add_view(asset);
+  add_workshop_view(asset);
   asset.write(folder);
 }
 

@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "gpu/record_file.h"
 #include "gpu/tile_memory.h"
+#include "replay/machine_difference.h"
 
 namespace tessera::replay {
 namespace {
@@ -26,8 +27,6 @@ std::optional<json> value_of(const std::string& key, const gpu::RunSettings& set
   if (const auto* row = gpu::gpu_keys().find(key)) return key_value_json(row->get(gpu));
   return std::nullopt;
 }
-
-std::string value_text(const json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
 
 int frame_of(const json& value) {
   if (!value.is_number_integer() || value < 0 || value > kMaxFrame)

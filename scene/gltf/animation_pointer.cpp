@@ -15,13 +15,13 @@ namespace {
 using nlohmann::json;
 
 // A property as the glTF 2.0 Asset Object Model names it; "#" is a number.
-struct Property {
+struct PointedProperty {
   std::string_view pointer;
   AnimatedPath path;
   int components;
   bool has_default = true;
 };
-constexpr Property kProperties[] = {
+constexpr PointedProperty kProperties[] = {
     {"/nodes/#/translation", AnimatedPath::kTranslation, 3},
     {"/nodes/#/rotation", AnimatedPath::kRotation, 4},
     {"/nodes/#/scale", AnimatedPath::kScale, 3},
@@ -55,7 +55,7 @@ std::string texture_pattern(const MaterialTextureName& texture) {
   if (!texture.owner.empty()) text.append("/").append(texture.owner);
   return text.append("/").append(texture.name);
 }
-constexpr Property kShifts[] = {
+constexpr PointedProperty kShifts[] = {
     {"/extensions/KHR_texture_transform/offset", AnimatedPath::kTextureOffset, 2},
     {"/extensions/KHR_texture_transform/rotation", AnimatedPath::kTextureRotation, 1},
     {"/extensions/KHR_texture_transform/scale", AnimatedPath::kTextureScale, 2},
@@ -118,7 +118,7 @@ std::optional<PointerTarget> resolve_pointer(const json& document, const std::st
     const std::optional<int> node = object_of(document, pointer, digits, place);
     return node ? resolve_parameter(document, *node, *rest, programs, place) : std::nullopt;
   }
-  for (const Property& property : kProperties)
+  for (const PointedProperty& property : kProperties)
     if (rest_behind(pointer, property.pointer, digits) == "") {
       const std::optional<int> object = object_of(document, pointer, digits, place);
       if (!object) return std::nullopt;
@@ -135,7 +135,7 @@ std::optional<PointerTarget> resolve_pointer(const json& document, const std::st
                          factor.components,           1,       is_defined(document, pointer, true)};
   }
   for (std::size_t slot = 0; slot < kMaterialTextures.size(); ++slot)
-    for (const Property& shift : kShifts)
+    for (const PointedProperty& shift : kShifts)
       if (rest_behind(pointer, texture_pattern(kMaterialTextures[slot]), digits) == shift.pointer) {
         const std::optional<int> object = object_of(document, pointer, digits, place);
         if (!object) return std::nullopt;

@@ -1,19 +1,13 @@
 // Textures as blocks of ETC2 and ASTC.
 #include <astcenc.h>
-#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <memory>
-#include <utility>
-#include <vector>
 
 #include "base/block_encoder.h"
 #include "base/ktx2/etc2_block.h"
 #include "base/parallel.h"
+#include "tests/support/tests.h"
 
-namespace tessera {
+namespace tessera::block_encoder_test {
 namespace {
 
 using ktx2::BasisLevel;
@@ -178,4 +172,4 @@ TEST(BlockEncoder, KeepsWhatItsBitsAllow) {
 }
 
 }  // namespace
-}  // namespace tessera
+}  // namespace tessera::block_encoder_test

@@ -1,8 +1,5 @@
 #include "base/counter.h"
-
-#include <gtest/gtest.h>
-
-#include <array>
+#include "tests/support/tests.h"
 
 namespace tessera {
 

@@ -1,13 +1,7 @@
-#include <gtest/gtest.h>
-
-#include <cstdint>
-#include <set>
-#include <string_view>
-#include <vector>
-
 #include "base/crc64.h"
+#include "tests/support/tests.h"
 
-namespace tessera {
+namespace tessera::crc64_test {
 namespace {
 
 std::uint64_t crc_of(std::string_view text) {
@@ -45,4 +39,4 @@ TEST(Crc64, EveryFlippedBitIsAnotherValue) {
 }
 
 }  // namespace
-}  // namespace tessera
+}  // namespace tessera::crc64_test

@@ -1,11 +1,5 @@
 // BasisLZ/ETC1S files that are written here, read back; the codes and codebooks they are made of.
 #include "base/ktx2/etc1s_encoder.h"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-
 #include "base/ktx2/bit_reader.h"
 #include "base/ktx2/etc1s_fit.h"
 #include "base/ktx2/etc2_block.h"
@@ -13,12 +7,10 @@
 #include "base/ktx2/huffman_encoder.h"
 #include "base/ktx2/ktx2.h"
 #include "base/ktx2/level_blocks.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::ktx2 {
+namespace tessera::ktx2::etc1s_encoder_test {
 namespace {
-
-using test::Random;
 
 // ---- Huffman codes ----------------------------------------------------------------------------------------------
 
@@ -248,4 +240,4 @@ TEST(Etc1sEncoder, SoftImagesStayCloseAndNoiseDoesNot) {
 }
 
 }  // namespace
-}  // namespace tessera::ktx2
+}  // namespace tessera::ktx2::etc1s_encoder_test

@@ -1,14 +1,8 @@
 #include "base/exr_file.h"
-
-#include <gtest/gtest.h>
-
-#include <limits>
-
 #include "base/error.h"
-#include "tests/support/captures.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera {
+namespace tessera::exr_file_test {
 namespace {
 
 TEST(ExrFile, ColourComesBackToHalfPrecisionAndKeepsValuesAboveOne) {
@@ -118,4 +112,4 @@ TEST(ExrFile, AFolderThatCannotBeMadeIsReportedAndNothingIsLeft) {
 }
 
 }  // namespace
-}  // namespace tessera
+}  // namespace tessera::exr_file_test

@@ -1,19 +1,13 @@
-#include <gtest/gtest.h>
 #include <sys/resource.h>
-
 #include <csignal>
-#include <filesystem>
-#include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "base/atomic_file.h"
 #include "base/check.h"
 #include "base/error.h"
 #include "base/json_text.h"
-#include "tests/support/captures.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera {
+namespace tessera::files_and_json_test {
 namespace {
 
 std::size_t file_count(const std::filesystem::path& folder) {
@@ -117,4 +111,4 @@ TEST(Check, AFailureTellsTheProgram) {
 }
 
 }  // namespace
-}  // namespace tessera
+}  // namespace tessera::files_and_json_test

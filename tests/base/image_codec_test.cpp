@@ -1,13 +1,9 @@
 #include "base/image_codec.h"
-
-#include <gtest/gtest.h>
-
 #include "base/error.h"
 #include "base/random.h"
-#include "tests/support/captures.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera {
+namespace tessera::image_codec_test {
 namespace {
 
 std::span<const std::uint8_t> bytes_of(const std::string& text) {
@@ -89,4 +85,4 @@ TEST(ImageCodec, FormatsAreToldByTheirSignatures) {
 }
 
 }  // namespace
-}  // namespace tessera
+}  // namespace tessera::image_codec_test

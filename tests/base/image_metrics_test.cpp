@@ -1,13 +1,8 @@
 #include "base/image_metrics.h"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-
 #include "base/random.h"
+#include "tests/support/tests.h"
 
-namespace tessera {
+namespace tessera::image_metrics_test {
 namespace {
 
 Image flat(int width, int height, float r, float g, float b) {
@@ -200,4 +195,4 @@ TEST(MaxDifference, FindsTheOneWorstChannel) {
 }
 
 }  // namespace
-}  // namespace tessera
+}  // namespace tessera::image_metrics_test

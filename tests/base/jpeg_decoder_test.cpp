@@ -1,26 +1,14 @@
-#include "base/jpeg_decoder.h"
-
-#include <gtest/gtest.h>
 #include <turbojpeg.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdlib>
-#include <filesystem>
 #include <iostream>
-#include <memory>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "base/error.h"
 #include "base/image_codec.h"
+#include "base/jpeg_decoder.h"
 #include "base/sha256.h"
 #include "tests/support/heap_meter.h"
-#include "tests/support/process.h"
+#include "tests/support/tests.h"
 
-namespace tessera {
+namespace tessera::jpeg_decoder_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -382,4 +370,4 @@ TEST(JpegDecoder, WhatUnpackingTakesIsChargedBeforeItIsAllocated) {
 }
 
 }  // namespace
-}  // namespace tessera
+}  // namespace tessera::jpeg_decoder_test

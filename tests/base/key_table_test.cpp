@@ -1,12 +1,8 @@
 #include "base/key_table.h"
-
-#include <gtest/gtest.h>
-
-#include <nlohmann/json.hpp>
-
 #include "base/error.h"
+#include "tests/support/tests.h"
 
-namespace tessera {
+namespace tessera::key_table_test {
 namespace {
 
 enum class Word { kOne, kTwo };
@@ -28,10 +24,13 @@ struct Thing : Base {
 };
 
 }  // namespace
+}  // namespace tessera::key_table_test
 
 template <>
-inline constexpr auto kEnumWords<Word> = std::to_array<std::string_view>({"one", "two"});
+inline constexpr auto tessera::kEnumWords<tessera::key_table_test::Word> = std::to_array<std::string_view>({"one",
+                                                                                                            "two"});
 
+namespace tessera::key_table_test {
 namespace {
 
 const KeyTable<Thing>& table() {
@@ -162,4 +161,4 @@ TEST(KeyTable, NumbersHaveEndsInTheRatioOfTheDefaultsAndWithinTheRange) {
 }
 
 }  // namespace
-}  // namespace tessera
+}  // namespace tessera::key_table_test

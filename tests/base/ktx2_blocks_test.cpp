@@ -1,10 +1,6 @@
 // The parts of KTX2 textures: Huffman codes, blocks of ETC2, EAC and ASTC.
 #include <astcenc.h>
-#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
-
-#include <algorithm>
-#include <memory>
 
 #include "base/ktx2/astc_block.h"
 #include "base/ktx2/astc_fit.h"
@@ -13,8 +9,9 @@
 #include "base/ktx2/huffman.h"
 #include "base/random.h"
 #include "base/sha256.h"
+#include "tests/support/tests.h"
 
-namespace tessera::ktx2 {
+namespace tessera::ktx2::ktx2_blocks_test {
 namespace {
 
 // Numbers that follow from a seed.
@@ -355,4 +352,4 @@ TEST(AstcFit, TwoColoursAreKeptAndFourAreNear) {
 }
 
 }  // namespace
-}  // namespace tessera::ktx2
+}  // namespace tessera::ktx2::ktx2_blocks_test

@@ -1,32 +1,22 @@
 // KTX2 textures as a whole. tests/base/data has files that Basis Universal's encoder wrote from generated images, and
 // what its transcoder makes of them; tests/README.md says how.
-#include "base/ktx2/ktx2.h"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
-
-#include <cmath>
-#include <filesystem>
-#include <map>
-#include <set>
-#include <sstream>
 
 #include "base/error.h"
 #include "base/ktx2/astc_block.h"
 #include "base/ktx2/container.h"
 #include "base/ktx2/etc1s.h"
 #include "base/ktx2/etc2_block.h"
+#include "base/ktx2/ktx2.h"
 #include "base/parallel.h"
 #include "base/random.h"
 #include "base/sha256.h"
-#include "tests/support/captures.h"
 #include "tests/support/heap_meter.h"
+#include "tests/support/tests.h"
 
-namespace tessera::ktx2 {
+namespace tessera::ktx2::ktx2_test {
 namespace {
 
-namespace fs = std::filesystem;
 using Bytes = std::vector<std::uint8_t>;
 
 const fs::path kData = fs::path(TESSERA_SOURCE_DIR) / "tests" / "base" / "data";
@@ -428,4 +418,4 @@ TEST(Etc1s, BlocksNameEntriesThatExist) {  // BL1
 }
 
 }  // namespace
-}  // namespace tessera::ktx2
+}  // namespace tessera::ktx2::ktx2_test

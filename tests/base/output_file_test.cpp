@@ -1,27 +1,15 @@
 #include <fcntl.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
-#include <filesystem>
-#include <functional>
-#include <set>
-#include <thread>
-#include <utility>
-
 #include "base/error.h"
 #include "base/output_file.h"
-#include "tests/support/captures.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera {
+namespace tessera::output_file_test {
 namespace {
-
-namespace fs = std::filesystem;
-using testing::HasSubstr;
 
 std::set<std::string> files_in(const fs::path& folder) {
   std::set<std::string> names;
@@ -251,4 +239,4 @@ TEST(OutputFolder, ResultsAreRegularFilesThatStayInIt) {
 }
 
 }  // namespace
-}  // namespace tessera
+}  // namespace tessera::output_file_test

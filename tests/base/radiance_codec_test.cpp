@@ -1,21 +1,11 @@
 // Images of radiance in memory: what their bytes mean, and what no such bytes are.
 #include "base/radiance_codec.h"
-
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cmath>
-#include <limits>
-#include <string>
-#include <vector>
-
 #include "base/error.h"
 #include "base/exr_file.h"
-#include "tests/support/captures.h"
 #include "tests/support/radiance_files.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera {
+namespace tessera::radiance_codec_test {
 namespace {
 
 std::span<const std::uint8_t> bytes_of(const std::string& text) {
@@ -158,4 +148,4 @@ TEST(RadianceCodec, LimitsAreMetBeforePixelsAreAllocated) {
 }
 
 }  // namespace
-}  // namespace tessera
+}  // namespace tessera::radiance_codec_test

@@ -1,11 +1,7 @@
 #include "base/sha256.h"
+#include "tests/support/tests.h"
 
-#include <gtest/gtest.h>
-
-#include <set>
-#include <string>
-
-namespace tessera {
+namespace tessera::sha256_test {
 namespace {
 
 // FIPS 180-4 examples (NIST, "Secure Hash Standard" test vectors).
@@ -34,4 +30,4 @@ TEST(Sha256, TellsTextsOfEveryLengthApart) {
 }
 
 }  // namespace
-}  // namespace tessera
+}  // namespace tessera::sha256_test

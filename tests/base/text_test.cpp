@@ -1,14 +1,7 @@
 #include "base/text.h"
+#include "tests/support/tests.h"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <string>
-#include <vector>
-
-#include "tests/support/captures.h"
-
-namespace tessera {
+namespace tessera::text_test {
 namespace {
 
 TEST(Text, EscapedTextStaysOneLineOfPrintableCharacters) {
@@ -110,4 +103,4 @@ TEST(Text, HumanBytesSwitchUnitsAtPowersOf1024) {
 }
 
 }  // namespace
-}  // namespace tessera
+}  // namespace tessera::text_test

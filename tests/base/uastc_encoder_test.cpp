@@ -1,17 +1,12 @@
 // KTX2 files that are written here, read back.
 #include "base/ktx2/uastc_encoder.h"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "base/ktx2/etc2_block.h"
 #include "base/ktx2/ktx2.h"
 #include "base/ktx2/ktx2_writer.h"
 #include "base/ktx2/uastc_modes.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::ktx2 {
+namespace tessera::ktx2::uastc_encoder_test {
 namespace {
 
 TexelBlock decoded(const AstcBytes& bytes) {
@@ -147,4 +142,4 @@ TEST(UastcEncoder, BlocksOfEveryChosenModeAreRead) {
 }
 
 }  // namespace
-}  // namespace tessera::ktx2
+}  // namespace tessera::ktx2::uastc_encoder_test

@@ -1,15 +1,11 @@
 #include "base/webp_codec.h"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "base/error.h"
 #include "base/image_codec.h"
 #include "base/random.h"
 #include "tests/support/heap_meter.h"
+#include "tests/support/tests.h"
 
-namespace tessera {
+namespace tessera::webp_codec_test {
 namespace {
 
 std::span<const std::uint8_t> bytes_of(const std::string& text) {
@@ -140,4 +136,4 @@ TEST(WebpCodec, IsToldByItsSignature) {
 }
 
 }  // namespace
-}  // namespace tessera
+}  // namespace tessera::webp_codec_test

@@ -1,10 +1,7 @@
 #include "base/zstd_bytes.h"
+#include "tests/support/tests.h"
 
-#include <gtest/gtest.h>
-
-#include <string>
-
-namespace tessera {
+namespace tessera::zstd_bytes_test {
 namespace {
 
 TEST(ZstdBytes, ComeBackAsTheyWere) {
@@ -28,4 +25,4 @@ TEST(ZstdBytes, RefuseAnotherSizeAndDamage) {
 }
 
 }  // namespace
-}  // namespace tessera
+}  // namespace tessera::zstd_bytes_test

@@ -1,10 +1,5 @@
 // What a machine that bins triangles writes: strips, references, lists; and the cache that all baselines share.
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <list>
-#include <map>
-#include <set>
 
 #include "baselines/strip_code.h"
 #include "baselines/tile_reference.h"
@@ -12,12 +7,10 @@
 #include "gpu/configuration.h"
 #include "memory/lru_cache.h"
 #include "tests/baselines/baseline_decoders.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::baselines {
+namespace tessera::baselines::baseline_codes_test {
 namespace {
-
-using test::Random;
 
 // ---- Strips -----------------------------------------------------------------------------------------------------
 
@@ -294,4 +287,4 @@ TEST(LruCache, LRU3WithoutCapacityNothingHitsWithUnlimitedEachKeyMissesOnce) {
 }
 
 }  // namespace
-}  // namespace tessera::baselines
+}  // namespace tessera::baselines::baseline_codes_test

@@ -1,16 +1,10 @@
 #pragma once
 
-#include <array>
 #include <bitset>
-#include <cstdint>
-#include <cstring>
-#include <iterator>
-#include <set>
-#include <span>
-#include <vector>
 
 #include "baselines/strip_code.h"
 #include "baselines/tile_reference.h"
+#include "tests/support/tests.h"
 
 namespace tessera::test {
 

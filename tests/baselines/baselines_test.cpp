@@ -1,19 +1,13 @@
 // The baselines: coverage and culling of moving, defocused triangles, blocks in the parameter buffer, the immediate
 // machine's memory.
-#include <gtest/gtest.h>
-
-#include <cstring>
-#include <map>
-#include <set>
-
 #include "baselines/immediate.h"
 #include "baselines/post_tessellation.h"
 #include "gpu/configuration.h"
 #include "tests/baselines/baseline_decoders.h"
 #include "tests/baselines/patch_scenes.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::baselines {
+namespace tessera::baselines::baselines_test {
 namespace {
 
 using test::Binned;
@@ -24,7 +18,6 @@ using test::mixed_scene;
 using test::on_grid;
 using test::Position;
 using test::projection;
-using test::Random;
 using test::scattered;
 using test::tiles_of;
 using test::Triangle;
@@ -522,4 +515,4 @@ TEST(ImmediateMemory, ALineThatLeftIsReadAgainBeforeItIsTested) {
 }
 
 }  // namespace
-}  // namespace tessera::baselines
+}  // namespace tessera::baselines::baselines_test

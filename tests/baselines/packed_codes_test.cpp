@@ -1,21 +1,14 @@
 // Grids of indices, snapped positions and compressed colours: back to what they were made of, and how small they are.
-#include <gtest/gtest.h>
-
-#include <bit>
-#include <map>
-
 #include "baselines/color_code.h"
 #include "baselines/compressed_color.h"
 #include "baselines/grid_code.h"
 #include "baselines/position_code.h"
 #include "memory/lru_cache.h"
 #include "tests/baselines/baseline_decoders.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::baselines {
+namespace tessera::baselines::packed_codes_test {
 namespace {
-
-using test::Random;
 
 // ---- Grids ------------------------------------------------------------------------------------------------------
 
@@ -290,4 +283,4 @@ TEST(CompressedColor, CC1CC2WhatIsReadWasWrittenAndDecodesToTheColorsThatLeft) {
 }
 
 }  // namespace
-}  // namespace tessera::baselines
+}  // namespace tessera::baselines::packed_codes_test

@@ -1,15 +1,7 @@
 #pragma once
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <map>
-#include <set>
-#include <vector>
-
 #include "baselines/triangle_setup.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
 // Patches as a domain shader leaves them, and their triangles as sets that a decoder's can be compared with.
 namespace tessera::test {

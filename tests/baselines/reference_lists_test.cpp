@@ -1,9 +1,5 @@
 // Machines whose lists hold references: decoded back to triangles, and what shading them again takes.
-#include <gtest/gtest.h>
-
 #include <list>
-#include <map>
-#include <set>
 
 #include "baselines/control_list.h"
 #include "baselines/deferred_vertex.h"
@@ -11,8 +7,9 @@
 #include "gpu/configuration.h"
 #include "tests/baselines/baseline_decoders.h"
 #include "tests/baselines/patch_scenes.h"
+#include "tests/support/tests.h"
 
-namespace tessera::baselines {
+namespace tessera::baselines::reference_lists_test {
 namespace {
 
 using test::Binned;
@@ -21,7 +18,6 @@ using test::kHeight;
 using test::kWidth;
 using test::mixed_scene;
 using test::projection;
-using test::Random;
 using test::Triangle;
 using test::triangle_of;
 
@@ -380,4 +376,4 @@ TEST(BufferPressureTwin, TilesOfASecondPassDoNotCountTwice) {
 }
 
 }  // namespace
-}  // namespace tessera::baselines
+}  // namespace tessera::baselines::reference_lists_test

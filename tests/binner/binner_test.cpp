@@ -1,20 +1,15 @@
-#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
-
-#include <map>
-#include <set>
 
 #include "base/error.h"
 #include "binner/binner.h"
 #include "gpu/configuration.h"
 #include "tests/binner/posed_object.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::binner {
+namespace tessera::binner::binner_test {
 namespace {
 
 using frontend::ScreenBounds;
-using test::Random;
 
 // ---- Tile grid --------------------------------------------------------------------------------------------------
 
@@ -406,4 +401,4 @@ TEST(Binner, ASubPatchOverTheWholeFrameIsInEveryTile) {
 }
 
 }  // namespace
-}  // namespace tessera::binner
+}  // namespace tessera::binner::binner_test

@@ -1,13 +1,7 @@
 #include "binner/block_range.h"
+#include "tests/support/tests.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <limits>
-
-#include "tests/support/captures.h"
-
-namespace tessera::binner {
+namespace tessera::binner::block_range_test {
 namespace {
 
 frontend::ScreenBounds bounds_of(float x0, float y0, float x1, float y1) {
@@ -96,4 +90,4 @@ TEST(BlockRange, PlacesRepeatAndLargeTilesHoldSeveral) {
 }
 
 }  // namespace
-}  // namespace tessera::binner
+}  // namespace tessera::binner::block_range_test

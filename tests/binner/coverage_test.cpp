@@ -1,21 +1,16 @@
 // Invariant 3 for the binner: no tile and no time at which a moving, defocused box is seen is ever left out, and what
 // can be left out is.
-#include <gtest/gtest.h>
-
-#include <functional>
-
 #include "binner/coverage.h"
 #include "binner/tile_coverage.h"
 #include "binner/time_segments.h"
 #include "gpu/configuration.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::binner {
+namespace tessera::binner::coverage_test {
 namespace {
 
 using frontend::MovingCorners;
 using scene::Projection;
-using test::Random;
 
 constexpr int kWidth = 320, kHeight = 240;
 
@@ -341,4 +336,4 @@ TEST(TimeSegments, TheBoxAtATimeHoldsEveryPairOfCornersAndNoMore) {
 }
 
 }  // namespace
-}  // namespace tessera::binner
+}  // namespace tessera::binner::coverage_test

@@ -1,22 +1,15 @@
 // The sub-patch table and the lists: their bytes against binner/README.md, back again, and what a refusal leaves.
-#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
-
-#include <bit>
-#include <map>
 #include <regex>
-#include <sstream>
-#include <string>
 
 #include "binner/list_code.h"
 #include "binner/record_cache.h"
 #include "gpu/configuration.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::binner {
+namespace tessera::binner::list_code_test {
 namespace {
 
-using test::Random;
 using Placements = std::vector<QueueHierarchy::Placement>;
 
 // ---- The description ----------------------------------------------------------------------------------------------
@@ -442,4 +435,4 @@ TEST(RecordCache, FetchesABurstOnceAndAgainWhenItHadToLeave) {
 }
 
 }  // namespace
-}  // namespace tessera::binner
+}  // namespace tessera::binner::list_code_test

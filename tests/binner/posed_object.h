@@ -1,9 +1,7 @@
 #pragma once
 
-#include <memory>
-
 #include "scene/frame_geometry.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
 namespace tessera::binner {
 

@@ -1,21 +1,17 @@
 // Queues of groups of tiles, the traffic of all queues burst by burst, and the binner's hard cases.
-#include <gtest/gtest.h>
-
 #include <list>
-#include <map>
 
 #include "base/error.h"
 #include "base/round_up.h"
 #include "binner/binner.h"
 #include "gpu/configuration.h"
 #include "tests/binner/posed_object.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::binner {
+namespace tessera::binner::queue_test {
 namespace {
 
 using frontend::BoundedSubPatch;
-using test::Random;
 
 // ---- Placement in levels of queues ------------------------------------------------------------------------------
 
@@ -417,4 +413,4 @@ TEST(HardCases, FirstChunksOfAllLevelsMustFitAndExactlyEnoughSuffices) {
 }
 
 }  // namespace
-}  // namespace tessera::binner
+}  // namespace tessera::binner::queue_test

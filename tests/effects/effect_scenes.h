@@ -1,8 +1,6 @@
 #pragma once
 
-#include <memory>
-
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
 namespace tessera::test {
 

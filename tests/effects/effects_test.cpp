@@ -1,15 +1,14 @@
 // Only the effects that a scene calls for: forcing, elision and what is said of it, on whole frames.
-#include <gtest/gtest.h>
-
 #include "binner/binner.h"
 #include "frontend/front_end.h"
 #include "gpu/device.h"
 #include "scene/capture_reader.h"
 #include "tests/effects/effect_scenes.h"
 #include "tests/support/image_bytes.h"
+#include "tests/support/tests.h"
 #include "tilecore/tile_core.h"
 
-namespace tessera::replay {
+namespace tessera::replay::effects_test {
 namespace {
 
 using scene::Capture;
@@ -327,4 +326,4 @@ TEST(Effects, EachHasAReasonAndPlacesInEveryFrame) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::effects_test

@@ -1,16 +1,13 @@
 // What the front end decides that a sub-patch can do without, against what the tile core computes of it.
-#include <gtest/gtest.h>
-
-#include <cmath>
-
-#include "frontend/front_end.h"
 #include "frontend/sub_patch_effects.h"
+#include "frontend/front_end.h"
 #include "scene/subpixel.h"
 #include "tests/effects/effect_scenes.h"
+#include "tests/support/tests.h"
 #include "tilecore/shading/pixel_shader.h"
 #include "tilecore/tessellation/tessellator.h"
 
-namespace tessera::frontend {
+namespace tessera::frontend::sub_patch_effects_test {
 namespace {
 
 using tilecore::MicroMesh;
@@ -157,4 +154,4 @@ TEST(SubPatchEffects, SE4NoPointOfASubPatchWithoutAlphaTestIsBelowTheCutoff) {
 }
 
 }  // namespace
-}  // namespace tessera::frontend
+}  // namespace tessera::frontend::sub_patch_effects_test

@@ -1,15 +1,10 @@
 // Back-face culling before tessellation drops nothing that could be seen.
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "frontend/bounds/back_face.h"
 #include "tests/frontend/round_scenes.h"
+#include "tests/support/tests.h"
 
-namespace tessera::frontend {
+namespace tessera::frontend::back_face_test {
 namespace {
-
-using test::Random;
 
 struct Outcome {
   std::uint64_t cells = 0, culled = 0, front_facing = 0;
@@ -235,4 +230,4 @@ TEST(BackFaceCulling, KeepsDoubleSidedMaterialsAndWhatCrossesTheNearPlane) {
 }
 
 }  // namespace
-}  // namespace tessera::frontend
+}  // namespace tessera::frontend::back_face_test

@@ -1,11 +1,8 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-
 #include "scene/subpixel.h"
 #include "tests/frontend/bound_scenes.h"
+#include "tests/support/tests.h"
 
 namespace tessera::frontend {
 

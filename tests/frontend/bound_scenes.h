@@ -1,14 +1,9 @@
 #pragma once
 
-#include <cmath>
-#include <memory>
-#include <string>
-#include <vector>
-
 #include "frontend/bounds/screen_bounds.h"
 #include "frontend/bounds/sub_patch_bounder.h"
 #include "scene/domain_shader.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
 namespace tessera::frontend {
 

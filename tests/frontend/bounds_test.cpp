@@ -1,19 +1,13 @@
 // Min-max pyramids and bounds on screen.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <limits>
-
 #include "frontend/bounds/coarse_depth.h"
 #include "frontend/bounds/minmax_pyramid.h"
 #include "frontend/bounds/screen_bounds.h"
 #include "frontend/deferred.h"
 #include "tests/frontend/bound_scenes.h"
+#include "tests/support/tests.h"
 
-namespace tessera::frontend {
+namespace tessera::frontend::bounds_test {
 namespace {
-
-using test::Random;
 
 // ---- Min-max pyramid --------------------------------------------------------------------------------------------
 
@@ -489,4 +483,4 @@ TEST(WindowTable, CountsTheLinesThatItFetches) {
 }
 
 }  // namespace
-}  // namespace tessera::frontend
+}  // namespace tessera::frontend::bounds_test

@@ -1,20 +1,16 @@
 // Instances that are dropped before their mesh is fetched: never one that is seen.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-
-#include "frontend/front_end.h"
 #include "frontend/instance_culling.h"
+#include "frontend/front_end.h"
 #include "gpu/configuration.h"
 #include "tests/frontend/bound_scenes.h"
 #include "tests/support/instances.h"
+#include "tests/support/tests.h"
 
-namespace tessera::frontend {
+namespace tessera::frontend::instance_culling_test {
 namespace {
 
 using scene::InstancedNode;
 using scene::InstanceGroup;
-using test::Random;
 
 constexpr int kWidth = 320, kHeight = 200;
 
@@ -257,4 +253,4 @@ TEST(InstanceCulling, IC3SubPatchesAreThoseOfANodeForEachInstance) {
 }
 
 }  // namespace
-}  // namespace tessera::frontend
+}  // namespace tessera::frontend::instance_culling_test

@@ -1,17 +1,12 @@
 // Invariant 3 and culling at length: a hundred million points inside the bounds of their sub-patches, and what the front
 // end drops is in nobody's sight. On all threads, from fixed seeds: the same checks with any number of threads.
-#include <gtest/gtest.h>
-
-#include <cstdio>
-
 #include "base/parallel.h"
 #include "tests/frontend/bound_checks.h"
 #include "tests/frontend/round_scenes.h"
+#include "tests/support/tests.h"
 
-namespace tessera::frontend {
+namespace tessera::frontend::many_checks_test {
 namespace {
-
-using test::Random;
 
 #ifdef TESSERA_SANITIZED
 constexpr std::int64_t kPoints = 1'000'000, kSights = 100'000;
@@ -157,4 +152,4 @@ TEST(ManyChecksTwin, BoundsAFiftiethTooSmallAreCaught) {
 TEST(ManyChecksTwin, CullingWhatIsInSightIsCaught) { EXPECT_GT(check_sights(10'000, true).violations, 0); }
 
 }  // namespace
-}  // namespace tessera::frontend
+}  // namespace tessera::frontend::many_checks_test

@@ -1,22 +1,15 @@
 // Patches that are dropped in groups before their records are read: never one that is seen.
 #include "frontend/patch_culling.h"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <numeric>
-
 #include "frontend/bounds/drawable_box.h"
 #include "frontend/front_end.h"
 #include "gpu/configuration.h"
 #include "tests/frontend/bound_scenes.h"
+#include "tests/support/tests.h"
 
-namespace tessera::frontend {
+namespace tessera::frontend::patch_culling_test {
 namespace {
 
 using scene::PatchGroups;
-using test::Random;
 
 constexpr int kSide = 240;
 
@@ -241,4 +234,4 @@ TEST(PatchCulling, WhatDeformsHasNoGroups) {
 }
 
 }  // namespace
-}  // namespace tessera::frontend
+}  // namespace tessera::frontend::patch_culling_test

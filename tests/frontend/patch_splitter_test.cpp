@@ -1,17 +1,11 @@
-#include <gtest/gtest.h>
-
-#include <map>
-#include <set>
-
 #include "base/error.h"
 #include "frontend/front_end.h"
 #include "gpu/configuration.h"
 #include "tests/frontend/bound_scenes.h"
+#include "tests/support/tests.h"
 
-namespace tessera::frontend {
+namespace tessera::frontend::patch_splitter_test {
 namespace {
-
-using test::Random;
 
 FrontEndSpec settings() { return gpu::GpuConfiguration{}.front_end_spec(); }
 
@@ -255,4 +249,4 @@ TEST(BoxArea, IsThatOfItsFacesInTheWorld) {
 }
 
 }  // namespace
-}  // namespace tessera::frontend
+}  // namespace tessera::frontend::patch_splitter_test

@@ -1,18 +1,14 @@
 // Enclosures of procedural shapes: what intervals say against what floats and doubles compute.
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "frontend/bounds/enclosure_functions.h"
 #include "shaders_cpp/procedures/procedures.h"
 #include "tests/support/programs.h"
+#include "tests/support/tests.h"
 
-namespace tessera::frontend {
+namespace tessera::frontend::procedure_bounds_test {
 namespace {
 
 using shaders::ShapeId;
 using shaders::ShapeInput;
-using test::Random;
 
 struct Box {
   double u0, u1, v0, v1;
@@ -181,4 +177,4 @@ TEST(ProgramBounds, HoldWhatSelectionsAndStepsGive) {
 }
 
 }  // namespace
-}  // namespace tessera::frontend
+}  // namespace tessera::frontend::procedure_bounds_test

@@ -1,14 +1,9 @@
 #pragma once
 
-#include <array>
-#include <cmath>
-#include <memory>
-#include <utility>
-#include <vector>
-
 #include "frontend/patch_splitter.h"
 #include "scene/subpixel.h"
 #include "tests/frontend/bound_scenes.h"
+#include "tests/support/tests.h"
 
 namespace tessera::frontend {
 

@@ -1,15 +1,12 @@
 // Sub-patches that are bounded together have the bodies that they have alone, to the bit.
-#include <gtest/gtest.h>
-
 #include "base/simd_targets.h"
 #include "frontend/patch_splitter.h"
 #include "gpu/configuration.h"
 #include "tests/frontend/bound_scenes.h"
+#include "tests/support/tests.h"
 
-namespace tessera::frontend {
+namespace tessera::frontend::sibling_bounds_test {
 namespace {
-
-using test::Random;
 
 bool same(const RoundingMargin& a, const RoundingMargin& b) {
   return a.position == b.position && a.w == b.w && a.depth == b.depth && a.pixels == b.pixels;
@@ -162,4 +159,4 @@ TEST(Siblings, OfTheSplitterHaveTheBoundsOfTheirCells) {  // SB1
 }
 
 }  // namespace
-}  // namespace tessera::frontend
+}  // namespace tessera::frontend::sibling_bounds_test

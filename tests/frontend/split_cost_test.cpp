@@ -1,22 +1,11 @@
 #include "frontend/split_cost.h"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
-#include <map>
-#include <vector>
-
 #include "frontend/patch_splitter.h"
 #include "gpu/configuration.h"
 #include "tests/frontend/bound_scenes.h"
+#include "tests/support/tests.h"
 
-namespace tessera::frontend {
+namespace tessera::frontend::split_cost_test {
 namespace {
-
-using test::Random;
 
 SplitPrices middle() { return gpu::GpuConfiguration{}.split_prices(); }
 
@@ -280,4 +269,4 @@ TEST(SplitByCost, EstimatesAreThoseOfTheSubPatchesThatAreSent) {
 }
 
 }  // namespace
-}  // namespace tessera::frontend
+}  // namespace tessera::frontend::split_cost_test

@@ -1,16 +1,11 @@
 // Invariant 3: no point of a displaced, moving, defocused sub-patch lies outside its bound, whatever the method.
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "base/real.h"
 #include "frontend/bounds/enclosure.h"
 #include "tests/frontend/bound_checks.h"
+#include "tests/support/tests.h"
 
-namespace tessera::frontend {
+namespace tessera::frontend::sub_patch_bounds_test {
 namespace {
-
-using test::Random;
 
 // ---- Nets -------------------------------------------------------------------------------------------------------
 
@@ -308,4 +303,4 @@ TEST(BoundMethods, AreOrderedByTightness) {
 }
 
 }  // namespace
-}  // namespace tessera::frontend
+}  // namespace tessera::frontend::sub_patch_bounds_test

@@ -8,7 +8,7 @@
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/seeds.h"
 #include "tests/fuzz/sound_capture.h"
-#include "tests/scene/broken_captures.h"
+#include "tests/scene/gltf/broken_captures.h"
 
 namespace tessera::fuzz {
 namespace {

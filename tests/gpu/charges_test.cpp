@@ -1,15 +1,11 @@
 // What the emulated units need is charged: each test needs more of one thing, and pays for it. Most are twins of each
 // other: the same scene without it pays nothing.
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "gpu/device.h"
 #include "gpu/settings.h"
 #include "memory/ledger.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::charges_test {
 namespace {
 
 using memory::Purpose;
@@ -156,4 +152,4 @@ TEST(Charges, CompactionAndCoarseDepthTakeTime) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::charges_test

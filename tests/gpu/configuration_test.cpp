@@ -1,19 +1,12 @@
-#include <gtest/gtest.h>
-
-#include <algorithm>
-
-#include <nlohmann/json.hpp>
-
+#include "gpu/configuration.h"
 #include "base/error.h"
 #include "base/former_keys.h"
-#include "gpu/configuration.h"
 #include "gpu/presets.h"
 #include "gpu/settings.h"
 #include "gpu/tile_memory.h"
-#include "tests/support/captures.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::configuration_test {
 
 namespace {
 
@@ -250,4 +243,4 @@ TEST(Configuration, EveryKeySaysWhereItsNumberComesFrom) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::configuration_test

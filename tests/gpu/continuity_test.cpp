@@ -1,15 +1,9 @@
 // A small change of camera, time or threshold is a small change of the image. Images are compared step by step
 // along a way of small steps: where something pops, one step changes more than the others.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <functional>
-
 #include "gpu/device.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::continuity_test {
 namespace {
 
 using scene::Capture;
@@ -198,4 +192,4 @@ TEST(Continuity, ThresholdsOfTheResolveUnitChangeBlocksOneByOne) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::continuity_test

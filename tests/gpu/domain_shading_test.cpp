@@ -1,20 +1,13 @@
 // Vertices on the lanes and tables through the L2, of frames that the machine rendered.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <limits>
-#include <string>
-#include <vector>
-
 #include "base/error.h"
 #include "gpu/device.h"
 #include "gpu/machine_model.h"
 #include "hardware/shader_costs.h"
 #include "scene/capture_reader.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 #include "timing/events/event_model.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::domain_shading_test {
 namespace {
 
 using hardware::DomainShading;
@@ -168,4 +161,4 @@ TEST(GeometryReads, MoveInTimeWhatTheLedgerSays) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::domain_shading_test

@@ -1,19 +1,10 @@
 // Tiles that are as in the frame before: not written (transaction elimination), not rendered (rendering elimination).
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <memory>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "gpu/device.h"
 #include "gpu/settings.h"
 #include "scene/capture_reader.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::elimination_test {
 namespace {
 
 using memory::Purpose;
@@ -506,4 +497,4 @@ TEST(CompressedFrames, AreNoSlowerThanRawOnes) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::elimination_test

@@ -1,18 +1,10 @@
 // More of everything is not better: energy of a frame has its least value inside of what a machine may be.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <functional>
-#include <set>
-#include <tuple>
-#include <vector>
-
 #include "gpu/device.h"
 #include "gpu/machine_model.h"
 #include "scene/capture_reader.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::energy_optimum_test {
 namespace {
 
 // A frame of eggs, recorded with its items.
@@ -118,4 +110,4 @@ TEST_F(EnergyOptimum, MachinesThatNoneBeatsDifferInLanesCoresAndCaches) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::energy_optimum_test

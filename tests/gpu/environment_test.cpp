@@ -1,21 +1,14 @@
 // Environments in whole frames: what is behind everything, furnaces, and what lookups of an image cost.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <memory>
-#include <string>
-#include <vector>
-
 #include "base/parallel.h"
 #include "gpu/device.h"
 #include "gpu/settings.h"
 #include "gpu/view_inputs.h"
 #include "shaders_cpp/environment_image.h"
-#include "tests/support/captures.h"
 #include "tests/support/environments.h"
 #include "tests/support/image_bytes.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::environment_test {
 namespace {
 
 using memory::Purpose;
@@ -179,4 +172,4 @@ TEST(Environments, LookupsTakeTheirTimeInBothTimingModels) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::environment_test

@@ -1,15 +1,11 @@
 // The same scene elsewhere, or of another size, is the same image. Where coordinates are kept in double precision
 // (nodes, cameras, animations of nodes) that holds as far as one likes; vertices are single precision, so where a scene
 // was moved by moving its vertices it holds until they round by a visible part of a pixel.
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "gpu/device.h"
-#include "tests/support/captures.h"
 #include "tests/support/procedures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::equivariance_test {
 namespace {
 
 using scene::Capture;
@@ -164,4 +160,4 @@ TEST(ScaledScene, WithALensOfTheOldSizeIsCaught) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::equivariance_test

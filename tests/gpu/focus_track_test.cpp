@@ -1,19 +1,10 @@
 // Tracks of an eye, from CSV files.
 #include "gpu/focus_track.h"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <memory>
-
 #include "base/error.h"
-#include "tests/support/captures.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::focus_track_test {
 namespace {
-
-using testing::HasSubstr;
 
 std::string fault_of(const std::string& text) {
   try {
@@ -80,4 +71,4 @@ TEST(FocusTrack, SizesAreLimited) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::focus_track_test

@@ -1,14 +1,12 @@
 // What a frame takes is bounded by what reading the capture left of its budget.
-#include <gtest/gtest.h>
-
 #include "base/error.h"
 #include "gpu/device.h"
 #include "scene/assembly.h"
 #include "scene/capture_reader.h"
-#include "tests/support/captures.h"
 #include "tests/support/instances.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::frame_memory_test {
 namespace {
 
 constexpr int kWidth = 64, kHeight = 48;
@@ -76,4 +74,4 @@ TEST(FrameMemory, TileListsThatSpillAreRefusedToo) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::frame_memory_test

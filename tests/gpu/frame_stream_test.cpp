@@ -1,20 +1,13 @@
 // Several frames at once are the frames one after the other.
-#include "gpu/frame_stream.h"
-
-#include <gtest/gtest.h>
-
-#include <array>
 #include <atomic>
-#include <chrono>
-#include <memory>
-#include <thread>
 
 #include "base/error.h"
 #include "gpu/counter_list.h"
+#include "gpu/frame_stream.h"
 #include "gpu/settings.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::frame_stream_test {
 namespace {
 
 scene::Capture turning_sphere() {
@@ -131,4 +124,4 @@ TEST(FrameStream, FramesThatDependOnEachOtherAreTold) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::frame_stream_test

@@ -1,20 +1,13 @@
 // Instances on the machine: the images of a node for each, with less read.
-#include <gtest/gtest.h>
-
-#include <set>
-#include <string>
-
 #include "gpu/counter_list.h"
 #include "gpu/device.h"
 #include "gpu/dram_bursts.h"
 #include "gpu/settings.h"
-#include "tests/support/captures.h"
 #include "tests/support/instances.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::instancing_test {
 namespace {
-
-using test::Random;
 
 constexpr int kWidth = 96, kHeight = 54;
 
@@ -116,4 +109,4 @@ TEST(InstancedMemory, InstancesReadTheSameAddresses) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::instancing_test

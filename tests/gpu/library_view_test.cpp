@@ -15,7 +15,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/view_asset.h"
 
-namespace tessera {
+namespace tessera::library_view_test {
 namespace {
 
 using testing::HasSubstr;
@@ -128,4 +128,4 @@ TEST_F(LibraryView, ADeviceSaysWhetherItsCameraWasMadeUp) {
 }
 
 }  // namespace
-}  // namespace tessera
+}  // namespace tessera::library_view_test

@@ -1,20 +1,12 @@
 // A machine with twice of anything is not slower: every number that timing reads, on all captures, both models of memory and
 // both costs of shaders.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <string>
-#include <vector>
-
-#include <fmt/format.h>
-
 #include "base/parallel.h"
 #include "gpu/device.h"
 #include "scene/capture_reader.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 #include "timing/events/event_model.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::more_is_not_slower_test {
 namespace {
 
 struct MoreMachine {
@@ -116,4 +108,4 @@ INSTANTIATE_TEST_SUITE_P(Captures, MoreIsNotSlower,
                          [](const auto& capture) { return std::string(capture.param); });
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::more_is_not_slower_test

@@ -1,22 +1,14 @@
 // Motion along curves: what turns, bends or zooms within the shutter, in pieces of linear motion.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <string>
-#include <vector>
-
 #include "base/image_metrics.h"
 #include "gpu/counter_list.h"
 #include "gpu/device.h"
 #include "gpu/settings.h"
 #include "gpu/view_inputs.h"
 #include "scene/limits.h"
-#include "tests/support/captures.h"
 #include "tests/support/instances.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::motion_segments_test {
 namespace {
 
 using scene::Capture;
@@ -440,4 +432,4 @@ TEST(MotionSegments, PosesThatDoNotFitAreRefused) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::motion_segments_test

@@ -1,19 +1,14 @@
 // Settings of precision: each does what it says, and no more.
 #include <Imath/half.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <limits>
-#include <set>
 
 #include "base/half_float.h"
 #include "gpu/device.h"
 #include "gpu/view_inputs.h"
 #include "scene/capture_reader.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 #include "tilecore/tessellation/tessellator.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::precision_test {
 namespace {
 
 using scene::Capture;
@@ -184,4 +179,4 @@ TEST(HalfAttributes, ChangeColoursALittleAndVisibilityNotAtAll) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::precision_test

@@ -1,19 +1,13 @@
 // Two-pass occlusion culling by the previous frame's depths: images, what it saves, and what it is charged.
-#include <gtest/gtest.h>
-
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "base/parallel.h"
 #include "gpu/counter_list.h"
 #include "gpu/device.h"
 #include "gpu/settings.h"
 #include "gpu/view_observer.h"
-#include "tests/support/captures.h"
 #include "tests/support/instances.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::previous_depth_test {
 namespace {
 
 using memory::Purpose;
@@ -231,4 +225,4 @@ TEST(PreviousDepth, OperationsTakeTimeAndEnergy) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::previous_depth_test

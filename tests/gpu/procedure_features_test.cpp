@@ -1,17 +1,12 @@
 // What procedures share with other surfaces: blending, normal maps, animation of what shapes them, limits; and variants of
 // the sampling controller.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <memory>
-#include <utility>
-
 #include "base/error.h"
 #include "scene/animated_procedures.h"
 #include "scene/capture_reader.h"
 #include "tests/gpu/procedure_images.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::procedure_features_test {
 namespace {
 
 using scene::AnimatedPath;
@@ -363,4 +358,4 @@ TEST(SamplingVariants, ATextureCacheReadsAnImagesLinesOnce) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::procedure_features_test

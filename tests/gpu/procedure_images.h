@@ -1,14 +1,11 @@
 #pragma once
 
-#include <array>
-#include <memory>
-#include <string>
-
 #include "base/image_metrics.h"
 #include "base/simd_targets.h"
 #include "gpu/device.h"
 #include "tests/support/displayed_image.h"
 #include "tests/support/procedures.h"
+#include "tests/support/tests.h"
 
 namespace tessera::gpu {
 

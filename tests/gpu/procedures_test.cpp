@@ -1,20 +1,13 @@
 // Procedures through the whole machine: sampled and tessellated, alone and beside ordinary geometry, still and moving.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <memory>
-#include <span>
-
 #include "base/simd_targets.h"
 #include "gpu/counter_list.h"
 #include "gpu/device.h"
 #include "scene/capture_reader.h"
 #include "tests/gpu/procedure_images.h"
 #include "tests/support/programs.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::procedures_test {
 namespace {
 
 using shaders::ShapeId;
@@ -362,4 +355,4 @@ TEST(Procedures, TheShippedCaptureIsTheSameSampledAndTessellated) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::procedures_test

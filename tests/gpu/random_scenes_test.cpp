@@ -1,18 +1,12 @@
 // Random scenes with everything in them: whatever finds what is visible, the image has the same bits.
-#include <gtest/gtest.h>
-
-#include <string>
-#include <vector>
-
 #include "gpu/device.h"
 #include "gpu/settings.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::random_scenes_test {
 namespace {
 
 using scene::Capture;
-using test::Random;
 
 constexpr int kWidth = 24, kHeight = 16;
 
@@ -125,4 +119,4 @@ TEST(RandomScenes, AHundredOfThemAreTheSameByEveryMethod) { expect_equal_images(
 TEST(RandomScenesAtLength, AThousandOfThemAreTheSameByEveryMethod) { expect_equal_images(101, 1000); }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::random_scenes_test

@@ -1,19 +1,12 @@
 // Records of frames: files, and what they hang on.
 #include "gpu/record_file.h"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "base/error.h"
 #include "gpu/device.h"
-#include "tests/support/captures.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 #include "timing/work_code.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::record_file_test {
 namespace {
-
-using testing::HasSubstr;
 
 // Patches with heights, a texture and blending, in motion.
 scene::Capture small_scene() {
@@ -219,4 +212,4 @@ TEST_F(RecordFile, NamesTheKeyThatWouldHaveMadeAnother) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::record_file_test

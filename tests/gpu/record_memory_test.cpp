@@ -1,15 +1,12 @@
 #include "gpu/record_memory.h"
-
-#include <gtest/gtest.h>
-
 #include "frontend/patch_record.h"
 #include "scene/capture_reader.h"
 #include "scene/procedure_patch.h"
 #include "scene/view.h"
-#include "tests/support/captures.h"
 #include "tests/support/instances.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::record_memory_test {
 namespace {
 
 TEST(RecordMemory, RecordsLieOneBehindTheOther) {
@@ -73,4 +70,4 @@ TEST(RecordMemory, InstancesShareRecordsAndHaveOneEach) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::record_memory_test

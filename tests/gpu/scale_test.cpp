@@ -1,18 +1,13 @@
 // Scenes of ten million triangles and frames of 133 million samples: what they take of memory, and that what is not
 // seen costs little.
-#include <gtest/gtest.h>
 #include <sys/resource.h>
-
-#include <cmath>
-#include <memory>
-#include <vector>
 
 #include "bench/support/timing.h"
 #include "gpu/device.h"
 #include "gpu/settings.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::scale_test {
 namespace {
 
 // A wavy square of 2 (side - 1)^2 triangles over [-1, 1]^2, seen from straight above; the image is 2 `half_height` high.
@@ -86,4 +81,4 @@ TEST(Scale, WhatIsNotVisibleCostsLessThanWhatIs) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::scale_test

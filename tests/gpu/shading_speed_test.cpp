@@ -1,15 +1,10 @@
 // The kernel against its scalar twin in one run: a ratio, never a time.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <string>
-#include <vector>
-
 #include "base/simd_targets.h"
 #include "bench/support/invocations.h"
 #include "bench/support/timing.h"
+#include "tests/support/tests.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::shading_speed_test {
 namespace {
 
 double ratio_to_alone(const std::string& capture) {
@@ -37,4 +32,4 @@ TEST(ShadingSpeed, LanesTakeAThirdOfTheScalarTwinsTime) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::shading_speed_test

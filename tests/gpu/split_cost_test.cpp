@@ -1,14 +1,9 @@
 // What the front end expects of splits by cost, against what the machine then did, and against splits by size.
-#include <gtest/gtest.h>
-
-#include <string>
-#include <vector>
-
 #include "gpu/device.h"
 #include "scene/capture_reader.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::split_cost_test {
 namespace {
 
 FrameResult split_as(const char* capture, const std::vector<std::string>& settings) {
@@ -54,4 +49,4 @@ TEST(SplitByCost, TakesNoMoreCyclesThanAnySizeOverTheCaptures) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::split_cost_test

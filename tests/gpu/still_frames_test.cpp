@@ -1,14 +1,10 @@
 // Frames of a scene at rest: the host keeps what front end and binner made, the emulated machine does it again.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-
 #include "gpu/counter_list.h"
 #include "gpu/device.h"
 #include "gpu/settings.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::still_frames_test {
 namespace {
 
 // Rests but for the second between 2 and 3.
@@ -82,4 +78,4 @@ TEST(StillFrames, KeepTheirLists) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::still_frames_test

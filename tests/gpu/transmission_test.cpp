@@ -1,21 +1,14 @@
 // What transmits, in a pass over an image of everything else: closed forms of what is seen through it, the same image
 // for any tiles, and what the passes cost.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <numbers>
-#include <string>
-#include <vector>
-
 #include "base/error.h"
 #include "base/parallel.h"
 #include "base/round_up.h"
 #include "gpu/device.h"
 #include "gpu/settings.h"
 #include "shaders_cpp/layered_material.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::transmission_test {
 namespace {
 
 using memory::Purpose;
@@ -312,4 +305,4 @@ TEST(Transmission, ARegionAndBaselinesAreRefusedAndDesamplingLeftOut) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::transmission_test

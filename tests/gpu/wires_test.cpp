@@ -1,12 +1,8 @@
 // Points and lines through the whole machine, against formulas.
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "gpu/device.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::gpu {
+namespace tessera::gpu::wires_test {
 namespace {
 
 using scene::Capture;
@@ -145,4 +141,4 @@ TEST(WiresInTheMachine, AHiddenNodeIsNobodysWork) {
 }
 
 }  // namespace
-}  // namespace tessera::gpu
+}  // namespace tessera::gpu::wires_test

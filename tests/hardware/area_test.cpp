@@ -1,13 +1,8 @@
 // Silicon of a machine.
 #include "hardware/area.h"
+#include "tests/support/tests.h"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <string>
-#include <vector>
-
-namespace tessera::hardware {
+namespace tessera::hardware::area_test {
 namespace {
 
 const OtherParts kOthers = {256 << 10, 16 << 10, true, true};
@@ -100,4 +95,4 @@ TEST(Area, MoreOfAnyRateOrMemoryIsNeverSmaller) {  // AREA2
 }
 
 }  // namespace
-}  // namespace tessera::hardware
+}  // namespace tessera::hardware::area_test

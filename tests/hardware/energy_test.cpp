@@ -1,11 +1,9 @@
 // Energy by voltage, capacity and area.
 #include "hardware/energy.h"
-
-#include <gtest/gtest.h>
-
 #include "hardware/voltage.h"
+#include "tests/support/tests.h"
 
-namespace tessera::hardware {
+namespace tessera::hardware::energy_test {
 namespace {
 
 EnergyEvents some_of_each() {
@@ -65,4 +63,4 @@ TEST(Memory, KeepsItsRateAndLatencyWhenTheClockOfTheGpuChanges) {
 }
 
 }  // namespace
-}  // namespace tessera::hardware
+}  // namespace tessera::hardware::energy_test

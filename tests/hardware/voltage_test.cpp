@@ -1,9 +1,8 @@
 // The supply of the GPU by its clock.
 #include "hardware/voltage.h"
+#include "tests/support/tests.h"
 
-#include <gtest/gtest.h>
-
-namespace tessera::hardware {
+namespace tessera::hardware::voltage_test {
 namespace {
 
 TEST(Voltage, NeverFallsWithTheClockAndIsNominalAtTheNominalClock) {  // VF1
@@ -41,4 +40,4 @@ TEST(Voltage, StaysBelowTheTableAndGoesOnAboveItUpToWhatTheProcessBears) {
 }
 
 }  // namespace
-}  // namespace tessera::hardware
+}  // namespace tessera::hardware::voltage_test

@@ -1,17 +1,12 @@
 // External memory with banks: known answers, the rules of the standard, random streams.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <map>
 #include <random>
-#include <set>
 
 #include "base/error.h"
 #include "memory/dram_banks.h"
 #include "tests/memory/dram_protocol.h"
+#include "tests/support/tests.h"
 
-namespace tessera::memory {
+namespace tessera::memory::dram_banks_test {
 namespace {
 
 // LPDDR5-6400 with one channel; a transaction is a burst, banks of a group lie a row apart.
@@ -268,7 +263,7 @@ std::vector<DramSpec> specs() {
 TEST(DramProtocol, EveryPairOfCommandsKeepsItsTiming) {
   for (const DramSpec& spec : specs())
     for (const Stream& stream : kStreams)
-      EXPECT_EQ(test::ProtocolChecker(spec).check(play(spec, stream, 3000).log), "") << spec.type << stream.seed;
+      EXPECT_EQ(protocol::ProtocolChecker(spec).check(play(spec, stream, 3000).log), "") << spec.type << stream.seed;
 }
 
 // DB1: the checker needs each of its rules: a controller that believes one timing to be shorter is caught.
@@ -311,7 +306,7 @@ TEST(DramProtocol, EachTimingThatIsBrokenIsCaught) {
     DramSpec lie = truth;
     lie.timing.*twin.timing = twin.value;
     std::string found;
-    for (const Stream& stream : kStreams) found += test::ProtocolChecker(truth).check(play(lie, stream, 3000).log);
+    for (const Stream& stream : kStreams) found += protocol::ProtocolChecker(truth).check(play(lie, stream, 3000).log);
     EXPECT_THAT(found, testing::HasSubstr(twin.rule));
   }
 }
@@ -447,4 +442,4 @@ TEST(DramEnergies, AreEventsTimesPrices) {
 }
 
 }  // namespace
-}  // namespace tessera::memory
+}  // namespace tessera::memory::dram_banks_test

@@ -1,15 +1,12 @@
 // Memory that is looked at now and then, against the one that is looked at in every clock.
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <deque>
-#include <map>
 #include <random>
 
 #include "memory/dram_banks.h"
 #include "memory/dram_front.h"
+#include "tests/support/tests.h"
 
-namespace tessera::memory {
+namespace tessera::memory::dram_front_test {
 namespace {
 
 struct Asked {
@@ -162,4 +159,4 @@ TEST(DramFront, IsNotLookedAtWhileItIsIdle) {
 }
 
 }  // namespace
-}  // namespace tessera::memory
+}  // namespace tessera::memory::dram_front_test

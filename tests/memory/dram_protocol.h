@@ -1,18 +1,9 @@
 #pragma once
 
-#include <algorithm>
-#include <array>
-#include <map>
-#include <set>
-#include <string>
-#include <tuple>
-#include <vector>
-
-#include <fmt/format.h>
-
 #include "memory/dram_channel.h"
+#include "tests/support/tests.h"
 
-namespace tessera::memory::test {
+namespace tessera::memory::protocol {
 
 // Checks a log of commands against the standard's rules, pair by pair: for two commands, what lies between them at
 // least. Knows nothing of the controller. Returns the broken rules, "" where there are none.
@@ -148,4 +139,4 @@ class ProtocolChecker {
   std::set<std::string> faults_;
 };
 
-}  // namespace tessera::memory::test
+}  // namespace tessera::memory::protocol

@@ -1,21 +1,13 @@
 // Traces of external memory: their order, their text, playing them.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <map>
 #include <random>
 
 #include "base/error.h"
 #include "memory/dram_replay.h"
 #include "memory/dram_trace.h"
-#include "tests/support/captures.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::memory {
+namespace tessera::memory::dram_trace_test {
 namespace {
-
-using testing::HasSubstr;
 
 constexpr ReadWriteOrder::Bound kBound{400, 50, 4000};
 
@@ -171,4 +163,4 @@ TEST(DramReplay, CyclesBeyondTheClockAreRefused) {
 }
 
 }  // namespace
-}  // namespace tessera::memory
+}  // namespace tessera::memory::dram_trace_test

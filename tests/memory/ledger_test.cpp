@@ -1,8 +1,7 @@
 #include "memory/ledger.h"
+#include "tests/support/tests.h"
 
-#include <gtest/gtest.h>
-
-namespace tessera::memory {
+namespace tessera::memory::ledger_test {
 namespace {
 
 TEST(Ledger, TotalsAreTheSumOfEveryUnitAndPurpose) {
@@ -26,4 +25,4 @@ TEST(Ledger, ATransferMovesEveryBurstItTouchesAndNoOther) {
 }
 
 }  // namespace
-}  // namespace tessera::memory
+}  // namespace tessera::memory::ledger_test

@@ -1,14 +1,12 @@
 // Caches, the emulated memory map and the record of transfers.
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <list>
 #include <random>
 
 #include "memory/address_map.h"
 #include "memory/line_cache.h"
+#include "tests/support/tests.h"
 
-namespace tessera::memory {
+namespace tessera::memory::memory_test {
 namespace {
 
 // Invariant LC1, said another way: a list of lines per set, the newest in front.
@@ -97,4 +95,4 @@ TEST(Ledger, ItsLogHoldsEveryTransferOnce) {
 }
 
 }  // namespace
-}  // namespace tessera::memory
+}  // namespace tessera::memory::memory_test

@@ -1,47 +1,14 @@
-// docs/materials.md: its table is the command's, its images are there and current, its models credited.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <filesystem>
-#include <string>
-
+// Images of docs/materials.md are those that the program renders now; figures.py looks at its table.
 #include "base/image_codec.h"
 #include "base/image_metrics.h"
 #include "base/whole_file.h"
-#include "tests/support/captures.h"
-#include "tests/support/csv_rows.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera {
+namespace tessera::materials_page_test {
 namespace {
-
-namespace fs = std::filesystem;
-using test::csv_rows;
-using test::read_text;
-using testing::HasSubstr;
 
 const fs::path kMaterialsFolder = fs::path(TESSERA_SOURCE_DIR) / "docs" / "images" / "materials";
 constexpr int kGalleryWidth = 480, kGalleryHeight = 270;
-
-TEST(MaterialsPage, ItsTableIsThatOfTheCommand) {
-  const std::string page = read_text(fs::path(TESSERA_SOURCE_DIR) / "docs" / "materials.md"),
-                    credits = read_text(kMaterialsFolder / "CREDITS.md");
-  const std::size_t begin = page.find("<!-- models -->"), end = page.find("<!-- end models -->");
-  ASSERT_LT(begin, end);
-  std::string table = "<!-- models -->\n| model | FLIP | Tessera, three.js, FLIP |\n|---|---:|---|\n";
-  std::uintmax_t bytes = 0;
-  for (const auto& row : csv_rows(kMaterialsFolder / "materials.csv")) {
-    const std::string& name = row.at("model");
-    table += "| " + name + " | " + row.at("flip") + " | ![" + name + "](images/materials/" + name + ".webp) |\n";
-    EXPECT_GT(std::stod(row.at("flip")), 0) << name;
-    EXPECT_LT(std::stod(row.at("flip")), 1) << name;
-    EXPECT_THAT(credits, HasSubstr("| " + name + " |"));
-    bytes += fs::file_size(kMaterialsFolder / (name + ".webp"));
-  }
-  EXPECT_EQ(page.substr(begin, end - begin), table) << "run docs/images/materials/make.sh";
-  EXPECT_LT(bytes, 1500000u);
-}
 
 // The part of an image from `x0` on, as wide as one of the gallery.
 Image gallery_part(const fs::path& file, int x0) {
@@ -84,4 +51,4 @@ TEST(MaterialsPage, ItsImagesAreThoseOfReplays) {
 }
 
 }  // namespace
-}  // namespace tessera
+}  // namespace tessera::materials_page_test

@@ -1,26 +1,13 @@
 // What every struct of settings has to keep: it is small, its enums have a word for each value, and nothing but the
 // parser compares texts.
-#include <gtest/gtest.h>
-
-#include <filesystem>
 #include <regex>
-#include <set>
-#include <sstream>
-#include <string>
-#include <string_view>
-#include <type_traits>
-#include <utility>
-
-#include <nlohmann/json.hpp>
 
 #include "gpu/configuration.h"
 #include "gpu/settings.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera {
+namespace tessera::settings_test {
 namespace {
-
-namespace fs = std::filesystem;
 
 // ---- Sizes ------------------------------------------------------------------------------------------------------
 
@@ -108,10 +95,13 @@ static_assert(all_words_fit<frontend::BoundMethod, frontend::SplitCriterion, bin
 enum class Few { kOne, kTwo };
 enum class Many { kOne };
 }  // namespace
+}  // namespace tessera::settings_test
 template <>
-inline constexpr auto kEnumWords<Few> = std::to_array<std::string_view>({"one"});
+inline constexpr auto tessera::kEnumWords<tessera::settings_test::Few> = std::to_array<std::string_view>({"one"});
 template <>
-inline constexpr auto kEnumWords<Many> = std::to_array<std::string_view>({"one", "two"});
+inline constexpr auto tessera::kEnumWords<tessera::settings_test::Many> = std::to_array<std::string_view>({"one",
+                                                                                                           "two"});
+namespace tessera::settings_test {
 namespace {
 static_assert(!words_fit<Few>() && !words_fit<Many>());
 
@@ -200,4 +190,4 @@ TEST(Settings, OnlyParsersCompareTexts) {
 }
 
 }  // namespace
-}  // namespace tessera
+}  // namespace tessera::settings_test

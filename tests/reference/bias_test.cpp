@@ -1,21 +1,13 @@
 // The machine's images against the double-precision reference: what is left at many samples is noise, not bias.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <functional>
-#include <numbers>
-#include <string>
-#include <vector>
-
 #include "gpu/device.h"
 #include "gpu/settings.h"
 #include "gpu/view_inputs.h"
 #include "reference/reference_renderer.h"
 #include "scene/capture_reader.h"
-#include "tests/support/captures.h"
 #include "tests/support/environments.h"
+#include "tests/support/tests.h"
 
-namespace tessera::reference {
+namespace tessera::reference::bias_test {
 namespace {
 
 using scene::Capture;
@@ -213,4 +205,4 @@ TEST(Bias, TheReferenceOfABladeThatTurnsCoversItsArea) {
 }
 
 }  // namespace
-}  // namespace tessera::reference
+}  // namespace tessera::reference::bias_test

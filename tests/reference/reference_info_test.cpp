@@ -1,19 +1,10 @@
 // What is written beside a reference: read back to the last bit, refused at its place where it is damaged.
 #include "reference/reference_info.h"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <string>
-
 #include "base/error.h"
-#include "tests/support/captures.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::reference {
+namespace tessera::reference::reference_info_test {
 namespace {
-
-using nlohmann::json;
 
 ReferenceInfo example() {
   ReferenceInfo info;
@@ -87,4 +78,4 @@ TEST(ReferenceInfo, IsRefusedAtEveryLengthThatIsNotItsOwn) {
 }
 
 }  // namespace
-}  // namespace tessera::reference
+}  // namespace tessera::reference::reference_info_test

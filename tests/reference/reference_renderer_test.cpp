@@ -1,12 +1,5 @@
 // The reference renderer of `tessera tradeoff`: against formulas, against itself without its tree, against the machine.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <filesystem>
-#include <numbers>
-#include <vector>
-
+#include "reference/reference_renderer.h"
 #include "base/error.h"
 #include "base/exr_file.h"
 #include "base/image_metrics.h"
@@ -15,13 +8,11 @@
 #include "gpu/device.h"
 #include "gpu/view_inputs.h"
 #include "reference/reference_kernel.h"
-#include "reference/reference_renderer.h"
 #include "reference/reference_store.h"
 #include "scene/capture_reader.h"
-#include "tests/support/captures.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::reference {
+namespace tessera::reference::reference_renderer_test {
 namespace {
 
 using scene::Capture;
@@ -434,4 +425,4 @@ TEST(ReferenceStore, RefusesAnImageOfAnotherSize) {
 }
 
 }  // namespace
-}  // namespace tessera::reference
+}  // namespace tessera::reference::reference_renderer_test

@@ -1,15 +1,10 @@
 // Barriers in every kind of page, as a tool finds them: axe-core, in light and dark.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <filesystem>
-#include <string>
-
-#include "tests/replay/report_pages.h"
 #include "tests/support/accessibility.h"
+#include "tests/replay/report_pages.h"
 #include "tests/support/running_process.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::accessibility_test {
 namespace {
 
 using test::LivePage;
@@ -80,4 +75,4 @@ TEST_F(AccessibilityInBrowser, ItsFaultsAreReported) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::accessibility_test

@@ -1,28 +1,12 @@
 // Sample models of others: each is inspected, replayed, packed and replayed again through the program.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <cctype>
-#include <filesystem>
-#include <ostream>
-#include <set>
-
-#include <nlohmann/json.hpp>
 
 #include "base/exr_file.h"
 #include "tests/replay/glb_rules.h"
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::assets_test {
 namespace {
-
-using nlohmann::json;
-using test::ProcessResult;
-using test::run_tessera;
-namespace fs = std::filesystem;
 
 struct Model {
   const char* path;       // below the folder of sample models
@@ -172,4 +156,4 @@ TEST(SampleModels, TheListIsComplete) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::assets_test

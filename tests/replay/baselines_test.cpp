@@ -1,19 +1,4 @@
 // The schemes side by side: what a replay reports, and that it does not depend on who computes it.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <filesystem>
-#include <functional>
-#include <nlohmann/json.hpp>
-#include <optional>
-#include <set>
-#include <sstream>
-#include <thread>
-#include <utility>
-
 #include "baselines/baseline_set.h"
 #include "baselines/geometry_pass.h"
 #include "baselines/immediate_frame.h"
@@ -22,19 +7,13 @@
 #include "gpu/device.h"
 #include "replay/baseline_report.h"
 #include "scene/capture_reader.h"
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::baselines_test {
 namespace {
 
 using baselines::BaselineCounters;
 using baselines::Scheme;
-using nlohmann::json;
-using test::run_tessera;
-using testing::HasSubstr;
-namespace fs = std::filesystem;
 
 std::string shipped(const char* name) { return test::shipped_capture(name).string(); }
 
@@ -626,4 +605,4 @@ TEST(BaselinesOption, ACaptureWithoutAnythingToDrawIsMeasuredToo) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::baselines_test

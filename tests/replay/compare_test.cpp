@@ -1,29 +1,13 @@
 // `tessera compare` of replays: why one is slower than another, and the gate for scripts.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <filesystem>
-#include <string>
-#include <vector>
-
-#include <nlohmann/json.hpp>
-
 #include "base/image_codec.h"
 #include "replay/compare/comparison.h"
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::compare_test {
 namespace {
 
-using nlohmann::json;
-using test::ProcessResult;
-using test::run_tessera;
 using testing::ElementsAre;
-using testing::HasSubstr;
 using testing::Not;
-namespace fs = std::filesystem;
 
 // Statistics of frames with these cycles each; a texture unit that takes half of them, and two drawables.
 json statistics(const std::vector<int>& cycles, int first = 0) {
@@ -241,4 +225,4 @@ TEST_F(Compare, StatisticsOfAnyShapeEndWithStatus0Or3) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::compare_test

@@ -1,30 +1,14 @@
 // Completion of command lines in real shells, and the manual page.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <filesystem>
-#include <set>
-#include <sstream>
-#include <string>
-#include <vector>
-
 #include "gpu/configuration.h"
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::completion_test {
 namespace {
 
-using test::ProcessResult;
 using test::run_process;
-using test::run_tessera;
 using testing::Contains;
-using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
-namespace fs = std::filesystem;
 
 const std::vector<std::string> kCommands = {"replay",   "time",   "inspect", "pack",     "compare",   "sweep",
                                             "tradeoff", "report", "dram",    "describe", "selfcheck", "view"};
@@ -163,4 +147,4 @@ TEST(DescribeGpu, TellsHowTwoMachinesDiffer) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::completion_test

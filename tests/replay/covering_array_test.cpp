@@ -1,10 +1,7 @@
 #include "tests/support/covering_array.h"
+#include "tests/support/tests.h"
 
-#include <gtest/gtest.h>
-
-#include <numeric>
-
-namespace tessera::test {
+namespace tessera::test::covering_array_test {
 namespace {
 
 const std::vector<Choices> kProducts = {{9, 3, 2, 3}, {2, 2}, {5}, {1, 4, 1}, {3, 3, 3, 3}, {2, 2, 2, 2, 2, 2, 2}};
@@ -41,4 +38,4 @@ TEST(CoveringArrayTwin, ARowTooFewOrALevelNeverChosenIsCaught) {
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::test::covering_array_test

@@ -1,22 +1,16 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <string>
-#include <vector>
-
 #include "base/image_metrics.h"
 #include "gpu/device.h"
 #include "scene/capture_reader.h"
-#include "tests/support/captures.h"
 #include "tests/support/displayed_image.h"
 #include "tests/support/fault_scenes.h"
+#include "tests/support/tests.h"
 
 // Frames of a capture, adaptive beside fully shaded, as a display shows them.
 namespace tessera::replay {
 
-struct Comparison {
+struct DesampledComparison {
   static constexpr int kWidth = test::kFaultWidth, kHeight = test::kFaultHeight;
 
   struct Frame {
@@ -27,8 +21,8 @@ struct Comparison {
   };
   std::vector<Frame> frames;
 
-  Comparison(const scene::Capture& capture, int first, int last, const std::vector<std::string>& sets = {},
-             IntRect region = {0, 0, kWidth, kHeight}) {
+  DesampledComparison(const scene::Capture& capture, int first, int last, const std::vector<std::string>& sets = {},
+                      IntRect region = {0, 0, kWidth, kHeight}) {
     gpu::RunSettings plain, desampled;
     gpu::GpuConfiguration gpu;
     desampled.resolve.desampling = tilecore::Desampling::kAdaptive;

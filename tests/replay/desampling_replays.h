@@ -1,14 +1,9 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-#include <string>
-#include <vector>
-
 #include "gpu/device.h"
 #include "replay/statistics.h"
 #include "scene/capture_reader.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
 // Replays with and without desampling, for tests of the resolve unit.
 namespace tessera::replay {

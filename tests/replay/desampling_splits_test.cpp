@@ -1,20 +1,12 @@
 // Rates and splits of slow blocks, larger blocks, half pixels, and a focus that moves, in whole replays.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <set>
-
 #include "base/error.h"
 #include "base/simd_targets.h"
 #include "gpu/moving_focus.h"
 #include "tests/replay/desampling_replays.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::desampling_splits_test {
 namespace {
-
-using testing::HasSubstr;
 
 std::string fault_of(const Machine& machine, const Capture& capture) {
   try {
@@ -253,4 +245,4 @@ TEST(DesamplingSplits, AFocusThatMovesIsRefusedWhereNothingIsFoveated) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::desampling_splits_test

@@ -1,16 +1,11 @@
 // Desampling, advection and reconstruction in whole replays: invariants and hard cases of the resolve unit.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <limits>
-
 #include "base/error.h"
 #include "base/image_codec.h"
 #include "base/simd_targets.h"
 #include "tests/replay/desampling_replays.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::desampling_test {
 namespace {
 
 // ---- What desampling leaves alone -------------------------------------------------------------------------------
@@ -640,4 +635,4 @@ TEST(Desampling, AdaptiveIsFarAboveCheckerboardAtEqualOrFewerRuns) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::desampling_test

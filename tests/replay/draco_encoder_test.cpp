@@ -1,20 +1,11 @@
 // Draco streams as Draco's own decoder reads them.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <memory>
-
 #include <draco/compression/decode.h>
 
 #include "replay/pack/draco_encoder.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::draco_encoder_test {
 namespace {
-
-using test::Random;
 
 constexpr int kUnsignedByte = 5121, kShort = 5122, kUnsignedShort = 5123;
 
@@ -211,4 +202,4 @@ TEST(DracoEncoder, TheSameMeshGivesTheSameBytes) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::draco_encoder_test

@@ -1,27 +1,11 @@
 // Our memory beside two simulators of others, unmodified: Ramulator 2 and DRAMsim3. They are no part of the project:
 // where the folder with their archives is missing these tests are skipped.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <cstdlib>
-#include <filesystem>
 #include <regex>
-#include <sstream>
-#include <string>
 
-#include <nlohmann/json.hpp>
+#include "tests/support/tests.h"
 
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
-
-namespace tessera::replay {
+namespace tessera::replay::dram_simulators_test {
 namespace {
-
-namespace fs = std::filesystem;
-using nlohmann::json;
-using test::run_tessera;
 
 // TESSERA_SIMULATORS, else beside the sources.
 fs::path archives() {
@@ -142,4 +126,4 @@ INSTANTIATE_TEST_SUITE_P(DramSim3, DramSimulatorConfigurations,
                          [](const auto& config) { return std::string(config.param); });
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::dram_simulators_test

@@ -1,22 +1,13 @@
 // What today's exporters write, of sample models, each in every way that they have of compressing it.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <filesystem>
-#include <string>
-#include <vector>
-
 #include "base/error.h"
 #include "scene/capture_reader.h"
 #include "scene/deform.h"
 #include "scene/pose.h"
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
+#include "tests/support/tests.h"
 
-namespace tessera {
+namespace tessera::exporters_test {
 namespace {
 
-namespace fs = std::filesystem;
 using scene::Capture;
 
 // What no compression may change by much: where the surface is, and how much of it there is.
@@ -96,4 +87,4 @@ TEST(Exporters, WhatTheyWriteLoadsAndIsTheSameSurface) {
 }
 
 }  // namespace
-}  // namespace tessera
+}  // namespace tessera::exporters_test

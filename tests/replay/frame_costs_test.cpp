@@ -1,28 +1,9 @@
 // What drawables, materials and tiles cost, in the folder of a replay.
 #include "replay/frame_costs.h"
+#include "tests/support/tests.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <map>
-#include <numeric>
-#include <set>
-#include <string>
-#include <vector>
-
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
-
-namespace tessera::replay {
+namespace tessera::replay::frame_costs_test {
 namespace {
-
-using nlohmann::json;
 
 // The folder of a replay of `name`.
 void replay_into(const test::TemporaryFolder& out, const char* name, const std::vector<std::string>& more = {}) {
@@ -252,4 +233,4 @@ TEST(FrameCosts, TheTimelineHoldsTheBytesOfTheFrameAndTilesOfASlotFollowEachOthe
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::frame_costs_test

@@ -1,15 +1,7 @@
 // A unit's share of a frame: ratios, never times.
-#include <gtest/gtest.h>
+#include "tests/support/tests.h"
 
-#include <string>
-
-#include <nlohmann/json.hpp>
-
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
-
-namespace tessera::replay {
+namespace tessera::replay::frame_speed_test {
 namespace {
 
 TEST(FrameSpeed, ResolvingIsAFractionOfATilesWork) {
@@ -29,4 +21,4 @@ TEST(FrameSpeed, ResolvingIsAFractionOfATilesWork) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::frame_speed_test

@@ -1,9 +1,7 @@
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "tests/replay/gltf_source.h"
+#include "tests/support/tests.h"
 
 namespace tessera::test {
 

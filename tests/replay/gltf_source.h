@@ -1,14 +1,7 @@
 #pragma once
 
-#include <cstring>
-#include <filesystem>
-#include <string>
-#include <vector>
-
-#include <nlohmann/json.hpp>
-
 #include "base/vec.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
 namespace tessera::test {
 

@@ -1,11 +1,9 @@
 // What one frame leaves to the next: saved and restored, its traffic, who reads it.
-#include <gtest/gtest.h>
-
 #include "base/error.h"
 #include "tests/replay/desampling_replays.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::history_test {
 namespace {
 
 TEST(Desampling, AReplayGoesOnFromASavedHistoryAsIfItHadNotStopped) {
@@ -181,4 +179,4 @@ TEST(Desampling, TheLeftEyeKeepsItsRecordsForTheRightOneAlone) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::history_test

@@ -1,22 +1,15 @@
 // What must add up, and figures that follow from a definition: sizes of frame buffers and lists, tiles per frame, record
 // ratios, memory rates, and on a small scene the ledger, work, cycles, energy and DRAM trace of one frame.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <numeric>
-#include <tuple>
-#include <utility>
-
 #include "frontend/front_end.h"
 #include "gpu/configuration.h"
 #include "gpu/device.h"
 #include "gpu/dram_bursts.h"
 #include "scene/capture_reader.h"
+#include "tests/support/tests.h"
 #include "tilecore/resolve/multisample_resolve.h"
 #include "tilecore/tessellation/tessellator.h"
 
-namespace tessera::replay {
+namespace tessera::replay::identities_test {
 namespace {
 
 using memory::Purpose;
@@ -151,4 +144,4 @@ TEST(Identities, AFrameAddsUp) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::identities_test

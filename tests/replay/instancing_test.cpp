@@ -1,22 +1,11 @@
 // A replay of 10^5 instances of 10^4 triangles.
-#include <gtest/gtest.h>
 #include <sys/resource.h>
 
-#include <algorithm>
-#include <cmath>
-#include <nlohmann/json.hpp>
-#include <numeric>
-
-#include "tests/support/captures.h"
 #include "tests/support/gltf_asset.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::instancing_test {
 namespace {
-
-using nlohmann::json;
-using test::run_tessera;
 
 constexpr int kSide = 317;    // of the field, in instances
 constexpr int kSquares = 71;  // of a bumpy square: 10082 triangles
@@ -84,4 +73,4 @@ TEST(InstancedReplay, AHundredThousandTimesTenThousandTrianglesFit) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::instancing_test

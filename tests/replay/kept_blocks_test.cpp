@@ -1,12 +1,11 @@
 // What the resolve unit moves for the next frame: blocks that stay as they are, colours in the frame buffer's format,
 // lines that tiles share, vertices of the frame before.
-#include <gtest/gtest.h>
-
 #include "base/simd_targets.h"
 #include "tests/replay/desampling_replays.h"
+#include "tests/support/tests.h"
 #include "tilecore/resolve/frame_compression.h"
 
-namespace tessera::replay {
+namespace tessera::replay::kept_blocks_test {
 namespace {
 
 memory::Traffic history_of(const gpu::FrameResult& r) {
@@ -243,4 +242,4 @@ TEST(PreviousVertices, AreChargedOnceForEachThatATileSees) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::kept_blocks_test

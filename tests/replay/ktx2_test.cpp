@@ -1,24 +1,20 @@
 // Captures with KTX2 textures on the whole machine.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include "base/image_codec.h"
 #include "base/ktx2/ktx2.h"
+#include "base/image_codec.h"
 #include "gpu/device.h"
 #include "gpu/view_inputs.h"
 #include "replay/tradeoff/knobs.h"
 #include "scene/capture_reader.h"
 #include "tests/support/basis_asset.h"
 #include "tests/support/image_bytes.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::ktx2_test {
 namespace {
 
 using ktx2::BasisTarget;
 using memory::Purpose;
 using memory::Unit;
-using nlohmann::json;
 
 constexpr int kSide = 64;
 
@@ -138,4 +134,4 @@ TEST(Ktx2Captures, TheKnobOfTheirBlocksNeedsThem) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::ktx2_test

@@ -1,15 +1,13 @@
 // From a file to its first image, against decoding alone and against other forms of the same mesh in one run: ratios,
 // never times.
-#include <cmath>
-#include <functional>
-
 #include "bench/support/timing.h"
 #include "gpu/device.h"
 #include "scene/assembly.h"
 #include "scene/gltf/document.h"
 #include "tests/replay/pack_sources.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::loading_speed_test {
 namespace {
 
 constexpr std::uint32_t kPoints = 500;  // a side: half a million triangles
@@ -99,4 +97,4 @@ TEST(LoadingSpeed, TheFirstImageOfADracoMeshTakesLittleMoreThanDecodingIt) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::loading_speed_test

@@ -4,26 +4,15 @@
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
-
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <atomic>
-#include <optional>
-#include <sstream>
-#include <string>
-#include <thread>
-#include <vector>
 
 #include "base/error.h"
 #include "replay/view/loopback_server.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::loopback_server_test {
 namespace {
 
-using testing::HasSubstr;
 using testing::StartsWith;
 
 // A connection to 127.0.0.1.
@@ -321,4 +310,4 @@ TEST_F(Loopback, APortThatIsTakenIsSaid) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::loopback_server_test

@@ -1,10 +1,4 @@
 // Cycles, energy and traffic of whole frames.
-#include <gtest/gtest.h>
-
-#include <map>
-#include <nlohmann/json.hpp>
-#include <set>
-
 #include "base/round_up.h"
 #include "gpu/dram_bursts.h"
 #include "replay/machine_report.h"
@@ -12,9 +6,9 @@
 #include "replay/selfcheck_sharing.h"
 #include "replay/statistics.h"
 #include "scene/capture_reader.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::machine_test {
 namespace {
 
 using gpu::GpuConfiguration;
@@ -87,70 +81,62 @@ TEST_P(MachineOf, CyclesEnergyAndBurstsAreTheSameForAnyNumberOfThreads) {
   }
 }
 
-TEST_P(MachineOf, EveryByteOfTheLedgerIsMovedInOnePhaseAndIsInTheTrace) {
-  for (const auto& [name, way] : ways()) {
-    const gpu::FrameResult r = render(capture, with(way));
-    const memory::Traffic total = r.counters.ledger.total();
-    EXPECT_EQ(r.model->record.work.dram_bytes(), bytes_of(total)) << name;
-    EXPECT_EQ(r.model->record.work.other_bytes, 0u) << name;
-    const auto burst = static_cast<std::uint64_t>(way.gpu.memory.burst_bytes);
-    std::uint64_t read = 0, written = 0, last = 0;
-    for (const memory::Burst& b : frame_bursts(*r.model, memory::AddressMap({}), burst)) {
-      (b.write ? written : read) += burst;
-      EXPECT_LE(last, b.cycle);
-      last = b.cycle;
-    }
-    EXPECT_EQ(read, total.read_bytes) << name;
-    EXPECT_EQ(written, total.written_bytes) << name;
-    EXPECT_LE(static_cast<double>(last), r.model->schedule.cycles) << name;
+// Every byte of the ledger is moved in one phase and is in the trace.
+void expect_bytes_in_one_phase_and_in_the_trace(const Way& way, const gpu::FrameResult& r) {
+  const memory::Traffic total = r.counters.ledger.total();
+  EXPECT_EQ(r.model->record.work.dram_bytes(), bytes_of(total));
+  EXPECT_EQ(r.model->record.work.other_bytes, 0u);
+  const auto burst = static_cast<std::uint64_t>(way.gpu.memory.burst_bytes);
+  std::uint64_t read = 0, written = 0, last = 0;
+  for (const memory::Burst& b : frame_bursts(*r.model, memory::AddressMap({}), burst)) {
+    (b.write ? written : read) += burst;
+    EXPECT_LE(last, b.cycle);
+    last = b.cycle;
   }
+  EXPECT_EQ(read, total.read_bytes);
+  EXPECT_EQ(written, total.written_bytes);
+  EXPECT_LE(static_cast<double>(last), r.model->schedule.cycles);
 }
 
-TEST_P(MachineOf, EventsOfTilesAddUpToTheCounters) {
-  for (const auto& [name, way] : ways()) {
-    const gpu::FrameResult r = render(capture, with(way));
-    timing::TileWork sum;
-    timing::GeometryWork geometry;
-    for (const timing::WorkRound& round : r.model->record.work.rounds) {
-      geometry.entries += round.geometry.entries;
-      geometry.bounds += round.geometry.bounds;
-      geometry.sampling_operations += round.geometry.sampling_operations;
-      for (const timing::TileWork& tile : round.tiles)
-        for (const auto member :
-             {&timing::TileWork::entries, &timing::TileWork::sort_steps, &timing::TileWork::sub_patches,
-              &timing::TileWork::vertices, &timing::TileWork::boxes, &timing::TileWork::box_tests,
-              &timing::TileWork::stencil_tests, &timing::TileWork::sampling_operations,
-              &timing::TileWork::triangle_tests, &timing::TileWork::shader_invocations, &timing::TileWork::pixels,
-              &timing::TileWork::blended_layers, &timing::TileWork::l2_lines, &timing::TileWork::resolve_operations})
-          sum.*member += tile.*member;
-    }
-    EXPECT_EQ(geometry.entries, r.counters.binner.entries) << name;
-    const tilecore::SamplingCounters& sampling = r.counters.sampling;
-    EXPECT_EQ(geometry.bounds, r.counters.frontend.bounds_computed + r.counters.groups.groups_tested +
-                                   r.counters.instances.groups_tested + r.counters.instances.instances_tested +
-                                   sampling.interval_evaluations)
-        << name;
-    EXPECT_EQ(geometry.sampling_operations, sampling.sparse_operations) << name;
-    EXPECT_EQ(sum.sampling_operations, sampling.operations) << name;
-    EXPECT_EQ(sum.stencil_tests, r.counters.stencil.tests) << name;
-    const tilecore::DesamplingCounters& desampling = r.counters.desampling;
-    EXPECT_EQ(sum.resolve_operations, desampling.velocity_evaluations + desampling.pixels_advected +
-                                          desampling.stencil_taps + desampling.contrast_operations)
-        << name;
-    EXPECT_EQ(sum.entries, r.counters.tilecore.entries_fetched) << name;
-    EXPECT_EQ(sum.sort_steps, r.counters.tilecore.sort_steps) << name;
-    EXPECT_EQ(sum.sub_patches, r.counters.tessellation.requests) << name;
-    EXPECT_EQ(sum.vertices, r.counters.tessellation.domain_evaluations) << name;
-    EXPECT_EQ(sum.boxes, r.counters.tilecore.boxes_built) << name;
-    EXPECT_EQ(sum.box_tests, r.counters.tilecore.box_tests + r.counters.tessellation.group_tests) << name;
-    EXPECT_EQ(sum.triangle_tests, r.counters.tilecore.triangle_tests + sampling.footprint_tests) << name;
-    EXPECT_EQ(sum.shader_invocations, r.counters.shading.pixel_shader_invocations) << name;
-    EXPECT_EQ(sum.pixels,
-              r.counters.resolve.pixels_shaded + desampling.pixels_advected + desampling.pixels_reconstructed)
-        << name;
-    EXPECT_EQ(sum.blended_layers, r.counters.shading.blended_layers) << name;
-    EXPECT_EQ(sum.l2_lines, r.counters.l2.requests + r.counters.l2.misses) << name;
+void expect_events_of_tiles_add_up(const gpu::FrameResult& r) {
+  timing::TileWork sum;
+  timing::GeometryWork geometry;
+  for (const timing::WorkRound& round : r.model->record.work.rounds) {
+    geometry.entries += round.geometry.entries;
+    geometry.bounds += round.geometry.bounds;
+    geometry.sampling_operations += round.geometry.sampling_operations;
+    for (const timing::TileWork& tile : round.tiles)
+      for (const auto member :
+           {&timing::TileWork::entries, &timing::TileWork::sort_steps, &timing::TileWork::sub_patches,
+            &timing::TileWork::vertices, &timing::TileWork::boxes, &timing::TileWork::box_tests,
+            &timing::TileWork::stencil_tests, &timing::TileWork::sampling_operations, &timing::TileWork::triangle_tests,
+            &timing::TileWork::shader_invocations, &timing::TileWork::pixels, &timing::TileWork::blended_layers,
+            &timing::TileWork::l2_lines, &timing::TileWork::resolve_operations})
+        sum.*member += tile.*member;
   }
+  EXPECT_EQ(geometry.entries, r.counters.binner.entries);
+  const tilecore::SamplingCounters& sampling = r.counters.sampling;
+  EXPECT_EQ(geometry.bounds, r.counters.frontend.bounds_computed + r.counters.groups.groups_tested +
+                                 r.counters.instances.groups_tested + r.counters.instances.instances_tested +
+                                 sampling.interval_evaluations);
+  EXPECT_EQ(geometry.sampling_operations, sampling.sparse_operations);
+  EXPECT_EQ(sum.sampling_operations, sampling.operations);
+  EXPECT_EQ(sum.stencil_tests, r.counters.stencil.tests);
+  const tilecore::DesamplingCounters& desampling = r.counters.desampling;
+  EXPECT_EQ(sum.resolve_operations, desampling.velocity_evaluations + desampling.pixels_advected +
+                                        desampling.stencil_taps + desampling.contrast_operations);
+  EXPECT_EQ(sum.entries, r.counters.tilecore.entries_fetched);
+  EXPECT_EQ(sum.sort_steps, r.counters.tilecore.sort_steps);
+  EXPECT_EQ(sum.sub_patches, r.counters.tessellation.requests);
+  EXPECT_EQ(sum.vertices, r.counters.tessellation.domain_evaluations);
+  EXPECT_EQ(sum.boxes, r.counters.tilecore.boxes_built);
+  EXPECT_EQ(sum.box_tests, r.counters.tilecore.box_tests + r.counters.tessellation.group_tests);
+  EXPECT_EQ(sum.triangle_tests, r.counters.tilecore.triangle_tests + sampling.footprint_tests);
+  EXPECT_EQ(sum.shader_invocations, r.counters.shading.pixel_shader_invocations);
+  EXPECT_EQ(sum.pixels,
+            r.counters.resolve.pixels_shaded + desampling.pixels_advected + desampling.pixels_reconstructed);
+  EXPECT_EQ(sum.blended_layers, r.counters.shading.blended_layers);
+  EXPECT_EQ(sum.l2_lines, r.counters.l2.requests + r.counters.l2.misses);
 }
 
 // Bytes that were read though nothing had written them: of lists, of the sub-patch table and of tile states. What else is
@@ -181,17 +167,49 @@ std::uint64_t read_from_nowhere(const gpu::FrameRecord& record, std::uint64_t bu
   return wrong;
 }
 
-TEST_P(MachineOf, EveryByteReadWasWrittenOrBelongsToTheCapture) {
+// Every byte that is read was written, or belongs to the capture.
+void expect_bytes_written_before_they_are_read(const Way& way, const gpu::FrameResult& r) {
+  const auto burst = static_cast<std::uint64_t>(way.gpu.memory.burst_bytes);
+  EXPECT_EQ(read_from_nowhere(r.model->record, burst), 0u);
+  // A binner that forgets what it wrote is caught.
+  gpu::FrameRecord forgetful = r.model->record;
+  for (auto& round : forgetful.accesses) round.geometry.clear();
+  if (r.counters.binner.entries > 0) {
+    EXPECT_GT(read_from_nowhere(forgetful, burst), 0u);
+  }
+}
+
+// No unit is busy longer than the frame, and units of energy add up.
+void expect_units_and_energy_add_up(const Way& way, const gpu::FrameResult& r) {
+  const nlohmann::json timing = timing_json(r.model->timing), energy = energy_json(r.model->energy);
+  EXPECT_GT(timing["cycles"], 0);
+  for (const auto& [unit, row] : timing["units"].items()) {
+    EXPECT_LE(row["busy_cycles"].get<double>(), timing["cycles"].get<double>()) << unit;
+    EXPECT_GE(row["utilisation"].get<double>(), 0) << unit;
+    EXPECT_LE(row["utilisation"].get<double>(), 1) << unit;
+  }
+  const std::string bound_by = timing["bound_by"];
+  bool known = false;
+  for (std::size_t b = 0; b < timing::kBoundCount; ++b)
+    known |= bound_by == timing::name(static_cast<timing::Bound>(b));
+  EXPECT_TRUE(known) << bound_by;
+  EXPECT_LE(timing["bound_by_cycles"], timing["cycles"]);
+  double sum = 0;
+  for (const auto& [unit, nj] : energy["by_unit"].items()) sum += nj.get<double>();
+  EXPECT_EQ(sum, energy["total_nj"].get<double>());
+  EXPECT_NEAR(energy["by_unit"]["dram"].get<double>(),
+              static_cast<double>(bytes_of(r.counters.ledger.total())) * 8 * way.gpu.memory.pj_per_bit * 1e-3, 1e-6);
+}
+
+// One frame for all laws: on every way through the machine.
+TEST_P(MachineOf, BytesEventsTimesAndEnergyAddUpWhateverItDoes) {
   for (const auto& [name, way] : ways()) {
+    SCOPED_TRACE(name);
     const gpu::FrameResult r = render(capture, with(way));
-    const auto burst = static_cast<std::uint64_t>(way.gpu.memory.burst_bytes);
-    EXPECT_EQ(read_from_nowhere(r.model->record, burst), 0u) << name;
-    // A binner that forgets what it wrote is caught.
-    gpu::FrameRecord forgetful = r.model->record;
-    for (auto& round : forgetful.accesses) round.geometry.clear();
-    if (r.counters.binner.entries > 0) {
-      EXPECT_GT(read_from_nowhere(forgetful, burst), 0u) << name;
-    }
+    expect_bytes_in_one_phase_and_in_the_trace(way, r);
+    expect_events_of_tiles_add_up(r);
+    expect_bytes_written_before_they_are_read(way, r);
+    expect_units_and_energy_add_up(way, r);
   }
 }
 
@@ -219,30 +237,6 @@ TEST_P(MachineOf, TwiceTheCoresAreNotSlowerAndHalfTheBandwidthIsNotFaster) {
     EXPECT_EQ(timing::time_frame(other, record.work, timing::schedule_frame(other, record.work)).bound_by,
               timing::bound_of(Stage::kDram))
         << preset;
-  }
-}
-
-TEST_P(MachineOf, NoUnitIsBusyLongerThanTheFrameAndUnitsOfEnergyAddUp) {
-  for (const auto& [name, way] : ways()) {
-    const gpu::FrameResult r = render(capture, with(way));
-    const nlohmann::json timing = timing_json(r.model->timing), energy = energy_json(r.model->energy);
-    EXPECT_GT(timing["cycles"], 0);
-    for (const auto& [unit, row] : timing["units"].items()) {
-      EXPECT_LE(row["busy_cycles"].get<double>(), timing["cycles"].get<double>()) << name << " " << unit;
-      EXPECT_GE(row["utilisation"].get<double>(), 0) << name << " " << unit;
-      EXPECT_LE(row["utilisation"].get<double>(), 1) << name << " " << unit;
-    }
-    const std::string bound_by = timing["bound_by"];
-    bool known = false;
-    for (std::size_t b = 0; b < timing::kBoundCount; ++b)
-      known |= bound_by == timing::name(static_cast<timing::Bound>(b));
-    EXPECT_TRUE(known) << bound_by;
-    EXPECT_LE(timing["bound_by_cycles"], timing["cycles"]);
-    double sum = 0;
-    for (const auto& [unit, nj] : energy["by_unit"].items()) sum += nj.get<double>();
-    EXPECT_EQ(sum, energy["total_nj"].get<double>()) << name;
-    EXPECT_NEAR(energy["by_unit"]["dram"].get<double>(),
-                static_cast<double>(bytes_of(r.counters.ledger.total())) * 8 * way.gpu.memory.pj_per_bit * 1e-3, 1e-6);
   }
 }
 
@@ -413,4 +407,4 @@ TEST(SharedLines, AreThoseThatTwoCoresAskFor) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::machine_test

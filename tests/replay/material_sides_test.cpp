@@ -1,13 +1,9 @@
 // Materials that are seen from behind.
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "base/exr_file.h"
 #include "tests/replay/pack_sources.h"
-#include "tests/support/process.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::material_sides_test {
 namespace {
 
 // A square of brushed metal in the plane z = 0, seen from z = 3, to one side: what it reflects. Its normal is +z or -z,
@@ -64,4 +60,4 @@ TEST(DoubleSidedMaterials, GroovesHaveTheSameDirectionFromBothSides) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::material_sides_test

@@ -1,34 +1,17 @@
 // What people get wrong: each mistake is answered by one line that names the remedy, and nothing is destroyed.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-#include <algorithm>
 #include <csignal>
-#include <filesystem>
-#include <map>
-#include <string>
-#include <vector>
-
-#include <fcntl.h>
-#include <nlohmann/json.hpp>
 
 #include "base/image_codec.h"
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::mistakes_test {
 namespace {
 
-using nlohmann::json;
-using test::ProcessResult;
 using test::run_process;
-using test::run_tessera;
-using testing::HasSubstr;
-namespace fs = std::filesystem;
 
 bool one_line(const std::string& text) { return std::count(text.begin(), text.end(), '\n') == 1; }
 
@@ -402,4 +385,4 @@ TEST_F(Outputs, AReplayEndsWithFiveLines) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::mistakes_test

@@ -1,32 +1,15 @@
 // Where results go: files, streams, and what must never be replaced. Rules are those of base/output_file.h.
 #include <fcntl.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
 #include <unistd.h>
-
-#include <algorithm>
 #include <csignal>
-#include <filesystem>
-#include <optional>
-#include <set>
-
-#include <nlohmann/json.hpp>
 
 #include "base/image_codec.h"
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::output_test {
 namespace {
-
-using nlohmann::json;
-using test::ProcessResult;
-using test::run_tessera;
-using testing::HasSubstr;
-namespace fs = std::filesystem;
 
 std::set<std::string> files_in(const fs::path& folder) {
   std::set<std::string> names;
@@ -381,4 +364,4 @@ TEST(OutputFolders, AFullDiskIsStatus6) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::output_test

@@ -1,13 +1,12 @@
 // tessera pack --meshopt and --webp.
-#include <limits>
-
 #include "base/error.h"
 #include "base/webp_codec.h"
 #include "replay/pack/meshopt_encoder.h"
 #include "scene/clusters.h"
 #include "tests/replay/pack_sources.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::pack_compression_test {
 namespace {
 
 constexpr const char* kMeshopt = "EXT_meshopt_compression";
@@ -369,4 +368,4 @@ TEST(PackKtx2Sizes, Etc1sIsSmallerThanUastc) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::pack_compression_test

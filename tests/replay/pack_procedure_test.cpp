@@ -4,7 +4,7 @@
 #include "shaders_cpp/procedures/program.h"
 #include "tests/replay/pack_sources.h"
 
-namespace tessera::replay {
+namespace tessera::replay::pack_procedure_test {
 namespace {
 
 constexpr const char* kProcedure = "TESSERA_procedure";
@@ -99,4 +99,4 @@ TEST(PackProcedure, OptionsAreANodeAndAFile) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::pack_procedure_test

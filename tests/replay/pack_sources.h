@@ -1,28 +1,16 @@
 #pragma once
 
 // Assets for the tests of tessera pack, and what packing makes of them.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <filesystem>
-#include <string>
-#include <vector>
-
 #include "replay/pack/packer.h"
 #include "scene/capture_reader.h"
 #include "tests/replay/glb_rules.h"
 #include "tests/replay/gltf_source.h"
-#include "tests/support/captures.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
 namespace tessera::replay {
 
 using namespace test;
-using nlohmann::json;
-using testing::HasSubstr;
 using testing::IsEmpty;
-namespace fs = std::filesystem;
 
 inline json& first_primitive(GltfSource& source) { return source.document["meshes"][0]["primitives"][0]; }
 

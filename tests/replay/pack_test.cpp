@@ -1,11 +1,4 @@
 // tessera pack: what a packed capture keeps, what it changes and by how much, and what it refuses.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <filesystem>
-#include <functional>
-
 #include "base/error.h"
 #include "base/image_metrics.h"
 #include "base/parallel.h"
@@ -15,8 +8,9 @@
 #include "tests/support/environments.h"
 #include "tests/support/gltf_asset.h"
 #include "tests/support/radiance_files.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::pack_test {
 namespace {
 
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
@@ -499,4 +493,4 @@ TEST(GlbRules, EachIsBrokenByAFileThatBreaksIt) {  // BIN1, BIN2, BIN3
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::pack_test

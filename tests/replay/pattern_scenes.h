@@ -1,8 +1,7 @@
 #pragma once
 
-#include <memory>
-
 #include "tests/replay/desampled_comparison.h"
+#include "tests/support/tests.h"
 
 // Scenes of patterned boards that move, without a shutter.
 namespace tessera::replay {
@@ -44,7 +43,7 @@ inline int add_board(scene::Capture& capture, Vec2 low, Vec2 high, float z, Patt
 // The whole frame: 60 pixels for each unit, so 2 * `way` pixels a frame.
 inline scene::Capture sliding_board(Pattern pattern, float repeats, const DVec3& way) {
   scene::Capture capture;
-  capture.settings.width = Comparison::kWidth, capture.settings.height = Comparison::kHeight;
+  capture.settings.width = DesampledComparison::kWidth, capture.settings.height = DesampledComparison::kHeight;
   const int node = add_board(capture, {-16, -16}, {16, 16}, 0, pattern, repeats);
   test::add_camera(capture, {0, 0, 6});
   test::add_motion(capture, node, way);

@@ -1,29 +1,8 @@
 // Perfetto's protobuf, read by a reader of its own and held against the JSON of the same frames.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "tests/support/tests.h"
 
-#include <bit>
-#include <cmath>
-#include <cstdint>
-#include <map>
-#include <optional>
-#include <set>
-#include <string>
-#include <string_view>
-#include <tuple>
-#include <vector>
-
-#include <nlohmann/json.hpp>
-
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
-
-namespace tessera::replay {
+namespace tessera::replay::perfetto_trace_test {
 namespace {
-
-using nlohmann::json;
-using test::run_tessera;
 
 // A message as the wire has it (protobuf.dev, "Encoding"): fields by number, in their order.
 struct Field {
@@ -213,4 +192,4 @@ TEST(PerfettoTrace, ADamagedFileIsNoticed) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::perfetto_trace_test

@@ -1,26 +1,11 @@
 // The program as its users meet it: exit statuses, messages, files.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <filesystem>
-#include <nlohmann/json.hpp>
-
 #include "base/exr_file.h"
 #include "base/image_codec.h"
 #include "base/image_metrics.h"
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::program_test {
 namespace {
-
-using nlohmann::json;
-using test::ProcessResult;
-using test::run_tessera;
-using testing::HasSubstr;
-namespace fs = std::filesystem;
 
 std::set<std::string> files_in(const fs::path& folder) {
   std::set<std::string> names;
@@ -609,4 +594,4 @@ TEST(Program, HistoriesWarmUpsAndImagesOfTheResolveUnitNeedDesampling) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::program_test

@@ -1,21 +1,11 @@
-#include "replay/progress.h"
-
-#include <gtest/gtest.h>
 #include <pty.h>
 #include <unistd.h>
-
-#include <chrono>
 #include <regex>
-#include <string>
-#include <thread>
 
-#include <nlohmann/json.hpp>
+#include "replay/progress.h"
+#include "tests/support/tests.h"
 
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
-
-namespace tessera::replay {
+namespace tessera::replay::progress_test {
 namespace {
 
 // Standard error of tests is no terminal once it is captured.
@@ -105,4 +95,4 @@ TEST(Replay, SaysHowLongLoadingTook) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::progress_test

@@ -1,22 +1,11 @@
 // What the page of a replay answers, and with how many presses.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <set>
-#include <string>
-
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
 #include "tests/replay/report_pages.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::report_page_test {
 namespace {
 
-using nlohmann::json;
 using test::OpenedPage;
-using testing::HasSubstr;
 
 class ReportPageInBrowser : public ReportInBrowser {
  protected:
@@ -430,4 +419,4 @@ TEST_F(Report, SeveralFoldersMustAllBeReplays) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::report_page_test

@@ -1,35 +1,17 @@
 // report.html, opened as a reader would: in a browser without a network.
-#include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <filesystem>
-#include <nlohmann/json.hpp>
 #include <regex>
-#include <set>
-#include <span>
-#include <sstream>
 
 #include "base/image_codec.h"
 #include "replay/report/page_files.h"
 #include "tests/replay/report_pages.h"
 #include "tests/support/browser.h"
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::report_test {
 namespace {
 
-using nlohmann::json;
 using test::OpenedPage;
-using test::ProcessResult;
-using test::run_tessera;
-using testing::HasSubstr;
-namespace fs = std::filesystem;
 
 const std::vector<std::string> kPages = {"replay", "frame", "sweep", "shard", "tradeoff"};
 
@@ -482,4 +464,4 @@ TEST_F(Report, IsLeftOutWhenNotWanted) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::report_test

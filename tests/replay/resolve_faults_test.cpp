@@ -1,23 +1,21 @@
 // Scenes that desampling once got wrong, against full shading as a display shows it.
-#include <gtest/gtest.h>
-
 #include "replay/statistics.h"
 #include "scene/capture_reader.h"
 #include "tests/replay/desampled_comparison.h"
-#include "tests/support/captures.h"
 #include "tests/support/fault_scenes.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::resolve_faults_test {
 namespace {
 
 using scene::Capture;
 
-constexpr int kWidth = Comparison::kWidth, kHeight = Comparison::kHeight;
+constexpr int kWidth = DesampledComparison::kWidth, kHeight = DesampledComparison::kHeight;
 
 // ---- What is still ----------------------------------------------------------------------------------------------
 
 TEST(ResolveFaults, NormalsThatMorphAreShadedAnew) {  // MF3
-  const Comparison c(test::turning_normals(), 3, 8);
+  const DesampledComparison c(test::turning_normals(), 3, 8);
   EXPECT_GE(c.worst_psnr(0), 50);
   EXPECT_EQ(c.back().counters.pixels_advected, 0u);
 }
@@ -25,7 +23,7 @@ TEST(ResolveFaults, NormalsThatMorphAreShadedAnew) {  // MF3
 // One of two walls changes its colour: the other goes on as it was.
 TEST(ResolveFaults, MaterialsThatChangeAreShadedAnewAndTheirNeighboursAreNot) {  // MF3
   const Capture capture = test::changing_colour();
-  const Comparison c(capture, 3, 8);
+  const DesampledComparison c(capture, 3, 8);
   EXPECT_GE(c.worst_psnr(0), 50);
   const double share = static_cast<double>(c.back().counters.pixels_advected) / (kWidth * kHeight);
   EXPECT_GT(share, 0.35);  // 12 of 16 pixels of half of the frame
@@ -36,10 +34,10 @@ TEST(ResolveFaults, MaterialsThatChangeAreShadedAnewAndTheirNeighboursAreNot) { 
 
 TEST(ResolveFaults, ACutIsShadedFullyAndSoIsWhatFollows) {  // RU7
   const Capture capture = test::walk_with_a_cut();
-  const Comparison c(capture, 27, 33);
+  const DesampledComparison c(capture, 27, 33);
   EXPECT_GE(c.worst_psnr(0), 50);
   // The failing twin: what is fast may be coarse although nobody has followed it, or knows its contrast.
-  EXPECT_LT(Comparison(capture, 27, 33, {"resolve.k_cut=0", "resolve.pattern_error=0"}).worst_psnr(0), 40);
+  EXPECT_LT(DesampledComparison(capture, 27, 33, {"resolve.k_cut=0", "resolve.pattern_error=0"}).worst_psnr(0), 40);
 }
 
 // A textured board crosses the frame at 12 pixels a frame, and stands still from one frame to the next.
@@ -47,7 +45,7 @@ TEST(ResolveFaults, WhatStopsIsNotWhatWasReconstructedBefore) {  // RU7
   const Capture capture = test::board_that_stops();
   const std::vector<std::string> coarse = {"resolve.pattern_error=0.02"};
   for (const std::vector<std::string>& sets : {std::vector<std::string>{}, coarse}) {
-    const Comparison c(capture, 6, 15, sets);
+    const DesampledComparison c(capture, 6, 15, sets);
     EXPECT_GT(c.frames[3].counters.blocks_rate_4, sets.empty() ? 200u : 500u);
     EXPECT_GE(c.worst_psnr(5), 50);
     EXPECT_GT(c.back().saved, 0.4);
@@ -57,7 +55,7 @@ TEST(ResolveFaults, WhatStopsIsNotWhatWasReconstructedBefore) {  // RU7
 // Two rockets of `flyby` come across half of the frame and are sharp in the next one: what is not blurred shows its
 // pattern, however far it came.
 TEST(ResolveFaults, WhatIsSharpIsNotCoarseHoweverFarItCame) {
-  const Comparison c(scene::read_capture(test::shipped_capture("flyby")), 0, 6);
+  const DesampledComparison c(scene::read_capture(test::shipped_capture("flyby")), 0, 6);
   EXPECT_GE(c.worst_psnr(0), 50);
   EXPECT_GE(c.saved(1), 0.30);
 }
@@ -67,10 +65,11 @@ TEST(ResolveFaults, WhatIsSharpIsNotCoarseHoweverFarItCame) {
 // A bowl of brass whose lip hides its inside, slowly turned.
 TEST(ResolveFaults, WhatASurfaceUncoversOfItselfIsNotWhatHidIt) {  // ADV4
   const Capture capture = test::bowl_of_brass();
-  const Comparison c(capture, 3, 12);
+  const DesampledComparison c(capture, 3, 12);
   EXPECT_GT(c.saved(1), 0.25);
   double worst = 0;
-  for (const Comparison::Frame& frame : c.frames) worst = std::max(worst, max_difference(frame.shown, frame.expected));
+  for (const DesampledComparison::Frame& frame : c.frames)
+    worst = std::max(worst, max_difference(frame.shown, frame.expected));
   EXPECT_LE(worst, 0.05);
 }
 
@@ -78,11 +77,11 @@ TEST(ResolveFaults, WhatASurfaceUncoversOfItselfIsNotWhatHidIt) {  // ADV4
 TEST(ResolveFaults, CreasesAreEdges) {
   const Capture capture = test::box_with_creases();
   const IntRect crop{208, 88, 432, 272};
-  const Comparison c(capture, 3, 8, {}, crop);
+  const DesampledComparison c(capture, 3, 8, {}, crop);
   EXPECT_GE(c.worst_psnr(0), 53);
   EXPECT_GT(c.back().counters.blocks_creased, 50u);
   EXPECT_GT(c.saved(1), 0.2);
-  EXPECT_LT(Comparison(capture, 3, 8, {"resolve.edge_angle=0", "resolve.pattern_error=0"}, crop).worst_psnr(0),
+  EXPECT_LT(DesampledComparison(capture, 3, 8, {"resolve.edge_angle=0", "resolve.pattern_error=0"}, crop).worst_psnr(0),
             53);  // the failing twin
 }
 
@@ -90,7 +89,7 @@ TEST(ResolveFaults, CreasesAreEdges) {
 
 TEST(ResolveFaults, ALightThatMovesIsShadedWhereItReaches) {  // LR1
   const Capture capture = test::moving_torch();
-  const Comparison c(capture, 3, 9);
+  const DesampledComparison c(capture, 3, 9);
   EXPECT_GE(c.saved(1), 0.40);
   EXPECT_GE(c.worst_psnr(1), 42);
   EXPECT_EQ(c.back().advection, "blocks slower than resolve.k_stat, out of reach of the lights that changed");
@@ -98,4 +97,4 @@ TEST(ResolveFaults, ALightThatMovesIsShadedWhereItReaches) {  // LR1
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::resolve_faults_test

@@ -1,10 +1,9 @@
 // Patterns, seams and blur: where desampling is told by what the frame before showed, by where a tile ends, and by what
 // lens and motion mix.
-#include <gtest/gtest.h>
-
 #include "tests/replay/pattern_scenes.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::resolve_patterns_test {
 namespace {
 
 using scene::Capture;
@@ -20,22 +19,22 @@ TEST(ResolvePatterns, WhatSlidesFastIsAsFineAsItShows) {  // BC1, BC3
   for (const Pattern pattern : {Pattern::kChecker, Pattern::kNoise, Pattern::kStripes})
     for (const DVec3& way : {DVec3(6, 0, 0), DVec3(6.13, 1.7, 0)}) {
       const Capture capture = sliding_board(pattern, 0.25f, way);
-      const Comparison c(capture, 3, 7);
+      const DesampledComparison c(capture, 3, 7);
       EXPECT_GE(c.worst_psnr(0), 40) << static_cast<int>(pattern);
       EXPECT_GE(c.saved(1), 0.30) << static_cast<int>(pattern);
       EXPECT_GT(c.back().counters.blocks_patterned, 100u);
       if (pattern == Pattern::kStripes) continue;
-      EXPECT_LT(Comparison(capture, 3, 6, kBySpeedAlone).worst_psnr(0), 40);  // the failing twin
+      EXPECT_LT(DesampledComparison(capture, 3, 6, kBySpeedAlone).worst_psnr(0), 40);  // the failing twin
     }
 }
 
 // A grain of a pixel cannot be made from its neighbours.
 TEST(ResolvePatterns, AGrainOfAPixelIsShadedFully) {
   const Capture capture = sliding_board(Pattern::kNoise, 1, {6.13, 1.7, 0});
-  const Comparison c(capture, 3, 7);
+  const DesampledComparison c(capture, 3, 7);
   EXPECT_GE(c.worst_psnr(0), 40);
   EXPECT_EQ(c.back().counters.pixels_reconstructed, 0u);
-  EXPECT_LT(Comparison(capture, 3, 6, kBySpeedAlone).worst_psnr(0), 25);  // the failing twin
+  EXPECT_LT(DesampledComparison(capture, 3, 6, kBySpeedAlone).worst_psnr(0), 25);  // the failing twin
 }
 
 // Bytes and operations of the look are charged, and none without it.
@@ -75,17 +74,19 @@ TEST(ResolveSeams, TilesDoNotShow) {  // TLB1, TLB2
     const std::vector<std::string> size = {"tile.width=" + std::to_string(tile), "tile.height=" + std::to_string(tile)};
     std::vector<std::string> sets = size;
     sets.push_back("resolve.desampling=fixed_4");
-    const Comparison noise(sliding_board(Pattern::kNoise, 0.25f, {6, 0, 0}), 3, 5, sets);
+    const DesampledComparison noise(sliding_board(Pattern::kNoise, 0.25f, {6, 0, 0}), 3, 5, sets);
     EXPECT_LE(noise.seams(0, tile).ratio(), 1.05) << tile;
     for (const auto& [name, frame] : {std::pair{"stroll", 36}, {"serpent", 20}}) {
       const Capture capture = scene::read_capture(test::shipped_capture(name));
-      EXPECT_LE(Comparison(capture, frame, frame + 2, sets).seams(0, tile).ratio(), 1.05) << name << " " << tile;
+      EXPECT_LE(DesampledComparison(capture, frame, frame + 2, sets).seams(0, tile).ratio(), 1.05)
+          << name << " " << tile;
     }
   }
   // The failing twin.
-  const Comparison::Seams open = Comparison(sliding_board(Pattern::kNoise, 0.25f, {6, 0, 0}), 3, 5,
-                                            {"resolve.desampling=fixed_4", "resolve.border_lines=false"})
-                                     .seams(0, 32);
+  const DesampledComparison::Seams open =
+      DesampledComparison(sliding_board(Pattern::kNoise, 0.25f, {6, 0, 0}), 3, 5,
+                          {"resolve.desampling=fixed_4", "resolve.border_lines=false"})
+          .seams(0, 32);
   EXPECT_GT(open.ratio(), 1.3);
 }
 
@@ -95,7 +96,7 @@ TEST(ResolveSeams, TilesDoNotShow) {  // TLB1, TLB2
 // sees what it would see.
 TEST(ResolveBlur, BlurredEdgesShareTheirShading) {
   const Capture capture = scene::read_capture(test::shipped_capture("eggs"));
-  const Comparison off(capture, 13, 15, {"resolve.k_blur=0"}),
+  const DesampledComparison off(capture, 13, 15, {"resolve.k_blur=0"}),
       on(capture, 13, 17, {"resolve.k_blur=0.8", "shading.cell_pixels=0.7"});
   EXPECT_EQ(off.back().counters.blocks_blurred, 0u);
   EXPECT_GT(on.back().counters.blocks_blurred, 1000u);
@@ -106,10 +107,10 @@ TEST(ResolveBlur, BlurredEdgesShareTheirShading) {
 TEST(ResolveBlur, AWalkWithALens) {
   Capture capture = scene::read_capture(test::shipped_capture("stroll"));
   for (auto& camera : capture.cameras) camera.lens = {0.05f, 3.0f};
-  const Comparison c(capture, 24, 28, {"resolve.k_blur=0.8", "shading.cell_pixels=0.7"});
+  const DesampledComparison c(capture, 24, 28, {"resolve.k_blur=0.8", "shading.cell_pixels=0.7"});
   EXPECT_GE(c.saved(1), 0.25);
   EXPECT_GE(c.worst_psnr(0), 42);
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::resolve_patterns_test

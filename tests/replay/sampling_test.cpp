@@ -1,34 +1,14 @@
 // Samples and searches: how points are chosen, and that a search finds what a grid has.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <filesystem>
-#include <limits>
-#include <map>
-#include <set>
-
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
 #include "base/error.h"
 #include "replay/sweep/differential_evolution.h"
 #include "replay/sweep/goal.h"
 #include "replay/sweep/points.h"
 #include "replay/sweep/study.h"
 #include "replay/sweep/unit_samples.h"
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::sampling_test {
 namespace {
-
-using nlohmann::json;
-using test::ProcessResult;
-using test::run_tessera;
-using testing::HasSubstr;
-namespace fs = std::filesystem;
 
 // How many of the strips [k/n, (k+1)/n) of a dimension hold exactly one of n points.
 std::size_t strips_hit_once(const std::vector<std::vector<double>>& points, std::size_t dimension) {
@@ -452,4 +432,4 @@ TEST_F(Search, ASampleIsShardedAndResumedLikeAGrid) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::sampling_test

@@ -1,30 +1,12 @@
 // JSON schemas: what the program writes and reads is what they say, and nothing else is.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cstring>
-#include <filesystem>
-#include <functional>
-
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
 #include "base/error.h"
 #include "base/json_text.h"
 #include "gpu/configuration.h"
 #include "replay/schema/schemas.h"
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::schema_test {
 namespace {
-
-using nlohmann::json;
-using test::ProcessResult;
-using test::run_tessera;
-using testing::HasSubstr;
-namespace fs = std::filesystem;
 
 const fs::path kRoot = TESSERA_SOURCE_DIR;
 
@@ -271,4 +253,4 @@ TEST_F(SchemaFiles, OfMachines) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::schema_test

@@ -1,14 +1,12 @@
 // Shading through the cache in whole frames of shipped captures: same image on every machine, at a cost that blur
 // leaves alone.
-#include <gtest/gtest.h>
-
 #include "base/simd_targets.h"
 #include "gpu/device.h"
 #include "replay/statistics.h"
 #include "scene/capture_reader.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::shading_rate_test {
 namespace {
 
 struct Machine {
@@ -87,4 +85,4 @@ TEST(ShadingRate, LongerShuttersCostLittleMoreThroughTheCacheAndMuchMorePerPixel
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::shading_rate_test

@@ -1,25 +1,15 @@
 // Study files: what they say, and how they are refused.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <map>
-#include <set>
-
+#include "replay/sweep/study.h"
 #include "base/error.h"
 #include "replay/sweep/capture_library.h"
 #include "replay/sweep/columns.h"
 #include "replay/sweep/points.h"
-#include "replay/sweep/study.h"
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::study_test {
 namespace {
 
-using nlohmann::json;
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 constexpr std::uint64_t kMax = 1000;
 
@@ -342,4 +332,4 @@ TEST(SweepCommand, FaultsEndWithTheirStatusAndLeaveNothing) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::study_test

@@ -1,9 +1,4 @@
 // Control meshes from the file to the image: the extension in captures, and `tessera pack` that makes them.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <filesystem>
-
 #include "base/exr_file.h"
 #include "base/image_codec.h"
 #include "base/image_metrics.h"
@@ -12,20 +7,13 @@
 #include "scene/capture_reader.h"
 #include "scene/subdivision/catmull_clark.h"
 #include "tests/support/cages.h"
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::subdivide_test {
 namespace {
 
-using nlohmann::json;
 using scene::Capture;
 using scene::Primitive;
-using test::ProcessResult;
-using test::run_tessera;
-using testing::HasSubstr;
-namespace fs = std::filesystem;
 
 json one_node_document() {
   return {{"asset", {{"version", "2.0"}}},
@@ -372,4 +360,4 @@ TEST(SampleModels, SubdividedModelsFillAboutTheSamePartOfTheImage) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::subdivide_test

@@ -1,30 +1,12 @@
 // Sweeps: every point a pure function of its inputs, whatever happens on the way.
 #include <fcntl.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/file.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <filesystem>
-#include <map>
-#include <sstream>
+#include "tests/support/tests.h"
 
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
-
-namespace tessera::replay {
+namespace tessera::replay::sweep_test {
 namespace {
-
-using nlohmann::json;
-using test::ProcessResult;
-using test::run_tessera;
-using testing::HasSubstr;
-namespace fs = std::filesystem;
 
 // 2 captures, 3 tile sizes, 2 depths, at a size that takes a moment.
 json small_study() {
@@ -593,4 +575,4 @@ TEST_F(Sweep, ASlurmArrayWithAKilledTaskGivesTheWhole) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::sweep_test

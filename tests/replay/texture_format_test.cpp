@@ -1,24 +1,19 @@
 // texture.format on the whole machine: what is seen and what it costs.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "base/block_encoder.h"
 #include "base/image_codec.h"
 #include "gpu/device.h"
 #include "gpu/view_inputs.h"
 #include "replay/tradeoff/knobs.h"
 #include "scene/capture_reader.h"
-#include "tests/support/captures.h"
 #include "tests/support/gltf_asset.h"
 #include "tests/support/image_bytes.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::texture_format_test {
 namespace {
 
 using memory::Purpose;
 using memory::Unit;
-using nlohmann::json;
 
 // A multiple of the sides of all blocks.
 constexpr int kSide = 120;
@@ -137,4 +132,4 @@ TEST(TextureFormat, TheKnobTurnsAllFormatsAndNeedsTextures) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::texture_format_test

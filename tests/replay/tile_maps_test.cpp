@@ -1,19 +1,9 @@
 // The work of each tile: maps that add up to the frame's counters.
-#include <gtest/gtest.h>
-
-#include <nlohmann/json.hpp>
-#include <numeric>
-
 #include "replay/tile_map_files.h"
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::tile_maps_test {
 namespace {
-
-using nlohmann::json;
-namespace fs = std::filesystem;
 
 void replay_into(const fs::path& folder, const char* name, std::vector<std::string> more) {
   std::vector<std::string> arguments = {
@@ -104,4 +94,4 @@ TEST(TileMaps, OnlyMovingSurfacesCountAsMoving) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::tile_maps_test

@@ -1,30 +1,14 @@
 // Records timed again: the same cycles and energies as a replay on that machine.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
 #include "base/error.h"
 #include "gpu/device.h"
 #include "gpu/tile_memory.h"
 #include "replay/describe.h"
 #include "replay/statistics.h"
 #include "scene/capture_reader.h"
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::time_test {
 namespace {
-
-using nlohmann::json;
-using test::ProcessResult;
-using test::run_tessera;
-using testing::HasSubstr;
 
 class Time : public testing::Test {
  protected:
@@ -397,4 +381,4 @@ TEST_F(Time, SweepsRenderOncePerFunctionalPoint) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::time_test

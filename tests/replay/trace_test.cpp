@@ -1,22 +1,8 @@
 // The files of --trace and --dram-trace.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "tests/support/tests.h"
 
-#include <algorithm>
-#include <map>
-#include <nlohmann/json.hpp>
-#include <set>
-#include <sstream>
-
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
-
-namespace tessera::replay {
+namespace tessera::replay::trace_test {
 namespace {
-
-using nlohmann::json;
-using test::run_tessera;
 
 struct Slice {
   double begin, end;
@@ -231,4 +217,4 @@ TEST(SelfCheckCommand, PrintsExpectedGotAndPassAndWhyNot) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::trace_test

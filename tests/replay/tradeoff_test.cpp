@@ -1,36 +1,17 @@
 // `tessera tradeoff`: fronts, words, points, knobs, and the command as a whole.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <filesystem>
-#include <map>
-#include <set>
-#include <sstream>
-
-#include <nlohmann/json.hpp>
-
+#include "replay/tradeoff/tradeoff.h"
 #include "base/error.h"
 #include "gpu/view_inputs.h"
 #include "replay/sweep/columns.h"
 #include "replay/tradeoff/decisions.h"
-#include "replay/tradeoff/tradeoff.h"
 #include "replay/tradeoff/tradeoff_words.h"
 #include "replay/tradeoff/trial_file.h"
 #include "scene/capture_reader.h"
-#include "tests/support/captures.h"
 #include "tests/support/gltf_asset.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::tradeoff_test {
 namespace {
-
-using nlohmann::json;
-using test::ProcessResult;
-using test::run_tessera;
-using testing::HasSubstr;
-namespace fs = std::filesystem;
 
 // ---- Fronts -----------------------------------------------------------------------------------------------------
 
@@ -622,4 +603,4 @@ TEST_F(TradeoffCommand, RefusesWhatItCannotCompare) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::tradeoff_test

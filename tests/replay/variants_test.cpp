@@ -1,13 +1,10 @@
 // Variants of materials as users meet them: drawn, listed, packed, refused.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "base/exr_file.h"
 #include "base/image_codec.h"
 #include "tests/replay/pack_sources.h"
-#include "tests/support/process.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::variants_test {
 namespace {
 
 // A square that fills an orthographic image: unlit red by itself, green as "meadow", blue as "it's sea".
@@ -124,4 +121,4 @@ TEST(VariantOption, PackDisplacesTheMaterialsOfAllVariants) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::variants_test

@@ -1,18 +1,9 @@
 // Vega's modules are found where they are, at run time.
 #include "replay/report/vega.h"
+#include "tests/support/tests.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cstdlib>
-
-#include "tests/support/captures.h"
-#include "tests/support/temporary_folder.h"
-
-namespace tessera::replay {
+namespace tessera::replay::vega_test {
 namespace {
-
-namespace fs = std::filesystem;
 
 class Vega : public testing::Test {
  protected:
@@ -57,4 +48,4 @@ TEST_F(Vega, WithoutVariablesTheUsualFoldersAreLookedAt) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::vega_test

@@ -1,31 +1,13 @@
 // --scene, --camera, --animation, --orbit, --lens and --shutter: what of a file is drawn and how it is looked at.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <filesystem>
-#include <string>
-#include <vector>
-
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
-#include "base/error.h"
 #include "replay/view_options.h"
+#include "base/error.h"
 #include "scene/pose.h"
 #include "scene/view.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 #include "tests/support/view_asset.h"
 
-namespace tessera::replay {
+namespace tessera::replay::view_options_test {
 namespace {
-
-using nlohmann::json;
-using test::ProcessResult;
-using test::run_tessera;
-using testing::HasSubstr;
-namespace fs = std::filesystem;
 
 class ViewOptions : public testing::Test {
  protected:
@@ -264,4 +246,4 @@ TEST_F(ViewOptions, StudiesAndTradeoffsTakeThem) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::view_options_test

@@ -1,37 +1,20 @@
 // `tessera view`: what its session gives, and its page in a browser that someone uses.
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <chrono>
-#include <cmath>
 #include <condition_variable>
-#include <filesystem>
 #include <mutex>
-#include <nlohmann/json.hpp>
-#include <sstream>
-#include <thread>
 
 #include "base/error.h"
 #include "replay/view/view_session.h"
 #include "scene/capture_reader.h"
 #include "tests/support/browser.h"
-#include "tests/support/captures.h"
 #include "tests/support/live_page.h"
-#include "tests/support/process.h"
 #include "tests/support/running_process.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::replay {
+namespace tessera::replay::view_test {
 namespace {
 
-using nlohmann::json;
 using test::LivePage;
-using test::ProcessResult;
-using test::run_tessera;
 using test::RunningProcess;
-using testing::HasSubstr;
-namespace fs = std::filesystem;
 
 // ---- The session --------------------------------------------------------------------------------------------------
 
@@ -479,4 +462,4 @@ TEST_F(ViewInBrowser, SaysWhenTheProgramHasEnded) {
 }
 
 }  // namespace
-}  // namespace tessera::replay
+}  // namespace tessera::replay::view_test

@@ -1,16 +1,9 @@
 #include "scene/assembly.h"
+#include "tests/support/tests.h"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <set>
-
-#include "tests/support/captures.h"
-
-namespace tessera::scene {
+namespace tessera::scene::assembly_test {
 namespace {
 
-using test::Random;
 using Triangle = std::array<std::uint32_t, 3>;
 
 // The smallest rotation of a triangle: equal for triangles that wind alike.
@@ -158,4 +151,4 @@ TEST(Assembly, NumbersBasePatchesOfAllNodesThatDrawAMesh) {
 }
 
 }  // namespace
-}  // namespace tessera::scene
+}  // namespace tessera::scene::assembly_test

@@ -1,27 +1,19 @@
 // Catmull-Clark control meshes as Bezier patches. The oracle for limit surfaces is OpenSubdiv's evaluator (Bfr), which
 // shares nothing with the masks under test but the refinement rules.
-#include "scene/subdivision/catmull_clark.h"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <opensubdiv/bfr/refinerSurfaceFactory.h>
 #include <opensubdiv/bfr/surface.h>
 #include <opensubdiv/far/topologyDescriptor.h>
 
-#include <cmath>
-#include <map>
-
 #include "scene/assembly.h"
+#include "scene/subdivision/catmull_clark.h"
 #include "scene/subdivision/refined_cage.h"
 #include "tests/support/cages.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::scene::subdivision {
+namespace tessera::scene::subdivision::catmull_clark_test {
 namespace {
 
 using test::Cage;
-using test::Random;
-using testing::HasSubstr;
 namespace far = OpenSubdiv::Far;
 namespace bfr = OpenSubdiv::Bfr;
 using DVec2 = glm::dvec2;
@@ -535,4 +527,4 @@ TEST(CatmullClark, MemoryIsChargedBeforeItIsTaken) {
 }
 
 }  // namespace
-}  // namespace tessera::scene::subdivision
+}  // namespace tessera::scene::subdivision::catmull_clark_test

@@ -1,17 +1,10 @@
 // Boxes and cones of clusters that rest.
 #include "scene/cluster_bounds.h"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "scene/clusters.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::scene {
+namespace tessera::scene::cluster_bounds_test {
 namespace {
-
-using test::Random;
 
 // A turned, bent strip of quads: oriented boxes are much smaller than aligned ones.
 Primitive turned_strip(Random& random, float bend) {
@@ -129,4 +122,4 @@ TEST(ClusterBounds, ClosedSurfacesAndSliversHaveNoCone) {
 }
 
 }  // namespace
-}  // namespace tessera::scene
+}  // namespace tessera::scene::cluster_bounds_test

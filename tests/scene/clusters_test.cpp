@@ -1,24 +1,13 @@
 // Clusters that are cut off triangles in the order of clusters.
 #include "scene/clusters.h"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <numeric>
-#include <set>
-
 #include "scene/capture_reader.h"
 #include "scene/limits.h"
-#include "tests/support/captures.h"
 #include "tests/support/gltf_asset.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::scene {
+namespace tessera::scene::clusters_test {
 namespace {
 
-using nlohmann::json;
-using test::Random;
 using Triangle = std::array<std::uint32_t, 3>;
 
 Triangle smallest_rotation(const Triangle& t) {
@@ -221,4 +210,4 @@ TEST(ClusterClaims, ThatAreNoneAreRefused) {
 }
 
 }  // namespace
-}  // namespace tessera::scene
+}  // namespace tessera::scene::clusters_test

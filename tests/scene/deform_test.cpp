@@ -1,12 +1,7 @@
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <vector>
-
 #include "scene/deform.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::scene {
+namespace tessera::scene::deform_test {
 namespace {
 
 constexpr std::size_t kVertices = 40, kJoints = 12, kTargets = 3;
@@ -177,4 +172,4 @@ TEST(Deformation, IsNothingForARigidMesh) {
 }
 
 }  // namespace
-}  // namespace tessera::scene
+}  // namespace tessera::scene::deform_test

@@ -1,20 +1,13 @@
 // Instances of a node's mesh: numbering, what they share, where they are.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <set>
-
 #include <tessera/error.h>
 
 #include "scene/frame_geometry.h"
 #include "scene/pose.h"
-#include "tests/support/captures.h"
 #include "tests/support/instances.h"
+#include "tests/support/tests.h"
 
-namespace tessera::scene {
+namespace tessera::scene::instancing_test {
 namespace {
-
-using test::Random;
 
 TEST(Instances, AS1AreNumberedAndPosedAsNodesInTheirPlaceWouldBe) {
   for (std::uint32_t seed = 1; seed <= 10; ++seed) {
@@ -132,4 +125,4 @@ TEST(Instances, AreFramedByTheAutomaticCameraAsNodesWouldBe) {
 }
 
 }  // namespace
-}  // namespace tessera::scene
+}  // namespace tessera::scene::instancing_test

@@ -1,18 +1,11 @@
 // KHR_lights_punctual from the file to where its lights shine.
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "scene/capture_reader.h"
 #include "scene/frame_geometry.h"
-#include "tests/support/captures.h"
 #include "tests/support/gltf_asset.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::scene {
+namespace tessera::scene::lights_test {
 namespace {
-
-using nlohmann::json;
 
 // One light on node 0 and its parent, node 1, beside a triangle.
 Capture lit_by(const json& light, const json& node = json::object(), const json& parent = json::object()) {
@@ -80,4 +73,4 @@ TEST(PunctualLights, ScaleMovesThemAndChangesNothingElse) {
 }
 
 }  // namespace
-}  // namespace tessera::scene
+}  // namespace tessera::scene::lights_test

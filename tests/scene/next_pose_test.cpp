@@ -1,13 +1,9 @@
 // Frames that follow others: poses are kept where nothing differs, and are those that a fresh start would make.
-#include <gtest/gtest.h>
-
-#include <cstring>
-
 #include "scene/frame_geometry.h"
 #include "scene/view.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::scene {
+namespace tessera::scene::next_pose_test {
 namespace {
 
 constexpr int kSide = 120;
@@ -144,4 +140,4 @@ TEST(NextPose, FG1PatternsAreThoseOfAFreshStart) {
 }
 
 }  // namespace
-}  // namespace tessera::scene
+}  // namespace tessera::scene::next_pose_test

@@ -1,13 +1,7 @@
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <numbers>
-#include <vector>
-
 #include "scene/pose.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::scene {
+namespace tessera::scene::pose_test {
 namespace {
 
 AnimationChannel channel_of(Interpolation interpolation, int components, std::vector<float> times,
@@ -192,4 +186,4 @@ TEST(Pose, TakesMorphWeightsFromAnimationThenNodeThenMesh) {
 }
 
 }  // namespace
-}  // namespace tessera::scene
+}  // namespace tessera::scene::pose_test

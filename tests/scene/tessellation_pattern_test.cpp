@@ -1,15 +1,8 @@
 #include "scene/tessellation_pattern.h"
+#include "tests/support/tests.h"
 
-#include <gtest/gtest.h>
-
-#include <set>
-
-#include "tests/support/captures.h"
-
-namespace tessera::scene {
+namespace tessera::scene::tessellation_pattern_test {
 namespace {
-
-using test::Random;
 
 TEST(TessellationPattern, EdgeVerticesAreMonotoneAndReachEveryVertexOfTheCoarserEdge) {
   for (int n = 1; n <= 64; ++n)
@@ -121,4 +114,4 @@ TEST(CurveFactor, PointsBehindTheCameraDoNotBreakIt) {
 }
 
 }  // namespace
-}  // namespace tessera::scene
+}  // namespace tessera::scene::tessellation_pattern_test

@@ -1,13 +1,10 @@
-#include "scene/view.h"
-
-#include <gtest/gtest.h>
-
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "scene/framing.h"
-#include "tests/support/captures.h"
+#include "scene/view.h"
+#include "tests/support/tests.h"
 
-namespace tessera::scene {
+namespace tessera::scene::view_test {
 namespace {
 
 DVec4 to_raster(const Projection& p, const DVec3& camera_point) { return p.matrix() * DVec4(camera_point, 1.0); }
@@ -141,4 +138,4 @@ TEST(ChooseCamera, AnEmptySceneIsFramedToo) {
 }
 
 }  // namespace
-}  // namespace tessera::scene
+}  // namespace tessera::scene::view_test

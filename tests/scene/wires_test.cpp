@@ -1,23 +1,14 @@
 // Points and lines: how they are read, and how their vertices are moved apart in the image.
 #include "scene/wires.h"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <vector>
-
 #include "scene/assembly.h"
 #include "scene/capture_reader.h"
 #include "scene/frame_geometry.h"
-#include "tests/support/captures.h"
 #include "tests/support/gltf_asset.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
-namespace tessera::scene {
+namespace tessera::scene::wires_test {
 namespace {
 
-using nlohmann::json;
 using testing::ElementsAre;
 
 // ---- Reading ----------------------------------------------------------------------------------------------------
@@ -231,4 +222,4 @@ TEST(Wires, NormalsAndTangentsAreThoseOfTheWorld) {
 }
 
 }  // namespace
-}  // namespace tessera::scene
+}  // namespace tessera::scene::wires_test

@@ -1,15 +1,9 @@
 #include "shaders_cpp/bicubic.h"
+#include "tests/support/tests.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-
-#include "tests/support/captures.h"
-
-namespace tessera::shaders {
+namespace tessera::shaders::bicubic_test {
 namespace {
 
-using test::Random;
 using Real3 = Vector3<double>;
 
 ControlPoints<float> random_net(Random& random, float size = 1.0f) {
@@ -130,4 +124,4 @@ TEST(Bicubic, CoincidentControlPointsGiveExactlyZeroDerivatives) {
 }
 
 }  // namespace
-}  // namespace tessera::shaders
+}  // namespace tessera::shaders::bicubic_test

@@ -1,14 +1,8 @@
 // Exponential and logarithm of the shaders, against the C library's in double precision.
-#include <gtest/gtest.h>
-
-#include <bit>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-
 #include "shaders_cpp/elementary.h"
+#include "tests/support/tests.h"
 
-namespace tessera::shaders {
+namespace tessera::shaders::elementary_test {
 namespace {
 
 // Distance to the truth in units of the last place of the float nearest to it.
@@ -69,4 +63,4 @@ TEST(Elementary, TheCheckSeesAnExponentialWithASingleConstant) {
 }
 
 }  // namespace
-}  // namespace tessera::shaders
+}  // namespace tessera::shaders::elementary_test

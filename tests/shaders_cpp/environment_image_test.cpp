@@ -1,24 +1,13 @@
 // Images of what lies all around against closed forms and integrals in double precision.
 #include "shaders_cpp/environment_image.h"
-
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cmath>
-#include <functional>
-#include <limits>
-#include <memory>
-#include <numbers>
-#include <vector>
-
 #include "base/half_float.h"
 #include "base/parallel.h"
 #include "shaders_cpp/environment.h"
 #include "shaders_cpp/metallic_roughness.h"
-#include "tests/support/captures.h"
 #include "tests/support/environments.h"
+#include "tests/support/tests.h"
 
-namespace tessera::shaders {
+namespace tessera::shaders::environment_image_test {
 namespace {
 
 using Light = std::function<DVec3(const DVec3&)>;
@@ -389,4 +378,4 @@ TEST(EnvironmentImage, WhiteSurfacesInAWhiteImageStayWhite) {
 }
 
 }  // namespace
-}  // namespace tessera::shaders
+}  // namespace tessera::shaders::environment_image_test

@@ -1,18 +1,11 @@
 // Layers of glTF's material extensions against closed forms, integrals in double precision and the furnace.
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <functional>
 #include <random>
-#include <utility>
-#include <vector>
 
 #include "shaders_cpp/environment.h"
 #include "shaders_cpp/layered_material.h"
+#include "tests/support/tests.h"
 
-namespace tessera::shaders {
+namespace tessera::shaders::layered_material_test {
 namespace {
 
 using Vector = Vector3<float>;
@@ -381,4 +374,4 @@ TEST(LayeredMaterial, LightFromBehindReachesWhatSpreadsIt) {
 }
 
 }  // namespace
-}  // namespace tessera::shaders
+}  // namespace tessera::shaders::layered_material_test

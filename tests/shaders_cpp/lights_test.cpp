@@ -1,13 +1,9 @@
 // KHR_lights_punctual against its formulas, written down again in double precision.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-
 #include "shaders_cpp/layered_material.h"
 #include "shaders_cpp/metallic_roughness.h"
+#include "tests/support/tests.h"
 
-namespace tessera::shaders {
+namespace tessera::shaders::lights_test {
 namespace {
 
 using Vector = Vector3<double>;
@@ -137,4 +133,4 @@ TEST(Lights, RangeIsAWindowOnTheFallOff) {
 }
 
 }  // namespace
-}  // namespace tessera::shaders
+}  // namespace tessera::shaders::lights_test

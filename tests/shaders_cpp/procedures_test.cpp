@@ -1,17 +1,11 @@
 // Procedures: shapes against independent formulas, tangents against differences, closure bit by bit.
 #include "shaders_cpp/procedures/procedures.h"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "shaders_cpp/procedures/operation_count.h"
 #include "tests/support/procedures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::shaders {
+namespace tessera::shaders::procedures_test {
 namespace {
-
-using test::Random;
 
 constexpr double kTurn = 6.283185307179586;
 
@@ -219,4 +213,4 @@ TEST(Textures, StayInsideTheirColours) {
 }
 
 }  // namespace
-}  // namespace tessera::shaders
+}  // namespace tessera::shaders::procedures_test

@@ -1,21 +1,13 @@
 // Programs: built-in stages written in the language give the built-ins' bits and costs; any text compiles or is refused
 // with its place.
 #include "shaders_cpp/procedures/program.h"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <bit>
-#include <cmath>
-
 #include "shaders_cpp/procedures/operation_count.h"
 #include "shaders_cpp/procedures/procedures.h"
 #include "tests/support/programs.h"
+#include "tests/support/tests.h"
 
-namespace tessera::shaders {
+namespace tessera::shaders::program_test {
 namespace {
-
-using test::Random;
 
 bool same_bits(float a, float b) { return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b); }
 bool same_bits(double a, double b) { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); }
@@ -243,7 +235,6 @@ TEST(Programs, FaultsHaveTheirLineAndColumn) {
 }
 
 TEST(Programs, LimitsAreStated) {
-  using testing::HasSubstr;
   EXPECT_THAT(refusal(std::string(ProgramLimits::kSourceBytes + 1, ' ')), HasSubstr("more than 16384"));
   std::string deep = "shape s { return vec3(";
   for (int k = 0; k < 1000; ++k) deep += "(";
@@ -300,4 +291,4 @@ TEST(Programs, InstructionsStayInsideTheirRegisters) {
 }
 
 }  // namespace
-}  // namespace tessera::shaders
+}  // namespace tessera::shaders::program_test

@@ -1,18 +1,10 @@
 // Images of radiance: what they hold, how levels are made, how they are read.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <limits>
-
-#include "base/half_float.h"
 #include "shaders_cpp/radiance_image.h"
-#include "tests/support/captures.h"
+#include "base/half_float.h"
+#include "tests/support/tests.h"
 
-namespace tessera::shaders {
+namespace tessera::shaders::radiance_image_test {
 namespace {
-
-using test::Random;
 
 RadianceImage random_chain(Random& random, RadianceImage::Size size) {
   RadianceImage image(RadianceImage::mip_chain(size));
@@ -118,4 +110,4 @@ TEST(RadianceImage, LookupsMeetTexelsAtTheirMiddlesAndTheMeanBetween) {
 }
 
 }  // namespace
-}  // namespace tessera::shaders
+}  // namespace tessera::shaders::radiance_image_test

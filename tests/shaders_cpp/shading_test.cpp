@@ -1,18 +1,10 @@
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdio>
-#include <limits>
-
 #include "shaders_cpp/environment.h"
 #include "shaders_cpp/metallic_roughness.h"
 #include "shaders_cpp/studio.h"
 #include "shaders_cpp/tone_map.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::shaders {
+namespace tessera::shaders::shading_test {
 namespace {
 
 constexpr double kTwoPi = 6.283185307179586;
@@ -337,4 +329,4 @@ TEST(ToneMap, SwallowsNanNegativeAndInfiniteLight) {
 }
 
 }  // namespace
-}  // namespace tessera::shaders
+}  // namespace tessera::shaders::shading_test

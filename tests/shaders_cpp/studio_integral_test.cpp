@@ -1,18 +1,11 @@
 // Surfaces with glTF's layers as the studio lights them, against integrals of their lobes in double precision: radiance
 // from every direction times reflect_light(), which knows nothing of prefiltered light, fitted albedos or bent normals.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-#include <string>
-#include <vector>
-
 #include "base/vec.h"
 #include "shaders_cpp/environment.h"
 #include "shaders_cpp/layered_material.h"
+#include "tests/support/tests.h"
 
-namespace tessera::shaders {
+namespace tessera::shaders::studio_integral_test {
 namespace {
 
 using Vector = Vector3<float>;
@@ -139,4 +132,4 @@ TEST(StudioIntegral, AForgottenLayerIsSeen) {
 }
 
 }  // namespace
-}  // namespace tessera::shaders
+}  // namespace tessera::shaders::studio_integral_test

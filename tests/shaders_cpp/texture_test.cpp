@@ -1,14 +1,8 @@
 #include "shaders_cpp/texture.h"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <limits>
-
 #include "base/color.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
-namespace tessera::shaders {
+namespace tessera::shaders::texture_test {
 namespace {
 
 constexpr Wrap kWraps[] = {Wrap::kRepeat, Wrap::kMirroredRepeat, Wrap::kClampToEdge};
@@ -150,4 +144,4 @@ TEST(Color, TransferFunctionsInvertEachOther) {
 }
 
 }  // namespace
-}  // namespace tessera::shaders
+}  // namespace tessera::shaders::texture_test

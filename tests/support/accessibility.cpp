@@ -1,10 +1,5 @@
 #include "tests/support/accessibility.h"
-
-#include <filesystem>
-#include <stdexcept>
-
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
+#include "tests/support/tests.h"
 
 namespace tessera::test {
 namespace {

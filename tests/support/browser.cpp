@@ -1,10 +1,5 @@
 #include "tests/support/browser.h"
-
-#include <sstream>
-
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 
 namespace tessera::test {
 namespace {

@@ -1,8 +1,5 @@
 #include "tests/support/cages.h"
-
-#include <map>
-
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
 namespace tessera::test {
 

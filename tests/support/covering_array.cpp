@@ -1,6 +1,5 @@
 #include "tests/support/covering_array.h"
-
-#include <set>
+#include "tests/support/tests.h"
 
 namespace tessera::test {
 namespace {

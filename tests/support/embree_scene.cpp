@@ -1,13 +1,8 @@
 #include "tests/support/embree_scene.h"
-
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <stdexcept>
-
 #include "base/parallel.h"
 #include "base/vec.h"
 #include "tests/support/mesh_triangles.h"
+#include "tests/support/tests.h"
 #include "tilecore/tessellation/tessellator.h"
 
 namespace tessera::test {

@@ -1,12 +1,6 @@
 #include "tests/support/fault_scenes.h"
-
-#include <cmath>
-#include <functional>
-#include <memory>
-#include <numbers>
-
 #include "scene/capture_reader.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 
 namespace tessera::test {
 namespace {

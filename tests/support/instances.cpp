@@ -1,6 +1,5 @@
 #include "tests/support/instances.h"
-
-#include <utility>
+#include "tests/support/tests.h"
 
 namespace tessera::test {
 

@@ -1,14 +1,8 @@
 #include "tests/support/live_page.h"
-
-#include <chrono>
-#include <map>
-#include <stdexcept>
-#include <thread>
+#include "tests/support/tests.h"
 
 namespace tessera::test {
 namespace {
-
-using nlohmann::json;
 
 // The flags of browser.cpp, and the pipe.
 std::vector<std::string> browser_arguments(const std::string& profile, int width, int height) {

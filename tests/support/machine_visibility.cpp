@@ -1,7 +1,5 @@
 #include "tests/support/machine_visibility.h"
-
-#include <chrono>
-#include <utility>
+#include "tests/support/tests.h"
 
 namespace tessera::test {
 

@@ -1,13 +1,9 @@
 #include "tests/support/meshopt_asset.h"
-
-#include <map>
-
 #include "replay/pack/meshopt_encoder.h"
+#include "tests/support/tests.h"
 
 namespace tessera::test {
 namespace {
-
-using nlohmann::json;
 
 // Views of triangle indices, with the size of one.
 std::map<std::size_t, std::size_t> index_views(const json& document) {

@@ -1,14 +1,11 @@
-#include "tests/support/process.h"
-
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include <chrono>
 #include <csignal>
-#include <stdexcept>
+
+#include "tests/support/tests.h"
 
 namespace tessera::test {
 namespace {

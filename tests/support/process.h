@@ -25,12 +25,7 @@ struct ProcessLimits {
 // Runs a program (argv[0] is its path) and waits for it.
 ProcessResult run_process(const std::vector<std::string>& argv, const ProcessLimits& limits = {});
 
-#ifdef TESSERA_PROGRAM
-// Runs the tessera program of this build; in test programs that say that they do.
-inline ProcessResult run_tessera(std::vector<std::string> arguments, const ProcessLimits& limits = {}) {
-  arguments.insert(arguments.begin(), TESSERA_PROGRAM);
-  return run_process(arguments, limits);
-}
-#endif
+// Runs the tessera program of this build; in test programs that say that they do (RUNS in tests/CMakeLists.txt).
+ProcessResult run_tessera(std::vector<std::string> arguments, const ProcessLimits& limits = {});
 
 }  // namespace tessera::test

@@ -1,15 +1,12 @@
-#include "tests/support/running_process.h"
-
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include <chrono>
 #include <csignal>
-#include <stdexcept>
-#include <thread>
+
+#include "tests/support/running_process.h"
+#include "tests/support/tests.h"
 
 namespace tessera::test {
 namespace {

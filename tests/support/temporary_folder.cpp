@@ -1,8 +1,4 @@
-#include "tests/support/temporary_folder.h"
-
-#include <cstdlib>
-#include <stdexcept>
-#include <string>
+#include "tests/support/tests.h"
 
 namespace tessera::test {
 

@@ -1,14 +1,7 @@
 #include "tilecore/depth_blocks.h"
+#include "tests/support/tests.h"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <limits>
-#include <set>
-
-#include "tests/support/captures.h"
-
-namespace tessera::tilecore {
+namespace tessera::tilecore::depth_blocks_test {
 namespace {
 
 constexpr float kNothing = std::numeric_limits<float>::infinity();
@@ -118,4 +111,4 @@ TEST(DepthBlocksTwin, AForgottenTouchIsNoticed) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::depth_blocks_test

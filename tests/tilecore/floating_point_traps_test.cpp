@@ -1,11 +1,7 @@
 // Units whose headers promise to raise neither the invalid nor the divide-by-zero flag, on the scenes that are hardest
 // for them, with traps for both: a broken promise ends the test program. Vector kernels promise nothing: they compute
 // every lane and choose afterwards.
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <csignal>
-#include <limits>
 
 #include "base/parallel.h"
 #include "binner/tile_coverage.h"
@@ -14,15 +10,15 @@
 #include "shaders_cpp/bicubic.h"
 #include "tests/frontend/bound_scenes.h"
 #include "tests/support/floating_point_traps.h"
+#include "tests/support/tests.h"
 #include "tilecore/visibility/bundle_frustum.h"
 #include "tilecore/visibility/cell_test.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::floating_point_traps_test {
 namespace {
 
 using frontend::Hard;
 using test::FloatingPointTraps;
-using test::Random;
 
 #define SKIP_UNLESS_FLAGS_ARE_KEPT \
   if (!FloatingPointTraps::kTheCompilerKeepsFlags) GTEST_SKIP() << "this compiler does not keep floating-point flags"
@@ -150,4 +146,4 @@ TEST(TrapsDeathTest, ADivisionByZeroAndAnInvalidOperationAreCaught) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::floating_point_traps_test

@@ -1,10 +1,6 @@
 #pragma once
 
-#include <algorithm>
-#include <memory>
-#include <utility>
-#include <vector>
-
+#include "tests/support/tests.h"
 #include "tests/tilecore/support.h"
 #include "tilecore/tile_core.h"
 

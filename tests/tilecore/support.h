@@ -1,11 +1,7 @@
 #pragma once
 
-#include <memory>
-#include <set>
-#include <tuple>
-
 #include "scene/frame_geometry.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 #include "tilecore/tessellation/tessellator.h"
 #include "tilecore/visibility/sample_tests.h"
 

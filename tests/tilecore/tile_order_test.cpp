@@ -1,14 +1,7 @@
 #include "tilecore/tile_order.h"
+#include "tests/support/tests.h"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cstdlib>
-#include <vector>
-
-#include "tests/support/captures.h"
-
-namespace tessera::tilecore {
+namespace tessera::tilecore::tile_order_test {
 namespace {
 
 constexpr TileSequence kSequences[] = {TileSequence::kRows, TileSequence::kStrips, TileSequence::kMorton,
@@ -91,4 +84,4 @@ TEST(TileOrder, HilbertNeverJumps) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::tile_order_test

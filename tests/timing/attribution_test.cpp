@@ -1,18 +1,12 @@
 // Cycles and energy of a frame split by drawables and tiles.
-#include "timing/attribution.h"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <string>
-
 #include <rapidcheck/gtest.h>
 
 #include "hardware/energy.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
+#include "timing/attribution.h"
 #include "timing/events/event_model.h"
 
-namespace tessera::timing {
+namespace tessera::timing::attribution_test {
 namespace {
 
 using hardware::Machine;
@@ -196,4 +190,4 @@ TEST(Attribution, TheBoundOfATileIsEstimatedByItsPath) {
 }
 
 }  // namespace
-}  // namespace tessera::timing
+}  // namespace tessera::timing::attribution_test

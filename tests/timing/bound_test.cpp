@@ -1,15 +1,11 @@
 // What bounds a frame, of doublings whose gains are known.
-#include "timing/bound.h"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
+#include <rapidcheck/gtest.h>
 #include <atomic>
 
-#include <rapidcheck/gtest.h>
+#include "tests/support/tests.h"
+#include "timing/bound.h"
 
-namespace tessera::timing {
+namespace tessera::timing::bound_test {
 namespace {
 
 using hardware::Stage;
@@ -129,4 +125,4 @@ TEST(Bound, NamesAreApart) {
 }
 
 }  // namespace
-}  // namespace tessera::timing
+}  // namespace tessera::timing::bound_test

@@ -1,16 +1,11 @@
 // Frames simulated item by item: machines whose time is known by hand, and laws that hold for all.
-#include "timing/events/event_model.h"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include <rapidcheck/gtest.h>
 
 #include "memory/dram_spec.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
+#include "timing/events/event_model.h"
 
-namespace tessera::timing {
+namespace tessera::timing::event_model_test {
 namespace {
 
 using hardware::Machine;
@@ -717,4 +712,4 @@ RC_GTEST_PROP(EventModel, BytesAndTilesAreConserved, (std::uint32_t seed)) {  //
 }
 
 }  // namespace
-}  // namespace tessera::timing
+}  // namespace tessera::timing::event_model_test

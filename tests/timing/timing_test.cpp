@@ -1,15 +1,12 @@
 // The timing and the energy model on frames whose answer is known.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <numeric>
 #include <random>
 
 #include "gpu/configuration.h"
 #include "hardware/energy.h"
+#include "tests/support/tests.h"
 #include "timing/timing_model.h"
 
-namespace tessera::timing {
+namespace tessera::timing::timing_test {
 namespace {
 
 // A machine in which everything is so fast that only what a test slows down takes time.
@@ -375,4 +372,4 @@ TEST(Energy, UnitsAddUpToTheTotalAndNoEventIsChargedTwice) {
 }
 
 }  // namespace
-}  // namespace tessera::timing
+}  // namespace tessera::timing::timing_test

@@ -1,14 +1,10 @@
 // The bytes of a frame's work.
-#include <gtest/gtest.h>
-
-#include <string>
-
 #include <rapidcheck/gtest.h>
 
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 #include "timing/work_code.h"
 
-namespace tessera::timing {
+namespace tessera::timing::work_code_test {
 namespace {
 
 // Numbers of all sizes: TileWork and GeometryWork hold nothing but numbers of 64 bits and a tile's of 32.
@@ -145,4 +141,4 @@ TEST(WorkCode, RefusesLongLists) {  // WC2
 }
 
 }  // namespace
-}  // namespace tessera::timing
+}  // namespace tessera::timing::work_code_test

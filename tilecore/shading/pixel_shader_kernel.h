@@ -10,6 +10,9 @@ namespace tessera::tilecore {
 // shade_lane() is its scalar twin, with the same bits.
 void shade_draw(const DrawConstants& draw, const LaneArrays& in, std::size_t count, const LookupArrays& lookups,
                 const ShadedArrays& out);
+// The same for draws whose material has layers; shade_draw() calls it for them.
+void shade_layered_draw(const DrawConstants& draw, const LaneArrays& in, std::size_t count, const LookupArrays& lookups,
+                        const ShadedArrays& out);
 
 // Of `count` lines the ones that are there (not negative) and not the same as the one before them, in order; returns
 // how many. `out` has room for count + 16.

@@ -17,7 +17,7 @@ constexpr double kRaysPerSample = 1.6, kTriangle = 2;
 constexpr double kBuilt = 2, kFrustumTests = 2;
 
 // Whole numbers at or below; std::floor() is a call where the target has no instruction for it.
-double floor_of(float x) {
+double whole_below(float x) {
   if (!(std::abs(x) < 1e9f)) return std::floor(static_cast<double>(x));
   const auto whole = static_cast<std::int32_t>(x);
   return static_cast<double>(static_cast<float>(whole) > x ? whole - 1 : whole);
@@ -36,7 +36,7 @@ struct Box {
   }
   // Of the whole pixels that it touches.
   double pixels() const {
-    return x0 > x1 ? 0.0 : (floor_of(x1) - floor_of(x0) + 1) * (floor_of(y1) - floor_of(y0) + 1);
+    return x0 > x1 ? 0.0 : (whole_below(x1) - whole_below(x0) + 1) * (whole_below(y1) - whole_below(y0) + 1);
   }
   double area() const {
     return x0 > x1 ? 0.0

@@ -1,12 +1,7 @@
 #pragma once
 
-#include <algorithm>
-#include <span>
-#include <vector>
-
-#include <gtest/gtest.h>
-
 #include "binner/binner.h"
+#include "tests/support/tests.h"
 #include "tilecore/procedural/sampling_controller.h"
 
 namespace tessera::tilecore {

@@ -1,21 +1,14 @@
 // Cells of procedures: how many samples they have, which of these a tile evaluates, and that they are entries of its list.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <limits>
-#include <optional>
-#include <string>
-
 #include "tests/support/procedures.h"
+#include "tests/support/tests.h"
 #include "tests/tilecore/procedural/cell_lists.h"
 #include "tests/tilecore/support.h"
 #include "tilecore/procedural/cell_steps.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::cells_test {
 namespace {
 
 using shaders::ShapeId;
-using test::Random;
 
 // ---- Steps ------------------------------------------------------------------------------------------------------
 
@@ -189,4 +182,4 @@ TEST(Cells, AreNumberedByTheRangesOfTheirSubPatches) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::cells_test

@@ -1,23 +1,16 @@
 // What the sparse pass says of tiles against the exact procedure: no visible point may lie in a tile that lacks its cell.
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cmath>
-#include <cstdio>
-#include <memory>
-
 #include "base/parallel.h"
 #include "shaders_cpp/procedures/procedures.h"
+#include "tests/support/tests.h"
 #include "tests/tilecore/procedural/cell_lists.h"
 #include "tests/tilecore/procedural/random_scene.h"
 #include "tilecore/procedural/parameter_maps.h"
 #include "tilecore/procedural/procedure_kernel.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::missed_tiles_test {
 namespace {
 
 using shaders::ShapeId;
-using test::Random;
 
 struct Trials {
   std::uint32_t seed = 1;
@@ -267,4 +260,4 @@ TEST(ParameterMaps, PublishedCellsAreCaughtWhereTheyComeClosestToLeavingTheirBou
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::missed_tiles_test

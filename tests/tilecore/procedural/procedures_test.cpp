@@ -1,18 +1,9 @@
 // The emulated SIMD array and the sampling controller's maps.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdio>
-#include <cstring>
-#include <limits>
-#include <map>
-
-#include "base/simd_targets.h"
 #include "shaders_cpp/procedures/procedures.h"
+#include "base/simd_targets.h"
 #include "tests/support/procedures.h"
 #include "tests/support/programs.h"
+#include "tests/support/tests.h"
 #include "tests/tilecore/procedural/cell_lists.h"
 #include "tests/tilecore/procedural/random_scene.h"
 #include "tests/tilecore/support.h"
@@ -21,11 +12,10 @@
 #include "tilecore/procedural/procedure_kernel.h"
 #include "tilecore/procedural/sampling_controller.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::procedures_test {
 namespace {
 
 using shaders::ShapeId;
-using test::Random;
 
 bool same_bits(float a, float b) { return std::memcmp(&a, &b, sizeof a) == 0 || (std::isnan(a) && std::isnan(b)); }
 
@@ -439,4 +429,4 @@ TEST(HardProcedures, ValuesThatAreNotFiniteAreCountedAndSkipped) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::procedures_test

@@ -1,8 +1,7 @@
 #pragma once
 
-#include <algorithm>
-
 #include "tests/support/procedures.h"
+#include "tests/support/tests.h"
 #include "tests/tilecore/support.h"
 
 namespace tessera::tilecore {

@@ -1,32 +1,19 @@
 // procedures.style=lines: lines along parameter lines, against the surface that the same procedures show in the
 // ordinary style.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <functional>
-#include <numeric>
-#include <set>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
-
 #include "base/simd_targets.h"
 #include "scene/procedure_patch.h"
 #include "shaders_cpp/procedures/procedures.h"
 #include "tests/support/procedures.h"
+#include "tests/support/tests.h"
 #include "tests/tilecore/procedural/cell_lists.h"
 #include "tests/tilecore/support.h"
 #include "tilecore/procedural/sampling_controller.h"
 #include "tilecore/shading/surface.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::sampling_lines_test {
 namespace {
 
 using shaders::ShapeId;
-using test::Random;
 
 constexpr int kWidth = 64, kHeight = 48, kSpp = 4, kSide = 2;  // kSide x kSide sub-pixels
 constexpr int kLines = 64;                                     // of each parameter over a piece
@@ -494,4 +481,4 @@ TEST(Lines, CostWhatTheArrayDoesForThemAndTheSurfaceBeneathWhatItCostsWithout) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::sampling_lines_test

@@ -1,15 +1,8 @@
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <bit>
-#include <cmath>
-#include <set>
-#include <tuple>
-
+#include "tests/support/tests.h"
 #include "tilecore/visibility/sample_pattern.h"
 #include "tilecore/visibility/temporal_pattern.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::sampling_test {
 namespace {
 
 // Smallest toroidal distance among the cells whose rank is below `count`.
@@ -257,4 +250,4 @@ TEST(TileSamples, DoNotDependOnTheTileThatAsks) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::sampling_test

@@ -1,22 +1,14 @@
-#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include <array>
-#include <bit>
-#include <cmath>
-#include <cstring>
-#include <functional>
-#include <limits>
-#include <vector>
-
 #include "base/simd_targets.h"
+#include "tests/support/tests.h"
 #include "tests/tilecore/resolve/window.h"
 #include "tilecore/resolve/advection.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::advection_test {
 namespace {
 
-using test::Random;
+using windows::Random;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
 
@@ -34,7 +26,7 @@ struct Frames {
 
   explicit Frames(int x0 = 0, int y0 = 0) : region{x0, y0, x0 + kSide, y0 + kSide} {
     Random random(11);
-    for (Vec4& c : color) c = test::random_color(random);
+    for (Vec4& c : color) c = windows::random_color(random);
   }
   std::size_t index(int x, int y) const { return static_cast<std::size_t>((y - region.y0) * kSide + x - region.x0); }
   Vec4& color_at(int x, int y) { return color[index(x, y)]; }
@@ -97,7 +89,7 @@ TEST(Advection, TheSameMotionGivesTheSameBitsAnywhereInTheFrame) {  // ADV3
     Frames near(0, 0), far(7000, 3000);
     Random random(4);
     for (int i = 0; i < 200; ++i) {
-      const Vec2 v(test::uniform(random, -3, 3), test::uniform(random, -3, 3));
+      const Vec2 v(windows::uniform(random, -3, 3), windows::uniform(random, -3, 3));
       near.move([&](double, double) { return v; });
       far.move([&](double, double) { return v; });
       EXPECT_TRUE(same_bits(near.advect(12, 12, settings).color, far.advect(7012, 3012, settings).color));
@@ -124,7 +116,7 @@ TEST(Advection, ATinyMotionIsNotAWholePixel) {
 RC_GTEST_PROP(Advection, FetchesAreTheInterpolationsInDoublePrecision, (std::uint32_t seed)) {
   Random random(seed);
   Frames frames;
-  const Vec2 v(test::uniform(random, -5, 5), test::uniform(random, -5, 5));
+  const Vec2 v(windows::uniform(random, -5, 5), windows::uniform(random, -5, 5));
   frames.move([&](double, double) { return v; });
   const double px = 12 - static_cast<double>(v.x), py = 12 - static_cast<double>(v.y);
   const auto weight = [](double d, bool cubic) {
@@ -333,19 +325,19 @@ TEST(Advection, WithoutAVelocityAtTheFarEndThereIsNoCorrection) {
 RC_GTEST_PROP(Advection, WholeBlocksHaveTheBitsOfSinglePixels, (std::uint32_t seed)) {
   Random random(seed);
   const std::vector<std::string> targets = simd_target_names();
-  Frames frames(test::below(random, 9), test::below(random, 9));
-  const float reach = test::below(random, 2) ? 2.0f : 14.0f;  // within, and out of the region
-  const Vec2 way(test::uniform(random, -reach, reach), test::uniform(random, -reach, reach));
+  Frames frames(windows::below(random, 9), windows::below(random, 9));
+  const float reach = windows::below(random, 2) ? 2.0f : 14.0f;  // within, and out of the region
+  const Vec2 way(windows::uniform(random, -reach, reach), windows::uniform(random, -reach, reach));
   frames.move([&](double, double) {
-    return way + Vec2(test::uniform(random, -0.1f, 0.1f), test::uniform(random, -0.1f, 0.1f));
+    return way + Vec2(windows::uniform(random, -0.1f, 0.1f), windows::uniform(random, -0.1f, 0.1f));
   });
   const float odd[] = {0.0f, -0.0f, 3.0f, -1e-30f, 0x1p21f, kNan, kInfinity};
   for (int k = 0; k < 40; ++k) {
-    const auto at = static_cast<std::size_t>(test::below(random, 24 * 24)),
-               there = static_cast<std::size_t>(test::below(random, 24 * 24));
-    switch (test::below(random, 5)) {
+    const auto at = static_cast<std::size_t>(windows::below(random, 24 * 24)),
+               there = static_cast<std::size_t>(windows::below(random, 24 * 24));
+    switch (windows::below(random, 5)) {
       case 0:
-        frames.velocity[at][test::below(random, 2)] = odd[test::below(random, 7)];
+        frames.velocity[at][windows::below(random, 2)] = odd[windows::below(random, 7)];
         break;
       case 1:
         frames.usable[at] = 0;
@@ -354,13 +346,14 @@ RC_GTEST_PROP(Advection, WholeBlocksHaveTheBitsOfSinglePixels, (std::uint32_t se
         frames.patch[there] = 8;
         break;
       case 3:
-        frames.depth[there] = test::below(random, 2) ? kInfinity : 10.5f;
+        frames.depth[there] = windows::below(random, 2) ? kInfinity : 10.5f;
         break;
       default:
-        frames.color[there][test::below(random, 4)] = test::below(random, 2) ? kNan : kInfinity;
+        frames.color[there][windows::below(random, 4)] = windows::below(random, 2) ? kNan : kInfinity;
     }
   }
-  const int x0 = frames.region.x0 + 4 + test::below(random, 16), y0 = frames.region.y0 + 4 + test::below(random, 16);
+  const int x0 = frames.region.x0 + 4 + windows::below(random, 16),
+            y0 = frames.region.y0 + 4 + windows::below(random, 16);
   const std::vector<float> depth(24 * 24, 10.0f);
   const std::vector<std::uint32_t> patch(24 * 24, 7u);
   const std::size_t first = frames.index(x0, y0);
@@ -393,4 +386,4 @@ RC_GTEST_PROP(Advection, WholeBlocksHaveTheBitsOfSinglePixels, (std::uint32_t se
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::advection_test

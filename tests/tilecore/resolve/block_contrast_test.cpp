@@ -1,15 +1,10 @@
 // Contrast that a block leaves to the next frame, and the lines of samples on a tile's border.
-#include <gtest/gtest.h>
-
-#include <bit>
-#include <cmath>
-
-#include "tests/support/captures.h"
 #include "tilecore/resolve/block_contrast.h"
+#include "tests/support/tests.h"
 #include "tilecore/resolve/rate_selector.h"
 #include "tilecore/resolve/tile_border.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::block_contrast_test {
 namespace {
 
 using Colors = std::array<Vec4, 16>;
@@ -149,4 +144,4 @@ TEST(TileBorder, BlocksInsideAreLeftAloneAndHalvesButForCorners) {  // TLB2
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::block_contrast_test

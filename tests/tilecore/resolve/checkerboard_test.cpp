@@ -1,17 +1,12 @@
-#include <gtest/gtest.h>
-
-#include <bit>
-#include <cmath>
-#include <limits>
-
-#include "tests/tilecore/resolve/window.h"
 #include "tilecore/resolve/checkerboard.h"
+#include "tests/support/tests.h"
+#include "tests/tilecore/resolve/window.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::checkerboard_test {
 namespace {
 
-using test::Random;
-using test::Window;
+using windows::Random;
+using windows::Window;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
@@ -29,8 +24,8 @@ Filled fill(const Window& window, BlockMask missing, const CheckerboardHistory& 
 Window random_window(std::uint32_t frame) {
   Random random(frame + 1);
   Window window;
-  window.fill([&](int, int) { return test::random_color(random); });
-  window.usable = test::repeated(checkerboard_mask(frame));
+  window.fill([&](int, int) { return windows::random_color(random); });
+  window.usable = windows::repeated(checkerboard_mask(frame));
   return window;
 }
 
@@ -80,7 +75,7 @@ TEST(Checkerboard, ThePreviousFramesPixelIsTakenWithinTheRangeOfItsNeighbours) {
   Window window = random_window(0);
   std::array<Vec4, 16> previous;
   Random random(8);
-  for (Vec4& c : previous) c = 3.0f * test::random_color(random);
+  for (Vec4& c : previous) c = 3.0f * windows::random_color(random);
   const auto missing = static_cast<BlockMask>(~checkerboard_mask(0));
   const BlockMask valid = 0x00ff;
   const Filled plain = fill(window, missing), got = fill(window, missing, {previous.data(), valid});
@@ -124,4 +119,4 @@ TEST(Checkerboard, WithoutAnyNeighbourThePixelIsReported) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::checkerboard_test

@@ -1,19 +1,14 @@
 // How good cubic stencils are.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <string>
-#include <vector>
-
+#include "tests/support/tests.h"
 #include "tests/tilecore/resolve/filled_block.h"
 #include "tests/tilecore/resolve/window.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::cubic_error_test {
 namespace {
 
-using test::fill;
-using test::Filled;
-using test::Window;
+using windows::fill;
+using windows::Filled;
+using windows::Window;
 
 // Root mean square error over the missing pixels, all directions and phases of sinusoids.
 double sinusoid_error(Reconstruction kernel, bool packed, BlockMask pattern, const std::vector<double>& wavelengths) {
@@ -27,7 +22,7 @@ double sinusoid_error(Reconstruction kernel, bool packed, BlockMask pattern, con
         Window window;
         window.fill(
             [&](int x, int y) { return Vec4(static_cast<float>(std::sin(kx * x + ky * y + phase * M_PI / 8))); });
-        window.usable = test::repeated(pattern);
+        window.usable = windows::repeated(pattern);
         const auto missing = static_cast<BlockMask>(~pattern);
         const Filled got = fill(kernel, packed, false, window.view(), missing);
         for (int p = 0; p < 16; ++p) {
@@ -56,4 +51,4 @@ TEST(CubicStencil, TheScaledCubicBeatsBilinearByAQuarterAtHalfRateAndTheInterpol
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::cubic_error_test

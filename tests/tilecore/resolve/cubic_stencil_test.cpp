@@ -1,28 +1,21 @@
-#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include <bit>
-#include <cmath>
-#include <cstring>
-#include <limits>
-#include <memory>
-#include <optional>
-
 #include "base/simd_targets.h"
+#include "tests/support/tests.h"
 #include "tests/tilecore/resolve/filled_block.h"
 #include "tests/tilecore/resolve/window.h"
 #include "tilecore/resolve/cubic_weights.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::cubic_stencil_test {
 namespace {
 
-using test::fill;
-using test::Filled;
-using test::is_set;
-using test::kKernels;
-using test::Random;
-using test::UsableRows;
-using test::Window;
+using windows::fill;
+using windows::Filled;
+using windows::is_set;
+using windows::kKernels;
+using windows::Random;
+using windows::UsableRows;
+using windows::Window;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
 constexpr BlockMask kPatterns[] = {kSquareOrder[0], kSquareOrder[1], kSquareOrder[2], kSquareOrder[3], kPairOrder[0],
@@ -224,7 +217,7 @@ TEST(StencilTables, WeightsAndTheRampTheyReproduceAreWithinAUnitOfDirectEvaluati
                                       Reconstruction::kCubicInterpolating})
     for (const BlockMask pattern : kPatterns)
       for (unsigned border = 0; border < kBorderCases; ++border) {
-        const UsableRows usable = test::repeated(pattern, border);
+        const UsableRows usable = windows::repeated(pattern, border);
         for (int p = 0; p < 16; ++p) {
           const auto s = table_stencil(kernel, pattern, border, p);
           if (!s) continue;
@@ -245,7 +238,7 @@ TEST(StencilTables, WeightsAndTheRampTheyReproduceAreWithinAUnitOfDirectEvaluati
 TEST(StencilTables, RoundingBeforeNormalisingLosesStencils) {
   int lost = 0, beyond_a_unit = 0;
   for (unsigned border = 0; border < kBorderCases; ++border) {
-    const UsableRows usable = test::repeated(kSquareOrder[0], border, false);
+    const UsableRows usable = windows::repeated(kSquareOrder[0], border, false);
     for (int p = 0; p < 16; ++p) {
       if (kSquareOrder[0] >> p & 1) continue;
       double rounded = 0, largest = 0;
@@ -289,13 +282,13 @@ TEST(StencilTables, SymmetricStencilsAreKeptOnce) {
 RC_GTEST_PROP(PackedStencil, UnpacksToItselfAtAnyBit, (std::uint32_t seed)) {
   Random random(seed);
   Stencil s;
-  s.count = static_cast<std::size_t>(1 + test::below(random, kMaxTaps));
+  s.count = static_cast<std::size_t>(1 + windows::below(random, kMaxTaps));
   for (std::size_t i = 0; i < s.count; ++i)
-    s.taps[i] = {static_cast<std::int8_t>(test::below(random, 8) - 4),
-                 static_cast<std::int8_t>(test::below(random, 8) - 4),
-                 static_cast<std::int16_t>(test::below(random, 256) - 128)};
+    s.taps[i] = {static_cast<std::int8_t>(windows::below(random, 8) - 4),
+                 static_cast<std::int8_t>(windows::below(random, 8) - 4),
+                 static_cast<std::int16_t>(windows::below(random, 256) - 128)};
   std::array<std::uint8_t, 64> stream{};
-  const auto at = static_cast<std::size_t>(test::below(random, 200));
+  const auto at = static_cast<std::size_t>(windows::below(random, 200));
   RC_ASSERT(pack_stencil(s, stream, at) == at + 4 + 14 * s.count);
   RC_ASSERT(unpack_stencil(stream, at) == s);
   for (std::size_t bit = 0; bit < 8 * stream.size(); ++bit)
@@ -308,7 +301,7 @@ RC_GTEST_PROP(PackedStencil, UnpacksToItselfAtAnyBit, (std::uint32_t seed)) {
 // Largest difference from the reference, relative to the colours' size; pixels whose stencil is about to give up are
 // left out.
 double worst_error(Reconstruction kernel, const Window& window, BlockMask missing, const Filled& got) {
-  const UsableRows usable = test::without(window.usable, missing);
+  const UsableRows usable = windows::without(window.usable, missing);
   double worst = 0;
   for (int p = 0; p < 16; ++p) {
     if (!(missing >> p & 1)) continue;
@@ -327,12 +320,12 @@ bool has_usable(const UsableRows& rows) {
 RC_GTEST_PROP(CubicStencil, DirectEvaluationIsTheDefinition, (std::uint32_t seed)) {
   Random random(seed);
   Window window;
-  window.fill([&](int, int) { return test::random_color(random); });
-  window.usable = test::random_usable(random);
-  const auto missing = static_cast<BlockMask>(test::below(random, 2) ? random() : ~random() | random());
+  window.fill([&](int, int) { return windows::random_color(random); });
+  window.usable = windows::random_usable(random);
+  const auto missing = static_cast<BlockMask>(windows::below(random, 2) ? random() : ~random() | random());
   for (const Reconstruction kernel : kKernels) {
     const Filled got = fill(kernel, false, false, window.view(), missing);
-    if (!has_usable(test::without(window.usable, missing))) {
+    if (!has_usable(windows::without(window.usable, missing))) {
       RC_ASSERT(got.unfilled == missing);
       continue;
     }
@@ -348,12 +341,12 @@ RC_GTEST_PROP(CubicStencil, PackedWeightsAreTheTablesWhereSurroundingsAreRegular
               (std::uint32_t seed)) {
   Random random(seed);
   Window window;
-  window.fill([&](int, int) { return test::random_color(random); });
-  const BlockMask pattern = kPatterns[test::below(random, kPatternCount)];
-  const auto border = static_cast<unsigned>(test::below(random, 2) * test::below(random, 16));
-  window.usable = test::repeated(pattern, border);
-  const auto missing =
-      static_cast<BlockMask>(~(pattern | border_line(pattern, border)) & (test::below(random, 2) ? 0xffffu : random()));
+  window.fill([&](int, int) { return windows::random_color(random); });
+  const BlockMask pattern = kPatterns[windows::below(random, kPatternCount)];
+  const auto border = static_cast<unsigned>(windows::below(random, 2) * windows::below(random, 16));
+  window.usable = windows::repeated(pattern, border);
+  const auto missing = static_cast<BlockMask>(~(pattern | border_line(pattern, border)) &
+                                              (windows::below(random, 2) ? 0xffffu : random()));
   for (const Reconstruction kernel : kKernels) {
     const Filled got = fill(kernel, true, false, window.view(), missing);
     RC_ASSERT(got.unfilled == 0);
@@ -382,7 +375,7 @@ RC_GTEST_PROP(CubicStencil, PackedWeightsAreTheTablesWhereSurroundingsAreRegular
     RC_ASSERT(got.work.taps == taps);
   }
   // A hole within reach: no table has it.
-  const int hole = test::below(random, 4) + 4 * test::below(random, 4);
+  const int hole = windows::below(random, 4) + 4 * windows::below(random, 4);
   if (!(pattern >> hole & 1)) return;
   auto& row = window.usable[static_cast<std::size_t>(hole / 4 + kWindowMargin)];
   row = static_cast<std::uint16_t>(row & ~(1u << (hole % 4 + kWindowMargin)));
@@ -395,15 +388,15 @@ RC_GTEST_PROP(CubicStencil, PackedWeightsAreTheTablesWhereSurroundingsAreRegular
 RC_GTEST_PROP(CubicStencil, MirroredPatternsShareTheirStencils, (std::uint32_t seed)) {
   Random random(seed);
   Window window, mirrored;
-  window.fill([&](int, int) { return test::random_color(random); });
+  window.fill([&](int, int) { return windows::random_color(random); });
   mirrored.fill([&](int x, int y) { return window.at(9 - x, y); });
-  const auto border = static_cast<unsigned>(test::below(random, 16));
+  const auto border = static_cast<unsigned>(windows::below(random, 16));
   for (const BlockMask pattern : {kSquareOrder[0], kPairOrder[0], kTripleOrder[0]}) {
     BlockMask other = 0;
     for (int p = 0; p < 16; ++p)
       if (pattern >> p & 1) other = static_cast<BlockMask>(other | 1u << mirrored_pixel(p, 1));
-    window.usable = test::repeated(pattern, border);
-    mirrored.usable = test::repeated(other, mirrored_border(border, 1));
+    window.usable = windows::repeated(pattern, border);
+    mirrored.usable = windows::repeated(other, mirrored_border(border, 1));
     for (const Reconstruction kernel :
          {Reconstruction::kBilinear, Reconstruction::kCubic, Reconstruction::kCubicInterpolating}) {
       const auto missing = static_cast<BlockMask>(~(pattern | border_line(pattern, border))),
@@ -430,7 +423,7 @@ TEST(CubicStencil, ARampComesBackAtEveryBorder) {  // TLB1
         for (unsigned border = 0; border < kBorderCases; ++border) {
           Window window;
           window.fill(ramp);
-          window.usable = test::repeated(pattern, border, lines);
+          window.usable = windows::repeated(pattern, border, lines);
           const auto missing =
               static_cast<BlockMask>(~(pattern | (lines ? border_line(pattern, border) : BlockMask{0})));
           const Filled got = fill(kernel, true, false, window.view(), missing);
@@ -459,15 +452,15 @@ int units_apart(float a, float b) {
 RC_GTEST_PROP(CubicStencil, AFlatColourComesBackToOneUnitInTheLastPlace, (std::uint32_t seed)) {  // CS1
   Random random(seed);
   const auto any_float = [&] {
-    return std::ldexp(test::uniform(random, 1, 2), test::below(random, 240) - 120) *
-           (test::below(random, 2) ? 1.0f : -1.0f);
+    return std::ldexp(windows::uniform(random, 1, 2), windows::below(random, 240) - 120) *
+           (windows::below(random, 2) ? 1.0f : -1.0f);
   };
   const Vec4 flat(any_float(), any_float(), any_float(), 1.0f);
   Window window;
   window.fill([&](int, int) { return flat; });
-  window.usable = test::random_usable(random);
+  window.usable = windows::random_usable(random);
   const auto missing = static_cast<BlockMask>(random() | random());
-  if (!has_usable(test::without(window.usable, missing))) return;
+  if (!has_usable(windows::without(window.usable, missing))) return;
   for (const Reconstruction kernel : kKernels)
     for (const bool packed : {false, true})
       for (const bool clamp : {false, true}) {
@@ -484,11 +477,11 @@ TEST(CubicStencil, AFlatColourUnderThePatternsIsExactToAUnitAndAPlainQuotientIsN
   Random random(1);
   int worst = 0, worst_plain = 0;
   for (int i = 0; i < 2000; ++i) {
-    const float value = test::uniform(random, 1, 2);
+    const float value = windows::uniform(random, 1, 2);
     Window window;
     window.fill([&](int, int) { return Vec4(value); });
     for (const BlockMask pattern : kPatterns) {
-      window.usable = test::repeated(pattern);
+      window.usable = windows::repeated(pattern);
       for (const Reconstruction kernel : kKernels) {
         const Filled got = fill(kernel, true, false, window.view(), static_cast<BlockMask>(~pattern));
         for (int p = 0; p < 16; ++p)
@@ -517,7 +510,7 @@ TEST(CubicStencil, PixelsThatAreNotUsableAreNotEvenRead) {  // CS2
   const auto block = std::make_unique<Vec4[]>(16);
   for (int i = 0; i < 16; ++i) block[static_cast<std::size_t>(i)] = Vec4(static_cast<float>(i % 4));
   for (const BlockMask pattern : kPatterns) {
-    const BlockWindow window{block.get() - kWindowMargin * 4 - kWindowMargin, 4, test::repeated(pattern, 15)};
+    const BlockWindow window{block.get() - kWindowMargin * 4 - kWindowMargin, 4, windows::repeated(pattern, 15)};
     for (const Reconstruction kernel : kKernels)
       for (const bool packed : {false, true})
         EXPECT_EQ(fill(kernel, packed, true, window, static_cast<BlockMask>(~pattern)).unfilled, 0);
@@ -527,14 +520,14 @@ TEST(CubicStencil, PixelsThatAreNotUsableAreNotEvenRead) {  // CS2
 RC_GTEST_PROP(CubicStencil, WhatIsNotUsableHasNoInfluence, (std::uint32_t seed)) {  // CS2
   Random random(seed);
   Window window;
-  window.fill([&](int, int) { return test::random_color(random); });
-  window.usable = test::random_usable(random);
+  window.fill([&](int, int) { return windows::random_color(random); });
+  window.usable = windows::random_usable(random);
   const auto missing = static_cast<BlockMask>(random() | random());
   Window poisoned = window;
-  const UsableRows usable = test::without(window.usable, missing);
+  const UsableRows usable = windows::without(window.usable, missing);
   for (int y = 0; y < 10; ++y) {
     for (int x = 0; x < 10; ++x)
-      if (!is_set(usable, x, y)) poisoned.at(x, y) = Vec4(test::below(random, 2) ? kNan : kInfinity);
+      if (!is_set(usable, x, y)) poisoned.at(x, y) = Vec4(windows::below(random, 2) ? kNan : kInfinity);
     poisoned.usable[static_cast<std::size_t>(y)] |= 0xfc00;  // no pixels of the window
   }
   for (const Reconstruction kernel : kKernels)
@@ -548,17 +541,17 @@ RC_GTEST_PROP(CubicStencil, WhatIsNotUsableHasNoInfluence, (std::uint32_t seed))
 RC_GTEST_PROP(CubicStencil, NonFiniteNeighboursAreAsIfNotUsable, (std::uint32_t seed)) {  // CS2, CS3
   Random random(seed);
   Window window;
-  window.fill([&](int, int) { return test::random_color(random); });
-  window.usable = test::random_usable(random);
+  window.fill([&](int, int) { return windows::random_color(random); });
+  window.usable = windows::random_usable(random);
   const auto missing = static_cast<BlockMask>(random() | random());
   Window without_bad = window;
-  const UsableRows usable = test::without(window.usable, missing);
+  const UsableRows usable = windows::without(window.usable, missing);
   constexpr float kBad[] = {kNan, kInfinity, -kInfinity};
   std::uint64_t bad = 0;
-  for (int i = 0; i < 1 + test::below(random, 12); ++i) {
-    const int x = test::below(random, 10), y = test::below(random, 10);
+  for (int i = 0; i < 1 + windows::below(random, 12); ++i) {
+    const int x = windows::below(random, 10), y = windows::below(random, 10);
     if (!is_set(usable, x, y) || !is_set(without_bad.usable, x, y)) continue;
-    window.at(x, y)[test::below(random, 4)] = kBad[test::below(random, 3)];
+    window.at(x, y)[windows::below(random, 4)] = kBad[windows::below(random, 3)];
     auto& row = without_bad.usable[static_cast<std::size_t>(y)];
     row = static_cast<std::uint16_t>(row & ~(1u << x));
     ++bad;
@@ -581,8 +574,8 @@ RC_GTEST_PROP(CubicStencil, NonFiniteNeighboursAreAsIfNotUsable, (std::uint32_t 
 TEST(CubicStencil, ANonFinitePixelLeavesPixelsBeyondItsReachAsTheyWere) {
   Random random(3);
   Window window;
-  window.fill([&](int, int) { return test::random_color(random); });
-  window.usable = test::repeated(kPairOrder[0]);
+  window.fill([&](int, int) { return windows::random_color(random); });
+  window.usable = windows::repeated(kPairOrder[0]);
   const auto missing = static_cast<BlockMask>(~kPairOrder[0]);
   const Filled before = fill(Reconstruction::kBilinear, true, false, window.view(), missing);
   window.at(3, 3).y = -kInfinity;  // the block's pixel (0, 0)
@@ -608,8 +601,8 @@ TEST(CubicStencil, EveryInstructionSetGivesTheSameBits) {
       for (int kind = 0; kind < kKinds; ++kind) {
         Window window;
         const float scale = kind == kHuge ? 0x1p124f : 1.0f;
-        window.fill([&](int, int) { return kind == kHuge ? Vec4(scale) : test::random_color(random); });
-        window.usable = test::repeated(pattern);
+        window.fill([&](int, int) { return kind == kHuge ? Vec4(scale) : windows::random_color(random); });
+        window.usable = windows::repeated(pattern);
         const int x = 3 + std::countr_zero(static_cast<unsigned>(pattern)) % 4,
                   y = 3 + std::countr_zero(static_cast<unsigned>(pattern)) / 4;
         if (kind == kHole)
@@ -643,7 +636,7 @@ TEST(CubicStencil, AWindowWithNothingUsableIsReportedAndNothingIsWritten) {
   for (const bool all_bad : {false, true}) {
     if (all_bad) {
       window.fill([](int, int) { return Vec4(kNan); });
-      window.usable = test::repeated(kSquareOrder[1]);
+      window.usable = windows::repeated(kSquareOrder[1]);
     }
     for (const Reconstruction kernel : kKernels)
       for (const bool packed : {false, true}) {
@@ -662,7 +655,7 @@ TEST(CubicStencil, AWindowWithNothingUsableIsReportedAndNothingIsWritten) {
 TEST(CubicStencil, WhereNegativeLobesEatTheSumTheNearestPixelsStandIn) {  // CS6
   Window window;
   Random random(5);
-  window.fill([&](int, int) { return Vec4(test::uniform(random, 0.9f, 1.1f)); });
+  window.fill([&](int, int) { return Vec4(windows::uniform(random, 0.9f, 1.1f)); });
   // One pixel diagonally beside (1, 1), and those three away in one direction and one in the other: weights 81, and -9
   // each, of 256.
   const auto set = [&](int dx, int dy) {
@@ -714,11 +707,11 @@ TEST(CubicStencil, OnlyNegativeWeightsOrNoneInReachFallBackToo) {
 RC_GTEST_PROP(CubicStencil, ClampedResultsStayInTheRangeOfTheWindow, (std::uint32_t seed)) {  // CS4
   Random random(seed);
   Window window;
-  window.fill([&](int, int) { return test::random_color(random); });
-  window.at(test::below(random, 10), test::below(random, 10)) = Vec4(1e6f);  // a firefly
-  window.usable = test::random_usable(random);
+  window.fill([&](int, int) { return windows::random_color(random); });
+  window.at(windows::below(random, 10), windows::below(random, 10)) = Vec4(1e6f);  // a firefly
+  window.usable = windows::random_usable(random);
   const auto missing = static_cast<BlockMask>(random() | random());
-  const UsableRows usable = test::without(window.usable, missing);
+  const UsableRows usable = windows::without(window.usable, missing);
   if (!has_usable(usable)) return;
   for (const Reconstruction kernel : kKernels)
     for (const bool packed : {false, true}) {
@@ -742,7 +735,7 @@ TEST(CubicStencil, BesideAFireflyOnlyTheClampKeepsLightFromTurningNegative) {
   Window window;
   window.fill([](int, int) { return Vec4(0.1f); });
   window.at(5, 4) = Vec4(1000.0f);
-  window.usable = test::repeated(kPairOrder[1]);
+  window.usable = windows::repeated(kPairOrder[1]);
   const auto missing = static_cast<BlockMask>(~kPairOrder[1]);
   const Filled plain = fill(Reconstruction::kCubic, true, false, window.view(), missing),
                clamped = fill(Reconstruction::kCubic, true, true, window.view(), missing);
@@ -758,10 +751,10 @@ TEST(CubicStencil, BesideAFireflyOnlyTheClampKeepsLightFromTurningNegative) {
 TEST(CubicStencil, TheUnscaledCubicIsBilinearOnTheLatticesOfFourAndEight) {
   Random random(9);
   Window window;
-  window.fill([&](int, int) { return test::random_color(random); });
+  window.fill([&](int, int) { return windows::random_color(random); });
   for (const BlockMask pattern : kPatterns) {
     if (std::popcount(pattern) == 12) continue;  // eight neighbours of two weights
-    window.usable = test::repeated(pattern);
+    window.usable = windows::repeated(pattern);
     const auto missing = static_cast<BlockMask>(~pattern);
     EXPECT_EQ(fill(Reconstruction::kCubicUnscaled, true, false, window.view(), missing).color,
               fill(Reconstruction::kBilinear, true, false, window.view(), missing).color);
@@ -772,10 +765,10 @@ TEST(CubicStencil, TheUnscaledCubicIsBilinearOnTheLatticesOfFourAndEight) {
   }
   // The failing twin: rows are no such lattice.
   const auto rows = static_cast<BlockMask>(kSquareOrder[0] | kSquareOrder[2]);
-  window.usable = test::repeated(rows);
+  window.usable = windows::repeated(rows);
   EXPECT_NE(fill(Reconstruction::kCubicUnscaled, false, false, window.view(), static_cast<BlockMask>(~rows)).color,
             fill(Reconstruction::kBilinear, false, false, window.view(), static_cast<BlockMask>(~rows)).color);
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::cubic_stencil_test

@@ -1,19 +1,9 @@
 // What the resolve unit decides before anything is shaded: edges, rates, foveation; afterwards: discrepancy, the mean
 // of samples.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstring>
-#include <limits>
-#include <memory>
 #include <random>
-#include <string>
-#include <vector>
 
 #include "base/simd_targets.h"
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 #include "tilecore/resolve/crease_detector.h"
 #include "tilecore/resolve/discrepancy.h"
 #include "tilecore/resolve/edge_detector.h"
@@ -21,7 +11,7 @@
 #include "tilecore/resolve/multisample_resolve.h"
 #include "tilecore/resolve/rate_selector.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::decisions_test {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -411,4 +401,4 @@ TEST(MultisampleResolve, ABlockHasTheMeansOfItsPixelsAndLeavesTheOthersAlone) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::decisions_test

@@ -1,10 +1,9 @@
 #pragma once
 
-#include <array>
-
+#include "tests/support/tests.h"
 #include "tilecore/resolve/cubic_stencil.h"
 
-namespace tessera::tilecore::test {
+namespace tessera::tilecore::windows {
 
 // What reconstruct_block() makes of a block.
 struct Filled {
@@ -21,4 +20,4 @@ inline Filled fill(Reconstruction kernel, bool packed, bool clamp, const BlockWi
   return f;
 }
 
-}  // namespace tessera::tilecore::test
+}  // namespace tessera::tilecore::windows

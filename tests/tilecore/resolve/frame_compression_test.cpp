@@ -1,17 +1,11 @@
-#include <gtest/gtest.h>
-#include <rapidcheck/gtest.h>
-
 #include <half.h>
-
-#include <bit>
-#include <cmath>
-#include <limits>
+#include <rapidcheck/gtest.h>
 #include <random>
-#include <vector>
 
+#include "tests/support/tests.h"
 #include "tilecore/resolve/frame_compression.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::frame_compression_test {
 namespace {
 
 using Halves = std::vector<std::uint16_t>;
@@ -231,4 +225,4 @@ TEST(HalfBits, AreOpenExrsForEveryHalfItsNeighboursAndTheMiddlesBetween) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::frame_compression_test

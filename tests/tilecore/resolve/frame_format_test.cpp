@@ -1,14 +1,9 @@
 // Pixels in the formats of a frame buffer.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <limits>
-
-#include "base/color.h"
-#include "tests/support/captures.h"
 #include "tilecore/resolve/frame_format.h"
+#include "base/color.h"
+#include "tests/support/tests.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::frame_format_test {
 namespace {
 
 constexpr FrameFormat kFixedPoint[] = {FrameFormat::kRgba8, FrameFormat::kRgb10a2};
@@ -81,4 +76,4 @@ TEST(FrameFormat, HalfFloatsLeaveTheImageAlone) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::frame_format_test

@@ -1,13 +1,8 @@
 // Stencils between half pixels of supersampled blocks.
-#include <gtest/gtest.h>
-
-#include <bit>
-#include <cmath>
-
-#include "tests/support/captures.h"
 #include "tilecore/resolve/half_pixel_stencil.h"
+#include "tests/support/tests.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::half_pixel_stencil_test {
 namespace {
 
 constexpr std::uint32_t kFrames[] = {0, 1, 2, 3, 17, 0xfffffffe, 0xffffffff};
@@ -120,4 +115,4 @@ TEST(HalfPixelStencil, UnusablePlacesAreNotRead) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::half_pixel_stencil_test

@@ -1,13 +1,11 @@
 // What of the previous frame tiles ask for, by closed forms; signatures of blocks.
-#include <gtest/gtest.h>
-
-#include "tests/support/captures.h"
-#include "tilecore/resolve/frame_compression.h"
 #include "tilecore/resolve/history_memory.h"
+#include "tests/support/tests.h"
+#include "tilecore/resolve/frame_compression.h"
 #include "tilecore/resolve/kept_blocks.h"
 #include "tilecore/resolve/tile_store.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::history_memory_test {
 namespace {
 
 std::uint64_t bytes_of(TouchedBursts& touched, std::uint64_t burst) {
@@ -179,4 +177,4 @@ TEST(BlockSignature, OfFewBitsMatchesWhatDiffers) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::history_memory_test

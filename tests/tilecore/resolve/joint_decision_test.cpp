@@ -1,15 +1,8 @@
 // Decisions for blocks larger than 4x4.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <limits>
-#include <vector>
-
-#include "tests/support/captures.h"
 #include "tilecore/resolve/joint_decision.h"
+#include "tests/support/tests.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::joint_decision_test {
 namespace {
 
 BlockEvidence any_evidence(test::Random& random) {
@@ -85,4 +78,4 @@ TEST(JointDecision, TheContrastIsTheLargestOfTheParts) {  // JD2
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::joint_decision_test

@@ -1,17 +1,12 @@
 // Where points were a frame ago, against the definition: the point's vertices posed then, projected.
-#include <gtest/gtest.h>
-
-#include <bit>
-#include <cmath>
-#include <limits>
-
 #include "base/simd_targets.h"
+#include "tests/support/tests.h"
 #include "tests/tilecore/support.h"
 #include "tilecore/resolve/camera_motion.h"
 #include "tilecore/resolve/motion_field.h"
 #include "tilecore/resolve/velocity_buffer.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::motion_test {
 namespace {
 
 std::unique_ptr<scene::FrameGeometry> pose(const TestFrame& scene, double open, double close,
@@ -249,4 +244,4 @@ TEST(CameraMotion, IsWhereRestingPointsGoAndACutIsAChangeOfIt) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::motion_test

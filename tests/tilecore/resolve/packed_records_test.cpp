@@ -1,14 +1,9 @@
 // The code of blocks' records: nothing is lost, and what is smooth is short.
-#include <gtest/gtest.h>
-
-#include <bit>
-#include <limits>
-
-#include "tests/support/captures.h"
-#include "tilecore/resolve/history.h"
 #include "tilecore/resolve/packed_records.h"
+#include "tests/support/tests.h"
+#include "tilecore/resolve/history.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::packed_records_test {
 namespace {
 
 float in_24_bits(float v) { return std::bit_cast<float>(std::bit_cast<std::uint32_t>(v) & 0xffffff00u); }
@@ -122,4 +117,4 @@ TEST(PackedRecords, APlaneGoesOnForAlmostNothingAndNothingTakesNothing) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::packed_records_test

@@ -1,13 +1,8 @@
-#include <gtest/gtest.h>
-
-#include <bit>
-#include <cmath>
-#include <set>
-
-#include "tests/tilecore/resolve/window.h"
 #include "tilecore/resolve/pattern_dither.h"
+#include "tests/support/tests.h"
+#include "tests/tilecore/resolve/window.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::pattern_dither_test {
 namespace {
 
 constexpr std::uint32_t kFrames[] = {0, 1, 2, 3, 4, 17, 0x7fffffff, 0xfffffffd, 0xfffffffe, 0xffffffff};
@@ -147,9 +142,9 @@ double square_error(const std::vector<BlockMask>& frames, double wavelength) {
       const auto truth = [&](int x, int y) { return static_cast<float>(std::sin(kx * x + ky * y + phase * M_PI / 4)); };
       std::array<double, 16> mean{};
       for (const BlockMask mask : frames) {
-        test::Window window;
+        windows::Window window;
         window.fill([&](int x, int y) { return Vec4(truth(x - 3, y - 3)); });
-        window.usable = test::repeated(mask);
+        window.usable = windows::repeated(mask);
         std::array<Vec4, 16> out;
         ReconstructionWork work;
         const auto missing = static_cast<BlockMask>(~mask);
@@ -200,4 +195,4 @@ TEST(PatternDither, TwoFramesInARowAverageBestWhenDiagonal) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::pattern_dither_test

@@ -1,15 +1,9 @@
 // Stencils that stop at a tile's border, on whole images of tiles.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <functional>
-#include <vector>
-
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 #include "tilecore/resolve/cubic_stencil.h"
 #include "tilecore/resolve/tile_border.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::tile_seams_test {
 namespace {
 
 constexpr int kSide = 384;
@@ -93,4 +87,4 @@ TEST(TileSeams, BordersAreAsRightAsWhatIsInside) {  // TLB1
 TEST(TileSeams, QuartersWithoutLinesShowTheirTiles) { EXPECT_GT(seam(noise(3.75f), kSquareOrder[0], 32, false), 1.3); }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::tile_seams_test

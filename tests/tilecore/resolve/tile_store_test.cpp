@@ -1,13 +1,9 @@
 // What tile cores bring into the frame buffer, and what of it is not needed.
-#include <gtest/gtest.h>
-
-#include <numeric>
-
-#include "tests/support/captures.h"
-#include "tilecore/resolve/frame_compression.h"
 #include "tilecore/resolve/tile_store.h"
+#include "tests/support/tests.h"
+#include "tilecore/resolve/frame_compression.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::tile_store_test {
 namespace {
 
 using memory::Purpose;
@@ -263,4 +259,4 @@ TEST(TileStore, MemoryHoldsAllThatIsAddressed) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::tile_store_test

@@ -1,12 +1,8 @@
 // What is read of an array, against a set of burst numbers.
-#include <gtest/gtest.h>
-
-#include <set>
-
-#include "tests/support/captures.h"
 #include "tilecore/resolve/touched_bursts.h"
+#include "tests/support/tests.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::touched_bursts_test {
 namespace {
 
 TEST(TouchedBursts, AreReadOnceEach) {
@@ -45,4 +41,4 @@ TEST(TouchedBursts, AreReadOnceEach) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::touched_bursts_test

@@ -1,15 +1,14 @@
 #pragma once
 
-#include <cmath>
-#include <functional>
 #include <random>
 
+#include "tests/support/tests.h"
 #include "tilecore/resolve/cubic_stencil.h"
 #include "tilecore/resolve/packed_stencil.h"
 #include "tilecore/resolve/tile_border.h"
 
 // Windows around a block for the tests of tilecore/resolve/.
-namespace tessera::tilecore::test {
+namespace tessera::tilecore::windows {
 
 inline constexpr Reconstruction kKernels[kReconstructionCount] = {
     Reconstruction::kNearest, Reconstruction::kBilinear, Reconstruction::kCubicUnscaled, Reconstruction::kCubic,
@@ -96,4 +95,4 @@ inline UsableRows random_usable(Random& random) {
   return rows;
 }
 
-}  // namespace tessera::tilecore::test
+}  // namespace tessera::tilecore::windows

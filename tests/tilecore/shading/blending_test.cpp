@@ -1,18 +1,13 @@
 // Layers of blended surfaces, and alpha masks.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-
 #include "base/error.h"
+#include "tests/support/tests.h"
 #include "tests/tilecore/pixel_scene.h"
 #include "tilecore/shading/layer_merge.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::blending_test {
 namespace {
 
 using scene::AlphaMode;
-using test::Random;
 
 // ---- Merging ----------------------------------------------------------------------------------------------------
 
@@ -287,4 +282,4 @@ TEST(AlphaMask, AHoleShowsWhatIsBehindWhereItIsAtTheTimeOfTheSample) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::blending_test

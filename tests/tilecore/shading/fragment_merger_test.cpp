@@ -1,16 +1,9 @@
 #include "tilecore/shading/fragment_merger.h"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <set>
-#include <tuple>
-#include <vector>
-
+#include "tests/support/tests.h"
 #include "tests/tilecore/pixel_scene.h"
 #include "tilecore/shading/surface.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::fragment_merger_test {
 namespace {
 
 // What a one-tile scene's samples see.
@@ -282,4 +275,4 @@ TEST(Quads, DerivativesAreDifferencesBetweenNeighboursOnThePlane) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::fragment_merger_test

@@ -1,21 +1,13 @@
 // What moves during the shutter besides geometry: lights, what is behind everything, and the pattern of times itself.
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cmath>
-#include <functional>
-#include <limits>
-#include <string>
-#include <vector>
-
 #include "base/image_metrics.h"
 #include "base/simd_targets.h"
 #include "shaders_cpp/environment.h"
 #include "tests/support/environments.h"
+#include "tests/support/tests.h"
 #include "tests/tilecore/pixel_scene.h"
 #include "tilecore/shading/view_rays.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::moving_light_test {
 namespace {
 
 // Renders frames of a perspective scene of one tile.
@@ -264,4 +256,4 @@ TEST(AlphaMask, IsFilteredOverThePixel) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::moving_light_test

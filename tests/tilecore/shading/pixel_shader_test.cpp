@@ -1,23 +1,13 @@
 // The pixel shader in warps: the same bits as one invocation alone on every SIMD target, warps as they are packed, and
 // what the texture unit is told.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <cstring>
-#include <map>
-#include <set>
-#include <string>
-#include <vector>
-
+#include "tilecore/shading/pixel_shader.h"
 #include "base/simd_targets.h"
 #include "tests/support/environments.h"
+#include "tests/support/tests.h"
 #include "tests/tilecore/support.h"
-#include "tilecore/shading/pixel_shader.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::pixel_shader_test {
 namespace {
-
-using test::Random;
 
 std::shared_ptr<const shaders::Texture> random_texture(Random& random, bool srgb) {
   const int width = random.integer(1, 40), height = random.integer(1, 40);
@@ -290,4 +280,4 @@ TEST(PixelShader, TX1AWarpAsksForTheLinesOfItsLanesOnce) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::pixel_shader_test

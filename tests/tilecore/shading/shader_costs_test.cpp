@@ -1,28 +1,11 @@
 // Costs of shaders: the table against the compiler, sums of its rows against shaders compiled whole, and what shipped
 // captures ask of it.
 #include "hardware/shader_costs.h"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <cstdio>
-#include <filesystem>
-#include <map>
-#include <memory>
-#include <optional>
-#include <set>
-#include <sstream>
-#include <string>
-#include <vector>
-
 #include "scene/capture_reader.h"
-#include "tests/support/captures.h"
-#include "tests/support/process.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/tests.h"
 #include "tilecore/shading/shader_features.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::shader_costs_test {
 namespace {
 
 using hardware::shader_cost;
@@ -463,4 +446,4 @@ TEST(ShaderFeatures, LayersReadTheirOwnTextures) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::shader_costs_test

@@ -1,21 +1,14 @@
 // Shading cells, the shading cache, and shading through them.
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <deque>
-#include <functional>
-#include <map>
-#include <numbers>
 
 #include "base/image_metrics.h"
+#include "tests/support/tests.h"
 #include "tests/tilecore/pixel_scene.h"
 #include "tilecore/shading/shading_cache.h"
 #include "tilecore/shading/shading_cells.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::shading_cache_test {
 namespace {
-
-using test::Random;
 
 // ---- Cells ------------------------------------------------------------------------------------------------------
 
@@ -404,4 +397,4 @@ TEST(ShadingRateCache, AGroupOfTilesSharesWhatItsTilesWouldShadeAgain) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::shading_cache_test

@@ -1,19 +1,13 @@
 // Surface evaluation, pixel shader, resolve and the tile core as a whole.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-
 #include "scene/patch_displacement.h"
+#include "tests/support/tests.h"
 #include "tests/tilecore/support.h"
 #include "tilecore/resolve/multisample_resolve.h"
 #include "tilecore/shading/surface.h"
 #include "tilecore/tile_core.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::shading_test {
 namespace {
-
-using test::Random;
 
 // ---- Surface ----------------------------------------------------------------------------------------------------
 
@@ -407,4 +401,4 @@ TEST(TileCore, ATileWithoutEntriesShowsTheBackground) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::shading_test

@@ -1,15 +1,8 @@
 // Which lines of the emulated memory lookups in textures need.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <set>
-#include <vector>
-
-#include "tests/support/captures.h"
 #include "tilecore/shading/texture_unit.h"
+#include "tests/support/tests.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::texture_unit_test {
 namespace {
 
 using shaders::MipFilter;
@@ -274,4 +267,4 @@ TEST(TextureUnit, BlocksTakenForPlainTexelsAreCaught) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::texture_unit_test

@@ -1,18 +1,9 @@
 #include "tilecore/tessellation/tessellation_cache.h"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <bit>
-#include <map>
-#include <vector>
-
+#include "tests/support/tests.h"
 #include "tests/tilecore/support.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::tessellation_cache_test {
 namespace {
-
-using test::Random;
 
 constexpr std::uint64_t kLine = 64 * TessellationCache::kPositionBytes;
 constexpr std::uint64_t kOutline = 4;
@@ -311,4 +302,4 @@ TEST(TessellationCache, TwinARoomTooManyBeatsTheOptimum) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::tessellation_cache_test

@@ -1,25 +1,14 @@
 #include "tilecore/tessellation/tessellator.h"
-
-#include <gtest/gtest.h>
-
-#include <array>
-#include <bit>
-#include <cmath>
-#include <limits>
-#include <map>
-#include <string>
-#include <vector>
-
 #include "base/simd_targets.h"
 #include "scene/subpixel.h"
+#include "tests/support/tests.h"
 #include "tests/tilecore/support.h"
 #include "tilecore/tessellation/tessellator_kernel.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::tessellator_test {
 namespace {
 
 using scene::CellRange;
-using test::Random;
 
 // A closed displaced surface whose faces have grids of different fineness.
 TestFrame closed_surface(float strength, bool deforming, Random& random) {
@@ -243,4 +232,4 @@ TEST(Tessellator, EveryInstructionSetSamplesTheHeightsOfSinglePoints) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::tessellator_test

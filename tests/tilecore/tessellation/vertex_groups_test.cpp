@@ -1,14 +1,9 @@
 #include "tilecore/tessellation/vertex_groups.h"
-
-#include <gtest/gtest.h>
-
-#include <bit>
-#include <vector>
-
+#include "tests/support/tests.h"
 #include "tests/tilecore/support.h"
 #include "tilecore/visibility/tile_frustum.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::vertex_groups_test {
 namespace {
 
 // A closed surface of patches and a mesh, moving across the frame.
@@ -99,4 +94,4 @@ TEST(VertexGroups, EveryVertexOfASubPatchIsInOneGroup) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::vertex_groups_test

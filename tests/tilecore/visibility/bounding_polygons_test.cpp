@@ -1,14 +1,9 @@
 // Bounding polygons of the visibility methods against brute force in double precision.
-#include <gtest/gtest.h>
-
-#include <functional>
-
+#include "tests/support/tests.h"
 #include "tests/tilecore/visibility/method_mesh.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::bounding_polygons_test {
 namespace {
-
-using test::Random;
 
 struct Point {
   double x, y;
@@ -218,4 +213,4 @@ TEST(BoundingPolygons, FollowVerticesThatApproachAtDifferentRates) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::bounding_polygons_test

@@ -1,17 +1,8 @@
 #include "tilecore/visibility/cell_test.h"
+#include "tests/support/tests.h"
 
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cmath>
-#include <vector>
-
-#include "tests/support/captures.h"
-
-namespace tessera::tilecore {
+namespace tessera::tilecore::cell_test_test {
 namespace {
-
-using test::Random;
 
 struct Point {
   float x, y;
@@ -161,4 +152,4 @@ TEST(TriangleTest, DepthIsPerspectiveCorrect) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::cell_test_test

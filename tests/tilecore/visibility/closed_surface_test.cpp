@@ -1,18 +1,13 @@
 // Hard cases that need whole tile cores: closed surfaces, walls through the camera, coplanar patches, very many
 // entries.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <map>
-
+#include "tests/support/tests.h"
 #include "tests/tilecore/visibility/method_mesh.h"
 #include "tilecore/tile_core.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::closed_surface_test {
 namespace {
 
 using scene::CellRange;
-using test::Random;
 
 // A frame, its tiles and the entries that each of them renders.
 struct Machine {
@@ -329,4 +324,4 @@ TEST(TileCore, AHundredThousandEntriesOfOneCellAreTheFewPatchesThatTheyAreCutFro
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::closed_surface_test

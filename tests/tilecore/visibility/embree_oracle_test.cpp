@@ -4,26 +4,18 @@
 // of single precision is tolerated: samples within 2^-14 pixel of an edge of a claimed triangle, and surfaces whose
 // depths differ by less than 2e-6 of them or than a shift of 2^-14 pixel makes. Such samples are counted and must be
 // few; everything else must agree in patch, triangle and depth.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <iterator>
-#include <map>
-
-#include <fmt/format.h>
-
 #include "gpu/configuration.h"
 #include "tests/support/embree_scene.h"
 #include "tests/support/machine_visibility.h"
+#include "tests/support/tests.h"
 #include "tests/tilecore/support.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::embree_oracle_test {
 namespace {
 
 using test::Agreement;
 using test::Claim;
 using test::EmbreeScene;
-using test::Random;
 
 constexpr int kWidth = 160, kHeight = 120;
 
@@ -251,4 +243,4 @@ INSTANTIATE_TEST_SUITE_P(Effects, EmbreeTimeOracle,
                          testing::ValuesIn(cases_that([](const OracleCase& c) { return c.moving; })), case_name);
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::embree_oracle_test

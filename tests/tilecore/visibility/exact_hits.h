@@ -1,12 +1,6 @@
 #pragma once
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <map>
-#include <set>
-#include <utility>
-
+#include "tests/support/tests.h"
 #include "tests/tilecore/visibility/method_mesh.h"
 
 namespace tessera::tilecore {

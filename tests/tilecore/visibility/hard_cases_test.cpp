@@ -1,16 +1,10 @@
 // Hard cases of visibility, each by name: what is found against double precision (exact_hits.h) or against a count, and
 // the same by every method.
-#include <gtest/gtest.h>
-
-#include <limits>
-#include <map>
-
+#include "tests/support/tests.h"
 #include "tests/tilecore/visibility/exact_hits.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::hard_cases_test {
 namespace {
-
-using test::Random;
 
 constexpr std::pair<bool, bool> kMotionAndLens[] = {{false, false}, {true, false}, {false, true}, {true, true}};
 
@@ -287,4 +281,4 @@ TEST(HardCases, AMillionUnitsAwayAtTheEndOfTheGuardBandIsExact) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::hard_cases_test

@@ -1,12 +1,11 @@
 // Leaves whose cells are said to form a grid: the kernels fetch each vertex once. Against the same leaves without.
-#include <gtest/gtest.h>
-
 #include "base/simd_targets.h"
+#include "tests/support/tests.h"
 #include "tests/tilecore/visibility/method_mesh.h"
 #include "tilecore/tessellation/mesh_store.h"
 #include "tilecore/visibility/method_choice.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::leaf_grid_test {
 namespace {
 
 std::size_t grids_of(const MicroMesh& mesh) {
@@ -127,4 +126,4 @@ TEST(LeafGrid, AStoredMeshHasCostsOfItsOwn) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::leaf_grid_test

@@ -1,14 +1,9 @@
 // The way that is chosen for a mesh takes about as little time of the described machine as the best one forced.
 #include "tilecore/visibility/method_choice.h"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-
-#include "tests/support/captures.h"
 #include "tests/support/machine_visibility.h"
+#include "tests/support/tests.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::method_choice_test {
 namespace {
 
 constexpr int kWidth = 320, kHeight = 192;
@@ -117,4 +112,4 @@ TEST(MethodChoice, WhatIsAskedForStays) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::method_choice_test

@@ -1,16 +1,6 @@
 #pragma once
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <memory>
-#include <set>
-#include <vector>
-
-#include <gtest/gtest.h>
-
-#include "tests/support/captures.h"
+#include "tests/support/tests.h"
 #include "tests/tilecore/support.h"
 #include "tilecore/visibility/sample_pattern.h"
 #include "tilecore/visibility/tile_frustum.h"

@@ -1,13 +1,10 @@
 // The motion BVH of a sub-patch: frusta of rectangles, branch nodes, rays.
-#include <gtest/gtest.h>
-
-#include "tests/tilecore/visibility/method_mesh.h"
 #include "tilecore/visibility/motion_bvh.h"
+#include "tests/support/tests.h"
+#include "tests/tilecore/visibility/method_mesh.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::motion_bvh_test {
 namespace {
-
-using test::Random;
 
 // ---- Frustum against moving boxes -------------------------------------------------------------------------------
 
@@ -374,4 +371,4 @@ TEST(MotionBvh, RaysParallelToASlabMeetWhatTheyAreInside) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::motion_bvh_test

@@ -1,9 +1,8 @@
 // The stencil unit: two references, valid rate, occupancy.
-#include <gtest/gtest.h>
-
+#include "tests/support/tests.h"
 #include "tests/tilecore/visibility/method_mesh.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::stencil_test {
 namespace {
 
 // Samples of a tile with one sample a pixel whose stencil values are the given ones, over and over.
@@ -123,4 +122,4 @@ TEST(StencilUnit, TheValidRateOfAMovingSquareIsSideOverSidePlusWayOfASegment) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::stencil_test

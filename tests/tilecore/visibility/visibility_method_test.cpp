@@ -1,16 +1,11 @@
 // All visibility methods find the same hits with the same bits.
-#include <gtest/gtest.h>
-
-#include <map>
-
 #include "base/simd_targets.h"
+#include "tests/support/tests.h"
 #include "tests/tilecore/visibility/method_mesh.h"
 #include "tilecore/tile_core.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::visibility_method_test {
 namespace {
-
-using test::Random;
 
 TEST(VisibilityMethods, FindTheSameHitsOnPatchesAndClustersUnderAllEffects) {
   Random random(1);
@@ -386,4 +381,4 @@ TEST(VisibilityMethods, AsBlurGrowsBruteForceCollapsesAndTheBvhDoesNot) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::visibility_method_test

@@ -1,18 +1,12 @@
 // The kernels, boxes and time ranges of visibility against brute force: every sample against every triangle.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <set>
-
 #include "base/simd_targets.h"
+#include "tests/support/tests.h"
 #include "tests/tilecore/support.h"
 #include "tilecore/visibility/clipped_cells.h"
 #include "tilecore/visibility/tile_frustum.h"
 
-namespace tessera::tilecore {
+namespace tessera::tilecore::visibility_test {
 namespace {
-
-using test::Random;
 
 // What visibility works on, without a scene: random cells, moving, at random depths.
 struct RandomMesh {
@@ -500,4 +494,4 @@ TEST(ClippedCells, AFloorThatPassesUnderTheCameraHasNoHole) {
 }
 
 }  // namespace
-}  // namespace tessera::tilecore
+}  // namespace tessera::tilecore::visibility_test

@@ -1,0 +1,327 @@
+#!/usr/bin/env python3
+"""tests/project/figures.py --program TESSERA [--build FOLDER] [TEST...]   checks what documents publish.
+
+Pages     in every push: commands of the README work, tables of pages follow from the CSV files beside them, shipped captures are
+          what their sources make (--build: where tessera_make_captures is)
+Replays   figures of pages, rendered again; part of ./tessera test --all
+Arguments behind the options are those of Python's unittest: Pages, Replays.test_tour, -k shading, -v.
+"""
+import csv
+import json
+import math
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+from functools import lru_cache
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+IMAGES = ROOT / "docs/images"
+PAYS = IMAGES / "when_it_pays"
+program, build = None, None  # set by main()
+
+
+def page(name):
+    return (ROOT / name).read_text()
+
+
+def rows_of(file):
+    with open(file, newline="") as lines:
+        return list(csv.DictReader(lines))
+
+
+def capture(name):
+    return str(ROOT / f"captures/{name}.glb")
+
+
+def run(*arguments):
+    done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True)
+    if done.returncode:
+        raise AssertionError(f"tessera {' '.join(map(str, arguments))} ends with {done.returncode}\n{done.stderr}")
+    return done.stdout
+
+
+def statistics(*arguments):
+    """What `tessera replay ARGUMENTS` writes about its frames."""
+    with tempfile.TemporaryDirectory() as out:
+        run("replay", *arguments, "--quiet", "--no-report", "--out", out)
+        return json.loads(Path(out, "stats.json").read_text())
+
+
+def settings(**values):
+    """--set arguments; a key's dot is written as two underscores."""
+    return [word for key, value in values.items() for word in ("--set", f"{key.replace('__', '.')}={value}")]
+
+
+def commands(name, out):
+    """Arguments of the program in the shell blocks of a page, with captures where they lie and results below `out`."""
+    for block in re.findall(r"^```sh\n(.*?)^```", page(name), re.M | re.S):
+        for line in block.splitlines():
+            words = line.split(" #")[0].split()
+            if words[:1] == ["./tessera"] and words[1:2] != ["test"]:
+                yield [f"{ROOT}/{word}" if word.startswith("captures/") else f"{out}/{word}" if (word + "/").startswith("out/") else word
+                       for word in words[1:]]
+
+
+# ---- docs/when_it_pays.md -------------------------------------------------------------------------------------------
+
+FINISHED_FRAME = 640 * 360 * 8  # bytes, of this machine and of the others alike
+SCHEMES = ["patch-whole", "post-tessellation", "post-position", "deferred-vertex", "visibility-stream", "control-list", "immediate"]
+
+
+def place_of(row):
+    return ",".join(row[column] for column in ("layers", "attributes", "blur", "tile"))
+
+
+def costs_of(points, cost, scheme):
+    """Triples of a triangle's size in px², what this machine costs and what another does."""
+    both = FINISHED_FRAME if cost == "traffic" else 0
+    return [(float(point["px2"]), float(point[f"{cost} pre-tessellation"]) - both, float(point[f"{cost} {scheme}"]) - both) for point in points]
+
+
+def sizes_where_less(costs):
+    """Triangle sizes at which the first of two costs is the smaller one, as break_even.csv writes them. The logarithm of the costs'
+    ratio is linear in that of the size."""
+    def text_of(x):
+        return f"{x:.1f}" if x < 10 else f"{x:.0f}"
+
+    advantages = [math.log(first / second) for _, first, second in costs]
+    parts, begin, inside = [], None, advantages[0] < 0
+    for (x0, *_), (x1, *_), a, b in zip(costs, costs[1:], advantages, advantages[1:]):
+        if (b < 0) != inside:
+            line = text_of(x0 * (x1 / x0) ** (a / (a - b)))
+            if inside:
+                parts.append(f"{begin}-{line}" if begin else f"<{line}")
+            begin, inside = line, not inside
+    if inside:
+        parts.append(f">{begin}" if begin else "all")
+    return "+".join(parts) or "none"
+
+
+def line_of_ranges(points, scheme):
+    cells = []
+    for cost in ("traffic", "evaluations", "cycles", "energy"):
+        ratios = [theirs / ours for _, ours, theirs in costs_of(points, cost, scheme)]
+        cells.append(f"{min(ratios):.2f} to {max(ratios):.{2 if max(ratios) < 10 else 1}f}")
+    return f"| `{scheme}` | {' | '.join(cells)} |"
+
+
+@lru_cache(None)
+def wall_replay(layers, attributes, blur, tile, px2):
+    """Counters of all schemes in the place of a row."""
+    frame = {"0": "0:1", "8": "1:2"}.get(blur, "2:3")
+    edge = {"0.5": 1, "1.0": 1.414, "4.0": 2.828, "16.0": 5.657, "64.0": 11.314}[px2]
+    name = f"studies/wall_{layers}{'' if attributes == 'yes' else '_plain'}"
+    keys = settings(parameter_buffer__bytes=268435456, tessellation__target_edge_pixels=edge, tile__width=tile, tile__height=tile)
+    frames = statistics(capture(name), "--size", "640x360", "--frames", frame, "--baselines", *keys)["frames"]
+    return {scheme: {key.removeprefix("baseline."): value for key, value in counters.items()} for scheme, counters in frames[0]["baselines"].items()}
+
+
+def replay_of(row):
+    return wall_replay(*(row[column] for column in ("layers", "attributes", "blur", "tile", "px2")))
+
+
+def contradictions(row, schemes):
+    """Columns of a row of points.csv that a replay contradicts."""
+    measured = {"triangles": schemes["post-tessellation"]["primitives"]}
+    for scheme, value in schemes.items():
+        measured |= {f"traffic {scheme}": value["dram_bytes"], f"evaluations {scheme}": value["position_evaluations"] + value["domain_evaluations_cached"],
+                     f"cycles {scheme}": value["cycles"], f"energy {scheme}": value["energy_nj"]}
+    return [column for column, value in measured.items() if int(row[column]) != value]
+
+
+# ---- Tests ----------------------------------------------------------------------------------------------------------
+
+
+class Pages(unittest.TestCase):
+    def test_commands_of_the_readme(self):
+        with tempfile.TemporaryDirectory() as out:
+            all_of_them = list(commands("README.md", out))
+            self.assertGreaterEqual(len(all_of_them), 3)
+            for arguments in all_of_them:
+                run(*arguments)
+
+    def test_shipped_captures(self):
+        with tempfile.TemporaryDirectory() as out:
+            made = subprocess.run([ROOT / "captures/make.sh", out], env=os.environ | {"TESSERA_BUILD": build}, capture_output=True, text=True)
+            self.assertEqual(made.returncode, 0, made.stderr)
+            sizes = []
+            for name in ("eggs", "vases", "serpent", "flyby", "stroll", "workshop", "city", "garden"):
+                shipped = Path(capture(name)).read_bytes()
+                self.assertTrue(Path(out, f"{name}.glb").read_bytes() == shipped, f"{name} differs: run captures/make.sh")
+                sizes.append(len(shipped))
+            self.assertLessEqual(sum(sizes), 3 << 20)
+            for name in ("wall_1", "wall_4", "wall_16", "wall_4_plain"):
+                shipped = Path(capture(f"studies/{name}")).read_bytes()
+                self.assertTrue(Path(out, f"studies/{name}.glb").read_bytes() == shipped, f"{name} differs: run captures/make.sh")
+                self.assertLessEqual(len(shipped), 32 << 10)
+
+    def test_materials_table(self):
+        folder = IMAGES / "materials"
+        table, size, credits = "<!-- models -->\n| model | FLIP | Tessera, three.js, FLIP |\n|---|---:|---|\n", 0, (folder / "CREDITS.md").read_text()
+        for row in rows_of(folder / "materials.csv"):
+            name = row["model"]
+            table += f"| {name} | {row['flip']} | ![{name}](images/materials/{name}.webp) |\n"
+            self.assertTrue(0 < float(row["flip"]) < 1, name)
+            self.assertIn(f"| {name} |", credits)
+            size += (folder / f"{name}.webp").stat().st_size
+        self.assertIn(table + "<!-- end models -->", page("docs/materials.md"), "run docs/images/materials/make.sh")
+        self.assertLess(size, 1500000)
+
+    def test_equal_costs_are_found_between_two_sizes(self):
+        self.assertEqual(sizes_where_less([(1, 1, 2), (4, 2, 3)]), "all")
+        self.assertEqual(sizes_where_less([(1, 2, 2), (4, 3, 3)]), "none")
+        self.assertEqual(sizes_where_less([(1, 1, 2), (4, 2, 1)]), "<2.0")
+        self.assertEqual(sizes_where_less([(1, 2, 1), (4, 1, 2), (16, 1, 2)]), ">2.0")
+        self.assertEqual(sizes_where_less([(1, 1, 2), (4, 2, 1), (16, 1, 2), (64, 2, 1)]), "<2.0+8.0-32")
+
+    def test_break_even_follows_from_the_points(self):
+        points, lines = rows_of(PAYS / "points.csv"), 0
+        for row in rows_of(PAYS / "break_even.csv"):
+            here = [point for point in points if place_of(point) == place_of(row)]
+            for scheme in row.keys() & {column.removeprefix("traffic ") for column in points[0] if column.startswith("traffic ")}:
+                self.assertEqual(row[scheme], sizes_where_less(costs_of(here, row["cost"], scheme)), f"{row['cost']} {place_of(row)} {scheme}")
+                lines += 1
+        self.assertEqual(lines, 4 * 36 * 7)
+
+    def test_when_it_pays_shows_its_tables(self):
+        text, points = page("docs/when_it_pays.md"), rows_of(PAYS / "points.csv")
+        names = {"1,yes,0,32": "1 layer", "4,yes,0,32": "4 layers", "16,yes,0,32": "16 layers", "4,yes,8,32": "blur 8",
+                 "4,yes,32,32": "blur 32", "4,no,0,32": "plain", "4,yes,0,16": "tiles 16", "4,yes,0,64": "tiles 64"}
+        rows = 0
+        for row in rows_of(PAYS / "break_even.csv"):
+            name = names.get(place_of(row))
+            if name and row["cost"] != "evaluations" and (row["cost"] == "traffic" or name in ("1 layer", "4 layers", "blur 32")):
+                self.assertIn(f"\n| {name} | {' | '.join(row[scheme] for scheme in SCHEMES)} |\n", text, "run docs/images/when_it_pays/make.sh")
+                rows += 1
+        self.assertEqual(rows, 8 + 2 * 3)
+        for scheme in SCHEMES:
+            self.assertIn(f"\n{line_of_ranges(points, scheme)}\n", text)
+
+
+class Replays(unittest.TestCase):
+    @staticmethod
+    @lru_cache(None)
+    def readme_statistics():
+        return statistics(capture("eggs"), "--baselines")["total"]
+
+    def test_readme(self):
+        text, total = page("README.md"), self.readme_statistics()
+        counters = [(name, digits) for name, digits in re.findall(r"^\| `([a-z_.]+)` \| ([0-9 ]+) \|$", text, re.M) if name in total["counters"]]
+        self.assertGreaterEqual(len(counters), 5)
+        for name, digits in counters:
+            self.assertEqual(int(digits.replace(" ", "")), total["counters"][name], name)
+        columns = ["queue_bytes_written", "queue_bytes_read", "queue_bytes_peak", "position_evaluations", "domain_evaluations_cached", "dram_bytes"]
+        self.assertIn("| machine | lists written | read | peak | positions alone | evaluations | all traffic |", text)
+        shown = {row[0]: row[1:] for row in re.findall(r"^\| `([a-z-]+)`" + r" \| ([0-9 ]+)" * 6 + r" \|$", text, re.M)}
+        self.assertEqual(shown.keys(), total["baselines"].keys(), "every scheme")
+        for scheme, cells in shown.items():
+            for column, digits in zip(columns, cells):
+                self.assertEqual(int(digits.replace(" ", "")), total["baselines"][scheme][f"baseline.{column}"], f"{column} of {scheme}")
+
+    def test_lists_are_one_to_two_orders_of_magnitude_smaller_than_those_of_triangles(self):
+        """What the project is for. Less is a fault of the binner, more means that a cost was forgotten."""
+        schemes = self.readme_statistics()["baselines"]
+        for counter in ("queue_bytes_written", "queue_bytes_read", "queue_bytes_peak"):
+            ratio = schemes["post-tessellation"][f"baseline.{counter}"] / schemes["pre-tessellation"][f"baseline.{counter}"]
+            self.assertTrue(10 <= ratio <= 1000, f"{counter}: {ratio}")
+
+    def test_shading(self):
+        rows = [row for row in rows_of(IMAGES / "shading/rates.csv") if row["rate"] == "cache"]
+        self.assertEqual(len(rows), 4)
+        for row in rows:
+            counters = statistics(capture(row["capture"]), *settings(shading__rate="cache"))["total"]["counters"]
+            for column, counter in (("samples_visible", "samples_visible"), ("invocations", "pixel_shader_invocations"),
+                                    ("invocations_saved", "pixel_shader_invocations_saved")):
+                self.assertEqual(int(row[column]), counters[f"tilecore.{counter}"], f"{row['capture']}, {column}: run docs/images/shading/make.sh")
+
+    @staticmethod
+    def binning(tile, depth, *more):
+        keys = settings(frontend__split_pixels=16, tile__width=tile, tile__height=tile, frontend__split_depth=depth, parameter_buffer__bytes=16777216)
+        return statistics(capture("eggs"), "--size", "640x360", *keys, *more)["frames"][0]
+
+    def test_binning_study_tiles(self):
+        rows = rows_of(IMAGES / "studies/tiles.csv")
+        self.assertEqual(len(rows), 4)
+        for row in rows:
+            schemes = self.binning(int(row["tile"]), 0, "--baselines")["baselines"]
+            for column, scheme in (("pre", "pre-tessellation"), ("patch_whole", "patch-whole"), ("post", "post-tessellation")):
+                self.assertEqual(int(row[f"{column}_queue_bytes"]), schemes[scheme]["baseline.queue_bytes_peak"])
+                self.assertEqual(int(row[f"{column}_traffic_bytes"]), schemes[scheme]["baseline.dram_bytes"])
+            for column, among, error in (("queues", "queue_bytes", 0.051), ("traffic", "traffic_bytes", 0.0051)):
+                self.assertAlmostEqual(float(row[f"post_over_pre_{column}"]), int(row[f"post_{among}"]) / int(row[f"pre_{among}"]), delta=error)
+
+    def test_binning_study_depths(self):
+        rows = rows_of(IMAGES / "studies/depths.csv")
+        self.assertEqual(len(rows), 5)
+        for row in rows:
+            frame = self.binning(32, int(row["depth"]))
+            for column, counter in (("sub_patches", "frontend.sub_patches"), ("entries", "binner.entries"),
+                                    ("queue_bytes_peak", "binner.queue_bytes_peak"), ("domain_evaluations", "tilecore.domain_evaluations")):
+                self.assertEqual(int(row[column]), frame["counters"][counter], f"{column}: run docs/images/studies/make.sh")
+            # Tables of heights are what the front end bounds by.
+            self.assertEqual(int(row["traffic_bytes"]), sum(part["read_bytes"] + part["written_bytes"] for part in frame["dram"]
+                                                            if part["purpose"] != "texture" or part["unit"] == "frontend"))
+
+    def test_when_it_pays_points(self):
+        again = {"1,yes,8,16 4.0", "4,no,0,32 16.0", "4,yes,32,64 1.0", "16,yes,0,32 64.0"}
+        rows = [row for row in rows_of(PAYS / "points.csv") if f"{place_of(row)} {row['px2']}" in again]
+        self.assertEqual(len(rows), len(again))
+        for row in rows:
+            schemes = replay_of(row)
+            self.assertEqual(len(schemes), 8)
+            self.assertEqual(contradictions(row, schemes), [], "run docs/images/when_it_pays/make.sh")
+            self.assertEqual(contradictions(row | {"traffic control-list": "1"}, schemes), ["traffic control-list"], "the twin")
+
+    def test_when_it_pays_parts(self):
+        """Parts of the traffic in 4 layers of triangles of 1 px²."""
+        rows = [row for row in rows_of(PAYS / "parts.csv") if place_of(row) == "4,yes,0,32" and row["px2"] == "1.0"]
+        self.assertEqual(len(rows), 8)
+        for row in rows:
+            value = replay_of(row)[row["scheme"]]
+            frame, records = value["frame_bytes_read"] + value["frame_bytes_written"], value["patch_bytes_cached"]
+            for column, measured in (("lists", value["dram_bytes"] - frame - records), ("records", records), ("frame", frame),
+                                     ("lists_written", value["queue_bytes_written"]), ("bounding_operations", value["bounding_operations"]),
+                                     ("partial_render_at_half", value["partial_render_bytes"]), ("spill_at_half", value["spill_bytes"]),
+                                     ("cycles", value["cycles"]), ("energy_nj", value["energy_nj"])):
+                self.assertEqual(int(row[column]), measured, f"{row['scheme']}, {column}: run docs/images/when_it_pays/make.sh")
+
+    def test_tour(self):
+        text = page("docs/tour.md")
+        with tempfile.TemporaryDirectory() as out:
+            all_of_them = list(commands("docs/tour.md", out))
+            self.assertGreaterEqual(len(all_of_them), 8)
+            for arguments in all_of_them:
+                run(*arguments)
+            machines = {row["gpu"]: row for row in rows_of(Path(out, "out/tour/machines/sweep.csv"))}
+            smallest = rows_of(Path(out, "out/tour/smallest/sweep.csv"))
+        shown = re.findall(r"^\| `([a-z-]+)` \| ([0-9.]+) \| ([0-9.]+) \| ([0-9.]+|–) \| ([0-9.]+) \|$", text, re.M)
+        self.assertEqual(len(shown), 3)
+        clock = next(key for key in json.loads(run("describe", "gpu", "--json")) if key["key"] == "clock.mhz")
+        for name, milliseconds, millijoules, watts, area in shown:
+            row = machines[name]
+            megahertz = clock["presets"].get(name, clock["default"])
+            energy = float(row["energy.total_nj"]) * 1e-6
+            self.assertAlmostEqual(float(row["timing.cycles"]) / megahertz * 1e-3, float(milliseconds), delta=0.05)
+            self.assertAlmostEqual(energy, float(millijoules), delta=0.05)
+            if watts != "–":
+                self.assertAlmostEqual(energy * 60e-3, float(watts), delta=0.005)
+            self.assertAlmostEqual(float(row["area.total_mm2"]), float(area), delta=0.05)
+        least = min(float(row["area.total_mm2"]) for row in smallest if float(row["timing.cycles"]) <= 14166666)
+        self.assertAlmostEqual(least, float(re.search(r"do it on ([0-9.]+) mm²", text)[1]), delta=0.05)
+
+
+if __name__ == "__main__":
+    words = sys.argv[1:]
+    if "--help" in words or "-h" in words:
+        sys.exit(print(__doc__))
+    options = {}
+    while words[:1] and words[0] in ("--program", "--build"):
+        options[words[0]] = words[1]
+        words = words[2:]
+    program = str(Path(options["--program"]).resolve())
+    build = options.get("--build", str(Path(program).parent))
+    unittest.main(argv=[sys.argv[0], *words])

@@ -1,0 +1,365 @@
+#!/usr/bin/env python3
+"""tests/project/lint.py [--program TESSERA] [--tests FOLDER...] [--format]   checks the project's own rules in about a second.
+
+--program  also checks that generated pages are what this program prints
+--tests    also checks that documents name tests that the programs below these folders have (lists that CMake wrote there)
+--format   only asks clang-format 14 whether every source is formatted
+
+Every rule is a function that returns complaints, and has a twin in twins(): a text that breaks the rule must be complained about.
+"""
+import argparse
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+# In the order in which they may include each other.
+ROOMS = ["base", "shaders_cpp", "scene", "memory", "hardware", "timing", "frontend", "binner", "tilecore", "gpu", "baselines",
+         "reference", "replay"]
+OTHERS = ["include", "python", "tests", "bench", "captures"]
+TOP_LEVEL = {*ROOMS, *OTHERS, "cmake", "docs", "build", "out", "CMakeLists.txt", "CMakePresets.json", "README.md", "tessera"}
+WITH_README = ["base", "hardware", "shaders_cpp", "frontend", "binner", "tilecore", "replay", "python", "tests", "bench", "captures"]
+# A unit of the machine is found by its name: in one file, whose path or text says it.
+UNITS = {
+    "coverage": "binner/coverage.h",
+    "device": "gpu/device.h",
+    "dither": "tilecore/resolve/pattern_dither.h",
+    "front end": "frontend/front_end.h",
+    "L2": "memory/l2.h",
+    "list builder": "binner/binner.h",
+    "parameter buffer": "binner/parameter_buffer.h",
+    "raster path": "tilecore/visibility/raster_kernel.cpp",
+    "ray path": "tilecore/visibility/ray-inl.h",
+    "resolve unit": "tilecore/resolve/resolve_unit.h",
+    "sampling controller": "tilecore/procedural/sampling_controller.h",
+    "shading cache": "tilecore/shading/shading_cache.h",
+    "splitter": "frontend/patch_splitter.h",
+    "stencil": "tilecore/visibility/stencil.h",
+    "temporal reprojection": "tilecore/resolve/advection.h",
+    "tessellator": "tilecore/tessellation/tessellator.h",
+    "texture cache": "tilecore/shading/texture_unit.h",
+    "tile core": "tilecore/tile_core.h",
+    "tile scheduler": "gpu/tile_scheduler.h",
+    "timing": "timing/timing_model.h",
+}
+SOURCES = (".h", ".cpp", ".inc", ".c")
+WITH_WORDS = (*SOURCES[:3], ".def", ".js", ".py", ".sh", ".cmake", ".md")
+
+
+# ---- Files --------------------------------------------------------------------------------------------------------
+
+
+def project_files():
+    """Path from the root and text of every file with words, but for what is built or hidden."""
+    files = {}
+    for folder, folders, names in os.walk(ROOT):
+        top = Path(folder) == ROOT
+        folders[:] = sorted(f for f in folders if not f.startswith(".") and f != "__pycache__" and not (top and f in ("build", "out")))
+        for name in names:
+            if name.endswith((*WITH_WORDS, ".c")) or name == "CMakeLists.txt":
+                path = Path(folder, name)
+                files[str(path.relative_to(ROOT))] = path.read_text(errors="replace")
+    return files
+
+
+def documents(files):
+    return {path: text for path, text in files.items() if path.endswith(".md")}
+
+
+def sources(files, folders=(*ROOMS, *OTHERS)):
+    return {path: text for path, text in files.items() if path.endswith(SOURCES) and path.split("/")[0] in folders}
+
+
+# ---- Layout -------------------------------------------------------------------------------------------------------
+
+
+def may_include(room, other):
+    """Scenes know nothing of the machine, timing nothing of scenes and shaders; baselines and the reference observe the machine,
+    not each other."""
+    if room == other:
+        return True
+    if room in ("memory", "hardware", "timing"):
+        return other == "base" or (room != "memory" and other == "memory") or (room == "timing" and other == "hardware")
+    if (room, other) == ("reference", "baselines"):
+        return False
+    return other in ROOMS and ROOMS.index(other) < ROOMS.index(room)
+
+
+def wrong_includes(path, text):
+    room = path.split("/")[0]
+    allowed = (lambda other: may_include(room, other)) if room in ROOMS else lambda other: room not in ("include", "python") or other == "python"
+    return [f"{path} includes {other}" for other in sorted(set(re.findall(r'#include "([a-z_]+)/', text))) if not allowed(other)]
+
+
+def function_lengths(text):
+    """Lines and first line of each function's body, by the braces that the formatter puts at the margin."""
+    found, begin, head = [], 0, ""
+    for number, line in enumerate(text.split("\n")):
+        if not line or line[0] in " #/":
+            continue
+        if line[0] == "}":
+            if head:
+                found.append((number - begin, head))
+            head = ""
+        else:
+            head = "" if line.startswith(("namespace", "class ", "struct ", "enum ")) else line
+            begin = number
+    return found
+
+
+def too_long(path, text):
+    lines = text.count("\n")
+    wrong = [f"{path} has {lines} lines: a source has at most 800"] if lines > 800 else []
+    return wrong + [f"{path} has a function of {n} lines, at most are 100: {head}" for n, head in function_lengths(text) if n > 100]
+
+
+def wrong_names_at_the_top(names):
+    return [f"{name}: no file or folder of this name is expected in the root" for name in names if not name.startswith(".") and name not in TOP_LEVEL]
+
+
+def unit_not_found(unit, path, files):
+    plain = (path + files.get(path, "")).lower().replace("_", " ")
+    return [] if path in files and unit.lower() in plain else [f"{path}: the unit '{unit}' is not found there"]
+
+
+# ---- Documents ----------------------------------------------------------------------------------------------------
+
+
+def broken_links(path, text):
+    wrong = []
+    for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", text):
+        if "://" not in target and not (ROOT / path).parent.joinpath(target).exists():
+            wrong.append(f"{path} links to {target}")
+    for name in re.findall(r"`((?:%s)/[A-Za-z0-9_./-]*)`" % "|".join([*ROOMS, *OTHERS, "cmake", "docs"]), text):
+        if not (ROOT / name).exists():
+            wrong.append(f"{path} names {name}")
+    return wrong
+
+
+def retired_phrases():
+    """tests/project/retired_words.txt: a phrase as a regular expression and, after a tab, what is said instead. Whole words, capitals
+    or not. With the letters that every match begins with: searching them first saves most of the time."""
+    lines = (ROOT / "tests/project/retired_words.txt").read_text().splitlines()
+    return [(re.match(r"(?:[A-Za-z ](?!\?))*", phrase)[0].lower(), re.compile(r"\b(?:%s)\b" % phrase, re.I), instead)
+            for phrase, instead in (line.split("\t") for line in lines)]
+
+
+def retired_words(path, text, phrases):
+    """Lines that say a retired phrase. Names are not words: code marks of documents, quoted tokens of sources."""
+    document, low = path.endswith(".md"), text.lower()
+    phrases = [phrase for phrase in phrases if phrase[0] in low]
+    if not phrases:
+        return []
+    fewer = re.sub(r"^```.*?^```", lambda block: "\n" * block[0].count("\n"), text, flags=re.M | re.S) if document else text
+    prose = re.sub(r"`[^`\n]*`" if document else r"""(["'])[A-Za-z0-9_.:/%=&?*#+-]*\1""", " ", fewer)
+    return [f"{path}:{prose.count(chr(10), 0, match.start()) + 1}: {match[0]} (say: {instead})"
+            for _, phrase, instead in phrases for match in phrase.finditer(prose)]
+
+
+def declared_invariants(text):
+    """Numbers that a text declares: "//   PB1  what holds" in a header, "| M1 | what holds |" in docs/architecture.md."""
+    return [a or b for a, b in re.findall(r"^ *//   ([A-Z]+[0-9]+)  [^ ].*$|^\| (M[0-9]+) \| .*$", text, re.M)]
+
+
+def cited_invariants(text):
+    """Capitals and digits that are not inside a word; a test's name may begin with them."""
+    runs = re.finditer(r"(?:^|[^A-Za-z0-9_])((?:(?:And)?[A-Z]+[0-9]+(?:And)?)+)", text, re.M)
+    return {number for run in runs for number in re.findall(r"[A-Z]+[0-9]+", run[1])}
+
+
+def wrong_invariants(declarations, cited):
+    """declarations: pairs of a number and the file that declares it."""
+    wrong, places, units = [], {}, {}
+    for number, path in declarations:
+        if number in places:
+            wrong.append(f"{number} is declared by {places[number]} and {path}")
+        places[number] = path
+        prefix = number.rstrip("0123456789")
+        if units.setdefault(prefix, path) != path:
+            wrong.append(f"the prefix {prefix} names two units: {units[prefix]} and {path}")
+    return wrong + [f"{number} of {path} is cited by no test" for number, path in places.items() if number not in cited]
+
+
+def repeated_programs(readme, files):
+    return [f"README.md does not show {path} as it is tested" for path in ("tests/package/consumer/main.cpp", "tests/package/counters.py")
+            if (ROOT / path).read_text() + "```" not in readme]
+
+
+# ---- Tests that documents name --------------------------------------------------------------------------------------
+
+
+def names_a_test(name, tests):
+    """"Suite.Law" is not "Suite.LawAndMore", but "Suite.Law/0"; a name may also end inside an instance's name."""
+    inside = name.find("/") < name.rfind("/")
+    return any(test.startswith(name) and (inside or test[len(name):len(name) + 1] in ("", "/")) for test in tests)
+
+
+def missing_tests(page, tests):
+    """Rows of docs/stability.md, "- **case**: ... `Suite.Law`, `fuzz: target`", whose tests are not there."""
+    wrong = []
+    for case, rest in re.findall(r"^- \*\*(.+?)\*\*:(.*)$", page, re.M):
+        named = re.findall(r"`((?:[A-Za-z]\w*/)?[A-Z]\w+\.\w[^`]*|(?:long )?fuzz: \w+)`", rest)
+        wrong += [f"{case}: no test"] * (not named)
+        wrong += [f"{case}: {name} is not there" for name in named if not names_a_test(name, tests)]
+    return wrong
+
+
+def listed_tests(folders):
+    """Names of the tests below folders, as CMake wrote them for ctest, without what stands before ': ' but for fuzz targets."""
+    names = set()
+    for listing in (file for folder in folders for file in Path(folder).glob("*.cmake")):
+        for name in re.findall(r"^add_test\( *(?:\[=+\[(.*?)\]=+\]|\"(.*?)\"|(\S+)) ", listing.read_text(errors="replace"), re.M):
+            name = "".join(name)
+            names.add(name if "fuzz: " in name else name.split(":", 1)[-1].strip())
+    return names
+
+
+# ---- What the program prints ----------------------------------------------------------------------------------------
+
+
+def described(program, *arguments):
+    return subprocess.run([program, "describe", *arguments], capture_output=True, text=True, check=True).stdout
+
+
+def stale_pages(program):
+    topics = re.search(r"One of ([a-z, ]+);", described(program, "--help"))[1].split(", ")
+    wrong = [] if len(topics) > 4 else ["tessera describe --help names no topics"]
+    for topic in topics:
+        page, generated = (ROOT / f"docs/{topic}.md").read_text(), described(program, topic, "--markdown")
+        # The page of effects goes on behind what is generated.
+        if not (page.startswith(generated) if topic == "effects" else page == generated):
+            wrong.append(f"docs/{topic}.md is not what `tessera describe {topic} --markdown` prints")
+    return wrong
+
+
+def wrong_extension(extension, page, schema):
+    """Every member of an extension of ours is on its page and in its schema, and nothing else is."""
+    members = {member["name"] for member in extension["members"]}
+    wrong = [f"{extension['name']}: its page does not name {member}" for member in sorted(members) if member not in page]
+    if schema["properties"].keys() - {"extensions", "extras"} != members:
+        wrong.append(f"{extension['name']}: its schema has other members")
+    return wrong
+
+
+def wrong_extensions(program):
+    wrong = []
+    for extension in json.loads(described(program, "extensions", "--json")):
+        if extension["name"].startswith("TESSERA_"):
+            base = ROOT / "docs/extensions" / extension["name"]
+            wrong += wrong_extension(extension, base.with_suffix(".md").read_text(), json.loads(base.with_suffix(".schema.json").read_text()))
+    return wrong
+
+
+# ---- All of it ------------------------------------------------------------------------------------------------------
+
+
+def twins(phrases):
+    """Each rule against what breaks it and, where it could cry wolf, against what does not."""
+    long_text = "namespace a {\nint f() {\n" + "  ++x;\n" * 120 + "}\n}  // namespace a\n"
+    broken = [
+        wrong_includes("frontend/a.h", '#include "tilecore/tile_core.h"\n'), wrong_includes("timing/a.h", '#include "scene/pose.h"\n'),
+        wrong_includes("gpu/a.h", '#include "replay/describe.h"\n'), wrong_includes("include/tessera/a.h", '#include "gpu/device.h"\n'),
+        too_long("gpu/a.cpp", long_text), too_long("gpu/a.cpp", "\n" * 801), wrong_names_at_the_top(["notes.txt"]),
+        unit_not_found("tile core", "gpu/tile_core.h", {}), unit_not_found("texture cache", "a/b.h", {"a/b.h": "surfaces"}),
+        broken_links("README.md", "[a](docs/nothing.md)"), broken_links("docs/tour.md", "`gpu/nothing.h`"),
+        wrong_invariants([("PB1", "a.h"), ("PB1", "b.h")], {"PB1"}), wrong_invariants([("PB1", "a.h"), ("PB2", "b.h")], {"PB1", "PB2"}),
+        wrong_invariants([("PB1", "a.h")], cited_invariants("a_PB1 VPB1 PB11")), repeated_programs("", {}),
+        missing_tests("- **bare**: what breaks; *what is done*.", {"Suite.Law"}),
+        missing_tests("- **case**: `Suite.Law`", {"Suite.LawAndMore"}), missing_tests("- **case**: `Case/Suite.Law/Pole_`", {"Case/Suite.Law/Point_obb"}),
+        wrong_extension({"name": "E", "members": [{"name": "count"}]}, "", {"properties": {"count": {}}}),
+        wrong_extension({"name": "E", "members": []}, "", {"properties": {"count": {}}}),
+    ]
+    for text in ("// The picture, whole.", "two Rivals", "through the middle of the lens", "int most_tiles;", "each stroke",
+                 "runs of the pixel shader", "a tile queue"):
+        broken += [retired_words("a.h", text, phrases), retired_words("a.md", text, phrases)]
+    sound = [
+        wrong_includes("frontend/a.h", '#include "base/error.h"\n#include <vector>\n'), wrong_includes("baselines/a.h", '#include "gpu/device.h"\n'),
+        missing_tests("- **case**: `Suite.Law`, `Case/Suite.Law/Pole_`", {"Suite.Law/0", "Case/Suite.Law/Pole_obb"}),
+        wrong_invariants([(n, "a.h") for n in declared_invariants("// Invariants:\n//   PB1  One.\n//        PB2  Indented text.\n")], {"PB1"}),
+        wrong_invariants([(n, "a.h") for n in ("PB1", "PB2")], cited_invariants("TEST(A, PB1PB2Full) {")),
+        wrong_invariants([(n, "a.h") for n in ("SE1", "SE2")], cited_invariants("TEST(B, SE1AndSE2Hold)")),
+        retired_words("a.md", 'member `pictures`\n```json\n"a picture"\n```\n', phrases),
+    ]
+    for text in ('study["pictures"]', "stroke-width: 2", "tessera_embree_rival", "binner.tile_queue", "pictured"):
+        sound.append(retired_words("a.js", text, phrases))
+    return [f"twin {k} is not caught" for k, caught in enumerate(broken) if not caught] + [
+        f"what is sound is complained about: {caught}" for caught in sound if caught]
+
+
+def badly_formatted():
+    """Other versions of clang-format break lines elsewhere."""
+    def complaints(arguments, **options):
+        done = subprocess.run(["clang-format", "--dry-run", "--Werror", "--ferror-limit=1", "--style=file", *arguments],
+                              cwd=ROOT, capture_output=True, text=True, **options)
+        return done.stderr.splitlines() if done.returncode else []
+
+    try:
+        version = subprocess.run(["clang-format", "--version"], capture_output=True, text=True).stdout
+    except FileNotFoundError:
+        version = ""
+    if "version 14." not in version:
+        print("skipped: no clang-format 14")
+        return []
+    wrong = complaints(sorted(sources(project_files())))
+    if not complaints(["--assume-filename=a.cpp"], input="int  main( ){return 0;}\n"):
+        wrong.append("the twin, a source that is not formatted, is not caught")
+    return wrong + ["fixed by: clang-format -i FILE"] * bool(wrong)
+
+
+def all_complaints(program, tests):
+    files, phrases = project_files(), retired_phrases()
+    wrong = twins(phrases) + wrong_names_at_the_top(os.listdir(ROOT))
+    for path, text in sources(files).items():
+        wrong += wrong_includes(path, text) + too_long(path, text)
+    for path, text in documents(files).items():
+        wrong += broken_links(path, text)
+    for path, text in files.items():
+        if path != "tests/project/lint.py":
+            wrong += retired_words(path, text, phrases)
+    for unit, path in UNITS.items():
+        wrong += unit_not_found(unit, path, files)
+    wrong += [f"{folder} has no README.md" for folder in WITH_README if f"{folder}/README.md" not in files]
+    wrong += repeated_programs(files["README.md"], files)
+    declarations = [(number, path) for path, text in files.items() if path.endswith(".h") or path == "docs/architecture.md"
+                    for number in declared_invariants(text)]
+    cited = set().union(*(cited_invariants(text) for path, text in files.items() if path.startswith("tests/") and path.endswith(".cpp")))
+    wrong += wrong_invariants(declarations, cited)
+    # A rule that looks at nothing holds for ever.
+    functions = sum(len(function_lengths(text)) for text in sources(files).values())
+    if not (len(declarations) > 100 and functions > 2000 and {"M1", "M6", "PB1", "LRU1"} <= {number for number, _ in declarations}):
+        wrong.append(f"only {len(declarations)} invariants and {functions} functions were found")
+    if program:
+        wrong += stale_pages(program) + wrong_extensions(program)
+    if tests:
+        # Some tests run together, as one entry of ctest.
+        names = listed_tests(tests) | {f"{suite}.{law}" for path, text in files.items() if path.startswith("tests/")
+                                       for suite, law in re.findall(r"^TEST(?:_F)?\((\w+), (\w+)\)", text, re.M)}
+        page = files["docs/stability.md"]
+        # Fuzz targets are tests of builds that have a sanitized one beside them, as ./tessera test makes it.
+        fuzzed = any(name.startswith("fuzz: ") for name in names)
+        wrong += [complaint for complaint in missing_tests(page, names) if fuzzed or "fuzz: " not in complaint]
+        suites = {name.split(".")[0].split("/")[-1] for name in names}
+        if program:
+            wrong += [f"docs/formats.md: {row['name']} is tested by {row['test']}, which is not there"
+                      for row in json.loads(described(program, "formats", "--json")) if row["test"] not in suites]
+        if len(names) < 100 or page.count("\n- **") < 50:
+            wrong.append(f"only {len(names)} tests or {page.count(chr(10) + '- **')} cases were found")
+    return wrong
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--program")
+    parser.add_argument("--tests", nargs="+")
+    parser.add_argument("--format", action="store_true")
+    arguments = parser.parse_args()
+    wrong = badly_formatted() if arguments.format else all_complaints(arguments.program, arguments.tests)
+    print("\n".join(wrong))
+    sys.exit(bool(wrong))
+
+
+if __name__ == "__main__":
+    main()
