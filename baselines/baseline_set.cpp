@@ -146,7 +146,7 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
   all.read_bytes -= textures.read_bytes;  // the same for every scheme that shades what is visible
   const std::uint64_t bound_records = ledger.traffic(Unit::kFrontend, Purpose::kPatchData).read_bytes,
                       tables = ledger.traffic(Unit::kFrontend, Purpose::kTexture).read_bytes,
-                      tables_uncached = counters.frontend.table_lines * job.burst_bytes;
+                      tables_uncached = counters.frontend.table_lines * job.burst_bytes();
   const std::uint64_t tiles = ledger.traffic(Unit::kTilecore, Purpose::kPatchData).read_bytes;
   const std::uint64_t shading = ledger.traffic(Unit::kTilecore, Purpose::kAttributes).read_bytes;
   // Without the caches every request is a tessellation, and every line is read.
@@ -182,10 +182,10 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
   out.dram_bytes = all.read_bytes + all.written_bytes;
   out.dram_bytes_uncached = out.dram_bytes - tables - tiles - shading + tables_uncached + uncached;
   out.pixel_shader_invocations = counters.shading.pixel_shader_invocations;
-  set_pressure(queue_pressure(
-                   record, gpu,
-                   tile_state_bytes(*job.grid, job.pattern->samples_per_pixel(),
-                                    tilecore::TileState::bytes_per_sample(tilecore::sees_rest(job)), job.burst_bytes)),
+  set_pressure(queue_pressure(record, gpu,
+                              tile_state_bytes(*job.grid, job.pattern->samples_per_pixel(),
+                                               tilecore::TileState::bytes_per_sample(tilecore::sees_rest(job)),
+                                               job.burst_bytes())),
                out);
   return out;
 }
@@ -202,8 +202,8 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineR
   const GeometryCounts geometry = run_geometry(job, pyramids, gpu, binners.post.setup(), binners.bin_setup,
                                                [&](std::span<const DrawnPatch> patches) { binners.draw(patches); });
   const ImmediateFrame drawn = draw_immediately(job, record, gpu);
-  binners.finish(drawn.visible, tile_state_bytes(*job.grid, samples, kColorAndDepthBytes, job.burst_bytes),
-                 tile_state_bytes(binners.bins, samples, kColorAndDepthBytes, job.burst_bytes));
+  binners.finish(drawn.visible, tile_state_bytes(*job.grid, samples, kColorAndDepthBytes, job.burst_bytes()),
+                 tile_state_bytes(binners.bins, samples, kColorAndDepthBytes, job.burst_bytes()));
 
   const BaselineCounters& by_tiles = geometry.tiles;
   out[Scheme::kPostTessellation] =

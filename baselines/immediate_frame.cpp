@@ -55,9 +55,9 @@ void move_lines(const std::vector<TileDrawing>& tiles, const tilecore::TileJob& 
                 const SampleLayout& layout, ImmediateFrame& out) {
   const auto cache_bytes = static_cast<std::uint64_t>(gpu.baselines.immediate_cache_bytes);
   const bool resolve = job.pattern->samples_per_pixel() > 1;
-  ImmediateMemory cached(cache_bytes, job.burst_bytes, layout.line_count());
-  ImmediateMemory uncached(0, job.burst_bytes, layout.line_count());
-  CompressedColorMemory compressed(cache_bytes, job.burst_bytes, layout);
+  ImmediateMemory cached(cache_bytes, job.burst_bytes(), layout.line_count());
+  ImmediateMemory uncached(0, job.burst_bytes(), layout.line_count());
+  CompressedColorMemory compressed(cache_bytes, job.burst_bytes(), layout);
   const bool compresses = gpu.baselines.immediate_color_compression;
   std::vector<ImmediateTraffic> of_compressed;
   const std::array<std::function<void()>, 3> machines = {
@@ -84,7 +84,7 @@ void move_lines(const std::vector<TileDrawing>& tiles, const tilecore::TileJob& 
 
 ImmediateFrame draw_immediately(const tilecore::TileJob& job, const gpu::MachineRecord& record,
                                 const gpu::GpuConfiguration& gpu) {
-  const SampleLayout layout(job.grid->region(), job.pattern->samples_per_pixel(), job.burst_bytes);
+  const SampleLayout layout(job.grid->region(), job.pattern->samples_per_pixel(), job.burst_bytes());
   std::vector<TileDrawing> tiles(record.entries.size());
   PerThread<Worker> workers;
   parallel_for(tiles.size(), [&](std::size_t t) {

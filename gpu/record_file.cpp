@@ -50,10 +50,10 @@ const char* implausible(const timing::FrameWork& work) {
       return "more bytes are written or read through the L2 than moved";
     bytes = std::max(bytes, round.geometry.dram_bytes);
     for (const timing::TileWork& tile : round.tiles)
-      if (tile.pixels > kMaxTilePixels) return "a tile has more pixels than any machine's";
+      if (tile.events[timing::Event::kPixels] > kMaxTilePixels) return "a tile has more pixels than any machine's";
     for (const timing::TileItems& items : round.items) {
       for (const timing::SubPatchItem& item : items.sub_patches)
-        if (item.vertices > kMaxVertices) return "a sub-patch has more than 2^20 vertices";
+        if (item[timing::Event::kVertices] > kMaxVertices) return "a sub-patch has more than 2^20 vertices";
       for (const std::uint64_t moved :
            {items.list_bytes, items.record_bytes, items.load_bytes, items.resolve_bytes, items.written_bytes})
         if (moved > kMaxTileBytes) return "a tile moves more than 1 GiB";

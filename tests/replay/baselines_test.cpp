@@ -394,44 +394,47 @@ TEST_P(Baselines, PreTessellationTakesTheCyclesAndEnergyOfTheMachine) {
   }
 }
 
+using hardware::Event;
+
 TEST_P(Baselines, BW2TiledSchemesShadeWhatTheMachineDoes) {
   const Worked w = work_of(capture);
-  const hardware::EnergyEvents machine = timing::energy_events(w.of(Scheme::kPreTessellation));
+  const hardware::EventCounts machine = timing::energy_events(w.of(Scheme::kPreTessellation)).counts;
   for (const Scheme s : {Scheme::kPostTessellation, Scheme::kPostPosition, Scheme::kDeferredVertex,
                          Scheme::kVisibilityStream, Scheme::kControlList}) {
-    const hardware::EnergyEvents events = timing::energy_events(w.of(s));
-    EXPECT_EQ(events.shader_invocations, machine.shader_invocations);
-    EXPECT_EQ(events.texels, machine.texels);
-    EXPECT_EQ(events.compacted_samples, machine.compacted_samples);
-    EXPECT_EQ(events.blended_layers, machine.blended_layers);
-    EXPECT_EQ(events.pixels, machine.pixels);
+    const hardware::EventCounts events = timing::energy_events(w.of(s)).counts;
+    EXPECT_EQ(events[Event::kShaderInvocations], machine[Event::kShaderInvocations]);
+    EXPECT_EQ(events[Event::kTexels], machine[Event::kTexels]);
+    EXPECT_EQ(events[Event::kCompactedSamples], machine[Event::kCompactedSamples]);
+    EXPECT_EQ(events[Event::kBlendedLayers], machine[Event::kBlendedLayers]);
+    EXPECT_EQ(events[Event::kPixels], machine[Event::kPixels]);
     // And what is theirs is what their counters say.
     const BaselineCounters& scheme = w.set[s];
-    EXPECT_EQ(events.triangles,
+    EXPECT_EQ(events[Event::kTriangles],
               scheme.primitives + scheme.culled_frustum + scheme.culled_backface + scheme.culled_zero_area);
-    EXPECT_EQ(events.vertices, scheme.position_evaluations + scheme.domain_evaluations_cached);
-    EXPECT_EQ(events.binned_entries, scheme.entries);
-    EXPECT_EQ(events.surface_evaluations, 0u);
-    EXPECT_GE(events.triangle_tests, events.hits);
+    EXPECT_EQ(events[Event::kVertices], scheme.position_evaluations + scheme.domain_evaluations_cached);
+    EXPECT_EQ(events[Event::kBinnedEntries], scheme.entries);
+    EXPECT_EQ(events[Event::kSurfaceEvaluations], 0u);
+    EXPECT_GE(events[Event::kTriangleTests], events[Event::kHits]);
   }
-  const hardware::EnergyEvents immediate = timing::energy_events(w.of(Scheme::kImmediate));
-  EXPECT_EQ(immediate.shader_invocations, w.set[Scheme::kImmediate].pixel_shader_invocations);
-  EXPECT_EQ(immediate.vertices, w.set[Scheme::kImmediate].domain_evaluations);
+  const hardware::EventCounts immediate = timing::energy_events(w.of(Scheme::kImmediate)).counts;
+  EXPECT_EQ(immediate[Event::kShaderInvocations], w.set[Scheme::kImmediate].pixel_shader_invocations);
+  EXPECT_EQ(immediate[Event::kVertices], w.set[Scheme::kImmediate].domain_evaluations);
 }
 
 TEST(SchemeCycles, GeometryTakesAsLongAsItsSlowestUnit) {
   hardware::Machine gpu;
   gpu.cores.count = 2;
   gpu.set_latency_clk(10);
-  gpu.triangles.triangles_per_clk = 0.5;
+  gpu.rates[hardware::Event::kTriangles] = 0.5;
   timing::FrameWork work;
   work.rounds.emplace_back().geometry.patches = 1;
-  work.rounds[0].triangles = {100, 40};
+  timing::EventCounts& events = work.rounds[0].geometry.events;
+  events[hardware::Event::kVertices] = 100, events[hardware::Event::kTriangles] = 40;
   EXPECT_DOUBLE_EQ(timing::schedule_frame(gpu, work).cycles, 10 + 40 / 0.5);
-  work.rounds[0].triangles = {1000, 40};
+  events[hardware::Event::kVertices] = 1000;
   EXPECT_DOUBLE_EQ(timing::schedule_frame(gpu, work).cycles, 10 + 1000 / 2.0);
-  gpu.rates.bounds_per_clk = 0.25;
-  work.rounds[0].geometry.bounds = 1000;
+  gpu.rates[hardware::Event::kBounds] = 0.25;
+  events[hardware::Event::kBounds] = 1000;
   EXPECT_DOUBLE_EQ(timing::schedule_frame(gpu, work).cycles, 10 + 1000 / 0.25);
 }
 
@@ -447,7 +450,7 @@ TEST(SchemeCycles, DoNotDependOnHowTheMachineItselfIsTimed) {
 TEST(SchemeCycles, SetUpHoldsUpWhoBinsTriangles) {
   const scene::Capture capture = scene::read_capture(test::shipped_capture("vases"));
   gpu::GpuConfiguration slow;
-  slow.triangles.triangles_per_clk = 1.0 / 64;
+  slow.rates[hardware::Event::kTriangles] = 1.0 / 64;
   const Worked fast = work_of(capture), w = work_of(capture, slow);
   for (const Scheme s : {Scheme::kPreTessellation, Scheme::kPatchWhole, Scheme::kImmediate})
     EXPECT_EQ(w.set[s].cycles, fast.set[s].cycles);

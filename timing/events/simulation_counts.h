@@ -37,7 +37,7 @@ constexpr std::string_view name(Stall stall) {
 }
 
 // What happened in the time of a frame that phases know nothing of.
-struct EventCounts {
+struct SimulationCounts {
   MemoryCounts memory;
   std::uint64_t texture_requests = 0, texture_misses = 0;
   DomainCounts domain;                       // of tessellator.domain_shading=lanes; cycles as those of stalls
@@ -45,7 +45,7 @@ struct EventCounts {
   std::uint64_t events = 0;                  // of the simulation
   PathTime path;                             // to the end of the frame
 
-  void accumulate(const EventCounts& frame);
+  void accumulate(const SimulationCounts& frame);
 };
 
 }  // namespace tessera::timing
