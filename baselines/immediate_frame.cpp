@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <memory>
 #include <span>
 #include <tuple>
 #include <utility>
 
 #include "base/parallel.h"
 #include "baselines/compressed_color.h"
+#include "baselines/scheme_work.h"
 #include "baselines/tile_drawing.h"
 
 namespace tessera::baselines {
@@ -102,5 +104,41 @@ ImmediateFrame draw_immediately(const tilecore::TileJob& job, const gpu::Machine
   move_lines(tiles, job, gpu, layout, out);
   return out;
 }
+
+namespace {
+
+// The same triangles in the same order, but no bins.
+class ImmediateScheme final : public Scheme {
+ public:
+  void begin(const Pass& pass) override { samples_ = pass.job.pattern->samples_per_pixel(); }
+  void add(const DrawnPatch&) override {}
+  SchemeResult finish(const DrawnPass& drawn) override {
+    const ImmediateFrame& frame = drawn.drawn;
+    SchemeResult out;
+    BaselineCounters& counters = out.counters;
+    take_geometry(drawn.geometry.tiles, drawn.geometry.attribute_bytes, counters);
+    counters.tile_overlaps = 0;
+    counters.culled_occlusion = frame.blocks_culled;
+    counters.pixel_shader_invocations = frame.pixel_shader_invocations;
+    counters.domain_evaluations = counters.domain_evaluations_cached = counters.compulsory_evaluations =
+        drawn.geometry.vertices;
+    const std::uint64_t finished = samples_ > 1 ? drawn.frame_bytes : 0;  // else the colour surface is the frame
+    counters.frame_bytes_read = frame.traffic.bytes_read;
+    counters.frame_bytes_written = frame.traffic.bytes_written + finished;
+    counters.dram_bytes = frame.traffic.bytes_read + counters.frame_bytes_written + counters.patch_bytes_cached;
+    counters.dram_bytes_uncached = frame.traffic.bytes_uncached + finished + counters.patch_bytes;
+    if (drawn.work == nullptr) return out;
+    out.work = drawn.work->immediate(counters);
+    counters.texture_bytes = drawn.work->immediate_texture_bytes();
+    return out;
+  }
+
+ private:
+  int samples_ = 1;
+};
+
+}  // namespace
+
+std::unique_ptr<Scheme> make_immediate() { return std::make_unique<ImmediateScheme>(); }
 
 }  // namespace tessera::baselines

@@ -70,9 +70,9 @@ std::uint64_t SchemeWork::immediate_texture_bytes() const {
   return bytes;
 }
 
-std::uint64_t texture_bytes(std::span<const gpu::TextureUse> textures) {
+std::uint64_t SchemeWork::texture_bytes() const {
   std::uint64_t bytes = 0;
-  for (const gpu::TextureUse& tile : textures) bytes += tile.visibility_bytes + tile.shading_bytes;
+  for (const gpu::TextureUse& tile : textures_) bytes += tile.visibility_bytes + tile.shading_bytes;
   return bytes;
 }
 
@@ -268,6 +268,25 @@ timing::FrameWork SchemeWork::immediate(const BaselineCounters& scheme) const {
     tile.dram_bytes[kStore] = reads[k] + writes[k];
   }
   return work;
+}
+
+FrontWork front_work(const BaselineCounters& scheme, const TriangleBuffer& buffer, std::uint64_t geometry_bytes) {
+  const memory::Traffic lists = buffer.ledger().total();
+  FrontWork of_scheme{0, geometry_bytes + lists.read_bytes, lists.written_bytes, true};
+  of_scheme.vertices = scheme.position_evaluations;
+  return of_scheme;
+}
+
+void take_geometry(const BaselineCounters& geometry, std::uint64_t attributes, BaselineCounters& out) {
+  out.primitives = geometry.primitives;
+  out.patches_culled = geometry.patches_culled;
+  out.culled_frustum = geometry.culled_frustum;
+  out.culled_backface = geometry.culled_backface;
+  out.culled_zero_area = geometry.culled_zero_area;
+  out.bounding_operations = geometry.bounding_operations;
+  out.tile_overlaps = geometry.tile_overlaps;
+  out.patch_bytes += geometry.patch_bytes + attributes;
+  out.patch_bytes_cached += geometry.patch_bytes_cached + attributes;
 }
 
 void set_cost(const gpu::GpuConfiguration& gpu, const timing::FrameWork& work, BaselineCounters& out) {

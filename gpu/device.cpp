@@ -288,8 +288,8 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& 
     result.model = model_machine(gpu_, recorder.finish(job, result.counters.ledger), caches);
     if (request_.attribute) {
       const MachineModel& model = *result.model;
-      result.shares = frame_shares(gpu_, model.record.work, model.schedule, model.timing, model.energy,
-                                   recorder.take_traffic(), before);
+      result.shares = attribute_costs(gpu_, model.record.work, model.schedule, model.timing, model.energy,
+                                      recorder.take_traffic(), before);
     }
   }
   if (eliminates(gpu_)) end_elimination(eye, result);

@@ -8,7 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "gpu/frame_shares.h"
+#include "gpu/cost_attribution.h"
 #include "replay/drawable_names.h"
 #include "timing/attribution.h"
 
@@ -28,7 +28,7 @@ nlohmann::json share_rows(const NamedShares& shares, bool by_node);
 //                    names kOthers. What none asked for has the names "".
 //   tiles_NNNN.json  "costs": {"cycles": [...], "energy_nj": [...], "dram": {purpose: [...]}, "bound_by": [...], "saves":
 //                    [...]}: tile by tile; bound_by holds indices into "bounds", -1 of a tile that hangs on nothing;
-//                    neither they nor "saves" are there where bounds are not known (gpu::FrameShares).
+//                    neither they nor "saves" are there where bounds are not known (gpu::CostAttribution).
 //                    "lists": tile by tile [row, sub-patches, invocations, row, ...], `row` of the frame's "drawables"; at
 //                    most kMaxInList drawables, those with most invocations first; "unlisted": how many others.
 class FrameCosts {
@@ -36,7 +36,7 @@ class FrameCosts {
   static constexpr std::size_t kMaxRows = 256, kMaxInList = 32;
   static constexpr const char* kOthers = "(others)";
 
-  FrameCosts(const gpu::FrameShares& shares, const DrawableNames& names);
+  FrameCosts(const gpu::CostAttribution& shares, const DrawableNames& names);
 
   const nlohmann::json& drawables() const { return drawables_; }
   const nlohmann::json& materials() const { return materials_; }
@@ -46,7 +46,7 @@ class FrameCosts {
  private:
   std::string list_members() const;
 
-  const gpu::FrameShares& shares_;
+  const gpu::CostAttribution& shares_;
   nlohmann::json drawables_, materials_;
   std::map<std::uint32_t, std::size_t> rows_;  // of drawables_, by number
 };

@@ -18,7 +18,7 @@ namespace tessera::replay {
 namespace {
 
 using baselines::BaselineCounters;
-using baselines::Scheme;
+using baselines::SchemeId;
 
 // ---- Memory -------------------------------------------------------------------------------------------------------
 
@@ -83,7 +83,7 @@ PlainFrame plain_frame(const scene::Capture& capture, int side, std::int64_t imm
   out.tiled_bytes = all_bytes(frame.counters.ledger) -
                     std::uint64_t{640} * 480 * static_cast<std::uint64_t>(tilecore::kFramePixelBytes - 4);
   if (!immediate) return out;
-  const BaselineCounters& drawn = schemes.last()[Scheme::kImmediate];
+  const BaselineCounters& drawn = schemes.last()[SchemeId::kImmediate];
   out.immediate_bytes = drawn.dram_bytes + drawn.texture_bytes;
   return out;
 }
@@ -132,14 +132,14 @@ ModernFrame modern_frame(const scene::Capture& capture) {
   baselines::BaselineObserver schemes;
   device.set_observer(&schemes);
   const gpu::FrameResult frame = device.render(capture.settings.first_frame);
-  const auto bytes = [&](Scheme scheme) {
+  const auto bytes = [&](baselines::SchemeId scheme) {
     const BaselineCounters& c = schemes.last()[scheme];
     return static_cast<double>(c.dram_bytes + c.texture_bytes);
   };
   ModernFrame out;
-  out.saved = 1 - bytes(Scheme::kDeferredVertex) / bytes(Scheme::kPostPosition);
-  const BaselineCounters& kept = schemes.last()[Scheme::kPostPosition];
-  out.lists = static_cast<double>(kept.queue_bytes_written + kept.queue_bytes_read) / bytes(Scheme::kPostPosition);
+  out.saved = 1 - bytes(SchemeId::kDeferredVertex) / bytes(SchemeId::kPostPosition);
+  const BaselineCounters& kept = schemes.last()[SchemeId::kPostPosition];
+  out.lists = static_cast<double>(kept.queue_bytes_written + kept.queue_bytes_read) / bytes(SchemeId::kPostPosition);
   const timing::FrameWork& work = frame.model->record.work;
   out.by_tile = shared_lines(gpu, work, WarpOwner::kCoreOfTile);
   out.in_turn = shared_lines(gpu, work, WarpOwner::kCoresInTurn);

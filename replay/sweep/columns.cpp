@@ -114,7 +114,7 @@ const std::vector<std::string>& known_columns() {
     names.insert(names.end(), model.begin(), model.end());
     const std::vector<std::string> others = other_columns();
     names.insert(names.end(), others.begin(), others.end());
-    for (const std::string_view scheme : baselines::kSchemeNames)
+    for (const auto& [scheme, make] : baselines::kSchemes)
       for (const auto& field : kCounterFields<baselines::BaselineCounters>)
         names.push_back(std::string(kBaseline) + std::string(scheme) + "." +
                         std::string(field.name.substr(kBaseline.size())));

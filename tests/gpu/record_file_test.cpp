@@ -167,16 +167,26 @@ TEST_F(RecordFile, RefusesWhatIsCutOffOrDamaged) {  // RF2
     } catch (const LimitError&) {
     }
   }
-  for (const char* other : {"tessera.record/1\n", "tessera.record/2\n"}) {
+  for (const char* other : {"tessera.record/1\n", "tessera.record/2\n", "tessera.record/3\n"}) {
     test::write_text(file, other);
     try {
       read_all(file);
       ADD_FAILURE() << "a record of another version";
     } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr("another version"));
+      EXPECT_THAT(error.what(), HasSubstr("record it again"));
     }
   }
-  test::write_text(file, "tessera.record/3\n");
+  // An event that this machine does not charge.
+  std::string renamed = bytes;
+  renamed.replace(bytes.find("\"bounds\""), 8, "\"bouncs\"");
+  test::write_text(file, renamed);
+  try {
+    read_all(file);
+    ADD_FAILURE() << "a record of other events";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("record it again"));
+  }
+  test::write_text(file, "tessera.record/4\n");
   EXPECT_THROW(read_all(file), InputError);
   EXPECT_THROW(read_all(folder_ / "none"), InputError);
 }

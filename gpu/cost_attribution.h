@@ -20,7 +20,7 @@ struct DrawableInTile {
 //
 // Invariant (cited by the tests):
 //   FSH1  Traffic of all tiles and of what is in front of them adds up to the ledger, purpose by purpose.
-struct FrameShares {
+struct CostAttribution {
   std::map<std::uint32_t, timing::DrawableShare> drawables;  // by DrawableInTile::drawable
   std::vector<timing::TileShare> tiles;                      // those that were rendered, in the order of their numbers
   timing::TileBounds bounds{};                               // how it was found what bounds them
@@ -28,13 +28,14 @@ struct FrameShares {
   std::vector<std::vector<DrawableInTile>> lists;            // by number; in the order of their drawables
 
   // Joins a further view of the same frame. A tile is bound by what binds the view in which more hangs on it.
-  void add(const FrameShares& view);
+  void add(const CostAttribution& view);
 };
 
 // Of one view, whose work has items. `before`: the caches with which it began. `bounds`: what binds tiles is looked for;
 // with machine.timing=events it is estimated, where the schedule has the paths of tiles.
-FrameShares frame_shares(const GpuConfiguration& gpu, const timing::FrameWork& work, const timing::Schedule& schedule,
-                         const timing::FrameTiming& timing, const hardware::FrameEnergy& energy,
-                         std::vector<TileTraffic> traffic, const timing::WarmCaches& before, bool bounds = true);
+CostAttribution attribute_costs(const GpuConfiguration& gpu, const timing::FrameWork& work,
+                                const timing::Schedule& schedule, const timing::FrameTiming& timing,
+                                const hardware::FrameEnergy& energy, std::vector<TileTraffic> traffic,
+                                const timing::WarmCaches& before, bool bounds = true);
 
 }  // namespace tessera::gpu

@@ -1,4 +1,4 @@
-#include "gpu/frame_shares.h"
+#include "gpu/cost_attribution.h"
 
 #include <algorithm>
 #include <utility>
@@ -32,15 +32,6 @@ std::vector<std::vector<DrawableInTile>> lists_of(const timing::FrameWork& work,
   return flatten(lists);
 }
 
-void add(timing::DrawableShare& into, const timing::DrawableShare& from) {
-  into.invocations += from.invocations;
-  into.tests += from.tests;
-  into.requested_lines += from.requested_lines;
-  into.dram_bytes += from.dram_bytes;
-  into.cycles += from.cycles;
-  into.energy_nj += from.energy_nj;
-}
-
 void add(timing::TileShare& into, const timing::TileShare& from) {
   into.tile = from.tile;
   into.cycles += from.cycles;
@@ -61,8 +52,8 @@ timing::TileBounds bounds_of_tiles(const GpuConfiguration& gpu, const timing::Sc
 
 }  // namespace
 
-void FrameShares::add(const FrameShares& view) {
-  for (const auto& [drawable, share] : view.drawables) gpu::add(drawables[drawable], share);
+void CostAttribution::add(const CostAttribution& view) {
+  for (const auto& [drawable, share] : view.drawables) drawables[drawable] += share;
   std::map<std::uint32_t, timing::TileShare> joined;
   for (const auto* of : {&std::as_const(tiles), &view.tiles})
     for (const timing::TileShare& tile : *of) gpu::add(joined[tile.tile], tile);
@@ -85,10 +76,11 @@ void FrameShares::add(const FrameShares& view) {
   lists = flatten(both);
 }
 
-FrameShares frame_shares(const GpuConfiguration& gpu, const timing::FrameWork& work, const timing::Schedule& schedule,
-                         const timing::FrameTiming& timing, const hardware::FrameEnergy& energy,
-                         std::vector<TileTraffic> traffic, const timing::WarmCaches& before, bool bounds) {
-  FrameShares shares;
+CostAttribution attribute_costs(const GpuConfiguration& gpu, const timing::FrameWork& work,
+                                const timing::Schedule& schedule, const timing::FrameTiming& timing,
+                                const hardware::FrameEnergy& energy, std::vector<TileTraffic> traffic,
+                                const timing::WarmCaches& before, bool bounds) {
+  CostAttribution shares;
   shares.drawables = timing::attribute(gpu, work, timing, energy);
   if (bounds) shares.bounds = bounds_of_tiles(gpu, schedule);
   shares.tiles = timing::attribute_tiles(gpu, work, schedule, before, shares.bounds);
