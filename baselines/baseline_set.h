@@ -6,7 +6,6 @@
 #include "baselines/scheme_work.h"
 #include "binner/tile_grid.h"
 #include "gpu/configuration.h"
-#include "gpu/machine_record.h"
 #include "gpu/view_observer.h"
 #include "memory/ledger.h"
 #include "scene/frame_geometry.h"

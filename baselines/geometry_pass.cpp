@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "base/parallel.h"
-#include "baselines/grid_code.h"
+#include "baselines/block_code.h"
 #include "frontend/front_end.h"
 #include "tilecore/tessellation/tessellator.h"
 

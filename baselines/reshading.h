@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "baselines/baseline_counters.h"
-#include "baselines/list_work.h"
 #include "baselines/scheme.h"
 #include "baselines/triangle_buffer.h"
 #include "baselines/triangle_setup.h"

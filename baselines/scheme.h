@@ -9,7 +9,7 @@
 
 #include "baselines/baseline_counters.h"
 #include "baselines/geometry_pass.h"
-#include "baselines/immediate_frame.h"
+#include "baselines/immediate.h"
 #include "binner/tile_grid.h"
 #include "gpu/configuration.h"
 #include "tilecore/tile_job.h"

@@ -4,12 +4,12 @@
 #include <span>
 #include <vector>
 
-#include "baselines/list_work.h"
+#include "baselines/baseline_counters.h"
 #include "baselines/scheme.h"
 #include "baselines/triangle_buffer.h"
 #include "binner/tile_grid.h"
 #include "gpu/configuration.h"
-#include "gpu/machine_record.h"
+#include "gpu/view_observer.h"
 #include "tilecore/tile_job.h"
 #include "timing/work.h"
 

@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "baselines/immediate.h"
+#include "baselines/tile_drawing.h"
 #include "baselines/post_tessellation.h"
 #include "gpu/configuration.h"
 #include "tests/baselines/baseline_decoders.h"

@@ -16,7 +16,7 @@
 
 #include "baselines/baseline_set.h"
 #include "baselines/geometry_pass.h"
-#include "baselines/immediate_frame.h"
+#include "baselines/immediate.h"
 #include "frontend/bounds/sub_patch_bounder.h"
 #include "frontend/patch_record.h"
 #include "gpu/device.h"

@@ -177,16 +177,21 @@ FrameWork random_frame(std::mt19937& random, std::size_t count) {
   for (int r = 0; r < 2; ++r) {
     WorkRound round;
     round.geometry.patches = random() % 1000 + 1;
-    round.geometry.events[Event::kBounds] = random() % 5000;
-    round.geometry.events[Event::kBinnedEntries] = random() % 20000;
-    round.geometry.dram_bytes = random() % 100000;
+    for (const auto& [event, most] : {std::pair{Event::kBounds, 5000}, {Event::kReprojectedBlocks, 9000},
+                                      {Event::kDepthTests, 20000}, {Event::kSamplingOperations, 100000}})
+      round.geometry.events[event] = random() % static_cast<unsigned>(most);
     for (std::size_t i = 0; i < count; ++i) {
       TileWork t;
       t.tile = static_cast<std::uint32_t>(i);
-      t.sub_patches = random() % 3 == 0 ? 0 : random() % 5000;
-      for (const Event event : hardware::kAllEvents)
-        if (hardware::kEventTable[event].phase != hardware::EventPhase::kGeometry)
-          t.events[event] = random() % 3 == 0 ? 0 : random() % 5000;
+      const auto some = [&] { return random() % 3 == 0 ? 0 : random() % 5000; };
+      t.events[Event::kFetchedEntries] = some();
+      t.sub_patches = some();
+      for (const Event event :
+           {Event::kVertices, Event::kBoxes, Event::kBoxTests, Event::kTriangleTests, Event::kHits, Event::kBoxLanes,
+            Event::kTriangleLanes, Event::kDepthBlocks, Event::kCompactedSamples, Event::kSurfaceLanes,
+            Event::kAlphaTests, Event::kShaderInvocations, Event::kShaderLanes, Event::kTexels, Event::kL2Lines,
+            Event::kBlendedLayers, Event::kPixels})
+        t.events[event] = some();
       for (std::uint64_t& bytes : t.dram_bytes) bytes = random() % 3 == 0 ? 0 : random() % 50000;
       round.tiles.push_back(t);
     }
