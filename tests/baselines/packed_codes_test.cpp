@@ -4,8 +4,8 @@
 #include <bit>
 #include <map>
 
-#include "baselines/compressed_color.h"
 #include "baselines/block_code.h"
+#include "baselines/compressed_color.h"
 #include "memory/lru_cache.h"
 #include "tests/baselines/baseline_decoders.h"
 #include "tests/support/captures.h"

@@ -63,9 +63,8 @@ static_assert(small_enough<
 static_assert(small_enough<gpu::GpuConfiguration, frontend::Settings, binner::TileSize, binner::ParameterBufferSettings,
                            binner::Settings, tilecore::TessellatorSettings, gpu::BaselineCaches, tilecore::CoreSettings,
                            tilecore::VisibilityMethodSettings, tilecore::ShadingCacheSettings,
-                           tilecore::FrameBufferSettings, hardware::Machine, hardware::TileCores,
-                           hardware::PixelShader, hardware::Caches,
-                           hardware::MemoryInterface, hardware::OtherSilicon>());
+                           tilecore::FrameBufferSettings, hardware::Machine, hardware::TileCores, hardware::PixelShader,
+                           hardware::Caches, hardware::MemoryInterface, hardware::OtherSilicon>());
 
 // ---- Words ------------------------------------------------------------------------------------------------------
 

@@ -177,8 +177,10 @@ FrameWork random_frame(std::mt19937& random, std::size_t count) {
   for (int r = 0; r < 2; ++r) {
     WorkRound round;
     round.geometry.patches = random() % 1000 + 1;
-    for (const auto& [event, most] : {std::pair{Event::kBounds, 5000}, {Event::kReprojectedBlocks, 9000},
-                                      {Event::kDepthTests, 20000}, {Event::kSamplingOperations, 100000}})
+    for (const auto& [event, most] : {std::pair{Event::kBounds, 5000},
+                                      {Event::kReprojectedBlocks, 9000},
+                                      {Event::kDepthTests, 20000},
+                                      {Event::kSamplingOperations, 100000}})
       round.geometry.events[event] = random() % static_cast<unsigned>(most);
     for (std::size_t i = 0; i < count; ++i) {
       TileWork t;
