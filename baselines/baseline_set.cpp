@@ -87,14 +87,14 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineR
   const binner::TileGrid bins(job.frame->request.width, job.frame->request.height, bin.width, bin.height,
                               job.grid->region());
   const Pass pass{gpu, job, bins};
-  std::vector<std::pair<std::size_t, std::unique_ptr<Scheme>>> rivals;
+  std::vector<std::pair<std::size_t, std::unique_ptr<Scheme>>> others;
   for (std::size_t s = 0; s < kSchemeCount; ++s)
-    if (kSchemes[s].make != nullptr) rivals.emplace_back(s, kSchemes[s].make());
-  for (auto& [s, rival] : rivals) rival->begin(pass);
+    if (kSchemes[s].make != nullptr) others.emplace_back(s, kSchemes[s].make());
+  for (auto& [s, other] : others) other->begin(pass);
   // Each machine by itself: as many threads as there are machines.
   const auto draw = [&](std::span<const DrawnPatch> patches) {
-    parallel_for(rivals.size(), [&](std::size_t r) {
-      for (const DrawnPatch& patch : patches) rivals[r].second->add(patch);
+    parallel_for(others.size(), [&](std::size_t r) {
+      for (const DrawnPatch& patch : patches) others[r].second->add(patch);
     });
   };
   const GeometryCounts geometry = run_geometry(job, pyramids, gpu, TriangleSetup(*job.grid, job.frame->projection),
@@ -112,9 +112,9 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineR
                         tile_state,
                         bin_state,
                         work ? &*work : nullptr};
-  parallel_for(rivals.size(), [&](std::size_t r) {
-    auto& [s, rival] = rivals[r];
-    SchemeResult result = rival->finish(whole);
+  parallel_for(others.size(), [&](std::size_t r) {
+    auto& [s, other] = others[r];
+    SchemeResult result = other->finish(whole);
     if (work) set_cost(gpu, result.work, result.counters);
     out.schemes[s] = result.counters;
     if (work) (*works)[s] = std::move(result.work);

@@ -56,17 +56,17 @@ class Scheme {
 // Machines by number: the rows of baselines/schemes.def.
 enum class SchemeId : std::uint8_t {
 #define MACHINE(id, name) id,
-#define RIVAL(id, name, make) id,
+#define BASELINE(id, name, make) id,
 #include "baselines/schemes.def"
 #undef MACHINE
-#undef RIVAL
+#undef BASELINE
 };
 
 #define MACHINE(id, name)
-#define RIVAL(id, name, make) std::unique_ptr<Scheme> make();
+#define BASELINE(id, name, make) std::unique_ptr<Scheme> make();
 #include "baselines/schemes.def"
 #undef MACHINE
-#undef RIVAL
+#undef BASELINE
 
 struct SchemeRow {
   std::string_view name;
@@ -74,10 +74,10 @@ struct SchemeRow {
 };
 inline constexpr auto kSchemes = std::to_array<SchemeRow>({
 #define MACHINE(id, name) {name, nullptr},
-#define RIVAL(id, name, make) {name, make},
+#define BASELINE(id, name, make) {name, make},
 #include "baselines/schemes.def"
 #undef MACHINE
-#undef RIVAL
+#undef BASELINE
 });
 inline constexpr std::size_t kSchemeCount = kSchemes.size();
 
