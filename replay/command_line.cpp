@@ -48,11 +48,25 @@ std::string count_complaint(const std::string& text) {
   return fmt::format("{}: is given {} times; give it once", text.substr(0, at), text.substr(at + most.size()));
 }
 
+// Options that are gone, and what to use instead.
+constexpr std::pair<std::string_view, const char*> kFormerOptions[] = {
+    {"--ktx2",
+     "--ktx2: pack writes no KTX2 images; use --webp, or make them before with an encoder such as basisu or toktx; "
+     "the key texture.format says what blocks cost in the machine's memory"}};
+
+const char* former_option_complaint(const std::vector<std::string>& arguments) {
+  for (const std::string& argument : arguments)
+    for (const auto& [name, text] : kFormerOptions)
+      if (std::string_view(argument).substr(0, argument.find('=')) == name) return text;
+  return nullptr;
+}
+
 // The parser's complaint; where it is an argument that nobody expects, with the nearest one that is.
 std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<std::string> extras = app.remaining(true);
+  if (const char* former = former_option_complaint(extras)) return former;
   if (dynamic_cast<const CLI::ConversionError*>(&error) != nullptr) return conversion_complaint(error.what());
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) return count_complaint(error.what());
-  const std::vector<std::string> extras = app.remaining(true);
   if (dynamic_cast<const CLI::ExtrasError*>(&error) == nullptr || extras.empty() || app.get_subcommands().empty())
     return error.what();
   const auto option =

@@ -49,7 +49,6 @@ const Words* listed_words(const std::string& option) {
   static const std::map<std::string, Words> kWords = [] {
     std::map<std::string, Words> words = {{"--aux", auxiliary_layers()},
                                           {"--method", {"auto", "edgebreaker", "sequential", "none"}},
-                                          {"--ktx2", {"etc1s", "uastc", "astc"}},
                                           {"--cost", {"cycles", "traffic", "energy", "host"}}};
     Words& knob_words = words["--knobs"];
     for (const Knob& knob : knobs()) knob_words.push_back(knob.name);

@@ -17,7 +17,7 @@ std::uint64_t unpacking_bytes(const Container& container, BasisTarget target) {
   const bool alpha = container.header.alpha;
   std::uint64_t sum = 0;
   for (const ContainerLevel& level : container.levels)
-    sum += level.block_count() * block_bytes_of(target, alpha) + std::uint64_t{4} * level.width * level.height;
+    sum += level.block_count() * block_bytes_of(target) + std::uint64_t{4} * level.width * level.height;
   const std::uint64_t blocks = container.levels.front().block_count();
   switch (container.scheme) {
     case Supercompression::kNone:
@@ -84,7 +84,7 @@ bool read_ktx2_header(FileBytes bytes, const ImageLimits& limits, Ktx2Header& he
   Container container;
   if (!read_container(bytes, limits, container, fault)) return false;
   header = container.header;
-  for (const BasisTarget target : {BasisTarget::kRgba32, BasisTarget::kEtc2, BasisTarget::kAstc4x4})
+  for (const BasisTarget target : {BasisTarget::kRgba32, BasisTarget::kAstc4x4})
     header.unpacking_bytes[static_cast<std::size_t>(target)] = unpacking_bytes(container, target);
   return true;
 }
@@ -98,7 +98,7 @@ bool decode_ktx2(FileBytes bytes, BasisTarget target, const ImageLimits& limits,
   texture.target = target;
   texture.srgb = container.header.srgb;
   texture.alpha = container.header.alpha;
-  texture.block_bytes = block_bytes_of(target, texture.alpha);
+  texture.block_bytes = block_bytes_of(target);
   texture.levels.reserve(container.levels.size());
   return container.header.etc1s ? decode_basis_lz(container, texture, fault) : decode_uastc(container, texture, fault);
 }

@@ -2,7 +2,6 @@
 
 #include "base/check.h"
 #include "base/ktx2/astc_block.h"
-#include "base/ktx2/etc2_fit.h"
 #include "base/ktx2/level_writer.h"
 
 namespace tessera::ktx2 {
@@ -23,14 +22,12 @@ bool write_uastc_level(FileBytes blocks, const ContainerLevel& source, BasisTarg
       std::copy(packed.begin(), packed.end(), bytes.begin());
       TESSERA_CHECK(decode_astc(packed, header.srgb, texels), "a block that was packed is read");
     } else {
-      // Hints of a UASTC block, which save time at the cost of quality, are not used.
       astc_texels(block, false, texels);
-      if (target == BasisTarget::kEtc2) encode_etc2(TexelBlock(texels), bytes, texels);
     }
     if (!header.alpha)
       for (auto& texel : texels) texel[3] = 255;
   };
-  write_level(source, block_bytes_of(target, header.alpha), level, make_block);
+  write_level(source, block_bytes_of(target), level, make_block);
   return sound;
 }
 
