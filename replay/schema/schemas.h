@@ -23,7 +23,7 @@ const std::vector<std::string>& schema_names();
 // Throws UsageError for a name that is none, naming the nearest.
 nlohmann::json schema_json(const std::string& name);
 
-// As docs/schemas/NAME.schema.json has it.
+// As `tessera describe schema NAME` prints it.
 std::string schema_text(const std::string& name);
 
 // The files of templates/ by name, built into the program.
