@@ -1,5 +1,3 @@
-#include "replay/command_line.h"
-
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
@@ -8,14 +6,17 @@
 #include <new>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "base/check.h"
 #include "base/error.h"
 #include "base/text.h"
-#include "replay/command_tables.h"
+#include "replay/commands.h"
+#include "replay/describe.h"
 #include "replay/view_options.h"
 
 namespace tessera::replay {
@@ -173,6 +174,27 @@ int run_command_line(int argc, char** argv, std::span<const CommandEntry> entrie
   } catch (const std::exception& error) {
     return fail(std::ferror(stdout) != 0 ? ExitStatus::kCannotWrite : ExitStatus::kInternal, error.what());
   }
+}
+
+namespace {
+
+// The program runs one command.
+std::string& command_line() {
+  static std::string text;
+  return text;
+}
+
+void print_command(const WorkPlace& place) {
+  std::string text = "  repeat with: " + command_line();
+  if (place.frame >= 0) text += fmt::format(" --frames {}:{}", place.frame, place.frame + 1);
+  std::fprintf(stderr, "%s\n", text.c_str());
+}
+
+}  // namespace
+
+void repeat_failures_with(std::string command) {
+  command_line() = std::move(command);
+  set_failure_hook(print_command);
 }
 
 }  // namespace tessera::replay

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -53,5 +54,19 @@ std::unique_ptr<Command> make_report_command(CLI::App& app);
 std::unique_ptr<Command> make_dram_command(CLI::App& app);
 std::unique_ptr<Command> make_describe_command(CLI::App& app);
 std::unique_ptr<Command> make_selfcheck_command(CLI::App& app);
+
+// From now on a failed check also prints the command line that repeats this run: `command`, which goes without
+// --frames, and the frame in hand.
+void repeat_failures_with(std::string command);
+
+struct CommandEntry {
+  const char* name;
+  const char* about;
+  std::unique_ptr<Command> (*make)(CLI::App& app);
+};
+
+// Parses a command line for these commands, runs the one that it names and returns the exit status. Errors become one
+// line on the standard error output.
+int run_command_line(int argc, char** argv, std::span<const CommandEntry> entries);
 
 }  // namespace tessera::replay

@@ -9,7 +9,6 @@
 
 #include "gpu/configuration.h"
 #include "gpu/settings.h"
-#include "replay/command_tables.h"
 #include "replay/compare/comparison.h"
 #include "replay/describe.h"
 #include "replay/frame_files.h"

@@ -31,14 +31,9 @@
 #include "replay/frame_files.h"
 #include "replay/output_lock.h"
 #include "replay/progress.h"
-#include "replay/replay_summary.h"
 #include "replay/report/report.h"
-#include "replay/reproduction.h"
-#include "replay/reserved_space.h"
 #include "replay/sensitivity.h"
 #include "replay/statistics.h"
-#include "replay/tile_map_files.h"
-#include "replay/timeline_member.h"
 #include "replay/view_options.h"
 
 namespace tessera::replay {

@@ -16,7 +16,6 @@
 #include "replay/output_lock.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
-#include "replay/reproduction.h"
 #include "replay/sweep/search.h"
 #include "replay/sweep/sweep_estimate.h"
 #include "replay/sweep/sweep_runner.h"

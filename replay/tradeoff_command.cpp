@@ -17,11 +17,9 @@
 #include "replay/output_lock.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
-#include "replay/reproduction.h"
 #include "replay/tradeoff/decisions.h"
 #include "replay/tradeoff/tradeoff.h"
 #include "replay/tradeoff/tradeoff_files.h"
-#include "replay/tradeoff/tradeoff_words.h"
 #include "replay/view_options.h"
 
 namespace tessera::replay {

@@ -9,7 +9,7 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "replay/compare/comparison.h"
-#include "replay/csv_cell.h"
+#include "base/json_text.h"
 
 namespace tessera::replay {
 namespace {

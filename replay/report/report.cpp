@@ -13,10 +13,8 @@
 #include "base/json_text.h"
 #include "base/whole_file.h"
 #include "replay/describe.h"
-#include "replay/report/page_files.h"
 #include "replay/report/page_parts.h"
 #include "replay/report/report.h"
-#include "replay/report/vega.h"
 
 namespace tessera::replay {
 namespace {

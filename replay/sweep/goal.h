@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "replay/sweep/differential_evolution.h"
+#include "replay/sweep/unit_samples.h"
 #include "replay/sweep/study.h"
 #include "scene/gltf/place.h"
 
