@@ -10,11 +10,14 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 
 #include "base/check.h"
 #include "base/error.h"
+#include "base/option_numbers.h"
 #include "base/text.h"
+#include "gpu/configuration.h"
 #include "replay/commands.h"
 #include "replay/describe.h"
 #include "replay/view_options.h"
@@ -104,6 +107,32 @@ const std::vector<std::pair<int, const char*>>& exit_statuses() {
 
 void say_notes(const std::vector<std::string>& notes) {
   for (const std::string& note : notes) std::fprintf(stderr, "note: %s\n", note.c_str());
+}
+
+void add_capture_argument(CLI::App& app, std::string& capture) {
+  app.add_option("CAPTURE", capture, "The capture: any glTF 2.0 asset (.gltf or .glb)")->required()->type_name("FILE");
+}
+
+void add_machine_options(CLI::App& app, std::string& gpu, std::vector<std::string>& sets, const char* what) {
+  app.add_option("--gpu", gpu,
+                 fmt::format("The described machine: {} or a JSON file", fmt::join(gpu::preset_names(), ", ")))
+      ->type_name("PRESET|FILE")
+      ->capture_default_str();
+  app.add_option("--set", sets, what)->type_name("KEY=VALUE")->allow_extra_args(false);
+}
+
+void add_threads_option(CLI::App& app, unsigned& threads) {
+  app.add_option("--threads", threads, "Host threads (default: all). The result does not depend on it")->type_name("N");
+}
+
+void add_memory_option(CLI::App& app, double& gib, const char* what) {
+  app.add_option("--max-memory", gib, fmt::format("Most memory that {}, in GiB", what))
+      ->type_name("GIB")
+      ->capture_default_str();
+}
+
+std::uint64_t memory_bytes(double gib) {
+  return static_cast<std::uint64_t>(check_number("--max-memory", gib, 0, 1048576, true) * 0x1p30);
 }
 
 void add_strict_flag(CLI::App& app, bool& strict) {

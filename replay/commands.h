@@ -35,6 +35,14 @@ inline EarlyEnd stopped(std::string line) { return {ExitStatus::kStopped, std::m
 // Each as "note: ..." on standard error.
 void say_notes(const std::vector<std::string>& notes);
 
+// Options that several commands have. `what` of --set and --max-memory: their meaning.
+void add_capture_argument(CLI::App& app, std::string& capture);
+void add_machine_options(CLI::App& app, std::string& gpu, std::vector<std::string>& sets, const char* what);
+void add_threads_option(CLI::App& app, unsigned& threads);
+void add_memory_option(CLI::App& app, double& gib,
+                       const char* what = "the capture with a frame of it, and the images, may take");
+// The bytes of --max-memory. Throws UsageError for no sensible number.
+std::uint64_t memory_bytes(double gib);
 // --strict, of every command that reads captures: sets scene::CaptureLimits::strict.
 void add_strict_flag(CLI::App& app, bool& strict);
 // --variant, of commands that draw one capture: sets scene::CaptureLimits::variant.
