@@ -105,7 +105,7 @@ using gpu::TileTrack;
 
 constexpr std::size_t kSpans = 8, kWindows = FrameTimeline::kWindows;
 
-std::uint64_t whole(double cycles) { return static_cast<std::uint64_t>(std::llround(std::max(0.0, cycles))); }
+std::uint64_t rounded(double cycles) { return static_cast<std::uint64_t>(std::llround(std::max(0.0, cycles))); }
 
 // Position among the spans: of visibility, shading and store, with their waits before them.
 std::size_t place(Activity activity, std::size_t upto) {
@@ -132,9 +132,9 @@ std::array<std::uint64_t, kSpans> durations(const TileTrack& tile) {
     ends[upto] = span.end;
   }
   std::array<std::uint64_t, kSpans> out{};
-  std::uint64_t before = whole(tile.begin);
+  std::uint64_t before = rounded(tile.begin);
   for (std::size_t k = 0; k < kSpans; ++k) {
-    const std::uint64_t end = std::max(before, whole(ends[k]));
+    const std::uint64_t end = std::max(before, rounded(ends[k]));
     out[k] = end - before;
     before = end;
   }
@@ -150,7 +150,7 @@ std::string column(const FrameTimeline& timeline, const char* name, const Of& of
 
 std::string windows(const std::vector<double>& amounts, double scale) {
   std::vector<std::uint64_t> values;
-  for (const double amount : amounts) values.push_back(whole(amount * scale));
+  for (const double amount : amounts) values.push_back(rounded(amount * scale));
   return fmt::format("[{}]", fmt::join(values, ","));
 }
 
@@ -178,16 +178,16 @@ std::vector<double> list_windows(const FrameTimeline& timeline) {
 
 std::string timeline_member(const FrameTimeline& timeline) {
   std::string text = fmt::format(" \"timeline\": {{\"cycles\": {}, \"slots\": {}, \"windows\": {},\n  \"geometry\": [",
-                                 whole(std::ceil(timeline.cycles)), timeline.slots, kWindows);
+                                 rounded(std::ceil(timeline.cycles)), timeline.slots, kWindows);
   const char* between = "";
   for (const FrameTimeline::Geometry& round : timeline.geometry)
-    text += fmt::format("{}[{},{},{},{}]", std::exchange(between, ","), whole(round.bound_begin),
-                        whole(round.bound_end), whole(round.bin_begin), whole(round.bin_end));
+    text += fmt::format("{}[{},{},{},{}]", std::exchange(between, ","), rounded(round.bound_begin),
+                        rounded(round.bound_end), rounded(round.bin_begin), rounded(round.bin_end));
   text += "],\n";
   text += column(timeline, "tile", [](const TileTrack& tile) { return tile.tile; });
   text += column(timeline, "core", [](const TileTrack& tile) { return tile.core; });
   text += column(timeline, "slot", [](const TileTrack& tile) { return tile.slot; });
-  text += column(timeline, "begin", [](const TileTrack& tile) { return whole(tile.begin); });
+  text += column(timeline, "begin", [](const TileTrack& tile) { return rounded(tile.begin); });
   std::vector<std::uint64_t> spans;
   for (const TileTrack& tile : timeline.tiles)
     for (const std::uint64_t cycles : durations(tile)) spans.push_back(cycles);
