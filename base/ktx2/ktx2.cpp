@@ -2,8 +2,12 @@
 
 #include <zstd.h>
 
+#include <atomic>
+
 #include <fmt/format.h>
 
+#include "base/check.h"
+#include "base/ktx2/astc_block.h"
 #include "base/ktx2/level_writer.h"
 
 namespace tessera::ktx2 {
@@ -63,6 +67,33 @@ bool uastc_blocks(const ContainerLevel& level, Supercompression scheme, std::vec
   const std::size_t size = ZSTD_decompress(memory.data(), memory.size(), level.data.data(), level.data.size());
   blocks = memory;
   return ZSTD_isError(size) == 0 && size == wanted;
+}
+
+// A level of UASTC blocks, 16 bytes each. False where one of them is of a reserved kind.
+bool write_uastc_level(FileBytes blocks, const ContainerLevel& source, BasisTarget target, const Ktx2Header& header,
+                       BasisLevel& level) {
+  std::atomic<bool> sound = true;
+  const auto make_block = [&](std::size_t index, std::span<std::uint8_t> bytes, TexelBlock& texels) {
+    AstcBytes stored;
+    std::copy_n(blocks.begin() + static_cast<std::ptrdiff_t>(16 * index), 16, stored.begin());
+    AstcBlock block;
+    if (!read_uastc(stored, block)) {
+      sound = false;
+      texels.fill({});
+      return;
+    }
+    if (target == BasisTarget::kAstc4x4) {
+      const AstcBytes packed = pack_astc(block);
+      std::copy(packed.begin(), packed.end(), bytes.begin());
+      TESSERA_CHECK(decode_astc(packed, header.srgb, texels), "a block that was packed is read");
+    } else {
+      astc_texels(block, false, texels);
+    }
+    if (!header.alpha)
+      for (auto& texel : texels) texel[3] = 255;
+  };
+  write_level(source, block_bytes_of(target), level, make_block);
+  return sound;
 }
 
 bool decode_uastc(const Container& container, BasisTexture& texture, std::string& fault) {

@@ -63,8 +63,4 @@ void write_etc1s_level(const Etc1sCodebooks& books, const Etc1sLevel& blocks, co
 // Bytes of memory that it takes besides the level.
 std::uint64_t etc1s_working_bytes(BasisTarget target, bool alpha, std::uint64_t block_count);
 
-// A level of UASTC blocks, 16 bytes each. False where one of them is of a reserved kind.
-[[nodiscard]] bool write_uastc_level(FileBytes blocks, const ContainerLevel& source, BasisTarget target,
-                                     const Ktx2Header& header, BasisLevel& level);
-
 }  // namespace tessera::ktx2
