@@ -12,10 +12,10 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
-#include "replay/sweep/unit_samples.h"
 #include "replay/sweep/goal.h"
 #include "replay/sweep/points.h"
 #include "replay/sweep/study.h"
+#include "replay/sweep/unit_samples.h"
 #include "tests/support/captures.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
