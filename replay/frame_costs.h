@@ -1,5 +1,6 @@
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -9,10 +10,31 @@
 #include <nlohmann/json.hpp>
 
 #include "gpu/cost_attribution.h"
-#include "replay/drawable_names.h"
 #include "timing/attribution.h"
 
 namespace tessera::replay {
+
+struct DrawableName {
+  std::string node, material;
+  auto operator<=>(const DrawableName&) const = default;
+};
+
+// Names of drawables by their number: "drawables" of a record's head (gpu/record_file.h), which may say anything.
+class DrawableNames {
+ public:
+  explicit DrawableNames(const nlohmann::json& head);
+
+  // `drawable`: SubPatchItem::drawable. Empty words for 0, which is none.
+  DrawableName of(std::uint32_t drawable) const;
+
+ private:
+  static constexpr std::uint64_t kMaxTurns = 256;
+  struct Row {
+    std::uint64_t first, stride, count;
+    DrawableName name;
+  };
+  std::vector<Row> rows_;
+};
 
 // Shares of drawables added up by name; those with most cycles first.
 using NamedShares = std::vector<std::pair<DrawableName, timing::DrawableShare>>;

@@ -14,10 +14,8 @@
 #include "base/whole_file.h"
 #include "hardware/events.h"
 #include "replay/describe.h"
-#include "replay/report/page_files.h"
 #include "replay/report/page_parts.h"
 #include "replay/report/report.h"
-#include "replay/report/vega.h"
 
 namespace tessera::replay {
 namespace {

@@ -1,4 +1,4 @@
-#include "replay/schema/schema_tables.h"
+#include "replay/schema/schemas.h"
 
 #include <functional>
 #include <map>

@@ -14,12 +14,10 @@
 #include "gpu/image_bytes.h"
 #include "gpu/machine_model.h"
 #include "gpu/record_file.h"
-#include "replay/drawable_names.h"
+#include "replay/commands.h"
 #include "replay/frame_costs.h"
-#include "replay/reproduction.h"
+#include "replay/frame_files.h"
 #include "replay/statistics.h"
-#include "replay/tile_map_files.h"
-#include "replay/timeline_member.h"
 #include "shaders_cpp/tone_map.h"
 
 namespace tessera::replay {

@@ -9,7 +9,6 @@
 #include "gpu/dram_bursts.h"
 #include "replay/machine_report.h"
 #include "replay/selfcheck.h"
-#include "replay/selfcheck_sharing.h"
 #include "replay/statistics.h"
 #include "scene/capture_reader.h"
 #include "tests/support/captures.h"

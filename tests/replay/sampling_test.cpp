@@ -12,7 +12,6 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
-#include "replay/sweep/differential_evolution.h"
 #include "replay/sweep/goal.h"
 #include "replay/sweep/points.h"
 #include "replay/sweep/study.h"
