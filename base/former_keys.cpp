@@ -10,6 +10,8 @@ namespace {
 
 constexpr auto kFormerKeys = std::to_array<FormerKey>({
     {"energy.leakage_mw", "", "Leakage follows the area (area.*) now: set energy.leakage_mw_per_mm2, at 0.8 V."},
+    {"texture.basis_target", "",
+     "KTX2 textures are ASTC blocks of 4x4 texels in memory; set texture.format to encode all textures otherwise."},
 });
 static_assert(std::ranges::is_sorted(kFormerKeys, {}, &FormerKey::name));
 

@@ -30,7 +30,7 @@ struct ViewRun {
 
 // Side of the groups of tiles that share a shading cache.
 inline int tiles_together(const tilecore::TileJob& job) {
-  return job.shading == tilecore::ShadingRate::kCache ? job.shading_cache_group : 1;
+  return job.shading.rate == tilecore::ShadingRate::kCache ? job.shading_cache.group : 1;
 }
 
 // Gives tiles to the tile cores, in rounds: the binner fills the parameter buffer, all tiles render what their lists
@@ -84,8 +84,10 @@ class TileScheduler {
   void reduce_behind();
   // What the tiles' parts of a level of it move.
   void share_behind(WorkRecorder::Round& round, int level, bool write);
-  void finish_tile(const Round& round, std::size_t tile, tilecore::TileState& state, SharedUse& shared,
-                   bool first_of_group);
+  // False: the tile will be rendered again with what transmits.
+  bool finish_tile(const Round& round, std::size_t tile, tilecore::TileState& state, bool first_of_group);
+  // Ends work on a tile that is neither its first nor its last.
+  void end_part(tilecore::TileCore& core, WorkRecorder::Tile& work, std::size_t tile);
   void render_tile(Round& round, std::size_t tile, bool& first_of_group);
   // Which tiles need not be rendered; empty: all do. `complete`: the lists hold all sub-patches.
   std::vector<bool> compare_inputs(bool complete);

@@ -162,16 +162,11 @@ std::vector<Knob> shading_knobs() {
 }
 
 std::vector<Knob> texture_knobs() {
-  const auto by_lines = [](Knob knob) {
-    return watching(std::move(knob), "texture.cache_misses", "lines that missed the texture cache");
-  };
-  return {
-      by_lines(knob("texture_format", "blocks of textures",
-                    values_of("texture.format", {"stored", "etc2", "astc-4x4", "astc-5x5", "astc-6x6", "astc-8x8",
-                                                 "astc-10x10", "astc-12x12"}),
-                    "stored", KnobNeed::kTextures)),
-      by_lines(knob("texture_blocks", "KTX2 textures in memory",
-                    values_of("texture.basis_target", {"rgba8", "etc2", "astc"}), "astc", KnobNeed::kBasisTextures))};
+  return {watching(knob("texture_format", "blocks of textures",
+                        values_of("texture.format", {"stored", "etc2", "astc-4x4", "astc-5x5", "astc-6x6", "astc-8x8",
+                                                     "astc-10x10", "astc-12x12"}),
+                        "stored", KnobNeed::kTextures),
+                   "texture.cache_misses", "lines that missed the texture cache")};
 }
 
 std::vector<Knob> resolve_knobs() {
@@ -263,14 +258,6 @@ bool has_texture(const scene::Material& m) {
   const auto slots = m.slots();
   return std::any_of(slots.begin(), slots.end(), [](const auto* slot) { return slot->texture != nullptr; });
 }
-bool has_basis_texture(const scene::Material& m) {
-  const auto is_basis = [](const scene::TextureSource& source) {
-    return source.format == scene::TextureFormat::kKtx2Etc1s || source.format == scene::TextureFormat::kKtx2Uastc;
-  };
-  for (const scene::TextureSlot* slot : m.slots())
-    if (slot->texture != nullptr && is_basis(slot->source)) return true;
-  return m.displacement.has_value() && is_basis(m.displacement->source);
-}
 
 }  // namespace
 
@@ -322,10 +309,6 @@ std::string why_without_effect(const Knob& knob, const scene::FrameGeometry& fra
     case KnobNeed::kTextures:
       if (!any_drawable(frame, [](const scene::PosedDrawable& d) { return has_texture(*d.material); }))
         return "the capture has no textures";
-      break;
-    case KnobNeed::kBasisTextures:
-      if (!any_drawable(frame, [](const scene::PosedDrawable& d) { return has_basis_texture(*d.material); }))
-        return "the capture has no KTX2 textures";
       break;
     case KnobNeed::kMeshes:
       if (!any_drawable(frame, [](const scene::PosedDrawable& d) { return d.procedure == nullptr; }))

@@ -5,12 +5,12 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "base/key_table.h"
 #include "base/option_numbers.h"
 #include "base/text.h"
 #include "gpu/record_file.h"
 #include "gpu/tile_memory.h"
-#include "replay/machine_difference.h"
 
 namespace tessera::replay {
 namespace {

@@ -1,7 +1,7 @@
 // What a machine that bins triangles writes: strips, references, lists; and the cache that all baselines share.
 #include <list>
 
-#include "baselines/strip_code.h"
+#include "baselines/block_code.h"
 #include "baselines/tile_reference.h"
 #include "baselines/triangle_buffer.h"
 #include "gpu/configuration.h"

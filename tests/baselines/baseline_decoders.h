@@ -2,7 +2,7 @@
 
 #include <bitset>
 
-#include "baselines/strip_code.h"
+#include "baselines/block_code.h"
 #include "baselines/tile_reference.h"
 #include "tests/support/tests.h"
 

@@ -1,7 +1,7 @@
 // The baselines: coverage and culling of moving, defocused triangles, blocks in the parameter buffer, the immediate
 // machine's memory.
-#include "baselines/immediate.h"
 #include "baselines/post_tessellation.h"
+#include "baselines/tile_drawing.h"
 #include "gpu/configuration.h"
 #include "tests/baselines/baseline_decoders.h"
 #include "tests/baselines/patch_scenes.h"

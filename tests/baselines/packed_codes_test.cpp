@@ -1,8 +1,6 @@
 // Grids of indices, snapped positions and compressed colours: back to what they were made of, and how small they are.
-#include "baselines/color_code.h"
+#include "baselines/block_code.h"
 #include "baselines/compressed_color.h"
-#include "baselines/grid_code.h"
-#include "baselines/position_code.h"
 #include "memory/lru_cache.h"
 #include "tests/baselines/baseline_decoders.h"
 #include "tests/support/tests.h"

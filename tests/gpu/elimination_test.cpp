@@ -452,8 +452,8 @@ TEST(Eliminations, HashWhatTheyCompareAndTakeTheTimeOfIt) {
     const auto hashed = [](const FrameResult& of) {
       const timing::WorkRound& round = of.model->record.work.rounds.front();
       std::uint64_t bytes = 0;
-      for (const timing::TileWork& tile : round.tiles) bytes += tile.hashed_bytes;
-      return std::pair(round.geometry.hashed_bytes, bytes);
+      for (const timing::TileWork& tile : round.tiles) bytes += tile.events[hardware::Event::kHashedColors];
+      return std::pair(round.geometry.events[hardware::Event::kHashedInputs], bytes);
     };
     EXPECT_EQ(hashed(off), std::pair(std::uint64_t{0}, std::uint64_t{0}));
     EXPECT_EQ(hashed(inputs), std::pair(inputs.counters.elimination.signature_bytes, std::uint64_t{0}));

@@ -79,7 +79,7 @@ def place_of(row):
 def costs_of(points, cost, scheme):
     """Triples of a triangle's size in px², what this machine costs and what another does."""
     both = FINISHED_FRAME if cost == "traffic" else 0
-    return [(float(point["px2"]), float(point[f"{cost} pre-tessellation"]) - both, float(point[f"{cost} {scheme}"]) - both) for point in points]
+    return [(float(point["px2"]), float(point[f"{cost} tessera"]) - both, float(point[f"{cost} {scheme}"]) - both) for point in points]
 
 
 def sizes_where_less(costs):
@@ -226,7 +226,7 @@ class Replays(unittest.TestCase):
         """What the project is for. Less is a fault of the binner, more means that a cost was forgotten."""
         schemes = self.readme_statistics()["baselines"]
         for counter in ("queue_bytes_written", "queue_bytes_read", "queue_bytes_peak"):
-            ratio = schemes["post-tessellation"][f"baseline.{counter}"] / schemes["pre-tessellation"][f"baseline.{counter}"]
+            ratio = schemes["post-tessellation"][f"baseline.{counter}"] / schemes["tessera"][f"baseline.{counter}"]
             self.assertTrue(10 <= ratio <= 1000, f"{counter}: {ratio}")
 
     def test_shading(self):
@@ -248,7 +248,7 @@ class Replays(unittest.TestCase):
         self.assertEqual(len(rows), 4)
         for row in rows:
             schemes = self.binning(int(row["tile"]), 0, "--baselines")["baselines"]
-            for column, scheme in (("pre", "pre-tessellation"), ("patch_whole", "patch-whole"), ("post", "post-tessellation")):
+            for column, scheme in (("pre", "tessera"), ("patch_whole", "patch-whole"), ("post", "post-tessellation")):
                 self.assertEqual(int(row[f"{column}_queue_bytes"]), schemes[scheme]["baseline.queue_bytes_peak"])
                 self.assertEqual(int(row[f"{column}_traffic_bytes"]), schemes[scheme]["baseline.dram_bytes"])
             for column, among, error in (("queues", "queue_bytes", 0.051), ("traffic", "traffic_bytes", 0.0051)):

@@ -37,7 +37,6 @@ struct Three {
   double c;
 };
 static_assert(member_count<Three>() == 3);
-static_assert(member_count<hardware::GeometryPrices>() == 14);
 
 template <class... S>
 constexpr bool small_enough() {
@@ -51,9 +50,8 @@ static_assert(small_enough<
 static_assert(small_enough<gpu::GpuConfiguration, frontend::Settings, binner::TileSize, binner::ParameterBufferSettings,
                            binner::Settings, tilecore::TessellatorSettings, gpu::BaselineCaches, tilecore::CoreSettings,
                            tilecore::VisibilityMethodSettings, tilecore::ShadingCacheSettings,
-                           tilecore::FrameBufferSettings, hardware::Machine, hardware::TileCores, hardware::Throughputs,
-                           hardware::ReprojectionUnit, hardware::PixelShader, hardware::Caches,
-                           hardware::MemoryInterface, hardware::GeometryPrices, hardware::EnergyPrices>());
+                           tilecore::FrameBufferSettings, hardware::Machine, hardware::TileCores, hardware::PixelShader,
+                           hardware::Caches, hardware::MemoryInterface, hardware::OtherSilicon>());
 
 // ---- Words ------------------------------------------------------------------------------------------------------
 

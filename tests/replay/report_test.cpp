@@ -3,7 +3,7 @@
 #include <regex>
 
 #include "base/image_codec.h"
-#include "replay/report/page_files.h"
+#include "replay/report/page_parts.h"
 #include "tests/replay/report_pages.h"
 #include "tests/support/browser.h"
 #include "tests/support/tests.h"

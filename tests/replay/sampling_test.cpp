@@ -1,6 +1,5 @@
 // Samples and searches: how points are chosen, and that a search finds what a grid has.
 #include "base/error.h"
-#include "replay/sweep/differential_evolution.h"
 #include "replay/sweep/goal.h"
 #include "replay/sweep/points.h"
 #include "replay/sweep/study.h"

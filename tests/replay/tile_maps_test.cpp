@@ -1,5 +1,5 @@
 // The work of each tile: maps that add up to the frame's counters.
-#include "replay/tile_map_files.h"
+#include "replay/frame_files.h"
 #include "tests/support/tests.h"
 
 namespace tessera::replay::tile_maps_test {

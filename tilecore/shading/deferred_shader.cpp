@@ -28,16 +28,17 @@ void DeferredShader::begin(const TileJob& job, const TileSamples& samples, bool 
   runs_ = runs;
   pixel_invocations_.assign(samples.count / static_cast<std::size_t>(samples.spp), 0);
   pixel_normal_.assign(pixel_invocations_.size(), Vec3(0.0f));
-  if (job.shading == ShadingRate::kCache ? empty_cache : std::find(runs.begin(), runs.end(), kByCell) != runs.end()) {
-    cells_.start(*job.frame, job.shading_cell_pixels);
-    cache_.empty(job.shading_cache_entries);
+  if (job.shading.rate == ShadingRate::kCache ? empty_cache
+                                              : std::find(runs.begin(), runs.end(), kByCell) != runs.end()) {
+    cells_.start(*job.frame, static_cast<float>(job.shading.cell_pixels));
+    cache_.empty(static_cast<std::size_t>(job.shading_cache.entries));
   }
   known_assembly_ = nullptr;
   view_rays_.clear();
   for (std::size_t s = 0; s <= job.frame->segments.size(); ++s)
     view_rays_.emplace_back(job.frame->segment(static_cast<int>(s)));
   // Cells that the cache holds keep their points; nothing else is asked for again.
-  if (job.shading != ShadingRate::kCache || empty_cache) points_.clear();
+  if (job.shading.rate != ShadingRate::kCache || empty_cache) points_.clear();
   kept_ = points_.size();
   invocations_.clear();
   pixel_of_invocation_.clear();
@@ -116,7 +117,7 @@ std::uint32_t DeferredShader::ask_for(const TileJob& job, const Invocation& invo
 void DeferredShader::run_warps(const TileJob& job) {
   points_.resize(kept_ + invocations_.size());
   pixel_shader_.shade(*job.frame, job.lighting, invocations_, std::span(points_).subspan(kept_), &textures_,
-                      job.warp_lanes);
+                      job.warp_lanes());
   counters_.warps += pixel_shader_.take_warps();
   const PixelShader::SurfaceWork again = pixel_shader_.take_surface_work();
   counters_.surface_warps += again.warps;
@@ -125,7 +126,7 @@ void DeferredShader::run_warps(const TileJob& job) {
 
 void DeferredShader::set_partners(const TileJob& job, const TileSamples& samples, std::size_t pixel, bool rests,
                                   Invocation& out) const {
-  if (job.derivatives != ShadingDerivatives::kQuad || job.shading == ShadingRate::kCache) return;
+  if (job.shading.derivatives != ShadingDerivatives::kQuad || job.shading.rate == ShadingRate::kCache) return;
   // What moves or is defocused has a quad of its own; still, its place in it is that of its pixel on screen.
   const auto width = static_cast<std::size_t>(samples.pixels.width());
   out.partner_x = rests && pixel % width % 2 == 1 ? -1 : 1;
@@ -151,7 +152,7 @@ std::uint32_t DeferredShader::ask_for_cell(const TileJob& job, const SurfaceLoca
 
 void DeferredShader::collect_opaque(const TileJob& job, const TileSamples& samples, const TileState& state) {
   sample_point_.assign(samples.count, kNone);
-  const bool quads = job.derivatives == ShadingDerivatives::kQuad && job.shading != ShadingRate::kCache;
+  const bool quads = job.shading.derivatives == ShadingDerivatives::kQuad && job.shading.rate != ShadingRate::kCache;
   const int side = quads ? 2 : 1;
   // Block by block, so that neighbours in both directions find the shading cache warm.
   const int width = samples.pixels.width(), height = samples.pixels.height();
@@ -191,7 +192,7 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
   else
     counters_.samples_visible += merger.visible();
   counters_.fragments_merged += merger.merged();
-  if (job.derivatives == ShadingDerivatives::kQuad) {
+  if (job.shading.derivatives == ShadingDerivatives::kQuad) {
     counters_.quads += merger.quads();
     counters_.helper_invocations += 4 * merger.quads() - merger.runs().size();
   }
@@ -242,7 +243,7 @@ void DeferredShader::skip_pixel(const TileJob& job, const TileSamples& samples, 
   const std::size_t visible = merger_of_fragments_.visible();
   counters_.samples_visible += visible;
   skipped_.samples += visible;
-  skipped_.invocations += job.shading == ShadingRate::kCache ? visible : merger_of_fragments_.runs().size();
+  skipped_.invocations += job.shading.rate == ShadingRate::kCache ? visible : merger_of_fragments_.runs().size();
 }
 
 void DeferredShader::collect_cells(const TileJob& job, const TileSamples& samples, const TileState& state,
@@ -281,14 +282,14 @@ void DeferredShader::color_samples(const TileJob& job, const TileSamples& sample
       sample_color_[s] = points_[point].color;
       if (by_cell(job, pixel)) pixel_normal_[pixel] += points_[point].normal;
     }
-  if (job.has_background) {
-    for (const std::uint32_t s : behind_) sample_color_[s] = job.background;
+  if (job.background) {
+    for (const std::uint32_t s : behind_) sample_color_[s] = *job.background;
   } else {
     // What is behind everything turns with the camera, segment by segment.
     const int segments = static_cast<int>(job.frame->segments.size());
     for (int segment = std::min(segments, 1); segment <= segments; ++segment) color_background(job, samples, segment);
   }
-  if (job.shading == ShadingRate::kCache) return;
+  if (job.shading.rate == ShadingRate::kCache) return;
   for (std::size_t i = 0; i < opaque_; ++i)
     if (!by_cell(job, pixel_of_invocation_[i])) pixel_normal_[pixel_of_invocation_[i]] += points_[kept_ + i].normal;
 }
@@ -336,7 +337,7 @@ void DeferredShader::color_background(const TileJob& job, const TileSamples& sam
       for (auto& values : view_points_) values[lane] = values[count - 1];
     view_rays_[static_cast<std::size_t>(segment)].background(
         {x.data(), y.data(), t.data(), lens_u.data(), lens_v.data()}, count, around, lookups, colors.data());
-    if (told) pixel_shader_.look_up(lookups, ImageLookup::kMirrored, count, textures_, job.warp_lanes);
+    if (told) pixel_shader_.look_up(lookups, ImageLookup::kMirrored, count, textures_, job.warp_lanes());
     for (std::size_t i = 0; i < count; ++i) sample_color_[seen[i]] = colors[i];
   }
 }
@@ -384,7 +385,7 @@ void DeferredShader::blend_layers(const TileJob& job, const TileState& state) {
       blended_.push_back({point.color * point.alpha, point.alpha, layer.z, layer.patch, layer.triangle});
     }
     if (blended_.empty()) continue;
-    counters_.blend_overflows += merger_.merge(blended_, job.blend_layers);
+    counters_.blend_overflows += merger_.merge(blended_, job.blend_layers());
     for (const BlendedLayer& layer : blended_) {
       sample_color_[s] = sample_color_[s] * (1.0f - layer.alpha) + layer.color;
       sample_coverage_[s] = sample_coverage_[s] * (1.0f - layer.alpha) + layer.alpha;
@@ -394,7 +395,7 @@ void DeferredShader::blend_layers(const TileJob& job, const TileState& state) {
 
 void DeferredShader::share_layers(const TileJob& job, const TileSamples& samples,
                                   std::span<const TileState::Layer> layers) {
-  const bool shares = job.shading == ShadingRate::kPixel || job.shading == ShadingRate::kPrimitive;
+  const bool shares = job.shading.rate == ShadingRate::kPixel || job.shading.rate == ShadingRate::kPrimitive;
   shared_layers_.clear();
   shared_of_.clear();
   for (const TileState::Layer& layer : layers) {
@@ -419,7 +420,7 @@ std::uint32_t DeferredShader::ask_for_layer(const TileJob& job, const TileSample
                                             const TileState::Layer& layer, SharedLayer& shared, std::size_t pixel) {
   const SurfaceLocation at{layer.patch, layer.triangle, layer.b1, layer.b2,
                            time_seen(*job.frame, layer.patch, samples.t(layer.sample))};
-  if (job.shading == ShadingRate::kCache) return ask_for_cell(job, at, pixel);
+  if (job.shading.rate == ShadingRate::kCache) return ask_for_cell(job, at, pixel);
   if (shared.point != kNone) {
     ++counters_.pixel_shader_invocations_saved;
     return shared.point;
@@ -429,7 +430,7 @@ std::uint32_t DeferredShader::ask_for_layer(const TileJob& job, const TileSample
   Invocation asked{at, light_time};
   set_partners(job, samples, pixel, rests, asked);
   shared.point = ask_for(job, asked, pixel);
-  if (job.derivatives == ShadingDerivatives::kQuad) add_layer_quad(job, samples, layer, shared.point);
+  if (job.shading.derivatives == ShadingDerivatives::kQuad) add_layer_quad(job, samples, layer, shared.point);
   return shared.point;
 }
 
@@ -444,7 +445,7 @@ void DeferredShader::add_layer_quad(const TileJob& job, const TileSamples& sampl
   const auto spp = static_cast<std::uint32_t>(samples.spp), width = static_cast<std::uint32_t>(samples.pixels.width()),
              pixel = layer.sample / spp, block = pixel / width / 2 * ((width + 1) / 2) + pixel % width / 2;
   layer_quads_.push_back(
-      {block, layer.patch, layer.triangle, job.shading == ShadingRate::kSample ? layer.sample % spp : 0, point});
+      {block, layer.patch, layer.triangle, job.shading.rate == ShadingRate::kSample ? layer.sample % spp : 0, point});
 }
 
 void DeferredShader::number_layer_quads() {

@@ -134,7 +134,7 @@ class DeferredShader {
   void collect_block(const TileJob& job, const TileSamples& samples, const TileState& state, int x, int y, int side);
   int runs_of(std::size_t pixel) const { return runs_.empty() ? 1 : runs_[pixel]; }
   bool by_cell(const TileJob& job, std::size_t pixel) const {
-    return job.shading == ShadingRate::kCache || runs_of(pixel) == kByCell;
+    return job.shading.rate == ShadingRate::kCache || runs_of(pixel) == kByCell;
   }
   // What a pixel sees that was skipped and now is shaded.
   void unskip(std::size_t samples, std::size_t invocations) {

@@ -1,12 +1,15 @@
 #include <zlib.h>
 
 #include "base/image_codec.h"
+#include "captures/sources/jpeg_writer.h"
 #include "replay/pack/draco_encoder.h"
 #include "tests/scene/gltf/broken_captures.h"
 #include "tests/support/tests.h"
 
 namespace tessera::test {
 namespace {
+
+using captures::encode_jpeg;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
 

@@ -1,6 +1,7 @@
 #include "base/error.h"
 #include "base/image_codec.h"
 #include "base/webp_codec.h"
+#include "captures/sources/jpeg_writer.h"
 #include "replay/pack/draco_encoder.h"
 #include "scene/capture_reader.h"
 #include "tests/support/basis_asset.h"
@@ -12,6 +13,7 @@
 namespace tessera::test::memory_budget_test {
 namespace {
 
+using captures::encode_jpeg;
 using scene::CaptureLimits;
 
 // What no file decides: the rules of the schema, buffers of streams, messages.

@@ -5,6 +5,7 @@
 #include "base/image_codec.h"
 #include "base/parallel.h"
 #include "base/webp_codec.h"
+#include "captures/sources/jpeg_writer.h"
 #include "replay/pack/draco_encoder.h"
 #include "scene/capture_reader.h"
 #include "scene/gltf/read_ahead.h"
@@ -16,6 +17,8 @@
 
 namespace tessera::scene::read_ahead_test {
 namespace {
+
+using captures::encode_jpeg;
 
 using test::GltfAsset;
 
