@@ -10,6 +10,10 @@ namespace {
 
 constexpr auto kFormerKeys = std::to_array<FormerKey>({
     {"energy.leakage_mw", "", "Leakage follows the area (area.*) now: set energy.leakage_mw_per_mm2, at 0.8 V."},
+    {"resolve.k_cut", "resolve.cut_speed", ""},
+    {"resolve.k_fast1", "resolve.half_rate_speed", ""},
+    {"resolve.k_fast2", "resolve.quarter_rate_speed", ""},
+    {"resolve.k_stat", "resolve.reuse_speed", ""},
 });
 static_assert(std::ranges::is_sorted(kFormerKeys, {}, &FormerKey::name));
 

@@ -1,6 +1,19 @@
 #include "gpu/counter_list.h"
 
+#include <algorithm>
+#include <array>
+
 namespace tessera::gpu {
+namespace {
+
+constexpr auto kFormerCounters = std::to_array<FormerCounter>({
+    {"resolve.blocks_distrusted", "resolve.history_rejected"},
+});
+static_assert(std::ranges::is_sorted(kFormerCounters, {}, &FormerCounter::name));
+
+}  // namespace
+
+std::span<const FormerCounter> former_counters() { return kFormerCounters; }
 
 std::vector<CounterInfo> counter_infos() {
   std::vector<CounterInfo> infos;

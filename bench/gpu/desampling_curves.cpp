@@ -152,8 +152,8 @@ void thresholds(const fs::path& folder) {
       for (const auto& [still, fast1, fast2] : kThresholds)
         curve.push_back(measure(
             fmt::format("{} {} / {} / {}", stencil, still, fast1, fast2),
-            adaptive({fmt::format("resolve.reconstruction={}", stencil), fmt::format("resolve.k_stat={}", still),
-                      fmt::format("resolve.k_fast1={}", fast1), fmt::format("resolve.k_fast2={}", fast2)})));
+            adaptive({fmt::format("resolve.reconstruction={}", stencil), fmt::format("resolve.reuse_speed={}", still),
+                      fmt::format("resolve.half_rate_speed={}", fast1), fmt::format("resolve.quarter_rate_speed={}", fast2)})));
     }
     plot.push_back({"checkerboard", {}, {}});
     const Score board = measure("checkerboard", {kCheckerboard});
@@ -184,8 +184,8 @@ void captures(const fs::path& folder) {
     for (std::vector<Series>* plot : {&decibels, &similarity, &flips}) plot->push_back({shot.name, {}, {}});
     for (const auto& [still, fast1, fast2] : kThresholds) {
       const Score s = score(capture, shot,
-                            adaptive({fmt::format("resolve.k_stat={}", still), fmt::format("resolve.k_fast1={}", fast1),
-                                      fmt::format("resolve.k_fast2={}", fast2)}),
+                            adaptive({fmt::format("resolve.reuse_speed={}", still), fmt::format("resolve.half_rate_speed={}", fast1),
+                                      fmt::format("resolve.quarter_rate_speed={}", fast2)}),
                             reference);
       csv += fmt::format("{},{} / {} / {},{:.4f},{:.3f},{:.3f},{:.5f},{:.5f}\n", shot.name, still, fast1, fast2,
                          s.saved, s.psnr, s.worst_psnr(), s.ssim, s.flip);
@@ -345,7 +345,7 @@ int check() {
   const Score full = score(capture, shot, {}, reference);
   const Score half = score(
       capture, shot,
-      adaptive({"resolve.k_stat=4", "resolve.k_fast1=4", "resolve.k_fast2=16", "resolve.discrepancy=off"}), reference);
+      adaptive({"resolve.reuse_speed=4", "resolve.half_rate_speed=4", "resolve.quarter_rate_speed=16", "resolve.discrepancy=off"}), reference);
   laws.expect("every pixel shaded is the reference",
               full.saved == 0 && full.psnr == kIdenticalDecibel && full.ssim > 0.999999 && full.flip == 0);
   laws.expect(fmt::format("adaptive saves and differs ({:.3f}, {:.1f} dB)", half.saved, half.psnr),

@@ -96,7 +96,7 @@ scene::Capture slow_walk() {
 void desampling_faults(const std::filesystem::path& folder) {
   const Fault faults[] = {
       {"normals", test::turning_normals, 3, 7, {}},
-      {"cut", test::walk_with_a_cut, 27, 30, {"resolve.k_cut=0"}},
+      {"cut", test::walk_with_a_cut, 27, 30, {"resolve.cut_speed=0"}},
       {"stop", test::board_that_stops, 6, 11, {}},
       {"sharp", [] { return read_shipped("flyby"); }, 0, 3, {}},
       {"lip", test::bowl_of_brass, 3, 8, {"resolve.depth_tolerance=1", "resolve.discrepancy=off"}},

@@ -70,9 +70,9 @@ struct Variant {
 };
 
 Sets thresholds(double still, double fast1, double fast2, Sets more = {}) {
-  more.push_back(fmt::format("resolve.k_stat={}", still));
-  more.push_back(fmt::format("resolve.k_fast1={}", fast1));
-  more.push_back(fmt::format("resolve.k_fast2={}", fast2));
+  more.push_back(fmt::format("resolve.reuse_speed={}", still));
+  more.push_back(fmt::format("resolve.half_rate_speed={}", fast1));
+  more.push_back(fmt::format("resolve.quarter_rate_speed={}", fast2));
   return adaptive(std::move(more));
 }
 

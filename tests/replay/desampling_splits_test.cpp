@@ -82,7 +82,7 @@ TEST(DesamplingSplits, ValuesThatDoNotFitAreRefusedWithTheRemedy) {
   EXPECT_THAT(fault_of(Machine().set("resolve.advected_pixels=6"), capture), HasSubstr("4, 8 or 12"));
   EXPECT_THAT(fault_of(Machine().set("resolve.supersampled_groups=20"), capture), HasSubstr("16, 24 or 32"));
   EXPECT_THAT(fault_of(Machine().set("resolve.block=12"), capture), HasSubstr("4, 8 or 16"));
-  EXPECT_THAT(fault_of(Machine().set("resolve.k_fast0=1"), capture), HasSubstr("between resolve.k_stat"));
+  EXPECT_THAT(fault_of(Machine().set("resolve.k_fast0=1"), capture), HasSubstr("between resolve.reuse_speed"));
   EXPECT_THAT(fault_of(Machine().set("resolve.block=16").set("tile.width=8"), capture), HasSubstr("tiles of 8x"));
   EXPECT_THAT(fault_of(Machine().set("resolve.supersampled_groups=16").set("shading.rate=cache"), capture),
               HasSubstr("shading.rate=pixel"));

@@ -268,7 +268,7 @@ TEST(Desampling, TheFirstFrameAFrameAfterAGapAndAChangedLightHaveNoHistory) {
   EXPECT_EQ(gap.effect_reasons.at("advection"), "the frame before was not rendered: there is no history");
   const auto eggs = Machine().thresholds("4", "4", "16").frames(shipped("eggs"), 14, 16);  // an ember carries a light
   EXPECT_EQ(eggs[1].effect_reasons.at("advection"),
-            "blocks slower than resolve.k_stat, out of reach of the lights that changed");
+            "blocks slower than resolve.reuse_speed, out of reach of the lights that changed");
   EXPECT_GT(counters(eggs[1]).light_tests, 0u);
 }
 

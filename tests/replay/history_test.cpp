@@ -122,7 +122,7 @@ TEST(Desampling, HistoryThatNobodyReadsIsNeitherWrittenNorCharged) {
   };
   constexpr std::uint64_t kPixels = 160 * 90, kBlocks = kPixels / 16;
   const gpu::FrameResult advecting = third_frame({}), still = third_frame({"resolve.advection=false"}),
-                         slowest = third_frame({"resolve.k_stat=0"});
+                         slowest = third_frame({"resolve.reuse_speed=0"});
   EXPECT_GE(history(advecting).written_bytes, kBlocks * History::kBlockBytes);
   EXPECT_GT(advecting.counters.history.records_written, kBlocks);
   EXPECT_EQ(advecting.effect_reasons.at("history"), "kept for the advection of the next frame");
@@ -134,7 +134,7 @@ TEST(Desampling, HistoryThatNobodyReadsIsNeitherWrittenNorCharged) {
   }
   EXPECT_EQ(still.effect_reasons.at("history"),
             "a byte per block for the hysteresis; nobody reads records of pixels: resolve.advection=false");
-  EXPECT_EQ(slowest.effect_reasons.at("advection"), "resolve.k_stat is 0: nothing is slower");
+  EXPECT_EQ(slowest.effect_reasons.at("advection"), "resolve.reuse_speed is 0: nothing is slower");
   const gpu::FrameResult none =
       third_frame({"resolve.advection=false", "resolve.hysteresis=0", "resolve.pattern_error=0"});
   EXPECT_EQ(history(none).written_bytes + history(none).read_bytes, 0u);

@@ -53,8 +53,8 @@ TEST(ResolvePatterns, TheLookCosts) {
   const auto bytes = [](const gpu::FrameResult& r) {
     return r.counters.ledger.traffic(memory::Unit::kResolve, memory::Purpose::kHistory);
   };
-  const std::vector<std::string> none = {"resolve.advection=false", "resolve.hysteresis=0", "resolve.k_fast1=0.1",
-                                         "resolve.k_stat=0"};
+  const std::vector<std::string> none = {"resolve.advection=false", "resolve.hysteresis=0",
+                                         "resolve.half_rate_speed=0.1", "resolve.reuse_speed=0"};
   std::vector<std::string> by_speed = none;
   by_speed.insert(by_speed.end(), kBySpeedAlone.begin(), kBySpeedAlone.end());
   const gpu::FrameResult with = frame(none), without = frame(by_speed);

@@ -27,15 +27,15 @@ BlockDecision by_motion(const RateSettings& settings, const BlockEvidence& block
   const SpeedThresholds& t = settings.thresholds;
   const std::uint8_t last = block.last_samples;
   const bool known = last == 1 || last == 4 || last == 8 || last == 12 || last == 16;
-  const bool slow = known && last == 1 ? block.speed < t.still * (1.0f + t.hysteresis)
-                                       : block.speed < t.still * (known ? 1.0f - t.hysteresis : 1.0f);
+  const bool slow = known && last == 1 ? block.speed < t.reuse * (1.0f + t.hysteresis)
+                                       : block.speed < t.reuse * (known ? 1.0f - t.hysteresis : 1.0f);
   if (slow && block.advection_allowed)
     return {16 - (block.edge && !copies ? std::min(settings.advected, kMaxAdvectedOnOutlines) : settings.advected),
             true};
   if (block.edge || block.cut) return full;
   const float speed = std::min(block.speed, block.blurred_speed);
-  int samples = above(speed, t.fast2, t.hysteresis, known, last == 4)                ? 4
-                : above(speed, t.fast1, t.hysteresis, known, last == 4 || last == 8) ? 8
+  int samples = above(speed, t.quarter_rate, t.hysteresis, known, last == 4)                ? 4
+                : above(speed, t.half_rate, t.hysteresis, known, last == 4 || last == 8) ? 8
                                                                                      : 16;
   if (samples == 16 && t.fast0 > 0 && above(speed, t.fast0, t.hysteresis, known, last == 4 || last == 8 || last == 12))
     samples = 12;

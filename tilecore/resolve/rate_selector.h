@@ -5,18 +5,18 @@
 
 namespace tessera::tilecore {
 
-// Speeds in pixels per frame. Which regime a block is in: below `still` (advection), from there to `fast1` (full rate),
-// above `fast1` (half), above `fast2` (a quarter). By default [measured: docs/resolve.md] nothing lies between `still`
-// and `fast1`: advection goes on until half of the pixels need no history; blocks that may not be advected are rendered
-// fully up to `fast1`.
+// Speeds in pixels per frame. They tell which regime a block is in: below `reuse` it takes pixels from the previous
+// frame, from there to `half_rate` it is shaded fully, above `half_rate` at half and above `quarter_rate` at a quarter of
+// its pixels. By default [measured: docs/resolve.md] nothing lies between `reuse` and `half_rate`: reuse goes on until
+// half of the pixels need no history; blocks that may not reuse pixels are shaded fully up to `half_rate`.
 struct SpeedThresholds {
-  float still = 2.0f, fast1 = 2.0f, fast2 = 8.0f;
+  float reuse = 2.0f, half_rate = 2.0f, quarter_rate = 8.0f;
   // Share of a threshold by which a speed must pass it before a block leaves the regime that it was in, so that one
   // that moves at a threshold does not flicker. 0: none.
   float hysteresis = 0.05f;
   // By how much the camera's motion must change from one frame to the next to be a cut. 0: nothing is.
   float cut = 16.0f;  // [assumed]
-  // From here to `fast1` three quarters are rendered. 0: nowhere.
+  // From here to `half_rate` three quarters are rendered. 0: nowhere.
   float fast0 = 0.0f;
 };
 
@@ -63,14 +63,14 @@ struct BlockDecision {
 //   edge, blurred                         -> 16, by shading cell
 //   edge                                  -> 16
 //   velocity unknown                      -> 16
-//   speed < still, advection allowed      -> 4, and 12 advected (or 8 and 8, as where several surfaces
+//   speed < reuse, advection allowed      -> 4, and 12 advected (or 8 and 8, as where several surfaces
 //                                            meet, or 12 and 4)
 //   first frame after a cut               -> 16
-//   speed > fast2                         -> 4
-//   speed > fast1                         -> 8
+//   speed > quarter_rate                  -> 4
+//   speed > half_rate                     -> 8
 //   speed > fast0                         -> 12
 //   else                                  -> 16
-// where a speed above `still` counts only as far as the frame's own shutter blurs the block (blurred_speed): what is sharp
+// where a speed above `reuse` counts only as far as the frame's own shutter blurs the block (blurred_speed): what is sharp
 // although it came far shows its pattern. 4 is 8, 8 is 16 (with fast0 12 first), and 12 is 16, where the contrast says
 // that stencils would miss more than pattern_error;
 // then the smaller one of that and what foveation allows. Deviation: a block of which every sample is at rest may be

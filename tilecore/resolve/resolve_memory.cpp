@@ -203,7 +203,7 @@ void ResolveUnit::charge(ResolveFrame& resolve, const Memory& memory) {
     std::vector<IntRect> states;
     if (reads_blocks(settings))
       states.push_back({tile.x0 - around, tile.y0 - around, tile.x1 + around, tile.y1 + around});
-    if (settings.rates.thresholds.still * (1.0f + settings.rates.thresholds.hysteresis) > kNearMotion)
+    if (settings.rates.thresholds.reuse * (1.0f + settings.rates.thresholds.hysteresis) > kNearMotion)
       for (const IntRect& rect : looked_at_) states.push_back(HistoryMemory::blocks_of(rect));
     read_history(resolve, memory, {*resolve.previous.history, states, signatures_read_, looked_at_, fetched_, 0});
   }

@@ -277,7 +277,7 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
                             ~(History::kRecordPerPixel | History::kNothingSeen);
   if (history != nullptr && advects(settings)) {
     const bool rejected = history->rejected_around(block.pixels.x0, block.pixels.y0);
-    counters_.blocks_distrusted += rejected;
+    counters_.history_rejected += rejected;
     evidence.advection_allowed = !rejected && block.same_shading && !is_relit(*resolve.previous.motion, block);
   }
   // Where all is still edges do not decide.
@@ -294,7 +294,7 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
     const VelocityBuffer::Block motion = velocity_.evaluate(block.pixels, settings.block_speed, needed);
     evidence.velocity_usable = motion.usable;
     evidence.speed = motion.speed;
-    const bool may_be_fast = needed && motion.usable && motion.speed > settings.rates.thresholds.still;
+    const bool may_be_fast = needed && motion.usable && motion.speed > settings.rates.thresholds.reuse;
     if (const float shutter = may_be_fast ? resolve.previous.motion->shutter() : 0.0f; shutter > 0) {
       // Samples see what they see, on average, half of the shutter's way from where that was at shutter open.
       evidence.blurred_speed = state_->keeps_rest ? 2.0f * blur_of(block) / shutter : 0.0f;
@@ -303,7 +303,7 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
     }
     if (reads_contrast(settings) && !evidence.edge) {
       const SpeedThresholds& t = settings.rates.thresholds;
-      const float least = 0.5f * (t.fast0 > 0 ? t.fast0 : t.fast1);  // what is slower will hardly be fast in a frame
+      const float least = 0.5f * (t.fast0 > 0 ? t.fast0 : t.half_rate);  // what is slower will hardly be fast in a frame
       block.leaves_contrast = !motion.usable || motion.speed >= least;
       if (motion.usable && motion.speed >= least && history != nullptr)
         evidence.contrast = contrast_before(*history, block) * block.left_by_blur;

@@ -19,15 +19,15 @@ Keys<ResolveSettings> rate_keys() {
            Keys<RateSettings>().add(
                &RateSettings::thresholds,
                Keys<SpeedThresholds>{
-                   {"resolve.k_stat", &SpeedThresholds::still, "pixels/frame", 0, 64,
+                   {"resolve.reuse_speed", &SpeedThresholds::reuse, "pixels/frame", 0, 64,
                     "Blocks slower than this take pixels from the previous frame (resolve.advected_pixels)."},
                    {"resolve.k_fast0", &SpeedThresholds::fast0, "pixels/frame", 0, 1e6,
                     "Blocks faster than this are shaded at 12 of 16 pixels; 0: none are."},
-                   {"resolve.k_fast1", &SpeedThresholds::fast1, "pixels/frame", 0, 1e6,
+                   {"resolve.half_rate_speed", &SpeedThresholds::half_rate, "pixels/frame", 0, 1e6,
                     "Blocks faster than this are shaded at 8 of 16 pixels."},
-                   {"resolve.k_fast2", &SpeedThresholds::fast2, "pixels/frame", 0, 1e6,
+                   {"resolve.quarter_rate_speed", &SpeedThresholds::quarter_rate, "pixels/frame", 0, 1e6,
                     "Blocks faster than this are shaded at 4 of 16 pixels."},
-                   {"resolve.k_cut", &SpeedThresholds::cut, "pixels/frame", 0, 1e6,
+                   {"resolve.cut_speed", &SpeedThresholds::cut, "pixels/frame", 0, 1e6,
                     "Where the camera's motion changes by more than this from one frame to the next, nothing is fast: "
                     "a cut; 0: nothing is one."},
                    {"resolve.hysteresis", &SpeedThresholds::hysteresis, "", 0, 0.5,
@@ -183,12 +183,13 @@ Keys<ResolveSettings> resolve_keys() { return rate_keys().add(pixel_keys()); }
 
 void check_resolve(const ResolveSettings& settings) {
   const SpeedThresholds& speeds = settings.rates.thresholds;
-  if (speeds.still > speeds.fast1 || speeds.fast1 > speeds.fast2)
-    throw UsageError("resolve.k_stat, resolve.k_fast1 and resolve.k_fast2 must not fall in this order");
+  if (speeds.reuse > speeds.half_rate || speeds.half_rate > speeds.quarter_rate)
+    throw UsageError(
+        "resolve.reuse_speed, resolve.half_rate_speed and resolve.quarter_rate_speed must not fall in this order");
   if (settings.foveation.on() && settings.foveation.r1 < settings.foveation.r0)
     throw UsageError("resolve.foveation_r1 must be at least resolve.foveation_r0");
-  if (speeds.fast0 > 0 && (speeds.fast0 < speeds.still || speeds.fast0 > speeds.fast1))
-    throw UsageError("resolve.k_fast0 must lie between resolve.k_stat and resolve.k_fast1, or be 0");
+  if (speeds.fast0 > 0 && (speeds.fast0 < speeds.reuse || speeds.fast0 > speeds.half_rate))
+    throw UsageError("resolve.k_fast0 must lie between resolve.reuse_speed and resolve.half_rate_speed, or be 0");
   if (settings.rates.advected % 4 != 0) throw UsageError("resolve.advected_pixels must be 4, 8 or 12");
   if (settings.rates.supersampled % 8 != 0) throw UsageError("resolve.supersampled_groups must be 16, 24 or 32");
   if (const int side = settings.rates.block; side != 4 && side != 8 && side != 16)

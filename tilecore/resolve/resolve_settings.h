@@ -81,7 +81,7 @@ void check_resolve(const ResolveSettings& settings);
 
 // Whether blocks may take pixels from the previous frame, and so want its records (depth and surface of each pixel).
 constexpr bool advects(const ResolveSettings& s) {
-  return s.desampling == Desampling::kAdaptive && s.advect && s.rates.thresholds.still > 0;
+  return s.desampling == Desampling::kAdaptive && s.advect && s.rates.thresholds.reuse > 0;
 }
 // Whether decisions want the contrast that the previous frame left of each block.
 constexpr bool reads_contrast(const ResolveSettings& s) {

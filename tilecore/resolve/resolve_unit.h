@@ -29,7 +29,7 @@ namespace tessera::tilecore {
 
 struct DesamplingCounters {
   std::uint64_t blocks_rate_4 = 0, blocks_rate_8 = 0, blocks_rate_12 = 0, blocks_rate_16 = 0, blocks_rate_32 = 0;
-  std::uint64_t blocks_advected = 0, blocks_empty = 0, blocks_edge = 0, blocks_distrusted = 0, blocks_discrepant = 0,
+  std::uint64_t blocks_advected = 0, blocks_empty = 0, blocks_edge = 0, history_rejected = 0, blocks_discrepant = 0,
                 blocks_deferred = 0, blocks_foveated = 0, blocks_creased = 0, blocks_blurred = 0;
   std::uint64_t half_pixels_reconstructed = 0;
   std::uint64_t pixels_advected = 0, pixels_reconstructed = 0, pixels_forced = 0, pixels_shaded_again = 0;
@@ -311,7 +311,7 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
     {"resolve.blocks_patterned", &tilecore::DesamplingCounters::blocks_patterned, Combine::kSum, "blocks",
      "Fast blocks that were shaded at a higher rate for their contrast in the frame before, or since that is unknown.",
      ""},
-    {"resolve.blocks_distrusted", &tilecore::DesamplingCounters::blocks_distrusted, Combine::kSum, "blocks",
+    {"resolve.history_rejected", &tilecore::DesamplingCounters::history_rejected, Combine::kSum, "blocks",
      "Blocks where nothing was advected because it had gone wrong around them.", ""},
     {"resolve.blocks_discrepant", &tilecore::DesamplingCounters::blocks_discrepant, Combine::kSum, "blocks",
      "Blocks where what was advected differed from what is there.", ""},

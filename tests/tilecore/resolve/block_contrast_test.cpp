@@ -94,7 +94,7 @@ TEST(BlockContrast, RaisesARateAndNeverLowersOne) {
 TEST(BlockContrast, TwelveOfSixteenIsOneOfTheRatesThatContrastRaises) {
   EXPECT_EQ(predicted_error(12, 0.01f), predicted_error(8, 0.01f));
   RateSettings settings;
-  settings.thresholds.still = 1, settings.thresholds.fast0 = 1, settings.thresholds.fast1 = 4;
+  settings.thresholds.reuse = 1, settings.thresholds.fast0 = 1, settings.thresholds.half_rate = 4;
   BlockEvidence block;
   block.velocity_usable = true, block.speed = 3;
   EXPECT_EQ(select_rate(settings, block).samples, 12);
