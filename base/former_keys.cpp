@@ -10,10 +10,18 @@ namespace {
 
 constexpr auto kFormerKeys = std::to_array<FormerKey>({
     {"energy.leakage_mw", "", "Leakage follows the area (area.*) now: set energy.leakage_mw_per_mm2, at 0.8 V."},
+    {"resolve.advect_outlines", "", "Slow blocks in which several surfaces meet always reuse pixels."},
+    {"resolve.advect_still_edges", "", "Blocks at rest always reuse pixels, edges included: the copies are exact."},
+    {"resolve.block", "", "Decisions are made for blocks of 4x4 pixels: larger blocks save less."},
+    {"resolve.desampling=fixed_12", "", "Shading 12 of 16 pixels does not pay: set fixed_8."},
+    {"resolve.edge_evidence", "", "Samples of a block that see several drawables always make an edge."},
+    {"resolve.k_blur", "", "Blurred blocks with an edge are shaded fully; set shading.rate=cache to share by cell."},
     {"resolve.k_cut", "resolve.cut_speed", ""},
+    {"resolve.k_fast0", "", "Shading 12 of 16 pixels does not pay: set resolve.half_rate_speed."},
     {"resolve.k_fast1", "resolve.half_rate_speed", ""},
     {"resolve.k_fast2", "resolve.quarter_rate_speed", ""},
     {"resolve.k_stat", "resolve.reuse_speed", ""},
+    {"resolve.supersampled_groups", "", "resolve.supersampling shades all 32 half pixels of a block with an edge."},
 });
 static_assert(std::ranges::is_sorted(kFormerKeys, {}, &FormerKey::name));
 

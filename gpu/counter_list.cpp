@@ -7,7 +7,10 @@ namespace tessera::gpu {
 namespace {
 
 constexpr auto kFormerCounters = std::to_array<FormerCounter>({
+    {"resolve.blocks_blurred", ""},
     {"resolve.blocks_distrusted", "resolve.history_rejected"},
+    {"resolve.blocks_rate_12", ""},
+    {"resolve.half_pixels_reconstructed", ""},
 });
 static_assert(std::ranges::is_sorted(kFormerCounters, {}, &FormerCounter::name));
 

@@ -455,11 +455,11 @@ bool TileCore::finish_desampled(const TileJob& job, TileState& state, FrameTarge
   const double start = thread_seconds();
   resolve_.plan(*job.resolve, *job.frame, samples_, state);
   const double planned = thread_seconds();
-  shader_.shade(job, samples_, state, first_of_group, resolve_.runs());
+  shader_.shade(job, samples_, state, first_of_group, resolve_.pixel_rates());
   double shaded = thread_seconds();
   if (const double checked = shaded; resolve_.check(*job.resolve, shader_.color(), shader_.coverage())) {
     resolve_seconds_ += thread_seconds() - checked;
-    shader_.shade_again(job, samples_, state, resolve_.runs_again());
+    shader_.shade_again(job, samples_, state, resolve_.reshade_mask());
     shaded = thread_seconds();
   }
   const DeferredShader::Skipped skipped = shader_.take_skipped();

@@ -98,8 +98,8 @@ static_assert(
                   gpu::EffectMode, gpu::EffectSwitch, tilecore::ProcedureSettings::Path,
                   tilecore::ProcedureSettings::Maps, tilecore::ProcedureSettings::Scatter,
                   tilecore::ProcedureSettings::Style, tilecore::Desampling, tilecore::BlockSpeed, tilecore::EdgeMeasure,
-                  tilecore::EdgeEvidence, tilecore::DitherOrder, tilecore::Fetch, tilecore::DiscrepancyCheck,
-                  tilecore::Reconstruction, tilecore::StencilWeights, tilecore::StencilReach>());
+                  tilecore::DitherOrder, tilecore::Fetch, tilecore::DiscrepancyCheck, tilecore::Reconstruction,
+                  tilecore::StencilWeights, tilecore::StencilReach>());
 static_assert(all_words_fit<frontend::BoundMethod, frontend::SplitCriterion, binner::CoverageMethod, binner::FullPolicy,
                             tilecore::VisibilityMethod, tilecore::Traversal, tilecore::BranchNode,
                             tilecore::FrameBufferCompression, tilecore::FrameFormat>());

@@ -579,10 +579,7 @@ Capture strips_behind_glass(bool glass) {
 TEST(Desampling, WhatIsBlendedAtRestDoesNotComeFromTheOtherEyeWithTheMotionOfWhatIsBehind) {
   const auto second_frame = [](const Capture& capture, const char* desampling) {
     Machine m;
-    m.set(std::string("resolve.desampling=") + desampling)
-        .set("stereo.eye_separation=0.4")
-        .set("stereo.far_depth=20")
-        .set("resolve.edge_evidence=depth");
+    m.set(std::string("resolve.desampling=") + desampling).set("stereo.eye_separation=0.4").set("stereo.far_depth=20");
     return std::move(m.frames(capture, 0, 2)[1]);
   };
   const Capture glass = strips_behind_glass(true);

@@ -13,7 +13,7 @@ namespace tessera::tilecore {
 // Fills the pixels of a 4x4 block that were not rendered from rendered ones around them:
 //   c = sum of w(dx, dy) * colour / sum of w(dx, dy) over the usable pixels, w(dx, dy) = k(dx) * k(dy),
 // with k the cubic of Mitchell and Netravali 1988, "Reconstruction filters in computer graphics", as US 2015/0379692
-// uses it for blocks that were rendered at 4, 8 or 12 samples. Formulas: resolve/cubic_weights.h; packed tables:
+// uses it for blocks that were rendered at 4 or 8 samples. Formulas: resolve/cubic_weights.h; packed tables:
 // resolve/packed_stencil.h.
 enum class Reconstruction {
   kCubic,               // 5x5, distances times 2/3, B = C = 1/3: the default

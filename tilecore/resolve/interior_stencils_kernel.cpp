@@ -95,8 +95,6 @@ template <Reconstruction K, bool Clamp>
 InteriorFill fill_each(const InteriorBlock& block) {
   const MirroredPattern& p = block.pattern;
   if (p.table_pattern == 1) return fill_pixels<stencil_of(index_entry(K, 0, 1, 1)), Clamp>(block, block.missing);
-  if constexpr (has_table(K, 2))
-    if (p.table_pattern == 2) return fill_pixels<stencil_of(index_entry(K, 0, 2, 0)), Clamp>(block, block.missing);
   const int x = p.mirror & 1, y = p.mirror >> 1;
   const auto among = [&](int dx, int dy) {
     return static_cast<BlockMask>(block.missing & sparse_square(x ^ dx, y ^ dy));
@@ -187,27 +185,9 @@ InteriorFill fill_quarter(const Rows& rows) {
   return {4 * (kBeside.count + kBelow.count + kAcross.count), is_finite((beside + below) + across)};
 }
 
-// Of the square that begins at (X, Y) alone.
-template <Reconstruction K, int X, int Y>
-InteriorFill fill_square(const Rows& rows) {
-  constexpr Stencil kAll = stencil_of(index_entry(K, 0, 2, 0));
-  return {4 * kAll.count, is_finite(fill_class<kAll, X, Y>(rows))};
-}
-
 template <Reconstruction K>
 InteriorFill fill_whole(const InteriorBlock& block) {
   const Rows rows(block);
-  if constexpr (has_table(K, 2))
-    if (block.pattern.table_pattern == 2) switch (block.pattern.mirror) {
-        case 0:
-          return fill_square<K, 0, 0>(rows);
-        case 1:
-          return fill_square<K, 1, 0>(rows);
-        case 2:
-          return fill_square<K, 0, 1>(rows);
-        default:
-          return fill_square<K, 1, 1>(rows);
-      }
   if (block.pattern.table_pattern == 1) return block.pattern.mirror & 1 ? fill_half<K, 0>(rows) : fill_half<K, 1>(rows);
   switch (block.pattern.mirror) {
     case 0:

@@ -132,7 +132,7 @@ void ResolveUnit::read_history(const ResolveFrame& resolve, const Memory& memory
 BlockRecord ResolveUnit::record_of(const Block& block) const {
   BlockRecord out;
   out.exists = block.exists;
-  out.reconstructed = block.marked();
+  out.reconstructed = block.reconstructed;
   out.plane = block.plane;
   out.value = block.plane_value, out.by_x = block.plane_by_x, out.by_y = block.plane_by_y;
   if (block.plane) {

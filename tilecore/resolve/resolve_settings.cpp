@@ -12,8 +12,7 @@ Keys<ResolveSettings> rate_keys() {
   keys.add(Keys<ResolveSettings>{
       {"resolve.desampling", &ResolveSettings::desampling,
        "Which pixels are shaded: all; by motion, edges and history; half or a quarter of every block; half, "
-       "alternating, filled from four neighbours; three quarters of every block. "
-       "The others are advected or reconstructed."},
+       "alternating, filled from four neighbours. The others are advected or reconstructed."},
   });
   keys.add(&ResolveSettings::rates,
            Keys<RateSettings>().add(
@@ -21,8 +20,6 @@ Keys<ResolveSettings> rate_keys() {
                Keys<SpeedThresholds>{
                    {"resolve.reuse_speed", &SpeedThresholds::reuse, "pixels/frame", 0, 64,
                     "Blocks slower than this take pixels from the previous frame (resolve.advected_pixels)."},
-                   {"resolve.k_fast0", &SpeedThresholds::fast0, "pixels/frame", 0, 1e6,
-                    "Blocks faster than this are shaded at 12 of 16 pixels; 0: none are."},
                    {"resolve.half_rate_speed", &SpeedThresholds::half_rate, "pixels/frame", 0, 1e6,
                     "Blocks faster than this are shaded at 8 of 16 pixels."},
                    {"resolve.quarter_rate_speed", &SpeedThresholds::quarter_rate, "pixels/frame", 0, 1e6,
@@ -33,16 +30,12 @@ Keys<ResolveSettings> rate_keys() {
                    {"resolve.hysteresis", &SpeedThresholds::hysteresis, "", 0, 0.5,
                     "Share of a threshold by which a speed must pass it before a block changes its regime."},
                }));
-  keys.add(
-      &ResolveSettings::rates,
-      Keys<RateSettings>{
-          {"resolve.pattern_error", &RateSettings::pattern_error, "", 0, 1,
-           "A fast block is shaded at a higher rate where the contrast of the previous frame in its place says "
-           "that stencils would be wrong by more than this, of displayed values between 0 and 1; 0: nowhere."},
-          {"resolve.block", &RateSettings::block, "pixels", 4, 16,
-           "Side of the blocks that decisions are made for: 4, 8 or 16. Patterns, records and stencils are those of "
-           "4x4 pixels; one edge in a block shades all of it."},
-      });
+  keys.add(&ResolveSettings::rates,
+           Keys<RateSettings>{
+               {"resolve.pattern_error", &RateSettings::pattern_error, "", 0, 1,
+                "A fast block is shaded at a higher rate where the contrast of the previous frame in its place says "
+                "that stencils would be wrong by more than this, of displayed values between 0 and 1; 0: nowhere."},
+           });
   keys.add(Keys<ResolveSettings>{
       {"resolve.block_speed", &ResolveSettings::block_speed,
        "Which of its pixels' speeds a block goes by; max does not overlook a small fast object."},
@@ -57,9 +50,6 @@ Keys<ResolveSettings> rate_keys() {
   keys.add(Keys<ResolveSettings>{
       {"resolve.edge_angle", &ResolveSettings::edge_angle, "degrees", 0, 180,
        "An edge, too, where normals of the block, which follow from depth, differ by more than this; 0: none is."},
-      {"resolve.edge_evidence", &ResolveSettings::evidence,
-       "What makes an edge besides the Laplacian: samples of a block that see several drawables; or several base "
-       "patches; or nothing."},
   });
   keys.add(
       &ResolveSettings::rates,
@@ -68,20 +58,9 @@ Keys<ResolveSettings> rate_keys() {
            "Blocks with an edge are shaded at 32 instead of 16: the left and the right half of a pixel's samples "
            "do not "
            "share pixel-shader invocations (shading.rate=pixel)."},
-          {"resolve.k_blur", &RateSettings::blur, "pixels", 0, 1e6,
-           "In blocks with an edge whose points lens and motion spread by more than this, samples of all pixels share "
-           "invocations by shading cell, as with shading.rate=cache; 0: in none."},
-          {"resolve.advect_still_edges", &RateSettings::advect_still_edges,
-           "Blocks with an edge of which every sample is at rest may be advected: the copies are exact."},
-          {"resolve.advect_outlines", &RateSettings::advect_outlines,
-           "Slow blocks in which several surfaces meet may be advected: pixels that see one of them take over what "
-           "it showed, the others are shaded."},
-          {"resolve.advected_pixels", &RateSettings::advected, "of 16 pixels", 4, 12,
-           "Of slow blocks so many pixels come from the previous frame, the others are shaded: 4, 8 or 12; at most 8 "
+          {"resolve.advected_pixels", &RateSettings::advected, "of 16 pixels", 8, 12,
+           "How many pixels of a slow block come from the previous frame, 8 or 12; the others are shaded. Always 8 "
            "where several surfaces meet."},
-          {"resolve.supersampled_groups", &RateSettings::supersampled, "of 32", 16, 32,
-           "With resolve.supersampling: so many of a block's 32 half pixels are shaded, 16, 24 or 32; stencils of half "
-           "pixels make the others from those of their surface."},
       });
   return keys;
 }
@@ -188,12 +167,7 @@ void check_resolve(const ResolveSettings& settings) {
         "resolve.reuse_speed, resolve.half_rate_speed and resolve.quarter_rate_speed must not fall in this order");
   if (settings.foveation.on() && settings.foveation.r1 < settings.foveation.r0)
     throw UsageError("resolve.foveation_r1 must be at least resolve.foveation_r0");
-  if (speeds.fast0 > 0 && (speeds.fast0 < speeds.reuse || speeds.fast0 > speeds.half_rate))
-    throw UsageError("resolve.k_fast0 must lie between resolve.reuse_speed and resolve.half_rate_speed, or be 0");
-  if (settings.rates.advected % 4 != 0) throw UsageError("resolve.advected_pixels must be 4, 8 or 12");
-  if (settings.rates.supersampled % 8 != 0) throw UsageError("resolve.supersampled_groups must be 16, 24 or 32");
-  if (const int side = settings.rates.block; side != 4 && side != 8 && side != 16)
-    throw UsageError("resolve.block must be 4, 8 or 16");
+  if (settings.rates.advected % 4 != 0) throw UsageError("resolve.advected_pixels must be 8 or 12");
   check_focus(settings);
 }
 

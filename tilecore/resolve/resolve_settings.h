@@ -21,14 +21,6 @@ enum class Desampling {
   kFixed8,        // half of every block, edges included: a yardstick
   kFixed4,        // a quarter of every block
   kCheckerboard,  // half, alternating, filled from the four neighbours whatever they show: the usual baseline
-  kFixed12,       // three quarters of every block
-};
-
-// What beside the Laplacian of depth makes an edge.
-enum class EdgeEvidence {
-  kSurface,  // samples of the block see different drawables (which differ in material, or move apart)
-  kPatch,    // or different base patches
-  kDepth,    // nothing
 };
 
 // Weights of stencils: from packed tables of 8 bits, or computed in single precision.
@@ -58,7 +50,6 @@ struct ResolveSettings {
   BlockSpeed block_speed = BlockSpeed::kMean;
   EdgeSettings edges;
   double edge_angle = 15;  // [measured] 20 saves 0.3 % more of `stroll`, at equal PSNR
-  EdgeEvidence evidence = EdgeEvidence::kSurface;
   DitherSettings dither;
   bool advect = true;
   AdvectionSettings advection;
@@ -97,11 +88,8 @@ constexpr bool reads_blocks(const ResolveSettings& s) {
 namespace tessera {
 
 template <>
-inline constexpr auto kEnumWords<tilecore::Desampling> =
-    std::to_array<std::string_view>({"off", "adaptive", "fixed_8", "fixed_4", "checkerboard", "fixed_12"});
-template <>
-inline constexpr auto kEnumWords<tilecore::EdgeEvidence> = std::to_array<std::string_view>({"surface", "patch",
-                                                                                            "depth"});
+inline constexpr auto kEnumWords<tilecore::Desampling> = std::to_array<std::string_view>({"off", "adaptive", "fixed_8",
+                                                                                          "fixed_4", "checkerboard"});
 template <>
 inline constexpr auto kEnumWords<tilecore::StencilWeights> = std::to_array<std::string_view>({"packed", "float"});
 template <>

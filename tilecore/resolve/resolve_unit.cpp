@@ -65,7 +65,6 @@ bool ResolveUnit::check(ResolveFrame& resolve, std::span<const Vec3> color, std:
   bool again = false;
   for (Block& block : blocks_) {
     average_samples(block, block.rendered, color, coverage);
-    if (block.half_made != 0) fill_halves(block, color, coverage);
     const std::size_t b = next.block(block.pixels.x0, block.pixels.y0);
     next.memory[b] = static_cast<std::uint8_t>(block.decision.memory() | (block.plane ? 0 : History::kRecordPerPixel) |
                                                (block.seen == 0 ? History::kNothingSeen : 0));
@@ -76,7 +75,7 @@ bool ResolveUnit::check(ResolveFrame& resolve, std::span<const Vec3> color, std:
     block.discrepant = true;
     next.reject[b] = static_cast<std::uint8_t>(settings.frames);
     if (!settings.same_frame) continue;
-    if (!again) runs_again_.assign(runs_.size(), 0);
+    if (!again) reshade_mask_.assign(pixel_rates_.size(), 0);
     again = true;
     shade_again(block);
   }
@@ -88,7 +87,7 @@ void ResolveUnit::shade_again(Block& block) {
   block.again = std::exchange(block.advected, BlockMask{0});
   block.rendered = static_cast<BlockMask>(block.rendered | block.again);
   for_each_pixel(block.pixels,
-                 [&](int x, int y) { runs_again_[surfaces_.index(x, y)] = (block.again & block_bit(x, y)) != 0; });
+                 [&](int x, int y) { reshade_mask_[surfaces_.index(x, y)] = (block.again & block_bit(x, y)) != 0; });
 }
 
 bool ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage,
@@ -166,11 +165,10 @@ void ResolveUnit::keep_records(ResolveFrame& resolve) const {
     std::copy_n(&surfaces_.surface[from], n, &next.surface[to]);
   }
   for (const Block& block : blocks_) {
-    const BlockMask marked = block.marked();
-    if (marked == 0) continue;
+    if (block.reconstructed == 0) continue;
     for_each_pixel(block.pixels, [&](int x, int y) {
       float& depth = next.depth[next.pixel(x, y)];
-      if ((marked & block_bit(x, y)) != 0) depth = -depth;
+      if ((block.reconstructed & block_bit(x, y)) != 0) depth = -depth;
     });
   }
 }
@@ -186,10 +184,8 @@ void ResolveUnit::resolve_pixels(ResolveFrame& resolve, const FrameTargets& targ
       const std::size_t to = next.pixel(block.pixels.x0, y);
       const unsigned row = static_cast<unsigned>(4 * (y & 3) + shift);
       const unsigned advected = block.advected >> row, reconstructed = block.reconstructed >> row;
-      const unsigned by_cell = block.blurred ? static_cast<unsigned>(block.rendered) >> row : 0u;
       const std::uint32_t origin = row_bytes(advected) * static_cast<std::uint32_t>(PixelOrigin::kAdvected) +
-                                   row_bytes(reconstructed) * static_cast<std::uint32_t>(PixelOrigin::kReconstructed) +
-                                   row_bytes(by_cell) * static_cast<std::uint32_t>(PixelOrigin::kByCell);
+                                   row_bytes(reconstructed) * static_cast<std::uint32_t>(PixelOrigin::kReconstructed);
       std::memcpy(&resolve.origin[to], &origin, static_cast<std::size_t>(width));
     }
     pixels_shaded_ += pixel_count(block.rendered);
@@ -262,8 +258,7 @@ std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveF
     for (int x = left; x < right; ++x) {
       const std::size_t pixel = first + static_cast<std::size_t>(x - left),
                         record = first_record + static_cast<std::size_t>(x - left);
-      const auto origin = static_cast<PixelOrigin>(resolve.origin[pixel]);
-      bool use = (origin == PixelOrigin::kShaded || origin == PixelOrigin::kByCell) &&
+      bool use = resolve.origin[pixel] == static_cast<std::uint8_t>(PixelOrigin::kShaded) &&
                  (any_surface || records.surface[record] == surface);
       if (plane && use && !any_surface) {
         const float z = std::abs(records.depth[record]),

@@ -13,7 +13,6 @@
 #include "tilecore/frame_targets.h"
 #include "tilecore/resolve/crease_detector.h"
 #include "tilecore/resolve/frame_format.h"
-#include "tilecore/resolve/half_pixel_stencil.h"
 #include "tilecore/resolve/history.h"
 #include "tilecore/resolve/history_memory.h"
 #include "tilecore/resolve/kept_blocks.h"
@@ -28,10 +27,9 @@
 namespace tessera::tilecore {
 
 struct DesamplingCounters {
-  std::uint64_t blocks_rate_4 = 0, blocks_rate_8 = 0, blocks_rate_12 = 0, blocks_rate_16 = 0, blocks_rate_32 = 0;
+  std::uint64_t blocks_rate_4 = 0, blocks_rate_8 = 0, blocks_rate_16 = 0, blocks_rate_32 = 0;
   std::uint64_t blocks_advected = 0, blocks_empty = 0, blocks_edge = 0, history_rejected = 0, blocks_discrepant = 0,
-                blocks_deferred = 0, blocks_foveated = 0, blocks_creased = 0, blocks_blurred = 0;
-  std::uint64_t half_pixels_reconstructed = 0;
+                blocks_deferred = 0, blocks_foveated = 0, blocks_creased = 0;
   std::uint64_t pixels_advected = 0, pixels_reconstructed = 0, pixels_forced = 0, pixels_shaded_again = 0;
   std::uint64_t advections_outside = 0, advections_disoccluded = 0, advections_unusable = 0;
   std::uint64_t velocity_evaluations = 0, velocity_operations = 0, stencil_taps = 0, light_tests = 0;
@@ -65,7 +63,7 @@ struct ResolveFrame {
   std::vector<std::uint8_t>
       deferred;  // per block of the region: to be filled in the second pass; 1, or 2 when it has an edge
 };
-enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed, kByCell };
+enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed };
 
 // Decides which pixels of a tile are shaded and fills the others. Works on resolved pixels, by blocks of 4x4 that lie
 // on multiples of four pixels of the frame. Keeps its scratch memory; one instance per thread.
@@ -79,14 +77,12 @@ enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed, kByC
 //   RU1  Decisions of a block depend on its own pixels and on the history alone: not on the tile, its neighbours, or
 //        threads.
 //   RU2  With StencilReach::kNeighbours neither do images; without, stencils stop at the tile's border.
-//   RU3  A pixel that is shaded has the colour that it has without desampling, bit for bit; but in blurred blocks, whose
-//        samples see what they would see and share invocations by shading cell.
+//   RU3  A pixel that is shaded has the colour that it has without desampling, bit for bit.
 //   RU4  A pixel that sees nothing is never skipped: it costs no pixel-shader invocation.
 //   RU5  A pixel that neither advection nor a rendered pixel of its surface in the block can give is shaded.
 //   RU6  What the history keeps of a pixel is what the image shows. Nothing is kept, or charged, that nobody reads. A
 //        block that stays as it is is neither read nor written, and the image is the same.
-//   RU7  A reconstructed pixel, or one shaded by cell, is never taken over: the history marks it. One of which half was
-//        shaded may be.
+//   RU7  A reconstructed pixel is never taken over: the history marks it.
 class ResolveUnit {
  public:
   // How traffic is charged, and what it keeps lies in memory.
@@ -95,13 +91,13 @@ class ResolveUnit {
   void plan(const ResolveFrame& resolve, const scene::FrameGeometry& frame, const TileSamples& samples,
             TileState& state);
 
-  // Of the tile planned last: what the shader takes of each pixel, as PixelRuns.
-  std::span<const std::uint8_t> runs() const { return runs_; }
+  // The PixelRate of each pixel of the tile planned last.
+  std::span<const std::uint8_t> pixel_rates() const { return pixel_rates_; }
 
-  // `color` and `coverage`: spp values per pixel; those of pixels with runs() == 0 are not read. True: what was taken over
-  // is not what is there; the pixels with runs_again() == 1 are to be shaded, before complete() is called.
+  // `color` and `coverage`: spp values per pixel; those of skipped pixels are not read. True: what was taken over is not
+  // what is there; the pixels with reshade_mask() == 1 are to be shaded, before complete() is called.
   bool check(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage);
-  std::span<const std::uint8_t> runs_again() const { return runs_again_; }
+  std::span<const std::uint8_t> reshade_mask() const { return reshade_mask_; }
 
   // The image of `targets` is then ready for the TileStore. True: finish_deferred() has pixels left to fill.
   bool complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage,
@@ -128,42 +124,31 @@ class ResolveUnit {
  private:
   struct Block {
     IntRect pixels;
-    BlockEvidence evidence;
     BlockDecision decision;
     BlockMask rendered = 0, advected = 0, reconstructed = 0;
-    BlockMask again = 0;      // advected at first
-    BlockMask half_made = 0;  // half of which is reconstructed: fills_[first_fill] on
-    std::size_t first_fill = 0, fills = 0;
+    BlockMask again = 0;             // advected at first
     BlockMask exists = 0, seen = 0;  // inside the tile; showing anything
     bool uniform = false;            // all pixels show the same surfaces
-    bool edge_known = false, edge = false, outline = false, creased = false, blurred = false, still = false,
-         same_shading = false, from_other_eye = false;
+    bool edge = false, outline = false, creased = false, still = false, same_shading = false, from_other_eye = false;
     bool plane = false;  // a record of the whole block says where its pixels are
     bool leaves_contrast = false;
     std::uint8_t last_contrast = 0;  // as the frame before has it in its place
     float left_by_blur = 1;          // of contrast, by this frame's shutter
     float plane_value = 0, plane_by_x = 0, plane_by_y = 0;
     float slope = 0;      // of DepthTolerance
-    float nearest = 0;    // what another eye may see of it
     bool copied = false;  // at rest; what is not shaded is copied
     BlockMask lost = 0;   // not copied, as the history has something else
     bool discrepant = false, kept = false;
-    // Pixels that nobody may take over.
-    BlockMask marked() const { return blurred ? exists : reconstructed; }
     // Shows what the frame before showed there.
     bool rests() const { return copied && !discrepant && lost == 0; }
   };
 
   void plan_block(const ResolveFrame& resolve, Block& block);
   void decide(const ResolveFrame& resolve, Block& block);
-  void decide_jointly(const ResolveFrame& resolve);
-  // Of parts_.
-  void settle_jointly(const ResolveFrame& resolve);
   void settle(const ResolveFrame& resolve, Block& block, const BlockEvidence& evidence, float nearest);
-  void find_edge(const ResolveFrame& resolve, Block& block);
   void fetch_ahead(const ResolveFrame& resolve, const Block& block) const;
   // Whether it sees several surfaces.
-  bool is_outline(const ResolveSettings& settings, const Block& block) const;
+  bool is_outline(const Block& block) const;
   bool is_edge(const ResolveFrame& resolve, Block& block);
   float blur_of(const Block& block) const;
   bool is_relit(const MotionField& motion, const Block& block);
@@ -183,23 +168,6 @@ class ResolveUnit {
   bool advect(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, int x, int y, Vec4& out,
               bool count);
   BlockMask kept_pixels(const History& history, const Block& block, BlockMask wanted, Vec4* out16) const;
-  // ---- Supersampled blocks (half_pixel_plan.cpp) ----
-  // What all samples of a half pixel see; kNoSurface where they see several drawables, or nothing, or blended layers.
-  struct HalfSurface {
-    std::uint32_t drawable = kNoSurface, patch = 0;
-    float depth = 0;
-  };
-  // A half pixel that is made from others, of its surface.
-  struct HalfFill {
-    std::uint8_t place;
-    HalfMask usable;
-  };
-  static constexpr std::uint32_t kNoSurface = 0xFFFFFFFFu;
-  HalfSurface surface_of_half(int x, int y, bool right) const;
-  // Decides which halves of a block at 32 samples are rendered, and how the others are made.
-  void plan_halves(Block& block);
-  void fill_halves(const Block& block, std::span<const Vec3> color, std::span<const float> coverage);
-
   BlockMask advectable(const ResolveFrame& resolve, const Block& block, BlockMask wanted, Vec4* there);
   void average_samples(const Block& block, BlockMask pixels, std::span<const Vec3> color,
                        std::span<const float> coverage);
@@ -246,13 +214,7 @@ class ResolveUnit {
   const TileState* state_ = nullptr;
   VelocityBuffer velocity_, eye_velocity_;
   std::vector<Block> blocks_;
-  std::vector<HalfFill> fills_;
-  HalfMask half_pattern_ = kAllHalves;  // of the frame in hand
-  const scene::Assembly* assembly_ = nullptr;
-  std::vector<Vec3> half_colors_;  // of a pixel's samples
-  std::vector<float> half_coverage_;
-  std::vector<Block*> parts_;  // of a larger block, for which one decision is made
-  std::vector<std::uint8_t> runs_, runs_again_;
+  std::vector<std::uint8_t> pixel_rates_, reshade_mask_;
   std::vector<Vec4> colors_;    // per pixel of the tile: the advected ones' from plan() on, then all
   std::vector<float> records_;  // depth of each pixel, as the history keeps it
   // Of the histories, for this tile: pixels whose records, and of which the colours were read.
@@ -286,16 +248,12 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
      "Blocks of 4x4 pixels of which 4 were to be shaded.", ""},
     {"resolve.blocks_rate_8", &tilecore::DesamplingCounters::blocks_rate_8, Combine::kSum, "blocks",
      "Blocks of which 8 pixels were to be shaded.", ""},
-    {"resolve.blocks_rate_12", &tilecore::DesamplingCounters::blocks_rate_12, Combine::kSum, "blocks",
-     "Blocks of which 12 pixels were to be shaded.", ""},
     {"resolve.blocks_rate_16", &tilecore::DesamplingCounters::blocks_rate_16, Combine::kSum, "blocks",
      "Blocks that were shaded fully.", ""},
     {"resolve.blocks_rate_32", &tilecore::DesamplingCounters::blocks_rate_32, Combine::kSum, "blocks",
      "Blocks that were shaded at two groups of samples per pixel.", ""},
     {"resolve.blocks_advected", &tilecore::DesamplingCounters::blocks_advected, Combine::kSum, "blocks",
-     "Of blocks_rate_4, blocks_rate_8 and blocks_rate_12, those whose other pixels come from the previous frame or the "
-     "other eye.",
-     ""},
+     "Of blocks_rate_4 and blocks_rate_8, those whose other pixels come from the previous frame or the other eye.", ""},
     {"resolve.blocks_empty", &tilecore::DesamplingCounters::blocks_empty, Combine::kSum, "blocks",
      "Blocks that see nothing; they have no rate.", ""},
     {"resolve.blocks_foveated", &tilecore::DesamplingCounters::blocks_foveated, Combine::kSum, "blocks",
@@ -304,10 +262,6 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
      "Blocks with an edge that is rendered fully, or twice: what is advected nevertheless is not counted.", ""},
     {"resolve.blocks_creased", &tilecore::DesamplingCounters::blocks_creased, Combine::kSum, "blocks",
      "Of blocks_edge, those in which depth has no edge but its normals differ by more than resolve.edge_angle.", ""},
-    {"resolve.blocks_blurred", &tilecore::DesamplingCounters::blocks_blurred, Combine::kSum, "blocks",
-     "Blocks with an edge that lens and motion blur by more than resolve.k_blur: their samples share invocations by "
-     "shading cell.",
-     ""},
     {"resolve.blocks_patterned", &tilecore::DesamplingCounters::blocks_patterned, Combine::kSum, "blocks",
      "Fast blocks that were shaded at a higher rate for their contrast in the frame before, or since that is unknown.",
      ""},
@@ -321,9 +275,6 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
      "Pixels taken from the previous frame or the other eye.", ""},
     {"resolve.pixels_reconstructed", &tilecore::DesamplingCounters::pixels_reconstructed, Combine::kSum, "pixels",
      "Pixels made from rendered neighbours.", ""},
-    {"resolve.half_pixels_reconstructed", &tilecore::DesamplingCounters::half_pixels_reconstructed, Combine::kSum,
-     "half pixels", "Half pixels of supersampled blocks made from others, with resolve.supersampled_groups below 32.",
-     ""},
     {"resolve.pixels_forced", &tilecore::DesamplingCounters::pixels_forced, Combine::kSum, "pixels",
      "Pixels shaded although their block's rate leaves them out: no rendered pixel of the block shows their surface.",
      ""},

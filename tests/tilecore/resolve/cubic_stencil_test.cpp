@@ -25,15 +25,9 @@ using test::UsableRows;
 using test::Window;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
-constexpr BlockMask kPatterns[] = {kSquareOrder[0], kSquareOrder[1], kSquareOrder[2], kSquareOrder[3], kPairOrder[0],
-                                   kPairOrder[1],   kTripleOrder[0], kTripleOrder[1], kTripleOrder[2], kTripleOrder[3]};
-constexpr int kPatternCount = 10;
-
-// Between twelve samples a stencil of 7x7 has more taps than its count can say: it is evaluated directly.
-bool in_tables(Reconstruction kernel, BlockMask pattern) {
-  return kernel != Reconstruction::kNearest &&
-         !(kernel == Reconstruction::kCubicInterpolating && std::popcount(pattern) == 12);
-}
+constexpr BlockMask kPatterns[] = {kSquareOrder[0], kSquareOrder[1], kSquareOrder[2],
+                                   kSquareOrder[3], kPairOrder[0],   kPairOrder[1]};
+constexpr int kPatternCount = 6;
 
 // ---- The definition, in double precision and in the plainest way ----------------------------------------------------
 
@@ -180,7 +174,7 @@ TEST(StencilTables, EveryMissingPixelOfEveryPatternAtEveryBorderHasAStencil) {
       for (unsigned border = 0; border < kBorderCases; ++border)
         for (int p = 0; p < 16; ++p)
           EXPECT_EQ(table_stencil(kernel, pattern, border, p).has_value(),
-                    in_tables(kernel, pattern) && !((pattern | border_line(pattern, border)) >> p & 1));
+                    kernel != Reconstruction::kNearest && !((pattern | border_line(pattern, border)) >> p & 1));
 }
 
 TEST(StencilTables, WeightsSumToAPowerOfTwoAndFitEightBits) {
@@ -272,16 +266,16 @@ TEST(StencilTables, SymmetricStencilsAreKeptOnce) {
   for (const Reconstruction kernel : kKernels)
     for (const Stencil& s : all_table_stencils(kernel)) ++pixels, bits_apart += packed_stencil_bits(s.count);
   const StencilTableSize size = stencil_table_size();
-  // Three quarters are missing of four patterns, half of two, a quarter of four; less what tile_border.h adds.
+  // Three quarters are missing of four patterns, half of two; less what tile_border.h adds.
   std::size_t missing = 0;
   for (const Reconstruction kernel : kKernels)
     for (const BlockMask pattern : kPatterns)
-      for (unsigned border = 0; border < kBorderCases && in_tables(kernel, pattern); ++border)
+      for (unsigned border = 0; border < kBorderCases && kernel != Reconstruction::kNearest; ++border)
         missing += static_cast<std::size_t>(16 - std::popcount(pattern) - std::popcount(border_line(pattern, border)));
   EXPECT_EQ(pixels, missing);
   EXPECT_LT(size.stencils, 80u);
   EXPECT_LT(size.stencil_bits, bits_apart / 40);
-  EXPECT_EQ(size.index_entries, 4u * 16 * 3 * 16);
+  EXPECT_EQ(size.index_entries, 4u * 16 * 2 * 16);
   RecordProperty("stencils", static_cast<int>(size.stencils));
   RecordProperty("stencil_bytes", static_cast<int>((size.stencil_bits + 7) / 8));
 }
@@ -361,11 +355,6 @@ RC_GTEST_PROP(CubicStencil, PackedWeightsAreTheTablesWhereSurroundingsAreRegular
       RC_ASSERT(worst_error(kernel, window, missing, got) == 0);
       continue;
     }
-    if (!in_tables(kernel, pattern)) {
-      RC_ASSERT(got.work.direct_pixels == got.work.pixels);
-      RC_ASSERT(worst_error(kernel, window, missing, got) < 2e-6);
-      continue;
-    }
     RC_ASSERT(got.work.direct_pixels == 0u);
     std::uint64_t taps = 0;
     for (int p = 0; p < 16; ++p) {
@@ -398,7 +387,7 @@ RC_GTEST_PROP(CubicStencil, MirroredPatternsShareTheirStencils, (std::uint32_t s
   window.fill([&](int, int) { return test::random_color(random); });
   mirrored.fill([&](int x, int y) { return window.at(9 - x, y); });
   const auto border = static_cast<unsigned>(test::below(random, 16));
-  for (const BlockMask pattern : {kSquareOrder[0], kPairOrder[0], kTripleOrder[0]}) {
+  for (const BlockMask pattern : {kSquareOrder[0], kPairOrder[0]}) {
     BlockMask other = 0;
     for (int p = 0; p < 16; ++p)
       if (pattern >> p & 1) other = static_cast<BlockMask>(other | 1u << mirrored_pixel(p, 1));
@@ -760,7 +749,6 @@ TEST(CubicStencil, TheUnscaledCubicIsBilinearOnTheLatticesOfFourAndEight) {
   Window window;
   window.fill([&](int, int) { return test::random_color(random); });
   for (const BlockMask pattern : kPatterns) {
-    if (std::popcount(pattern) == 12) continue;  // eight neighbours of two weights
     window.usable = test::repeated(pattern);
     const auto missing = static_cast<BlockMask>(~pattern);
     EXPECT_EQ(fill(Reconstruction::kCubicUnscaled, true, false, window.view(), missing).color,
