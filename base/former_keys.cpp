@@ -13,7 +13,9 @@ constexpr auto kFormerKeys = std::to_array<FormerKey>({
     {"resolve.advect_outlines", "", "Slow blocks in which several surfaces meet always reuse pixels."},
     {"resolve.advect_still_edges", "", "Blocks at rest always reuse pixels, edges included: the copies are exact."},
     {"resolve.block", "", "Decisions are made for blocks of 4x4 pixels: larger blocks save less."},
+    {"resolve.border_lines", "", "Where stencils stop at a tile's border, lines of samples always go on to it."},
     {"resolve.desampling=fixed_12", "", "Shading 12 of 16 pixels does not pay: set fixed_8."},
+    {"resolve.dither_per_block", "", "All blocks of a frame share the pattern of their rate."},
     {"resolve.edge_evidence", "", "Samples of a block that see several drawables always make an edge."},
     {"resolve.k_blur", "", "Blurred blocks with an edge are shaded fully; set shading.rate=cache to share by cell."},
     {"resolve.k_cut", "resolve.cut_speed", ""},
@@ -21,6 +23,8 @@ constexpr auto kFormerKeys = std::to_array<FormerKey>({
     {"resolve.k_fast1", "resolve.half_rate_speed", ""},
     {"resolve.k_fast2", "resolve.quarter_rate_speed", ""},
     {"resolve.k_stat", "resolve.reuse_speed", ""},
+    {"resolve.stencil_clamp", "", "Reconstructed pixels are not clamped to the range of what they are made from."},
+    {"resolve.stencil_weights", "", "Stencils have packed weights of 8 bits."},
     {"resolve.supersampled_groups", "", "resolve.supersampling shades all 32 half pixels of a block with an edge."},
 });
 static_assert(std::ranges::is_sorted(kFormerKeys, {}, &FormerKey::name));

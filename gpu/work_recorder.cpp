@@ -223,10 +223,9 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   work.shader_lanes = counted.shading.warps * job.warp_lanes;
   work.blended_layers = counted.shading.blended_layers;
   work.texels = counted.texture.texels - slot_.visibility_texels;
-  const bool floats = job.resolve != nullptr && job.resolve->settings.weights == tilecore::StencilWeights::kFloat;
   work.hashed_bytes = counted.store.signature_bytes + counted.history.hashed_bytes;
   work.resolve_operations = counted.desampling.velocity_operations + counted.desampling.light_tests +
-                            counted.desampling.pixels_advected + counted.desampling.stencil_taps * (floats ? 4 : 1) +
+                            counted.desampling.pixels_advected + counted.desampling.stencil_taps +
                             counted.desampling.contrast_operations + counted.transmission.texels_reduced;
   work.pixels = counted.transmission.pixels_kept;
   if (finished) {

@@ -109,9 +109,7 @@ Keys<Machine> speed_keys() {
                {"resolve.pixels_per_clk", &Throughputs::resolved_pixels_per_clk, "pixels/clk", kLeast, kMax,
                 "Pixels that a core's resolve unit finishes.", "[assumed] a quad"},
                {"resolve.operations_per_clk", &Throughputs::resolve_operations_per_clk, "operations/clk", kLeast, kMax,
-                "Operations of desampling: velocities, advected pixels, taps of stencils with 8-bit weights; a tap "
-                "with float "
-                "weights is four.",
+                "Operations of desampling: velocities, advected pixels, taps of stencils.",
                 "[assumed] a stencil of 16 taps"},
            });
   return keys;

@@ -190,15 +190,11 @@ std::vector<Knob> resolve_knobs() {
       {"bicubic", {{"resolve.advection_fetch", "bicubic"}, {"resolve.bfecc", false}}},
       {"bilinear, BFECC", {{"resolve.advection_fetch", "bilinear"}, {"resolve.bfecc", true}}},
       {"bicubic, BFECC", {{"resolve.advection_fetch", "bicubic"}, {"resolve.bfecc", true}}}};
-  std::vector<KnobSetting> filters = {
-      {"nearest", {{"resolve.reconstruction", "nearest"}}},
-      {"bilinear", {{"resolve.reconstruction", "bilinear"}}},
-      {"cubic, float weights", {{"resolve.reconstruction", "cubic"}, {"resolve.stencil_weights", "float"}}},
-      {"cubic, 8-bit weights", {{"resolve.reconstruction", "cubic"}, {"resolve.stencil_weights", "packed"}}}};
-  Knob half = watching(knob("reconstruction", "reconstruction of 8 of 16", filters, "cubic, float weights"),
+  const std::vector<KnobSetting> filters = values_of("resolve.reconstruction", {"nearest", "bilinear", "cubic"});
+  Knob half = watching(knob("reconstruction", "reconstruction of 8 of 16", filters, "cubic"),
                        "timing.units.resolve.busy_cycles", "resolve cycles");
   half.context = {{"resolve.desampling", "fixed_8"}};
-  Knob quarter = watching(knob("reconstruction_4", "reconstruction of 4 of 16", filters, "cubic, float weights"),
+  Knob quarter = watching(knob("reconstruction_4", "reconstruction of 4 of 16", filters, "cubic"),
                           "timing.units.resolve.busy_cycles", "resolve cycles");
   quarter.context = {{"resolve.desampling", "fixed_4"}};
   return {

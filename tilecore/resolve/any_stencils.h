@@ -26,9 +26,7 @@ struct FillPlan {
   unsigned border = 0;
 };
 
-// Fills out16[4*y + x] for `pixels`; the window has a usable pixel. False: some result is not finite before it is
-// clamped.
-bool fill_any(const WindowView& view, const FillPlan& plan, bool clamp, BlockMask pixels, Vec4* out16,
-              ReconstructionWork& work);
+// Fills out16[4*y + x] for `pixels`; the window has a usable pixel. False: some result is not finite.
+bool fill_any(const WindowView& view, const FillPlan& plan, BlockMask pixels, Vec4* out16, ReconstructionWork& work);
 
 }  // namespace tessera::tilecore

@@ -13,13 +13,7 @@ bool all_finite(const Vec4& c) {
 struct Cross {
   std::array<Vec4, 4> color;
   std::size_t count = 0;
-  Vec4 low, high;
 
-  void add(const Vec4& c) {
-    low = count == 0 ? c : glm::min(low, c);
-    high = count == 0 ? c : glm::max(high, c);
-    color[count++] = c;
-  }
   // Differences from the first: a flat colour is exact.
   Vec4 mean() const {
     Vec4 sum(0.0f);
@@ -43,7 +37,7 @@ Cross gather(const BlockWindow& window, BlockMask missing, int x, int y, Checker
     ++work.taps;
     const Vec4& color = window.first_pixel[ny * window.row_stride + nx];
     if (all_finite(color))
-      cross.add(color);
+      cross.color[cross.count++] = color;
     else
       ++work.non_finite_pixels;
   }
@@ -52,8 +46,7 @@ Cross gather(const BlockWindow& window, BlockMask missing, int x, int y, Checker
 
 }  // namespace
 
-BlockMask reconstruct_checkerboard(const BlockWindow& window, BlockMask missing, const CheckerboardHistory& history,
-                                   Vec4* out16, CheckerboardWork& work) {
+BlockMask reconstruct_checkerboard(const BlockWindow& window, BlockMask missing, Vec4* out16, CheckerboardWork& work) {
   BlockMask unfilled = 0;
   for (int p = 0; p < 16; ++p) {
     if (!(missing >> p & 1)) continue;
@@ -63,10 +56,7 @@ BlockMask reconstruct_checkerboard(const BlockWindow& window, BlockMask missing,
       continue;
     }
     ++work.pixels;
-    bool take_history = history.valid >> p & 1;
-    if (take_history && !all_finite(history.color16[p])) take_history = false, ++work.non_finite_pixels;
-    work.history_pixels += take_history;
-    out16[p] = take_history ? glm::clamp(history.color16[p], cross.low, cross.high) : cross.mean();
+    out16[p] = cross.mean();
   }
   return unfilled;
 }

@@ -111,8 +111,8 @@ std::optional<unsigned> border_of(const UsableRows& rows, const PatternRows& pat
   return border;
 }
 
-FillPlan plan_of(Reconstruction kernel, bool packed_weights, const UsableRows& usable, unsigned corner) {
-  const auto pattern = packed_weights ? pattern_of(kernel, corner) : std::nullopt;
+FillPlan plan_of(Reconstruction kernel, const UsableRows& usable, unsigned corner) {
+  const auto pattern = pattern_of(kernel, corner);
   if (!pattern) return {kernel, std::nullopt};
   const auto border = border_of(usable, PatternRows(corner), kernel_reach(kernel));
   return border ? FillPlan{kernel, pattern, *border} : FillPlan{kernel, std::nullopt};
@@ -120,11 +120,11 @@ FillPlan plan_of(Reconstruction kernel, bool packed_weights, const UsableRows& u
 
 // Fills those of `missing` again that took NaN or infinity from their surroundings, now without such pixels; returns
 // those that have nothing else. The others stay as they are.
-BlockMask fill_again(const WindowView& view, const FillPlan& plan, bool clamp, BlockMask missing, Vec4* out16,
+BlockMask fill_again(const WindowView& view, const FillPlan& plan, BlockMask missing, Vec4* out16,
                      ReconstructionWork& work) {
   std::array<Vec4, 16> plain;
   ReconstructionWork done_before;
-  fill_any(view, plan, false, missing, plain.data(), done_before);
+  fill_any(view, plan, missing, plain.data(), done_before);
   UsableRows finite = view.usable;
   bool any = false;
   for (int y = 0; y < kWindowSide; ++y) {
@@ -142,24 +142,24 @@ BlockMask fill_again(const WindowView& view, const FillPlan& plan, bool clamp, B
     if (!is_finite(plain[static_cast<std::size_t>(std::countr_zero(left))]))
       spoilt = static_cast<BlockMask>(spoilt | (left & -left));
   if (!any) return spoilt;
-  fill_any({view.window, finite}, {plan.kernel, std::nullopt}, clamp, spoilt, out16, work);
+  fill_any({view.window, finite}, {plan.kernel, std::nullopt}, spoilt, out16, work);
   return 0;
 }
 
 }  // namespace
 
-BlockMask reconstruct_block(Reconstruction kernel, bool packed_weights, bool clamp, const BlockWindow& window,
-                            BlockMask missing, Vec4* out16, ReconstructionWork& work) {
+BlockMask reconstruct_block(Reconstruction kernel, const BlockWindow& window, BlockMask missing, Vec4* out16,
+                            ReconstructionWork& work) {
   const RowWords words(window.usable, missing);
   if (!words.any()) return missing;
   bool finite = true;
   // 1. Most blocks lie amid others of their rate.
-  const auto pattern = packed_weights ? pattern_of(kernel, words.corner()) : std::nullopt;
+  const auto pattern = pattern_of(kernel, words.corner());
   const bool interior = pattern && is_interior(words, PatternRows(words.corner()), kernel_reach(kernel));
   if (interior) {
     const Vec4* first = window.first_pixel + kWindowMargin * window.row_stride + kWindowMargin;
     const InteriorFill fill = fill_interior(
-        kernel, {*pattern, clamp, missing, missing == left_out_by(words.corner()), first, window.row_stride, out16});
+        kernel, {*pattern, missing, missing == left_out_by(words.corner()), first, window.row_stride, out16});
     work.taps += fill.taps;
     finite = fill.finite;
     if (finite) {
@@ -170,10 +170,9 @@ BlockMask reconstruct_block(Reconstruction kernel, bool packed_weights, bool cla
   // 2. Any others, and what took NaN or infinity from its surroundings.
   const UsableRows usable = without_missing(window.usable, missing);
   const WindowView view{window, usable};
-  const FillPlan plan =
-      interior ? FillPlan{kernel, pattern, 0} : plan_of(kernel, packed_weights, usable, words.corner());
-  if (!interior) finite = fill_any(view, plan, clamp, missing, out16, work);
-  const BlockMask unfilled = finite ? BlockMask{0} : fill_again(view, plan, clamp, missing, out16, work);
+  const FillPlan plan = interior ? FillPlan{kernel, pattern, 0} : plan_of(kernel, usable, words.corner());
+  if (!interior) finite = fill_any(view, plan, missing, out16, work);
+  const BlockMask unfilled = finite ? BlockMask{0} : fill_again(view, plan, missing, out16, work);
   work.pixels += pixel_count(static_cast<BlockMask>(missing & ~unfilled));
   return unfilled;
 }

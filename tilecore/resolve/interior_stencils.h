@@ -11,17 +11,16 @@ namespace tessera::tilecore {
 
 struct InteriorBlock {
   MirroredPattern pattern;  // every pixel of the window that it renders within the kernel's reach must be usable
-  bool clamp;
-  BlockMask missing;      // of the pixels that the pattern leaves out: those to fill
-  bool whole;             // all of them are
-  const Vec4* first;      // pixel (0, 0) of the block
-  std::ptrdiff_t stride;  // of rows, in pixels
-  Vec4* out16;            // [4*y + x]
+  BlockMask missing;        // of the pixels that the pattern leaves out: those to fill
+  bool whole;               // all of them are
+  const Vec4* first;        // pixel (0, 0) of the block
+  std::ptrdiff_t stride;    // of rows, in pixels
+  Vec4* out16;              // [4*y + x]
 };
 
 struct InteriorFill {
   std::uint64_t taps = 0;
-  bool finite = true;  // false: some result is not, before it is clamped
+  bool finite = true;  // false: some result is not
 };
 
 // The kernel must have a table. What the pattern does not render is not read.

@@ -117,7 +117,7 @@ constexpr unsigned mirrored_border(unsigned border, unsigned mirror) {
   return border;
 }
 
-// The stencil that reconstruct_block() uses with packed weights, largest weight first; none where it evaluates
+// The stencil that reconstruct_block() uses, largest weight first; none where it evaluates
 // directly. `pattern`: one of kSquareOrder or kPairOrder. `border`: a sum of BorderSide.
 std::optional<Stencil> table_stencil(Reconstruction kernel, BlockMask pattern, unsigned border, int pixel);
 

@@ -31,9 +31,6 @@ enum class DitherOrder { kCounter, kSeeded, kOff };
 struct DitherSettings {
   DitherOrder order = DitherOrder::kCounter;
   std::uint32_t seed = 0;
-  // False: all blocks of a frame and rate share a pattern, so that samples are evenly spaced across blocks. True: each
-  // block begins elsewhere in the order (kCounter) or draws its own (kSeeded).
-  bool per_block = false;
 };
 
 // The sparse square {0,2}x{0,2} shifted by (x, y), each 0 or 1: all that four samples in a block can be.
@@ -64,26 +61,21 @@ constexpr BlockMask one_in_each_row(unsigned shift) {
 inline constexpr std::array<BlockMask, 4> kWitnessOrder = {one_in_each_row(0), one_in_each_row(2), one_in_each_row(1),
                                                            one_in_each_row(3)};
 
-// Pixels of a block to render at `rate` samples per block: 4, 8 or 16 (checked). (block_x, block_y) count blocks from
-// the frame's corner and matter only when settings.per_block.
+// Pixels of a block to render at `rate` samples per block: 4, 8 or 16 (checked). All blocks of a frame and rate
+// share a pattern, so that samples are evenly spaced across blocks.
 //
 // Invariants (cited by the tests):
 //   PD1  exactly `rate` bits are set; four are a sparse square, or with `witnesses` one in each row and column, eight a
 //        pair of squares;
 //   PD2  with kCounter every pixel is rendered rate/4 times in any four frames in a row, and once at least in any
-//        ceil(16/rate), per block too, across the wrap of the frame number too, while `witnesses` stays what it is;
-//   PD3  without per_block the block's place does not matter.
-inline BlockMask dither_mask(int rate, std::uint32_t frame, const DitherSettings& settings, int block_x, int block_y,
-                             bool witnesses = false) {
+//        ceil(16/rate), across the wrap of the frame number too, while `witnesses` stays what it is.
+inline BlockMask dither_mask(int rate, std::uint32_t frame, const DitherSettings& settings, bool witnesses = false) {
   TESSERA_CHECK(rate == 4 || rate == 8 || rate == 16, "a block is rendered at 4, 8 or 16 samples");
   if (rate == 16) return kFullBlock;
-  const auto place = settings.per_block ? hash32(settings.seed, static_cast<std::uint32_t>(block_x),
-                                                 static_cast<std::uint32_t>(block_y), 1)
-                                        : 0u;
   // 2^32 is a multiple of the period, so the frame number may wrap.
-  const std::uint32_t step = settings.order == DitherOrder::kSeeded
-                                 ? hash32(settings.seed, frame, place, 2)
-                                 : (settings.order == DitherOrder::kOff ? 0 : frame) + place;
+  const std::uint32_t step = settings.order == DitherOrder::kSeeded ? hash32(settings.seed, frame, 0, 2)
+                             : settings.order == DitherOrder::kOff  ? 0
+                                                                    : frame;
   return rate == 4 ? (witnesses ? kWitnessOrder : kSquareOrder)[step % 4] : kPairOrder[step % 2];
 }
 

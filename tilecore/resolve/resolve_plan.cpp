@@ -328,10 +328,9 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
   const int rate = std::min(16, block.decision.samples);
   BlockMask pattern = settings.desampling == Desampling::kCheckerboard
                           ? checkerboard_mask(number)
-                          : dither_mask(rate, number, settings.dither, block.pixels.x0 / 4, block.pixels.y0 / 4,
-                                        block.decision.advect && !block.still);
+                          : dither_mask(rate, number, settings.dither, block.decision.advect && !block.still);
   if (rate < 16 && !block.decision.advect && settings.desampling != Desampling::kCheckerboard &&
-      settings.reach == StencilReach::kTile && settings.border_lines) {
+      settings.reach == StencilReach::kTile) {
     const int x = block.pixels.x0 & 3, y = block.pixels.y0 & 3;
     const BlockMask lines = border_line(pattern, tile_borders(surfaces_.pixels, block.pixels), x, y,
                                         x + block.pixels.width(), y + block.pixels.height());

@@ -71,8 +71,6 @@ Keys<ResolveSettings> pixel_keys() {
            Keys<DitherSettings>{
                {"resolve.dither", &DitherSettings::order,
                 "How the pattern of a block changes from frame to frame: in turn, by a hash, not at all."},
-               {"resolve.dither_per_block", &DitherSettings::per_block,
-                "Every block begins elsewhere in the order of patterns."},
            });
   keys.add(Keys<ResolveSettings>{
       {"resolve.advection", &ResolveSettings::advect, "Slow blocks take pixels from the previous frame."},
@@ -104,10 +102,6 @@ Keys<ResolveSettings> pixel_keys() {
       {"resolve.reconstruction", &ResolveSettings::reconstruction,
        "How missing pixels are made from rendered ones: cubic stencils of 5x5 scaled to the samples, of 7x7 "
        "interpolating, unscaled; a tent; the nearest."},
-      {"resolve.stencil_weights", &ResolveSettings::weights,
-       "Weights from packed tables of 8 bits, or computed in single precision."},
-      {"resolve.stencil_clamp", &ResolveSettings::clamp_to_range,
-       "Reconstructed pixels stay within the range of the pixels that they are made from."},
       {"resolve.history_records", &ResolveSettings::records,
        "How depth and surface of pixels are kept for the next frame: by block of 4x4 where that sees one plane, packed "
        "without loss or not, or by pixel. Bytes alone differ."},
@@ -121,10 +115,6 @@ Keys<ResolveSettings> pixel_keys() {
        "them already; not with frame_buffer.transaction_elimination, whose signatures are of whole tiles."},
       {"resolve.stencil_reach", &ResolveSettings::reach,
        "Whether stencils stop at the tile's border, or read neighbouring tiles in a second pass."},
-      {"resolve.border_lines", &ResolveSettings::border_lines,
-       "Where stencils stop at the tile's border, a tile's corners are shaded, and the lines of a quarter's samples go "
-       "on "
-       "to the border."},
   });
   keys.add(
       &ResolveSettings::foveation,

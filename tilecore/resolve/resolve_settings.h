@@ -23,9 +23,6 @@ enum class Desampling {
   kCheckerboard,  // half, alternating, filled from the four neighbours whatever they show: the usual baseline
 };
 
-// Weights of stencils: from packed tables of 8 bits, or computed in single precision.
-enum class StencilWeights { kPacked, kFloat };
-
 // Whether stencils stop at the tile's border, or read pixels of neighbouring tiles in a second pass.
 enum class StencilReach { kTile, kNeighbours };
 
@@ -55,10 +52,7 @@ struct ResolveSettings {
   AdvectionSettings advection;
   DiscrepancySettings discrepancy;
   Reconstruction reconstruction = Reconstruction::kCubic;
-  StencilWeights weights = StencilWeights::kPacked;
-  bool clamp_to_range = false;
   StencilReach reach = StencilReach::kTile;
-  bool border_lines = true;  // with kTile: lines of samples go on to the tile's border (tile_border.h)
   FoveationSettings foveation;
   HistoryRecords records = HistoryRecords::kPacked;
   HistoryColors colors = HistoryColors::kFrameBuffer;
@@ -90,8 +84,6 @@ namespace tessera {
 template <>
 inline constexpr auto kEnumWords<tilecore::Desampling> = std::to_array<std::string_view>({"off", "adaptive", "fixed_8",
                                                                                           "fixed_4", "checkerboard"});
-template <>
-inline constexpr auto kEnumWords<tilecore::StencilWeights> = std::to_array<std::string_view>({"packed", "float"});
 template <>
 inline constexpr auto kEnumWords<tilecore::HistoryRecords> = std::to_array<std::string_view>({"packed", "block",
                                                                                               "pixel"});

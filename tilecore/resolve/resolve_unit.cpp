@@ -294,11 +294,10 @@ void ResolveUnit::reconstruct(ResolveFrame& resolve, const Block& block, const R
     BlockMask unfilled = 0;
     if (settings.desampling == Desampling::kCheckerboard) {
       CheckerboardWork work;
-      unfilled = reconstruct_checkerboard(window, missing, {}, out, work);
+      unfilled = reconstruct_checkerboard(window, missing, out, work);
       reconstruction_work_.taps += work.taps;
     } else {
-      unfilled = reconstruct_block(settings.reconstruction, settings.weights == StencilWeights::kPacked,
-                                   settings.clamp_to_range, window, missing, out, reconstruction_work_);
+      unfilled = reconstruct_block(settings.reconstruction, window, missing, out, reconstruction_work_);
     }
     for_each_pixel(block.pixels, [&](int x, int y) {
       const BlockMask bit = block_bit(x, y);
