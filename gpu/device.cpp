@@ -235,7 +235,7 @@ tilecore::ResolveFrame& Device::begin_resolve(int frame, Eye& eye, const scene::
                                        static_cast<float>(settings_.stereo.far_depth));
   prepare_history(*resolve.next, false);
   // Signatures of whole tiles want all of their colours.
-  resolve.keeps_blocks = resolve_.keep_blocks && tilecore::reads_blocks(resolve_) &&
+  resolve.keeps_blocks = resolve_.skip_unchanged && tilecore::reads_blocks(resolve_) &&
                          resolve_.colors == tilecore::HistoryColors::kFrameBuffer &&
                          !gpu_.frame_buffer.transaction_elimination;
   resolve.auxiliary = request_.resolve_auxiliary;

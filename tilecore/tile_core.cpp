@@ -525,7 +525,7 @@ bool TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
   }
   TileStore::Tile whole{tile, pixels, targets.region, job.burst_bytes, open};
   if (job.resolve != nullptr) {
-    whole.kept = &resolve_.kept();
+    whole.unchanged = &resolve_.unchanged();
     whole.payloads = job.resolve->next->payload.empty() ? nullptr : &job.resolve->next->payload;
   }
   const TileStore::Outcome stored = store_.store(job.store, whole, targets.color, ledger_);

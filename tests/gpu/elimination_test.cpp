@@ -26,8 +26,7 @@ const std::string kRendering = "tile.rendering_elimination=true",
                   kTransactions = "frame_buffer.transaction_elimination=true";
 
 std::vector<FrameResult> frames_of(const Capture& capture, const std::vector<std::string>& keys, int first = 0,
-                                   int count = kFrames) {
-  RunSettings settings;
+                                   int count = kFrames, RunSettings settings = {}) {
   GpuConfiguration gpu;
   apply_setting("tile.width=16", settings, gpu);
   apply_setting("tile.height=16", settings, gpu);
@@ -331,9 +330,10 @@ TEST(TransactionElimination, ImagesStayAndTrafficGoes) {
        {"frame_buffer.format=rgba16f", "frame_buffer.format=rgba8", "frame_buffer.compression=lossless",
         "resolve.desampling=adaptive", "frontend.previous_depth_culling=true", "stereo.eye_separation=0.3"}) {
     // Else what rests is not written without transactions either.
-    const std::string apart = "resolve.keep_blocks=false";
-    const auto plain = frames_of(still.capture, {key, apart}),
-               got = frames_of(still.capture, {key, apart, kTransactions});
+    RunSettings all_written;
+    all_written.resolve.skip_unchanged = false;
+    const auto plain = frames_of(still.capture, {key}, 0, kFrames, all_written),
+               got = frames_of(still.capture, {key, kTransactions}, 0, kFrames, all_written);
     const auto written = [](const FrameResult& frame) {
       return frame.counters.ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer).written_bytes;
     };

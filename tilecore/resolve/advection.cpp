@@ -162,7 +162,7 @@ AdvectedPixel advect_pixel(int x, int y, float depth, std::uint32_t patch, const
   const auto place = place_at(x, y, offset);
   if (!place) return {Advection::kOutsideFrame, {}};
   ++work.fetches;
-  const StoredImage surface{history, depth, DepthTolerance{settings.depth_tolerance, slope}.at(depth), patch};
+  const StoredImage surface{history, depth, depth_limit(depth, slope), patch};
   AdvectedPixel result{Advection::kTaken, {}};
   if (settings.fetch == Fetch::kBicubic) {
     result.outcome = fetch(surface, *place, catmull_rom_weights(place->fx), catmull_rom_weights(place->fy),

@@ -46,17 +46,12 @@ struct AdvectionSettings {
   bool bfecc = false;
   // Bicubic only: each channel stays in the range of the four texels around the place.
   bool clamp_to_range = true;
-  // A texel whose depth differs from the pixel's by more than this share of the pixel's, and by more than the surface
-  // itself goes deeper within a pixel, shows something else.
-  float depth_tolerance = 0.002f;  // [assumed]
 };
 
-// How far a texel's depth may be from a pixel's: a share of the pixel's, and the depth by which the surface changes
-// from pixel to pixel around it.
-struct DepthTolerance {
-  float share = 0, slope = 0;
-  float at(float depth) const { return share * std::abs(depth) + slope; }
-};
+// How far a texel's depth may be from a pixel's, else it shows something else: by a share of the pixel's depth and by
+// `slope`, by which the surface's depth changes from pixel to pixel around it.
+inline constexpr float kDepthTolerance = 0.002f;  // [assumed]
+inline float depth_limit(float depth, float slope) { return kDepthTolerance * std::abs(depth) + slope; }
 
 enum class Advection {
   kTaken,
@@ -86,7 +81,7 @@ struct AdvectionWork {
 };
 
 // The colour of pixel (x, y), which is in velocity.region and now shows `patch` at `depth` (positive) on a surface of
-// `slope` (of DepthTolerance).
+// `slope` (of depth_limit()).
 //
 // Invariants (cited by the tests):
 //   ADV1  A velocity of zero copies the texel bit for bit, with BFECC and with every fetch: one texel is read, and its
@@ -115,7 +110,7 @@ struct PlainAdvection {
   IntRect texels;           // that were read for them
 };
 PlainAdvection advect_plain_pixels(const BlockOfPixels& block, std::uint16_t wanted, const HistoryView& history,
-                                   DepthTolerance tolerance, Vec4* out, std::ptrdiff_t out_stride, AdvectionWork& work);
+                                   float slope, Vec4* out, std::ptrdiff_t out_stride, AdvectionWork& work);
 
 }  // namespace tessera::tilecore
 

@@ -31,17 +31,16 @@ struct CameraMotion {
 // copied has the same code either way, and the emulator keeps the colour that was shaded.
 //
 // There are two frame buffers, with their records: one is read while the other is written. `stay` says of which blocks
-// the machine knows the signature, and whether what lies in the other buffer is the same (kept_blocks.h).
+// the machine knows the signature, and whether what lies in the other buffer is the same (unchanged_blocks.h).
 struct History {
   static constexpr std::uint64_t kSurfaceBytes = 8;  // depth and surface of a pixel
   // Of a block: a surface, 1/z, its gradient in 24 bits each, and which of the pixels were reconstructed.
   static constexpr std::uint64_t kPlaneBytes = 16;
-  static constexpr std::uint64_t kPixelRecordsBytes = 16 * kSurfaceBytes;
   // Regime, whether anything is seen, and frames of rejects, or of a block without any `stay`.
   static constexpr std::uint64_t kBlockBytes = 1;
   static constexpr std::uint64_t kContrastBytes = 1;  // of a block
   static constexpr float kPlaneError = 1.0f / 4096;   // share of its depth by which a plane may miss a pixel
-  static constexpr std::uint8_t kRecordPerPixel = 128, kNothingSeen = 64;  // in `memory`
+  static constexpr std::uint8_t kRegime = 63, kNothingSeen = 64;  // in `memory`
 
   IntRect region;
   std::int64_t frame = kNone;  // that it was filled by
@@ -51,7 +50,7 @@ struct History {
   std::vector<std::uint32_t> surface;  // as PixelSurfaces::surface
 
   CameraMotion camera;                 // since the frame before; unknown after the first
-  std::vector<std::uint8_t> memory;    // per block: BlockDecision::memory(), kRecordPerPixel, kNothingSeen
+  std::vector<std::uint8_t> memory;    // per block: BlockDecision::memory() in kRegime, kNothingSeen
   std::vector<std::uint8_t> reject;    // per block: frames for which nothing is advected here
   std::vector<std::uint8_t> contrast;  // per block: block_contrast.h
   enum Stay : std::uint8_t { kUnknown, kSigned, kSettled };  // kSettled: signed, and as in the frame before

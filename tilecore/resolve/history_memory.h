@@ -35,7 +35,7 @@ struct HistoryStorage {
 //   colours     the frame buffer: pixels row by row, or blocks at their places and then their headers, tile by tile
 //               (tile_store.h); or pixels of 16 bytes (HistoryColors::kApart)
 //   states      History::kBlockBytes a block, tile by tile
-//   records     cells (packed_records.h); or planes, then records of pixels, of blocks row by row; or those of pixels
+//   records     cells (packed_records.h)
 //   signatures  kSignatureBytes a block, row by row
 //   contrast    History::kContrastBytes a block, in squares of 8x8 blocks: what a tile of 32x32 pixels writes is a burst
 //
@@ -56,11 +56,7 @@ class HistoryMemory {
   void touch_states(IntRect blocks, TouchedBursts& out) const;
   void touch_signature(int column, int row, TouchedBursts& out) const;
   void touch_contrast(IntRect blocks, TouchedBursts& out) const;
-  // To be written: a block's records, and a cell of `bytes`.
-  void touch_record(int column, int row, bool plane, TouchedBursts& out) const;
-  void touch_pixel_records(IntRect pixels, TouchedBursts& out) const {
-    out.touch({region_, History::kSurfaceBytes, records_at_}, pixels);
-  }
+  // A cell of `bytes` that is to be written.
   void touch_cell(std::size_t cell, std::uint64_t bytes, TouchedBursts& out) const;
 
   // Blocks that pixels lie in.
@@ -92,9 +88,8 @@ class HistoryMemory {
 
   HistoryStorage how_;
   HistoryColors colors_;
-  HistoryRecords records_;
   IntRect region_, blocks_, tiles_, stored_, cells_, squares_;
-  std::uint64_t headers_at_ = 0, states_at_ = 0, records_at_ = 0, pixels_at_ = 0, signatures_at_ = 0, contrast_at_ = 0;
+  std::uint64_t headers_at_ = 0, states_at_ = 0, records_at_ = 0, signatures_at_ = 0, contrast_at_ = 0;
 };
 
 }  // namespace tessera::tilecore

@@ -50,20 +50,20 @@ void ResolveUnit::keep_contrast(ResolveFrame& resolve) {
 }
 
 // What of a square is all kept is neither read nor written; what is at rest in another is read before that is written.
-void ResolveUnit::charge_contrast(const HistoryMemory& places, const Memory& memory, bool by_lines) {
+void ResolveUnit::charge_contrast(const HistoryMemory& places, const Memory& memory) {
   constexpr int kSide = HistoryMemory::kContrastSide;
-  const IntRect& tile = kept_.blocks;
+  const IntRect& tile = unchanged_.blocks;
   written_contrast_.clear();
   for (int y = tile.y0 / kSide * kSide; y < tile.y1; y += kSide)
     for (int x = tile.x0 / kSide * kSide; x < tile.x1; x += kSide) {
       const IntRect blocks = tile.intersect({x, y, x + kSide, y + kSide});
-      if (kept_.all(blocks)) continue;
+      if (unchanged_.all(blocks)) continue;
       written_contrast_.push_back(blocks);
       if (any_rests(blocks)) contrast_rects_.push_back(blocks);
     }
-  touched_.start(by_lines ? memory.line_bytes : memory.burst_bytes);
+  touched_.start(memory.line_bytes);
   for (const IntRect& blocks : contrast_rects_) places.touch_contrast(blocks, touched_);
-  history_counters_.state_bytes += read_touched(memory, by_lines, 0);
+  history_counters_.state_bytes += read_touched(memory, 0);
   touched_.start(memory.burst_bytes);
   for (const IntRect& blocks : written_contrast_) places.touch_contrast(blocks, touched_);
   history_counters_.states_written += write_touched(memory);
@@ -72,7 +72,7 @@ void ResolveUnit::charge_contrast(const HistoryMemory& places, const Memory& mem
 bool ResolveUnit::any_rests(const IntRect& blocks) const {
   for (int y = blocks.y0; y < blocks.y1; ++y)
     for (int x = blocks.x0; x < blocks.x1; ++x)
-      if (blocks_[kept_.blocks.index(x, y)].rests()) return true;
+      if (blocks_[unchanged_.blocks.index(x, y)].rests()) return true;
   return false;
 }
 

@@ -59,12 +59,12 @@ void ResolveUnit::compare_with_signature(ResolveFrame& resolve, const Memory& me
   signatures_written_.push_back({block.pixels.x0 / 4, block.pixels.y0 / 4});
 }
 
-void ResolveUnit::find_kept_blocks(ResolveFrame& resolve, const Memory& memory, bool open) {
+void ResolveUnit::find_unchanged_blocks(ResolveFrame& resolve, const Memory& memory, bool open) {
   signatures_read_.clear(), signatures_written_.clear();
   const IntRect& tile = surfaces_.pixels;
-  kept_.blocks = {tile.x0 / 4, tile.y0 / 4, (tile.x1 - 1) / 4 + 1, (tile.y1 - 1) / 4 + 1};
-  kept_.kept.assign(blocks_.size(), 0);
-  kept_.any = false;
+  unchanged_.blocks = {tile.x0 / 4, tile.y0 / 4, (tile.x1 - 1) / 4 + 1, (tile.y1 - 1) / 4 + 1};
+  unchanged_.kept.assign(blocks_.size(), 0);
+  unchanged_.any = false;
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     Block& block = blocks_[i];
     resolve.next->stay[resolve.next->block(block.pixels.x0, block.pixels.y0)] = History::kUnknown;
@@ -72,18 +72,18 @@ void ResolveUnit::find_kept_blocks(ResolveFrame& resolve, const Memory& memory, 
       compare_with_signature(resolve, memory, block, open);
     else if (resolve.keeps_blocks && block.discrepant && block.copied)  // its signature was asked first
       signatures_read_.push_back({block.pixels.x0 / 4, block.pixels.y0 / 4, 0, 0});
-    kept_.kept[i] = block.kept;
-    kept_.any = kept_.any || block.kept;
+    unchanged_.kept[i] = block.kept;
+    unchanged_.any = unchanged_.any || block.kept;
   }
   // A block of the compressed frame buffer is written whole or not at all.
-  if (memory.compressed && kept_.any) {
+  if (memory.compressed && unchanged_.any) {
     const BlockShape shape = stored_block(memory.coder.format());
     const int columns = shape.width / 4, rows = shape.height / 4;
     for (Block& block : blocks_) {
       const int column = block.pixels.x0 / 4 / columns * columns, row = block.pixels.y0 / 4 / rows * rows;
-      block.kept = block.kept && kept_.all({column, row, column + columns, row + rows});
+      block.kept = block.kept && unchanged_.all({column, row, column + columns, row + rows});
     }
-    for (std::size_t i = 0; i < blocks_.size(); ++i) kept_.kept[i] = blocks_[i].kept;
+    for (std::size_t i = 0; i < blocks_.size(); ++i) unchanged_.kept[i] = blocks_[i].kept;
   }
   for (const Block& block : blocks_) {
     if (block.copied && !block.kept) {
@@ -97,27 +97,23 @@ void ResolveUnit::find_kept_blocks(ResolveFrame& resolve, const Memory& memory, 
 
 // ---- Traffic ----------------------------------------------------------------------------------------------------
 
-// Sends what was touched to the L2, or charges it.
-std::uint64_t ResolveUnit::read_touched(const Memory& memory, bool by_lines, std::uint32_t first_line) {
-  const std::uint64_t unit = by_lines ? memory.line_bytes : memory.burst_bytes;
+// Sends what was touched to the L2.
+std::uint64_t ResolveUnit::read_touched(const Memory& memory, std::uint32_t first_line) {
   std::uint64_t count = 0;
   for (const TouchedBursts::Run& run : touched_.runs()) {
     count += run.end - run.first;
-    for (std::uint64_t line = run.first; by_lines && line < run.end; ++line)
+    for (std::uint64_t line = run.first; line < run.end; ++line)
       lines_.push_back(first_line + static_cast<std::uint32_t>(line));
   }
-  if (!by_lines) touched_.read(ledger_, memory::Unit::kResolve, memory::Purpose::kHistory);
-  return count * unit;
+  return count * memory.line_bytes;
 }
 
 void ResolveUnit::read_history(const ResolveFrame& resolve, const Memory& memory, const HistoryReads& reads) {
   const HistoryMemory places(memory, resolve.settings, reads.history.region);
-  const bool by_lines = resolve.settings.history_l2;
-  const std::uint64_t unit = by_lines ? memory.line_bytes : memory.burst_bytes;
   const auto of_each = [&](std::span<const IntRect> rects, const auto& touch) {
-    touched_.start(unit);
+    touched_.start(memory.line_bytes);
     for (const IntRect& rect : rects) touch(rect);
-    return read_touched(memory, by_lines, reads.first_line);
+    return read_touched(memory, reads.first_line);
   };
   history_counters_.state_bytes +=
       of_each(reads.states, [&](IntRect blocks) { places.touch_states(blocks.intersect(places.blocks()), touched_); });
@@ -149,7 +145,7 @@ BlockRecord ResolveUnit::record_of(const Block& block) const {
 // Packs the tile's records cell by cell.
 void ResolveUnit::write_cells(ResolveFrame& resolve, const HistoryMemory& places, const Memory& memory) {
   History& next = *resolve.next;
-  const IntRect& tile = kept_.blocks;
+  const IntRect& tile = unchanged_.blocks;
   std::array<std::uint8_t, kCellBytes> packed;
   for (int y0 = tile.y0, y1 = 0; y0 < tile.y1; y0 = y1) {
     for (y1 = y0 + 1; y1 < tile.y1 && places.cell_row(y1) == places.cell_row(y0);) ++y1;
@@ -162,25 +158,15 @@ void ResolveUnit::write_cells(ResolveFrame& resolve, const HistoryMemory& places
       const std::size_t number = places.cell(places.cell_column(x0), places.cell_row(y0)),
                         bytes = pack_records(std::span(cell).first(n), static_cast<std::size_t>(x1 - x0), packed);
       next.cells[number] = static_cast<std::uint16_t>(round_up(bytes, memory.burst_bytes));
-      if (!kept_.all({x0, y0, x1, y1})) places.touch_cell(number, bytes, touched_);
+      if (!unchanged_.all({x0, y0, x1, y1})) places.touch_cell(number, bytes, touched_);
     }
   }
 }
 
 void ResolveUnit::write_records(ResolveFrame& resolve, const HistoryMemory& places, const Memory& memory) {
   touched_.start(memory.burst_bytes);
-  if (resolve.settings.records == HistoryRecords::kPacked) {
-    resolve.next->cells.resize(places.cell_count());
-    write_cells(resolve, places, memory);
-  } else {
-    for (const Block& block : blocks_) {
-      if (block.kept) continue;
-      if (resolve.settings.records == HistoryRecords::kPixel)
-        places.touch_pixel_records(block.pixels, touched_);
-      else if (block.seen != 0)
-        places.touch_record(block.pixels.x0 / 4, block.pixels.y0 / 4, block.plane, touched_);
-    }
-  }
+  resolve.next->cells.resize(places.cell_count());
+  write_cells(resolve, places, memory);
   history_counters_.records_written += write_touched(memory);
 }
 
@@ -196,7 +182,7 @@ void ResolveUnit::charge(ResolveFrame& resolve, const Memory& memory) {
   using memory::Unit;
   const ResolveSettings& settings = resolve.settings;
   const HistoryMemory places(memory, settings, resolve.next->region);
-  const IntRect& tile = kept_.blocks;
+  const IntRect& tile = unchanged_.blocks;
   if (resolve.previous.history != nullptr) {
     // Decisions look at the blocks around; what is reprojected may lie farther away.
     const int around = advects(settings) ? 1 : 0;
@@ -229,7 +215,7 @@ void ResolveUnit::charge(ResolveFrame& resolve, const Memory& memory) {
   touched_.start(memory.burst_bytes);
   for (const IntRect& block : signatures_written_) places.touch_signature(block.x0, block.y0, touched_);
   history_counters_.signatures_written += write_touched(memory);
-  if (reads_contrast(settings)) charge_contrast(places, memory, settings.history_l2);
+  if (reads_contrast(settings)) charge_contrast(places, memory);
   if (!reads_blocks(settings)) return;
   touched_.start(memory.burst_bytes);
   places.touch_states(tile, touched_);

@@ -256,8 +256,7 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   evidence.cut = resolve.cut;
   const History* history = resolve.previous.history;
   if (history != nullptr && reads_blocks(settings))
-    evidence.last_samples = history->memory[history->block(block.pixels.x0, block.pixels.y0)] &
-                            ~(History::kRecordPerPixel | History::kNothingSeen);
+    evidence.last_samples = history->memory[history->block(block.pixels.x0, block.pixels.y0)] & History::kRegime;
   if (history != nullptr && advects(settings)) {
     const bool rejected = history->rejected_around(block.pixels.x0, block.pixels.y0);
     counters_.history_rejected += rejected;
@@ -415,8 +414,7 @@ BlockMask ResolveUnit::advect_plain(const ResolveFrame& resolve, const Block& bl
                              &velocity.velocity()[first],
                              &velocity.usable()[first],
                              surfaces_.pixels.width()};
-  const PlainAdvection plain = advect_plain_pixels(pixels, wanted, view, {settings.depth_tolerance, block.slope}, out,
-                                                   out_stride, advection_work_);
+  const PlainAdvection plain = advect_plain_pixels(pixels, wanted, view, block.slope, out, out_stride, advection_work_);
   if (plain.taken != 0) {
     (block.from_other_eye ? eye_fetched_ : fetched_).push_back(plain.texels);
     (block.from_other_eye ? eye_looked_at_ : looked_at_).push_back(plain.texels);

@@ -80,21 +80,15 @@ Keys<ResolveSettings> pixel_keys() {
       Keys<AdvectionSettings>{
           {"resolve.advection_fetch", &AdvectionSettings::fetch, "How the previous frame is read between its pixels."},
           {"resolve.bfecc", &AdvectionSettings::bfecc, "Back and forth error compensation of advection."},
-          {"resolve.depth_tolerance", &AdvectionSettings::depth_tolerance, "", 0, 1,
-           "Share of its depth by which a point may differ from what the previous frame shows in its place, besides "
-           "what "
-           "its surface goes deeper within a pixel."},
       });
   keys.add(
       &ResolveSettings::discrepancy,
       Keys<DiscrepancySettings>{
           {"resolve.discrepancy", &DiscrepancySettings::check,
-           "How a block finds out that advection went wrong: what it would have given for rendered pixels, or advected "
-           "pixels against their rendered neighbours."},
+           "How a block finds out that reprojection went wrong: by what that would have given for rendered pixels. Its "
+           "reprojected pixels are then shaded after all, and around it nothing is reused in the next frames."},
           {"resolve.discrepancy_tolerance", &DiscrepancySettings::tolerance, "", 0, 1,
            "Relative difference of a pixel from which on it did."},
-          {"resolve.discrepancy_same_frame", &DiscrepancySettings::same_frame,
-           "The advected pixels of such a block are shaded in the same frame, in warps of their own."},
           {"resolve.discrepancy_frames", &DiscrepancySettings::frames, "frames", 1, 15,
            "For which its neighbourhood is then rendered fully."},
       });
@@ -102,17 +96,9 @@ Keys<ResolveSettings> pixel_keys() {
       {"resolve.reconstruction", &ResolveSettings::reconstruction,
        "How missing pixels are made from rendered ones: cubic stencils of 5x5 scaled to the samples, of 7x7 "
        "interpolating, unscaled; a tent; the nearest."},
-      {"resolve.history_records", &ResolveSettings::records,
-       "How depth and surface of pixels are kept for the next frame: by block of 4x4 where that sees one plane, packed "
-       "without loss or not, or by pixel. Bytes alone differ."},
       {"resolve.history_colors", &ResolveSettings::colors,
        "Which colours of the previous frame are read: the frame buffer's, or those that were shaded, kept apart in "
        "single precision, 16 bytes a pixel."},
-      {"resolve.history_l2", &ResolveSettings::history_l2,
-       "What is read of the previous frame goes through the L2, so that what tiles share is fetched once."},
-      {"resolve.keep_blocks", &ResolveSettings::keep_blocks,
-       "Blocks that have the signature of the frame before are neither read nor written where the frame buffer holds "
-       "them already; not with frame_buffer.transaction_elimination, whose signatures are of whole tiles."},
       {"resolve.stencil_reach", &ResolveSettings::reach,
        "Whether stencils stop at the tile's border, or read neighbouring tiles in a second pass."},
   });

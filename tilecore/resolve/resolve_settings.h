@@ -26,13 +26,6 @@ enum class Desampling {
 // Whether stencils stop at the tile's border, or read pixels of neighbouring tiles in a second pass.
 enum class StencilReach { kTile, kNeighbours };
 
-// How the machine keeps depth and surface of pixels for the next frame; images are the same.
-enum class HistoryRecords {
-  kPacked,  // as kBlock, in cells of 16 blocks, each with a lossless code
-  kBlock,   // by block where that sees one plane, else by pixel as well
-  kPixel,   // 8 bytes a pixel
-};
-
 // Which colours of the previous frame are read.
 enum class HistoryColors {
   kFrameBuffer,  // its finished pixels, in the frame buffer's format and as it lies in memory
@@ -54,10 +47,8 @@ struct ResolveSettings {
   Reconstruction reconstruction = Reconstruction::kCubic;
   StencilReach reach = StencilReach::kTile;
   FoveationSettings foveation;
-  HistoryRecords records = HistoryRecords::kPacked;
   HistoryColors colors = HistoryColors::kFrameBuffer;
-  bool keep_blocks = true;  // [measured] docs/resolve.md: never more bytes
-  bool history_l2 = true;   // [measured] likewise
+  bool skip_unchanged = true;  // blocks that stay as they are (unchanged_blocks.h); no key: false for tests alone
 };
 Keys<ResolveSettings> resolve_keys();
 
@@ -84,9 +75,6 @@ namespace tessera {
 template <>
 inline constexpr auto kEnumWords<tilecore::Desampling> = std::to_array<std::string_view>({"off", "adaptive", "fixed_8",
                                                                                           "fixed_4", "checkerboard"});
-template <>
-inline constexpr auto kEnumWords<tilecore::HistoryRecords> = std::to_array<std::string_view>({"packed", "block",
-                                                                                              "pixel"});
 template <>
 inline constexpr auto kEnumWords<tilecore::HistoryColors> = std::to_array<std::string_view>({"frame_buffer", "apart"});
 template <>

@@ -66,15 +66,13 @@ bool ResolveUnit::check(ResolveFrame& resolve, std::span<const Vec3> color, std:
   for (Block& block : blocks_) {
     average_samples(block, block.rendered, color, coverage);
     const std::size_t b = next.block(block.pixels.x0, block.pixels.y0);
-    next.memory[b] = static_cast<std::uint8_t>(block.decision.memory() | (block.plane ? 0 : History::kRecordPerPixel) |
-                                               (block.seen == 0 ? History::kNothingSeen : 0));
+    next.memory[b] = static_cast<std::uint8_t>(block.decision.memory() | (block.seen == 0 ? History::kNothingSeen : 0));
     const std::uint8_t before = previous != nullptr ? previous->reject[b] : std::uint8_t{0};
     next.reject[b] = before > 0 ? static_cast<std::uint8_t>(before - 1) : std::uint8_t{0};
     if (block.advected == 0 || block.from_other_eye || !is_discrepant(resolve, block)) continue;
     ++counters_.blocks_discrepant;
     block.discrepant = true;
     next.reject[b] = static_cast<std::uint8_t>(settings.frames);
-    if (!settings.same_frame) continue;
     if (!again) reshade_mask_.assign(pixel_rates_.size(), 0);
     again = true;
     shade_again(block);
@@ -115,7 +113,7 @@ bool ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
       reconstruct(resolve, block, {colors_.data(), records_.data(), surfaces_.surface.data(), tile});
     }
   }
-  find_kept_blocks(resolve, memory, open);
+  find_unchanged_blocks(resolve, memory, open);
   for (int y = tile.y0; y < tile.y1; ++y) {
     const Vec4* row = &colors_[surfaces_.index(tile.x0, y)];
     const auto pixels = static_cast<std::size_t>(tile.width());
@@ -197,11 +195,6 @@ void ResolveUnit::resolve_pixels(ResolveFrame& resolve, const FrameTargets& targ
 bool ResolveUnit::is_discrepant(const ResolveFrame& resolve, const Block& block) {
   const DiscrepancySettings& settings = resolve.settings.discrepancy;
   if (settings.check == DiscrepancyCheck::kOff) return false;
-  if (settings.check == DiscrepancyCheck::kNeighbours) {
-    Vec4 colors[16];
-    for_each_pixel(block.pixels, [&](int x, int y) { colors[4 * (y & 3) + (x & 3)] = colors_[surfaces_.index(x, y)]; });
-    return stands_out(colors, block.advected, block.rendered, settings.tolerance);
-  }
   const auto looked_at = static_cast<BlockMask>(block.rendered & block.exists);
   Vec4 there[16];
   const BlockMask taken = block.still ? kept_pixels(*resolve.previous.history, block, looked_at, there)

@@ -15,11 +15,11 @@
 #include "tilecore/resolve/frame_format.h"
 #include "tilecore/resolve/history.h"
 #include "tilecore/resolve/history_memory.h"
-#include "tilecore/resolve/kept_blocks.h"
 #include "tilecore/resolve/motion_field.h"
 #include "tilecore/resolve/pixel_surfaces.h"
 #include "tilecore/resolve/resolve_settings.h"
 #include "tilecore/resolve/touched_bursts.h"
+#include "tilecore/resolve/unchanged_blocks.h"
 #include "tilecore/resolve/velocity_buffer.h"
 #include "tilecore/tile_state.h"
 #include "tilecore/visibility/sample_pattern.h"
@@ -102,8 +102,8 @@ class ResolveUnit {
   // The image of `targets` is then ready for the TileStore. True: finish_deferred() has pixels left to fill.
   bool complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage,
                 const Memory& memory, FrameTargets& targets);
-  // Of the tile completed last.
-  const KeptBlocks& kept() const { return kept_; }
+  // The blocks of the tile completed last.
+  const UnchangedBlocks& unchanged() const { return unchanged_; }
   // Since the last call: lines of the L2 that were asked for, from 0 on in a memory of their own.
   std::vector<std::uint32_t> take_lines() { return std::exchange(lines_, {}); }
 
@@ -135,7 +135,7 @@ class ResolveUnit {
     std::uint8_t last_contrast = 0;  // as the frame before has it in its place
     float left_by_blur = 1;          // of contrast, by this frame's shutter
     float plane_value = 0, plane_by_x = 0, plane_by_y = 0;
-    float slope = 0;      // of DepthTolerance
+    float slope = 0;      // of depth_limit()
     bool copied = false;  // at rest; what is not shaded is copied
     BlockMask lost = 0;   // not copied, as the history has something else
     bool discrepant = false, kept = false;
@@ -156,7 +156,7 @@ class ResolveUnit {
   // Of the frame before, where the block comes from. What motion is known of the block is in velocity_.
   float contrast_before(const History& history, Block& block);
   void keep_contrast(ResolveFrame& resolve);
-  void charge_contrast(const HistoryMemory& places, const Memory& memory, bool by_lines);
+  void charge_contrast(const HistoryMemory& places, const Memory& memory);
   bool any_rests(const IntRect& blocks) const;
   // Those of the missing pixels that have a rendered pixel of their surface in the block.
   BlockMask reconstructible(const ResolveSettings& settings, const Block& block, BlockMask missing) const;
@@ -193,7 +193,7 @@ class ResolveUnit {
   void record(bool orthographic, Block& block);
   bool may_stay(const ResolveFrame& resolve, const Block& block) const;
   void compare_with_signature(ResolveFrame& resolve, const Memory& memory, Block& block, bool open);
-  void find_kept_blocks(ResolveFrame& resolve, const Memory& memory, bool open);
+  void find_unchanged_blocks(ResolveFrame& resolve, const Memory& memory, bool open);
   struct HistoryReads {
     const History& history;
     std::span<const IntRect> states, signatures;  // of blocks
@@ -201,7 +201,7 @@ class ResolveUnit {
     std::uint32_t first_line;
   };
   static constexpr std::uint32_t kOtherEyeLine = 1u << 28;  // what it keeps lies behind what this one does
-  std::uint64_t read_touched(const Memory& memory, bool by_lines, std::uint32_t first_line);
+  std::uint64_t read_touched(const Memory& memory, std::uint32_t first_line);
   std::uint64_t write_touched(const Memory& memory);
   void read_history(const ResolveFrame& resolve, const Memory& memory, const HistoryReads& reads);
   BlockRecord record_of(const Block& block) const;
@@ -221,7 +221,7 @@ class ResolveUnit {
   std::vector<IntRect> looked_at_, eye_looked_at_, fetched_, eye_fetched_;
   std::vector<IntRect> signatures_read_, signatures_written_;  // column and row of blocks
   std::vector<IntRect> contrast_rects_, written_contrast_;     // of blocks
-  KeptBlocks kept_;
+  UnchangedBlocks unchanged_;
   TouchedBursts touched_;
   std::vector<std::uint32_t> lines_;
   std::uint64_t vertex_bytes_ = 0;  // of the other frames' vertices, for velocities of this tile
@@ -283,7 +283,7 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
      "samples go on.",
      ""},
     {"resolve.pixels_shaded_again", &tilecore::DesamplingCounters::pixels_shaded_again, Combine::kSum, "pixels",
-     "With resolve.discrepancy_same_frame: advected pixels of those blocks, shaded after all.", ""},
+     "Advected pixels of discrepant blocks, shaded after all.", ""},
     {"resolve.advections_outside", &tilecore::DesamplingCounters::advections_outside, Combine::kSum, "pixels",
      "Pixels shaded because advection pointed out of the frame.", ""},
     {"resolve.advections_disoccluded", &tilecore::DesamplingCounters::advections_disoccluded, Combine::kSum, "pixels",

@@ -127,8 +127,8 @@ TileStore::Plan TileStore::plan_compressed(const FrameStore& how, const Tile& ti
                           (row + 1) * shape.height};
       const std::uint64_t bytes = compressed_bytes(how, tile, block);
       if (tile.payloads != nullptr) (*tile.payloads)[all.index(column, row)] = static_cast<std::uint16_t>(bytes);
-      if (tile.kept != nullptr && tile.kept->any &&
-          tile.kept->all({block.x0 / 4, block.y0 / 4, block.x1 / 4, block.y1 / 4}))
+      if (tile.unchanged != nullptr && tile.unchanged->any &&
+          tile.unchanged->all({block.x0 / 4, block.y0 / 4, block.x1 / 4, block.y1 / 4}))
         continue;
       transfers_.push_back({all.index(column, row) * shape.raw_bytes(), bytes});
       plan.bytes += bytes;
@@ -152,7 +152,7 @@ std::uint64_t TileStore::plan_rows(const FrameStore& how, const Tile& tile) {
 
 std::uint64_t TileStore::plan_changed_rows(const FrameStore& how, const Tile& tile) {
   touched_.start(tile.burst_bytes);
-  const KeptBlocks& kept = *tile.kept;
+  const UnchangedBlocks& kept = *tile.unchanged;
   for (int row = kept.blocks.y0; row < kept.blocks.y1; ++row)
     for (int column = kept.blocks.x0; column < kept.blocks.x1; ++column)
       if (!kept.at(column, row))
@@ -170,7 +170,7 @@ std::uint64_t TileStore::plan_changed_rows(const FrameStore& how, const Tile& ti
 TileStore::Outcome TileStore::store(const FrameStore& how, const Tile& tile, Image& color, memory::Ledger& ledger) {
   bool changed = false;
   if (how.coder.quantises() || how.compressed || how.before != nullptr) changed = find_codes(how, tile, color);
-  const bool keeps = tile.kept != nullptr && tile.kept->any;
+  const bool keeps = tile.unchanged != nullptr && tile.unchanged->any;
   std::uint64_t bytes = keeps && !how.compressed ? plan_changed_rows(how, tile) : plan_rows(how, tile);
   const bool eliminated = how.before != nullptr && matches(how, tile);
   if (how.compressed) {

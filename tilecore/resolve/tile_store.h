@@ -11,8 +11,8 @@
 #include "base/rect.h"
 #include "memory/ledger.h"
 #include "tilecore/resolve/frame_format.h"
-#include "tilecore/resolve/kept_blocks.h"
 #include "tilecore/resolve/touched_bursts.h"
+#include "tilecore/resolve/unchanged_blocks.h"
 
 namespace tessera::tilecore {
 
@@ -80,7 +80,7 @@ class TileStore {
     std::uint64_t burst_bytes = 64;
     // A second pass will change pixels of it: it is stored raw, and has no signature.
     bool open = false;
-    const KeptBlocks* kept = nullptr;  // null: none is
+    const UnchangedBlocks* unchanged = nullptr;  // nullptr: none is
     // What each block of a compressed frame takes is left there, row by row, where it is not null.
     std::vector<std::uint16_t>* payloads = nullptr;
   };

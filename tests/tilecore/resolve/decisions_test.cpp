@@ -334,18 +334,6 @@ TEST(Discrepancy, EveryInstructionSetFindsTheLargestDifferenceOfSinglePixels) {
   force_simd_target("");
 }
 
-TEST(Discrepancy, AdvectedPixelsStandOutBeyondTheirRenderedNeighboursOnly) {
-  std::array<Vec4, 16> colors;
-  const BlockMask rendered = checkerboard_mask(0), advected = static_cast<BlockMask>(~rendered);
-  for (std::size_t i = 0; i < 16; ++i)
-    colors[i] = Vec4(static_cast<float>(i % 4));  // a ramp: every pixel within its neighbours' range
-  EXPECT_FALSE(stands_out(colors.data(), advected, rendered, 0.05f));
-  for (std::size_t i = 0; i < 16; ++i)
-    if (advected >> i & 1) colors[i] = Vec4(50);
-  EXPECT_TRUE(stands_out(colors.data(), advected, rendered, 0.05f));
-  EXPECT_FALSE(stands_out(colors.data(), advected, 0, 0.05f));
-}
-
 TEST(MultisampleResolve, FourSamplesAtOnceHaveTheBitsOfOneAfterTheOther) {
   std::mt19937 random(9);
   std::uniform_real_distribution<float> value(-2.0f, 8.0f);

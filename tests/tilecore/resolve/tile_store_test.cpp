@@ -124,14 +124,14 @@ TEST(TileStore, WhatIsKeptIsNotWritten) {  // PS4
     for (const bool compressed : {false, true}) {
       Image image = image_of(region, Content::kNoise);
       TileStore unit;
-      KeptBlocks kept;
+      UnchangedBlocks kept;
       kept.blocks = {0, 0, 4, 4};
       kept.kept.assign(16, 1);
       kept.any = true;
       const auto written = [&] {
         memory::Ledger ledger;
         TileStore::Tile tile{0, {0, 0, 16, 16}, region, 64};
-        tile.kept = &kept;
+        tile.unchanged = &kept;
         const bool stored = unit.store(frame_store(format, compressed), tile, image, ledger).written;
         EXPECT_EQ(stored, ledger.total().written_bytes > 0);
         return ledger.total().written_bytes;

@@ -12,7 +12,7 @@ namespace tessera::tilecore {
 
 // Blocks of a tile that stay as they are: neither read nor written, as the frame buffer and the records that are written
 // now hold them since two frames ago, and the frame between is known to be the same (History::Stay).
-struct KeptBlocks {
+struct UnchangedBlocks {
   IntRect blocks;                  // columns and rows, in 4x4 pixels of the frame, that the tile has
   std::vector<std::uint8_t> kept;  // of each, row by row
   bool any = false;
