@@ -20,6 +20,7 @@ constexpr auto kFormerKeys = std::to_array<FormerKey>({
     {"resolve.discrepancy_same_frame", "", "Reprojected pixels of a discrepant block are always shaded after all."},
     {"resolve.dither_per_block", "", "All blocks of a frame share the pattern of their rate."},
     {"resolve.edge_evidence", "", "Samples of a block that see several drawables always make an edge."},
+    {"resolve.focus_track", "", "Set resolve.focus_node to a node of the capture that moves as the eye does."},
     {"resolve.history_l2", "", "The previous frame is always read through the L2 (l2.bytes)."},
     {"resolve.history_records", "", "Depths and surfaces are always kept in packed records of blocks."},
     {"resolve.k_blur", "", "Blurred blocks with an edge are shaded fully; set shading.rate=cache to share by cell."},

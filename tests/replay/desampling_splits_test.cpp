@@ -9,7 +9,6 @@
 #include "base/simd_targets.h"
 #include "gpu/moving_focus.h"
 #include "tests/replay/desampling_replays.h"
-#include "tests/support/temporary_folder.h"
 
 namespace tessera::replay {
 namespace {
@@ -63,25 +62,11 @@ Vec2 middle_of_focus(const gpu::FrameResult& frame) {
   return sum / count;
 }
 
-TEST(DesamplingSplits, TheFocusFollowsATrackAndANode) {
+TEST(DesamplingSplits, TheFocusFollowsANode) {
   Capture capture = shipped("vases");
-  const test::TemporaryFolder folder;
-  test::write_text(folder / "eye.csv", "time,x,y\n0,0.25,0.5\n1,0.75,0.5\n");
   Machine m;
   m.set("resolve.foveation_r0=20").set("resolve.foveation_r1=40").set("resolve.advection=false");
   m.request.resolve_auxiliary = true;
-  Machine tracked = m;
-  tracked.set("resolve.focus_track=" + (folder / "eye.csv").string());
-  const gpu::FrameResult at_start = tracked.renderer(capture).render(0),
-                         later = tracked.renderer(capture).render(static_cast<int>(capture.settings.frame_rate / 2));
-  EXPECT_NEAR(middle_of_focus(at_start).x, 40, 8);
-  EXPECT_NEAR(middle_of_focus(later).x, 80, 8);
-  // The image is that of a focus which stays where the track is then.
-  const gpu::FrameResult fixed = m.set("resolve.focus_x=0.25").set("resolve.focus_y=0.5").renderer(capture).render(0);
-  if (capture.settings.shutter_open == 0 && capture.settings.shutter_close == 0) {
-    EXPECT_EQ(at_start.targets.color.values, fixed.targets.color.values);
-  }
-
   // A node a metre before the camera, to the left of it and above.
   scene::Node eye;
   eye.name = "eye";
@@ -90,11 +75,17 @@ TEST(DesamplingSplits, TheFocusFollowsATrackAndANode) {
   const scene::CameraChoice camera = scene::choose_camera(capture, 160, 90);
   const scene::Pose pose = scene::pose_at(capture, 0);
   capture.nodes.back().transform.translation = DVec3(camera.view(pose).camera_to_world * DVec4(-0.2, 0.1, -1, 1));
-  const tilecore::FoveationSettings follow{20, 40, 0.5, 0.5, "", "eye"};
+  const tilecore::FoveationSettings follow{20, 40, 0.5, 0.5, "eye"};
   const double scale = scene::make_projection(camera.camera, 160, 90).scale;
   const DVec2 seen = gpu::MovingFocus(follow, capture).at(0, camera, 160, 90);
   EXPECT_NEAR(seen.x, 0.5 - 0.2 * scale / 160, 1e-9);
   EXPECT_NEAR(seen.y, 0.5 - 0.1 * scale / 90, 1e-9);
+  // The image is that of a focus which rests where the node is.
+  capture.nodes.back().transform.translation = DVec3(camera.view(pose).camera_to_world * DVec4(-40 / scale, 0, -1, 1));
+  const gpu::FrameResult followed = Machine(m).set("resolve.focus_node=eye").renderer(capture).render(0),
+                         fixed = m.set("resolve.focus_x=0.25").renderer(capture).render(0);
+  EXPECT_NEAR(middle_of_focus(followed).x, 40, 8);
+  EXPECT_EQ(followed.targets.color.values, fixed.targets.color.values);
   // Behind the camera: the settings' place.
   capture.nodes.back().transform.translation = DVec3(camera.view(pose).camera_to_world * DVec4(0, 0, 1, 1));
   EXPECT_EQ(gpu::MovingFocus(follow, capture).at(0, camera, 160, 90), DVec2(0.5, 0.5));
@@ -102,18 +93,13 @@ TEST(DesamplingSplits, TheFocusFollowsATrackAndANode) {
 
 TEST(DesamplingSplits, AFocusThatMovesIsRefusedWhereNothingIsFoveated) {
   Capture capture = shipped("vases");
-  EXPECT_THAT(fault_of(Machine().set("resolve.focus_track=eye.csv"), capture), HasSubstr("resolve.foveation_r0"));
+  EXPECT_THAT(fault_of(Machine().set("resolve.focus_node=eye"), capture), HasSubstr("resolve.foveation_r0"));
   EXPECT_THAT(
       fault_of(plain().set("resolve.foveation_r0=20").set("resolve.foveation_r1=40").set("resolve.focus_node=a"),
                capture),
       HasSubstr("resolve.desampling=adaptive"));
   Machine m;
   m.set("resolve.foveation_r0=20").set("resolve.foveation_r1=40");
-  Machine both = m;
-  EXPECT_THAT(fault_of(both.set("resolve.focus_track=a").set("resolve.focus_node=b"), capture),
-              HasSubstr("one of them"));
-  Machine missing = m;
-  EXPECT_THAT(fault_of(missing.set("resolve.focus_track=/nowhere/eye.csv"), capture), HasSubstr("/nowhere/eye.csv"));
   Machine unknown = m;
   scene::Node left, right;
   left.name = right.name = "pair";

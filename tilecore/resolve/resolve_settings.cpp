@@ -111,9 +111,6 @@ Keys<ResolveSettings> pixel_keys() {
            "Foveation: blocks farther than this get at most 4; at least foveation_r0."},
           {"resolve.focus_x", &FoveationSettings::focus_x, "frame widths", 0, 1, "Where the eye looks, from the left."},
           {"resolve.focus_y", &FoveationSettings::focus_y, "frame heights", 0, 1, "Where the eye looks, from the top."},
-          {"resolve.focus_track", &FoveationSettings::focus_track,
-           "A CSV file of an eye that moves: seconds, frame widths, frame heights in each line, times increasing; "
-           "straight from one to the next. Not set: focus_x and focus_y."},
           {"resolve.focus_node", &FoveationSettings::focus_node,
            "Name of a node that the eye follows: where its origin is in the middle of the shutter; focus_x and focus_y "
            "where that is behind the camera."},
@@ -121,15 +118,11 @@ Keys<ResolveSettings> pixel_keys() {
   return keys;
 }
 
-// A focus that moves steers foveation alone.
 void check_focus(const ResolveSettings& settings) {
-  const FoveationSettings& eye = settings.foveation;
-  if (eye.focus_track.empty() && eye.focus_node.empty()) return;
-  if (!eye.focus_track.empty() && !eye.focus_node.empty())
-    throw UsageError("resolve.focus_track and resolve.focus_node: an eye follows one of them");
-  if (!eye.on() || settings.desampling != Desampling::kAdaptive)
-    throw UsageError(std::string(eye.focus_track.empty() ? "resolve.focus_node" : "resolve.focus_track") +
-                     " steers foveation, which is off: set resolve.desampling=adaptive and resolve.foveation_r0");
+  if (settings.foveation.focus_node.empty()) return;
+  if (!settings.foveation.on() || settings.desampling != Desampling::kAdaptive)
+    throw UsageError(
+        "resolve.focus_node steers foveation, which is off: set resolve.desampling=adaptive and resolve.foveation_r0");
 }
 
 }  // namespace

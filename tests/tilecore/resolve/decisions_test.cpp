@@ -292,7 +292,7 @@ TEST(RateSelector, FoveationIsTheSmallerRate) {
 }
 
 TEST(Foveation, StepsAtTheTwoRadii) {
-  const Foveation f({10, 20, 0.5, 0.5, "", ""}, {0.5, 0.5}, 200, 100);
+  const Foveation f({10, 20, 0.5, 0.5, ""}, {0.5, 0.5}, 200, 100);
   EXPECT_EQ(f.max_samples({110, 50}), 16);
   EXPECT_EQ(f.max_samples({110.1f, 50}), 8);
   EXPECT_EQ(f.max_samples({100, 70}), 8);
