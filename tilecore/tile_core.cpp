@@ -152,7 +152,6 @@ CoreCounters TileCore::take_counters() {
           resolve_.take_counters(),
           resolve_.take_history_counters(),
           std::exchange(resolve_counters_, {}),
-          store_.take_compression(),
           store_.take_counters(),
           std::exchange(transmission_, {})};
 }

@@ -55,7 +55,6 @@ struct CoreCounters {
   DesamplingCounters desampling;
   HistoryCounters history;
   ResolveCounters resolve;
-  CompressionCounters compression;
   StoreCounters store;
   TransmissionCounters transmission;
 };
@@ -72,7 +71,6 @@ void for_each_unit(A& a, B& b, const Visit& visit) {
   visit(a.desampling, b.desampling);
   visit(a.history, b.history);
   visit(a.resolve, b.resolve);
-  visit(a.compression, b.compression);
   visit(a.store, b.store);
   visit(a.transmission, b.transmission);
 }

@@ -111,7 +111,7 @@ TEST(Desampling, HistoryThatNobodyReadsIsNeitherWrittenNorCharged) {
   for (const gpu::FrameResult* r : {&still, &slowest}) {  // a byte per block, in bursts
     for (const std::uint64_t bytes : {history(*r).written_bytes, history(*r).read_bytes})
       EXPECT_TRUE(bytes >= kBlocks && bytes < 2 * kPixels) << bytes;
-    EXPECT_GT(counters(*r).velocity_evaluations, 0u);
+    EXPECT_GT(counters(*r).velocity_operations, 0u);
     EXPECT_FALSE(r->effects.at("advection"));
   }
   EXPECT_EQ(still.effect_reasons.at("history"),

@@ -134,7 +134,7 @@ TEST_P(MachineOf, EventsOfTilesAddUpToTheCounters) {
     EXPECT_EQ(sum.sampling_operations, sampling.operations) << name;
     EXPECT_EQ(sum.stencil_tests, r.counters.stencil.tests) << name;
     const tilecore::DesamplingCounters& desampling = r.counters.desampling;
-    EXPECT_EQ(sum.resolve_operations, desampling.velocity_evaluations + desampling.pixels_advected +
+    EXPECT_EQ(sum.resolve_operations, desampling.velocity_operations + desampling.pixels_advected +
                                           desampling.stencil_taps + desampling.contrast_operations)
         << name;
     EXPECT_EQ(sum.entries, r.counters.tilecore.entries_fetched) << name;

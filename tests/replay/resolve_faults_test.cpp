@@ -80,7 +80,7 @@ TEST(ResolveFaults, CreasesAreEdges) {
   const IntRect crop{208, 88, 432, 272};
   const Comparison c(capture, 3, 8, {}, crop);
   EXPECT_GE(c.worst_psnr(0), 53);
-  EXPECT_GT(c.back().counters.blocks_creased, 50u);
+  EXPECT_GT(c.back().counters.blocks_edge, 50u);
   EXPECT_GT(c.saved(1), 0.2);
   EXPECT_LT(Comparison(capture, 3, 8, {"resolve.edge_angle=0", "resolve.pattern_error=0"}, crop).worst_psnr(0),
             53);  // the failing twin

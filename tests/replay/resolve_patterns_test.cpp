@@ -22,7 +22,6 @@ TEST(ResolvePatterns, WhatSlidesFastIsAsFineAsItShows) {  // BC1, BC3
       const Comparison c(capture, 3, 7);
       EXPECT_GE(c.worst_psnr(0), 40) << static_cast<int>(pattern);
       EXPECT_GE(c.saved(1), 0.30) << static_cast<int>(pattern);
-      EXPECT_GT(c.back().counters.blocks_patterned, 100u);
       if (pattern == Pattern::kStripes) continue;
       EXPECT_LT(Comparison(capture, 3, 6, kBySpeedAlone).worst_psnr(0), 40);  // the failing twin
     }

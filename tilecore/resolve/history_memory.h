@@ -17,7 +17,7 @@ namespace tessera::tilecore {
 struct HistoryCounters {
   std::uint64_t color_bytes = 0, record_bytes = 0, state_bytes = 0, signature_bytes = 0;
   std::uint64_t records_written = 0, states_written = 0, signatures_written = 0;
-  std::uint64_t blocks_signed = 0, blocks_kept = 0, wrong_blocks = 0, hashed_bytes = 0;
+  std::uint64_t blocks_kept = 0, wrong_blocks = 0, hashed_bytes = 0;
 };
 
 // The machine that keeps it.
@@ -117,8 +117,6 @@ inline constexpr auto kCounterFields<tilecore::HistoryCounters> =
          "Likewise bytes of blocks, and their contrast.", ""},
         {"resolve.history_signatures_written", &tilecore::HistoryCounters::signatures_written, Combine::kSum, "bytes",
          "Likewise signatures of blocks.", ""},
-        {"resolve.blocks_signed", &tilecore::HistoryCounters::blocks_signed, Combine::kSum, "blocks",
-         "With resolve.keep_blocks: blocks at rest whose signature was written, as they are new or differ.", ""},
         {"resolve.blocks_kept", &tilecore::HistoryCounters::blocks_kept, Combine::kSum, "blocks",
          "Blocks that were neither read nor written: the frame buffer holds them.", ""},
         {"resolve.wrong_blocks", &tilecore::HistoryCounters::wrong_blocks, Combine::kSum, "blocks",

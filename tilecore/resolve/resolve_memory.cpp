@@ -54,7 +54,6 @@ void ResolveUnit::compare_with_signature(ResolveFrame& resolve, const Memory& me
   resolve.next->stay[b] = as_before || as_fetched ? History::kSettled : History::kSigned;
   block.kept = as_before && then.stay[b] == History::kSettled && !open && resolve.written[b] == 0;
   if (as_before) return;
-  ++history_counters_.blocks_signed;
   history_counters_.hashed_bytes += (all - shaded) * memory.coder.pixel_bytes();
   signatures_written_.push_back({block.pixels.x0 / 4, block.pixels.y0 / 4});
 }

@@ -59,7 +59,6 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& 
   for (Block& block : blocks_) plan_block(resolve, block);
   for (VelocityBuffer* velocity : {&velocity_, &eye_velocity_}) {
     const VelocityBuffer::Work work = velocity->take_work();
-    counters_.velocity_evaluations += work.evaluations;
     counters_.velocity_operations += work.operations;
     vertex_bytes_ += work.vertex_bytes;
   }
@@ -81,7 +80,6 @@ bool ResolveUnit::is_edge(const ResolveFrame& resolve, Block& block) {
       !resolve.creases.detect(&surfaces_.depth[first], stride, block.pixels.x0, block.pixels.y0))
     return false;
   block.creased = true;
-  ++counters_.blocks_creased;
   return true;
 }
 
@@ -298,11 +296,6 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
 void ResolveUnit::settle(const ResolveFrame& resolve, Block& block, const BlockEvidence& evidence, float nearest) {
   const ResolveSettings& settings = resolve.settings;
   block.decision = select_rate(settings.rates, evidence);
-  if (evidence.contrast > 0 && !block.decision.advect) {
-    BlockEvidence plain = evidence;
-    plain.contrast = 0;
-    counters_.blocks_patterned += block.decision.samples > select_rate(settings.rates, plain).samples;
-  }
   if (block.decision.advect) block.slope = slope_of(block);
   // What the other eye sees far away it sees where this one does. Velocities of what is at rest are those since the
   // last frame, zero.
@@ -319,7 +312,6 @@ void ResolveUnit::settle(const ResolveFrame& resolve, Block& block, const BlockE
 void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
   const ResolveSettings& settings = resolve.settings;
   if (block.seen == 0) {
-    ++counters_.blocks_empty;
     block.rendered = block.exists;
     return;
   }
@@ -333,7 +325,6 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
     const int x = block.pixels.x0 & 3, y = block.pixels.y0 & 3;
     const BlockMask lines = border_line(pattern, tile_borders(surfaces_.pixels, block.pixels), x, y,
                                         x + block.pixels.width(), y + block.pixels.height());
-    counters_.pixels_on_borders += pixel_count(static_cast<BlockMask>(block.seen & lines));
     pattern = static_cast<BlockMask>(pattern | lines);
   }
   const auto missing = static_cast<BlockMask>(block.seen & ~pattern);
@@ -345,7 +336,6 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
       try_advection(resolve, block, missing);
   } else if (missing != 0) {
     block.reconstructed = reconstructible(settings, block, missing);
-    counters_.pixels_forced += pixel_count(static_cast<BlockMask>(missing & ~block.reconstructed));
     block.rendered = static_cast<BlockMask>(block.exists & ~block.reconstructed);
   }
   switch (block.decision.samples) {
@@ -492,13 +482,8 @@ bool ResolveUnit::advect(const ResolveFrame& resolve, const Block& block, const 
     out = result.color;
     return true;
   }
-  if (!count) return false;
-  if (result.outcome == Advection::kOutsideFrame)
-    ++counters_.advections_outside;
-  else if (result.outcome == Advection::kUnusableVelocity)
-    ++counters_.advections_unusable;
-  else
-    ++counters_.advections_disoccluded;
+  counters_.advections_disoccluded +=
+      count && result.outcome != Advection::kOutsideFrame && result.outcome != Advection::kUnusableVelocity;
   return false;
 }
 

@@ -81,7 +81,6 @@ bool ResolveUnit::check(ResolveFrame& resolve, std::span<const Vec3> color, std:
 }
 
 void ResolveUnit::shade_again(Block& block) {
-  counters_.pixels_shaded_again += pixel_count(block.advected);
   block.again = std::exchange(block.advected, BlockMask{0});
   block.rendered = static_cast<BlockMask>(block.rendered | block.again);
   for_each_pixel(block.pixels,
@@ -107,7 +106,6 @@ bool ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
         {block.pixels.x0 - margin, block.pixels.y0 - margin, block.pixels.x1 + margin, block.pixels.y1 + margin});
     if (resolve.settings.reach == StencilReach::kNeighbours && wanted.intersect(tile) != wanted) {
       resolve.deferred[b] = block.edge ? 2 : 1;
-      ++counters_.blocks_deferred;
       open = true;
     } else {
       reconstruct(resolve, block, {colors_.data(), records_.data(), surfaces_.surface.data(), tile});

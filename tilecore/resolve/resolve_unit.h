@@ -28,12 +28,9 @@ namespace tessera::tilecore {
 
 struct DesamplingCounters {
   std::uint64_t blocks_rate_4 = 0, blocks_rate_8 = 0, blocks_rate_16 = 0, blocks_rate_32 = 0;
-  std::uint64_t blocks_advected = 0, blocks_empty = 0, blocks_edge = 0, history_rejected = 0, blocks_discrepant = 0,
-                blocks_deferred = 0, blocks_foveated = 0, blocks_creased = 0;
-  std::uint64_t pixels_advected = 0, pixels_reconstructed = 0, pixels_forced = 0, pixels_shaded_again = 0;
-  std::uint64_t advections_outside = 0, advections_disoccluded = 0, advections_unusable = 0;
-  std::uint64_t velocity_evaluations = 0, velocity_operations = 0, stencil_taps = 0, light_tests = 0;
-  std::uint64_t blocks_patterned = 0, pixels_on_borders = 0, contrast_operations = 0;
+  std::uint64_t blocks_advected = 0, blocks_edge = 0, blocks_foveated = 0, history_rejected = 0, blocks_discrepant = 0;
+  std::uint64_t pixels_advected = 0, pixels_reconstructed = 0, advections_disoccluded = 0;
+  std::uint64_t velocity_operations = 0, stencil_taps = 0, light_tests = 0, contrast_operations = 0;
   std::uint64_t samples_skipped = 0, invocations_saved = 0;
 };
 
@@ -254,44 +251,20 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
      "Blocks that were shaded at two groups of samples per pixel.", ""},
     {"resolve.blocks_advected", &tilecore::DesamplingCounters::blocks_advected, Combine::kSum, "blocks",
      "Of blocks_rate_4 and blocks_rate_8, those whose other pixels come from the previous frame or the other eye.", ""},
-    {"resolve.blocks_empty", &tilecore::DesamplingCounters::blocks_empty, Combine::kSum, "blocks",
-     "Blocks that see nothing; they have no rate.", ""},
     {"resolve.blocks_foveated", &tilecore::DesamplingCounters::blocks_foveated, Combine::kSum, "blocks",
      "Blocks with surfaces that foveation limits to fewer than 16 samples.", ""},
     {"resolve.blocks_edge", &tilecore::DesamplingCounters::blocks_edge, Combine::kSum, "blocks",
      "Blocks with an edge that is rendered fully, or twice: what is advected nevertheless is not counted.", ""},
-    {"resolve.blocks_creased", &tilecore::DesamplingCounters::blocks_creased, Combine::kSum, "blocks",
-     "Of blocks_edge, those in which depth has no edge but its normals differ by more than resolve.edge_angle.", ""},
-    {"resolve.blocks_patterned", &tilecore::DesamplingCounters::blocks_patterned, Combine::kSum, "blocks",
-     "Fast blocks that were shaded at a higher rate for their contrast in the frame before, or since that is unknown.",
-     ""},
     {"resolve.history_rejected", &tilecore::DesamplingCounters::history_rejected, Combine::kSum, "blocks",
      "Blocks where nothing was advected because it had gone wrong around them.", ""},
     {"resolve.blocks_discrepant", &tilecore::DesamplingCounters::blocks_discrepant, Combine::kSum, "blocks",
      "Blocks where what was advected differed from what is there.", ""},
-    {"resolve.blocks_deferred", &tilecore::DesamplingCounters::blocks_deferred, Combine::kSum, "blocks",
-     "Blocks that were filled in a second pass, from neighbouring tiles too.", ""},
     {"resolve.pixels_advected", &tilecore::DesamplingCounters::pixels_advected, Combine::kSum, "pixels",
      "Pixels taken from the previous frame or the other eye.", ""},
     {"resolve.pixels_reconstructed", &tilecore::DesamplingCounters::pixels_reconstructed, Combine::kSum, "pixels",
      "Pixels made from rendered neighbours.", ""},
-    {"resolve.pixels_forced", &tilecore::DesamplingCounters::pixels_forced, Combine::kSum, "pixels",
-     "Pixels shaded although their block's rate leaves them out: no rendered pixel of the block shows their surface.",
-     ""},
-    {"resolve.pixels_on_borders", &tilecore::DesamplingCounters::pixels_on_borders, Combine::kSum, "pixels",
-     "Pixels shaded although their block's rate leaves them out: stencils stop at the tile's border, to which lines of "
-     "samples go on.",
-     ""},
-    {"resolve.pixels_shaded_again", &tilecore::DesamplingCounters::pixels_shaded_again, Combine::kSum, "pixels",
-     "Advected pixels of discrepant blocks, shaded after all.", ""},
-    {"resolve.advections_outside", &tilecore::DesamplingCounters::advections_outside, Combine::kSum, "pixels",
-     "Pixels shaded because advection pointed out of the frame.", ""},
     {"resolve.advections_disoccluded", &tilecore::DesamplingCounters::advections_disoccluded, Combine::kSum, "pixels",
      "Pixels shaded because the previous frame shows another surface or depth in their place.", ""},
-    {"resolve.advections_unusable", &tilecore::DesamplingCounters::advections_unusable, Combine::kSum, "pixels",
-     "Pixels shaded because their motion is unknown.", ""},
-    {"resolve.velocity_evaluations", &tilecore::DesamplingCounters::velocity_evaluations, Combine::kSum, "pixels",
-     "Pixels whose motion was computed; what is still needs none.", ""},
     {"resolve.velocity_operations", &tilecore::DesamplingCounters::velocity_operations, Combine::kSum, "operations",
      "Operations of four channels for that: 5 for a point of a rigid drawable (a matrix and a division), 15 for one of "
      "a "

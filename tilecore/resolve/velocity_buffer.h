@@ -45,7 +45,7 @@ class VelocityBuffer {
   }
 
   struct Work {
-    std::uint64_t evaluations = 0, operations = 0;
+    std::uint64_t operations = 0;
     std::uint64_t vertex_bytes = 0;  // of the other frame, that were read for them
   };
   Work take_work() { return std::exchange(work_, {}); }
