@@ -462,6 +462,25 @@ TEST(Desampling, ColoursThatAreNotFiniteStayWhereTheShaderMadeThem) {
   EXPECT_GT(counters(got).advections_disoccluded, 0u);
 }
 
+// Negative lobes of stencils would fall below it (CubicStencil.BesideAFireflyLightTurnsNegative).
+TEST(Desampling, BesideHighlightsNothingIsDarkerThanBlack) {
+  Slide slide(0, 64, true);
+  Image8 dots(64, 64, 3);
+  for (int y = 0; y < 64; ++y)
+    for (int x = 0; x < 64; ++x)
+      for (std::size_t c = 0; c < 3; ++c) dots.at(x, y)[c] = x % 7 == 3 && y % 5 == 2 ? 255 : 20;
+  slide.capture.materials.back().base_color_texture.texture =
+      std::make_shared<shaders::Texture>(DecodedImage{dots}, shaders::ColorSpace::kSrgb);
+  const Image full = plain().renderer(slide.capture).render(0).targets.color,
+              got = Machine().set("resolve.desampling=fixed_8").renderer(slide.capture).render(0).targets.color;
+  std::size_t black = 0;
+  for (std::size_t i = 0; i < got.values.size(); ++i) {
+    ASSERT_GE(got.values[i], 0.0f);
+    black += got.values[i] == 0.0f && full.values[i] > 0.0f;
+  }
+  EXPECT_GT(black, 100u);
+}
+
 TEST(Desampling, SupersamplingShadesEdgesTwice) {
   Capture capture = shipped("stroll");
   const auto once = Machine().frames(capture, 30, 32),

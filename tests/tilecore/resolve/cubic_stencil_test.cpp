@@ -689,6 +689,17 @@ TEST(CubicStencil, OnlyNegativeWeightsOrNoneInReachFallBackToo) {
   EXPECT_EQ(fill(Reconstruction::kNearest, window.view(), 1).work.fallbacks, 0u);
 }
 
+// The resolve unit shows black there (Desampling.BesideHighlightsNothingIsDarkerThanBlack).
+TEST(CubicStencil, BesideAFireflyLightTurnsNegative) {
+  Window window;
+  window.fill([](int, int) { return Vec4(0.1f); });
+  window.at(5, 4) = Vec4(1000.0f);
+  window.usable = test::repeated(kPairOrder[1]);
+  const auto missing = static_cast<BlockMask>(~kPairOrder[1]);
+  const Filled got = fill(Reconstruction::kCubic, window.view(), missing);
+  EXPECT_TRUE(std::any_of(got.color.begin(), got.color.end(), [](const Vec4& c) { return c.x < 0 && c.x != -77.0f; }));
+}
+
 TEST(CubicStencil, TheUnscaledCubicIsBilinearOnTheLatticesOfFourAndEight) {
   Random random(9);
   Window window;
