@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
-#include "tilecore/resolve/camera_motion.h"
+#include "tilecore/resolve/motion_field.h"
 
 namespace tessera::gpu {
 

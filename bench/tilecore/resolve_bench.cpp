@@ -10,7 +10,6 @@
 #include "base/random.h"
 #include "bench/support/timing.h"
 #include "tilecore/resolve/advection.h"
-#include "tilecore/resolve/checkerboard.h"
 #include "tilecore/resolve/cubic_stencil.h"
 #include "tilecore/resolve/frame_compression.h"
 

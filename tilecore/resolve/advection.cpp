@@ -5,7 +5,6 @@
 #include <cmath>
 #include <optional>
 
-#include "tilecore/resolve/agreeing_texels.h"
 #include "tilecore/resolve/block_pixels.h"
 
 namespace tessera::tilecore {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tilecore/resolve/agreeing_texels.h"
+#include "tilecore/resolve/advection.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "tilecore/resolve/advection_kernel.cpp"

@@ -1,4 +1,4 @@
-#include "tilecore/resolve/any_stencils.h"
+#include "tilecore/resolve/stencil_kernels.h"
 
 #include <algorithm>
 #include <bit>

@@ -12,7 +12,7 @@
 
 namespace tessera::tilecore {
 
-// How far some places of a frame lie from where they were a frame ago, in pixels (camera_motion.h).
+// How far some places of a frame lie from where they were a frame ago, in pixels (motion_field.h).
 struct CameraMotion {
   bool known = false;
   std::array<Vec2, 9> pixels{};

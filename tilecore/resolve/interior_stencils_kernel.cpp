@@ -1,4 +1,4 @@
-#include "tilecore/resolve/interior_stencils.h"
+#include "tilecore/resolve/stencil_kernels.h"
 
 #include <bit>
 

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <cstring>
 
-#include "tilecore/pixel_rate.h"
 #include "tilecore/resolve/block_contrast.h"
 #include "tilecore/resolve/block_pixels.h"
 #include "tilecore/resolve/resolve_unit.h"
 #include "tilecore/resolve/tile_border.h"
+#include "tilecore/tile_state.h"
 
 namespace tessera::tilecore {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "tilecore/resolve/block_pixels.h"
-#include "tilecore/resolve/checkerboard.h"
+#include "tilecore/resolve/cubic_stencil.h"
 #include "tilecore/resolve/cubic_weights.h"
 #include "tilecore/resolve/frame_compression.h"
 #include "tilecore/resolve/multisample_resolve.h"

@@ -11,7 +11,7 @@
 #include "base/rect.h"
 #include "memory/ledger.h"
 #include "tilecore/frame_targets.h"
-#include "tilecore/resolve/crease_detector.h"
+#include "tilecore/resolve/edge_detector.h"
 #include "tilecore/resolve/frame_format.h"
 #include "tilecore/resolve/history.h"
 #include "tilecore/resolve/history_memory.h"

@@ -11,7 +11,6 @@
 #include "base/counter.h"
 #include "tilecore/drawable_counts.h"
 #include "tilecore/frame_targets.h"
-#include "tilecore/pixel_rate.h"
 #include "tilecore/shading/fragment_merger.h"
 #include "tilecore/shading/layer_merge.h"
 #include "tilecore/shading/pixel_shader.h"

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "tests/tilecore/resolve/window.h"
-#include "tilecore/resolve/checkerboard.h"
+#include "tilecore/resolve/cubic_stencil.h"
 
 namespace tessera::tilecore {
 namespace {

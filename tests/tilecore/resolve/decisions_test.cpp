@@ -14,7 +14,6 @@
 
 #include "base/simd_targets.h"
 #include "tests/support/captures.h"
-#include "tilecore/resolve/crease_detector.h"
 #include "tilecore/resolve/discrepancy.h"
 #include "tilecore/resolve/edge_detector.h"
 #include "tilecore/resolve/foveation.h"
