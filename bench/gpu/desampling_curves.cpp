@@ -1,4 +1,4 @@
-// What desampling saves and what it costs in error, over whole replays.
+// Measures what desampling saves and what it costs in error, over whole replays.
 //
 //   tessera_desampling_curves OUT_FOLDER [PART]   PART: thresholds, captures, stencils, drift, traffic, eyes,
 //                                                 shimmer, splits, images, faults; default: all.

@@ -16,7 +16,7 @@ namespace {
 using gpu::Device;
 using gpu::FrameResult;
 
-// Of all threads of the program.
+// All threads of the program count.
 double process_seconds() {
   std::timespec t{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);

@@ -1,5 +1,5 @@
-// What reconstruction leaves of a smooth image and what it costs: error by wavelength, kernel and rate, taps and
-// time.
+// Measures what reconstruction leaves of a smooth image and what it costs: error by wavelength, kernel and rate, taps
+// and time.
 //
 //   tessera_stencil_curves OUT_FOLDER [ROUNDS]  writes stencil_error.csv, stencil_cost.csv, stencil_error_8.svg,
 //                                               stencil_error_4.svg, stencil_cost.svg

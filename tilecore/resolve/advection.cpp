@@ -16,7 +16,7 @@ struct Place {
   float fx, fy;
 };
 
-// Of what fits an int; the oldest x86-64 has no instruction for it, and std::floor is a call there.
+// For values that fit an int; the oldest x86-64 has no instruction for it, and std::floor is a call there.
 float floor_of(float v) {
   const auto whole = static_cast<float>(static_cast<int>(v));
   return whole > v ? whole - 1.0f : whole;

@@ -61,7 +61,6 @@ enum class Advection {
   kOtherPatch,        // ... belongs to another patch
   kNonFinite,         // ... holds NaN or infinity
 };
-inline constexpr std::size_t kAdvectionCount = 6;
 
 struct AdvectedPixel {
   Advection outcome;
@@ -71,7 +70,7 @@ struct AdvectedPixel {
 // Motion beyond this leaves every frame, and whole pixels of it still fit an int.
 inline constexpr float kLongestMotion = 1 << 20;
 
-// What was read, so that it can be charged: a texel of the history is a colour, a depth and a patch.
+// Counts of what was read; a texel of the history is a colour, a depth and a patch.
 struct AdvectionWork {
   std::uint64_t fetches = 0;             // places looked at in the history
   std::uint64_t history_texels = 0;      // texels of the history read for them; those with weight 0 are not

@@ -87,7 +87,7 @@ struct BlockPlaces {
     }
   };
 
-  // Those of row j from pixel i on.
+  // Places the pixels of row j from pixel i on.
   HWY_INLINE void place(const BlockOfPixels& block, int j, std::size_t i, std::uint16_t wanted, const IntRect& region,
                         float slope, Bounds& bounds) {
     const D d;
@@ -156,8 +156,8 @@ bool FetchAgreeingTexels(const HistoryView& history, const FourTexels& texels, s
   return true;
 }
 
-// Whether every texel agrees with every plain pixel, as far as that can be told of all at once: no depth is further from
-// any of theirs than the least limit, since differences are rounded in order of their size.
+// Whether every texel agrees with every plain pixel, as far as that can be told of all at once: no depth is further
+// from any of theirs than the least limit, since differences are rounded in order of their size.
 HWY_INLINE bool all_agree(const HistoryView& history, const BlockPlaces& places, std::uint32_t of_patch) {
   const IntRect& rect = places.texels;
   const int width = rect.width();

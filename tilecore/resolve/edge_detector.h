@@ -8,7 +8,7 @@
 
 namespace tessera::tilecore {
 
-// What the Laplacian is taken of.
+// The quantity whose Laplacian tells edges.
 enum class EdgeMeasure {
   kInverseDepth,  // 1/z: linear over any plane of a perspective image
   kDepth,  // eye-space z: not linear over a plane on screen, so that steep planes at grazing angles are taken for edges
@@ -51,8 +51,8 @@ class CreaseDetector {
         cosine_(static_cast<float>(std::cos(degrees * 0.017453292519943295))) {}
 
   bool on() const { return on_; }
-  // `depth` is that of the pixels of the whole block whose first pixel is (x, y) of the frame, with `stride` values from
-  // row to row.
+  // `depth` is that of the pixels of the whole block whose first pixel is (x, y) of the frame, with `stride` values
+  // from row to row.
   bool detect(const float* depth, std::size_t stride, int x, int y) const;
 
  private:

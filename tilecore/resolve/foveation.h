@@ -7,7 +7,7 @@
 
 namespace tessera::tilecore {
 
-// What a user chooses of it, for frames of any size.
+// The settings of foveation, for frames of any size.
 struct FoveationSettings {
   double r0 = 0, r1 = 0;                // pixels; r0 = 0: off
   double focus_x = 0.5, focus_y = 0.5;  // of the frame

@@ -13,7 +13,7 @@
 
 namespace tessera::tilecore {
 
-// What of the previous frame tiles ask for, each byte once for a tile.
+// Bytes of the previous frame that tiles ask for, each once for a tile, and that they write for the next.
 struct HistoryCounters {
   std::uint64_t color_bytes = 0, record_bytes = 0, state_bytes = 0, signature_bytes = 0;
   std::uint64_t records_written = 0, states_written = 0, signatures_written = 0;
@@ -77,7 +77,7 @@ class HistoryMemory {
     const int in_tile = tile / 4, cells = (in_tile + kCellSide - 1) / kCellSide;
     return block / in_tile * cells + block % in_tile / kCellSide;
   }
-  // Of an array tile by tile, of which each tile has `columns` by `rows`.
+  // Index in an array that lies tile by tile, of which each tile has `columns` by `rows`.
   std::uint64_t by_tile(int column, int row, int columns, int rows) const {
     const std::uint64_t tile = tiles_.index(column / columns, row / rows);
     return (tile * static_cast<std::uint64_t>(rows) + static_cast<std::uint64_t>(row % rows)) *

@@ -100,7 +100,7 @@ inline constexpr std::array<BlockMask, 2> kTablePatterns = {sparse_square(0, 0),
 // Kernels with weights; kNearest has none.
 inline constexpr std::size_t kTableKernels = 4;
 
-// What the generator writes for each kernel, border case, pattern and pixel.
+// The generator writes one for each kernel, border case, pattern and pixel.
 struct StencilIndexEntry {
   std::uint16_t stencil = 0xffff;  // 0xffff: the pixel is rendered, or has no stencil that holds, or no table
   GridSymmetry symmetry;           // from the stored stencil to the pixel's
@@ -121,7 +121,7 @@ constexpr unsigned mirrored_border(unsigned border, unsigned mirror) {
 // directly. `pattern`: one of kSquareOrder or kPairOrder. `border`: a sum of BorderSide.
 std::optional<Stencil> table_stencil(Reconstruction kernel, BlockMask pattern, unsigned border, int pixel);
 
-// What the tables take in a machine that keeps them: all stencils, and one index entry of 16 bits per kernel, border
+// The size of the tables in a machine that keeps them: all stencils, and one index entry of 16 bits per kernel, border
 // case, table pattern and pixel.
 struct StencilTableSize {
   std::size_t stencils, stencil_bits, index_entries;

@@ -6,9 +6,9 @@
 namespace tessera::tilecore {
 
 // Speeds in pixels per frame. They tell which regime a block is in: below `reuse` it takes pixels from the previous
-// frame, from there to `half_rate` it is shaded fully, above `half_rate` at half and above `quarter_rate` at a quarter of
-// its pixels. By default [measured: docs/resolve.md] nothing lies between `reuse` and `half_rate`: reuse goes on until
-// half of the pixels need no history; blocks that may not reuse pixels are shaded fully up to `half_rate`.
+// frame, from there to `half_rate` it is shaded fully, above `half_rate` at half and above `quarter_rate` at a quarter
+// of its pixels. By default [measured: docs/resolve.md] nothing lies between `reuse` and `half_rate`: reuse goes on
+// until half of the pixels need no history; blocks that may not reuse pixels are shaded fully up to `half_rate`.
 struct SpeedThresholds {
   float reuse = 2.0f, half_rate = 2.0f, quarter_rate = 8.0f;
   // Share of a threshold by which a speed must pass it before a block leaves the regime that it was in, so that one
@@ -18,7 +18,7 @@ struct SpeedThresholds {
   float cut = 16.0f;  // [assumed]
 };
 
-// What is known of a block of 4x4 pixels before anything of it is shaded.
+// The evidence on a block of 4x4 pixels before anything of it is shaded.
 struct BlockEvidence {
   bool edge = false;
   bool outline = false;  // that edge is one between surfaces, of which each pixel's own may be advected
@@ -30,7 +30,8 @@ struct BlockEvidence {
   bool advection_allowed = false;  // a valid history, same lights, no discrepancy around the block
   bool cut = false;                // the frame is the first after one
   int max_samples = 32;            // foveation
-  // What the frame before showed in the block's place, as far as this frame's shutter leaves it (block_contrast.h).
+  // The contrast of the previous frame in the block's place, as far as this frame's shutter leaves it
+  // (block_contrast.h).
   float contrast = 0;
   std::uint8_t last_samples = 0;  // what the block had last, 0 unknown: rate, or 1 when it was advected
 };
@@ -39,14 +40,14 @@ struct RateSettings {
   SpeedThresholds thresholds;
   bool supersampling = false;  // 32 on edges
   int advected = 12;           // pixels of 16 that slow blocks take over: 8 or 12; the others are rendered
-  // Of displayed values between 0 and 1, that reconstruction may be predicted to have in a block; 0: it does not matter.
+  // The largest error, of displayed values between 0 and 1, that stencils may be predicted to have in a block; 0: any.
   float pattern_error = 0.008f;  // [measured] docs/resolve.md
 };
 
 struct BlockDecision {
   int samples = 16;     // 4, 8, 16 or 32 of 4x4 pixels; 32: the two halves of each pixel apart
   bool advect = false;  // pixels that are not rendered come from the history, else from their neighbours
-  // What BlockEvidence::last_samples wants to know next time.
+  // The value of BlockEvidence::last_samples in the next frame.
   std::uint8_t memory() const { return advect ? std::uint8_t{1} : static_cast<std::uint8_t>(samples); }
 };
 
@@ -59,13 +60,13 @@ struct BlockDecision {
 //   speed > quarter_rate                  -> 4
 //   speed > half_rate                     -> 8
 //   else                                  -> 16
-// where a speed above `reuse` counts only as far as the frame's own shutter blurs the block (blurred_speed): what is sharp
-// although it came far shows its pattern. 4 becomes 8, and 8 becomes 16, where the contrast says that stencils would miss
-// more than pattern_error. The result is the smaller one of that and what foveation allows. Deviation: a block of which
-// every sample is at rest may be advected although it has an edge, since what is copied is what would be shaded, bit for
-// bit; and one in which several surfaces meet, since a pixel only takes over what its own surface showed, and those that
-// see two are shaded.
-// Deviation from [0033]: no rate of 12, which the paragraph allows and which does not pay (docs/resolve.md).
+// where a speed above `reuse` counts only as far as the frame's own shutter blurs the block (blurred_speed): what is
+// sharp although it came far shows its pattern. 4 becomes 8, and 8 becomes 16, where the contrast says that stencils
+// would miss more than pattern_error. The result is the smaller one of that and what foveation allows. Deviation: a
+// block of which every sample is at rest may be advected although it has an edge, since what is copied is what would be
+// shaded, bit for bit; and one in which several surfaces meet, since a pixel only takes over what its own surface
+// showed, and those that see two are shaded. Deviation from [0033]: no rate of 12, which the paragraph allows and which
+// does not pay (docs/resolve.md).
 BlockDecision select_rate(const RateSettings& settings, const BlockEvidence& block);
 
 }  // namespace tessera::tilecore

@@ -1,4 +1,4 @@
-// What the resolve unit keeps in memory, reads of it and leaves as it is.
+// The resolve unit and memory: blocks that stay as they are, reads and writes of the history.
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -266,7 +266,8 @@ void ResolveUnit::keep_contrast(ResolveFrame& resolve) {
   }
 }
 
-// What of a square is all kept is neither read nor written; what is at rest in another is read before that is written.
+// A square whose blocks are all kept is neither read nor written; blocks at rest in another are read before it is
+// written.
 void ResolveUnit::charge_contrast(const HistoryMemory& places, const Memory& memory) {
   constexpr int kSide = HistoryMemory::kContrastSide;
   const IntRect& tile = unchanged_.blocks;

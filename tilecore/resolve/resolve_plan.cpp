@@ -14,13 +14,13 @@
 namespace tessera::tilecore {
 namespace {
 
-// Of a motion that was found usable, so that it fits an int.
+// For a motion that was found usable, so that it fits an int.
 int ceiling(float v) {
   const int whole = static_cast<int>(v);
   return whole + (static_cast<float>(whole) < v ? 1 : 0);
 }
 
-// Of four channels, for the distance of a pixel's samples from where they rest [by hand].
+// Operations on four channels for the distance of a pixel's samples from where they rest [by hand].
 constexpr std::uint64_t kBlurOperations = 4;
 
 std::uint32_t dither_number(const ResolveFrame& resolve) {
@@ -104,8 +104,8 @@ float ResolveUnit::blur_of(const Block& block) const {
   return std::isfinite(least) ? least : 0.0f;
 }
 
-// What is there, and whether it is one surface, at rest; how near it comes is asked for only where another eye may see
-// it.
+// Finds out what is there, and whether it is one surface, at rest; how near it comes is asked for only where another
+// eye may see it.
 void ResolveUnit::look_at_pixels(const ResolveFrame& resolve, Block& block, float& nearest) const {
   const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0);
   const std::uint32_t surface = surfaces_.surface[first];
@@ -297,7 +297,7 @@ void ResolveUnit::settle(const ResolveFrame& resolve, Block& block, const BlockE
   const ResolveSettings& settings = resolve.settings;
   block.decision = select_rate(settings.rates, evidence);
   if (block.decision.advect) block.slope = slope_of(block);
-  // What the other eye sees far away it sees where this one does. Velocities of what is at rest are those since the
+  // The other eye sees what is far away where this one does. Velocities of what is at rest are those since the
   // last frame, zero.
   const bool smooth = !block.edge || block.creased || block.outline;
   if (resolve.other_eye.history != nullptr && smooth && !block.still && nearest > resolve.other_eye_depth &&
@@ -427,8 +427,8 @@ void ResolveUnit::try_advection(const ResolveFrame& resolve, Block& block, Block
   });
 }
 
-// Those of `wanted` of a block at rest that the history has as they would be shaded (ADV1 of advection.h): their samples
-// saw the same surfaces in the same places, and what it keeps of them was not reconstructed.
+// Returns those of `wanted` of a block at rest that the history has as they would be shaded (ADV1 of advection.h):
+// their samples saw the same surfaces in the same places, and what it keeps of them was not reconstructed.
 BlockMask ResolveUnit::kept_pixels(const History& history, const Block& block, BlockMask wanted, Vec4* out16) const {
   BlockMask kept = 0;
   for_each_pixel(block.pixels, [&](int x, int y) {
@@ -467,7 +467,7 @@ bool ResolveUnit::advect(const ResolveFrame& resolve, const Block& block, const 
   const AdvectedPixel result =
       advect_pixel(x, y, velocity.then_depth()[pixel], surfaces_.surface[pixel], view, velocity.view(block.pixels),
                    resolve.settings.advection, block.slope, advection_work_);
-  // What was looked at was read, whatever it showed; colours only where records agree.
+  // Records that were looked at were read, whatever they showed; colours only where records agree.
   if (result.outcome != Advection::kUnusableVelocity && result.outcome != Advection::kOutsideFrame) {
     const Vec2 v = velocity.velocity()[pixel];
     const int left = x - ceiling(v.x), top = y - ceiling(v.y),

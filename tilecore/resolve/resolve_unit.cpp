@@ -208,7 +208,7 @@ bool ResolveUnit::is_discrepant(const ResolveFrame& resolve, const Block& block)
   return largest_difference(there, rendered, stride, taken) > settings.tolerance;
 }
 
-// What advection would have given for `wanted`, which are rendered; returns those for which it gives anything.
+// Finds what reprojection would have given for `wanted`, which are rendered; returns those for which it gives anything.
 BlockMask ResolveUnit::advectable(const ResolveFrame& resolve, const Block& block, BlockMask wanted, Vec4* there) {
   BlockMask taken = advect_plain(resolve, block, velocity_, wanted, there, 4);
   if (taken == wanted) return taken;
@@ -292,7 +292,7 @@ void ResolveUnit::reconstruct(ResolveFrame& resolve, const Block& block, const R
     }
     for_each_pixel(block.pixels, [&](int x, int y) {
       const BlockMask bit = block_bit(x, y);
-      // Nothing finite around: black, and not another NaN. Beside a highlight a stencil may fall below it: black, too.
+      // Black where nothing finite is around, not another NaN; and where a stencil falls below it beside a highlight.
       if ((missing & bit) != 0)
         records.color[records.index(x, y)] =
             (unfilled & bit) != 0 ? Vec4(0.0f, 0.0f, 0.0f, 1.0f) : not_negative(out[4 * (y & 3) + (x & 3)]);

@@ -36,12 +36,12 @@ struct DesamplingCounters {
 
 // Where advected pixels come from: an earlier frame, or this frame for the other eye.
 struct AdvectionSource {
-  const History* history = nullptr;  // null: there is none
+  const History* history = nullptr;  // nullptr: there is none
   const MotionField* motion = nullptr;
 };
 
-// What the tile cores of one frame share about its resolve; read only but for `next` and `origin`, in which tiles write
-// disjoint pixels.
+// The tile cores of one frame share this about its resolve; they only read it but for `next` and `origin`, in which
+// tiles write disjoint pixels.
 struct ResolveFrame {
   ResolveSettings settings;
   Foveation foveation;        // of frames of this size
@@ -91,8 +91,8 @@ class ResolveUnit {
   // The PixelRate of each pixel of the tile planned last.
   std::span<const std::uint8_t> pixel_rates() const { return pixel_rates_; }
 
-  // `color` and `coverage`: spp values per pixel; those of skipped pixels are not read. True: what was taken over is not
-  // what is there; the pixels with reshade_mask() == 1 are to be shaded, before complete() is called.
+  // `color` and `coverage`: spp values per pixel; those of skipped pixels are not read. True: what was taken over is
+  // not what is there; the pixels with reshade_mask() == 1 are to be shaded, before complete() is called.
   bool check(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage);
   std::span<const std::uint8_t> reshade_mask() const { return reshade_mask_; }
 
@@ -150,12 +150,12 @@ class ResolveUnit {
   float blur_of(const Block& block) const;
   bool is_relit(const MotionField& motion, const Block& block);
   float slope_of(const Block& block) const;
-  // Of the frame before, where the block comes from. What motion is known of the block is in velocity_.
+  // The contrast of the previous frame where the block comes from, by its motion in velocity_.
   float contrast_before(const History& history, Block& block);
   void keep_contrast(ResolveFrame& resolve);
   void charge_contrast(const HistoryMemory& places, const Memory& memory);
   bool any_rests(const IntRect& blocks) const;
-  // Those of the missing pixels that have a rendered pixel of their surface in the block.
+  // The missing pixels that have a rendered pixel of their surface in the block.
   BlockMask reconstructible(const ResolveSettings& settings, const Block& block, BlockMask missing) const;
   void try_advection(const ResolveFrame& resolve, Block& block, BlockMask missing);
   void copy_still(const ResolveFrame& resolve, Block& block, BlockMask missing);
@@ -214,7 +214,7 @@ class ResolveUnit {
   std::vector<std::uint8_t> pixel_rates_, reshade_mask_;
   std::vector<Vec4> colors_;    // per pixel of the tile: the advected ones' from plan() on, then all
   std::vector<float> records_;  // depth of each pixel, as the history keeps it
-  // Of the histories, for this tile: pixels whose records, and of which the colours were read.
+  // Pixels of the histories whose records (looked at) and whose colours (fetched) were read for this tile.
   std::vector<IntRect> looked_at_, eye_looked_at_, fetched_, eye_fetched_;
   std::vector<IntRect> signatures_read_, signatures_written_;  // column and row of blocks
   std::vector<IntRect> contrast_rects_, written_contrast_;     // of blocks

@@ -22,7 +22,7 @@ struct WindowView {
   const Vec4* at(int x, int y) const { return window.first_pixel + y * window.row_stride + x; }
 };
 
-// What a block's pixels are filled with.
+// How a block's pixels are filled.
 struct FillPlan {
   Reconstruction kernel;
   std::optional<MirroredPattern> pattern;  // set: the tables hold for `border`

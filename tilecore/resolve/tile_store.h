@@ -22,8 +22,8 @@ struct StoreCounters {
   std::uint64_t signature_bytes = 0;
 };
 
-// What the frame buffer of a view holds, and signatures of the colours that were written there last. Tiles use disjoint
-// parts of it.
+// The colours that the frame buffer of a view holds, and signatures of the colours that were written there last. Tiles
+// use disjoint parts of it.
 struct StoredFrame {
   std::vector<std::optional<std::uint64_t>> signatures;  // by tile; none: of colours that are not known
   Image color;                                           // as FrameTargets::color
@@ -38,7 +38,7 @@ struct FrameStore {
   PixelCoder coder;
   bool compressed = false;
   int signature_bits = 64;
-  StoredFrame* before = nullptr;  // transaction elimination; null: every tile is written
+  StoredFrame* before = nullptr;  // transaction elimination; nullptr: every tile is written
 
   std::uint64_t signature_bytes() const { return static_cast<std::uint64_t>(signature_bits + 7) / 8; }
 };
@@ -52,10 +52,10 @@ constexpr std::uint64_t kept_bits(std::uint64_t signature, int bits) {
 //   colours -> code of the format -> signature: as in the frame before? nothing is written
 //                                 -> blocks, compressed each on its own -> bursts, and a header for each block
 //
-// Without compression a tile's pixels lie row by row in the frame; with it, blocks (stored_block()) have a place each, of
-// as many bytes as their pixels take, and their headers an array behind them, tile by tile: the recorder charges that,
-// as bursts of it are shared by tiles. Blocks that the region cuts are filled up with copies of their nearest pixels and
-// take no more than the rows of them that exist.
+// Without compression a tile's pixels lie row by row in the frame; with it, blocks (stored_block()) have a place each,
+// of as many bytes as their pixels take, and their headers an array behind them, tile by tile: the recorder charges
+// that, as bursts of it are shared by tiles. Blocks that the region cuts are filled up with copies of their nearest
+// pixels and take no more than the rows of them that exist.
 //
 // Invariants (cited by the tests):
 //   PS1  What a tile moves does not depend on other tiles.
@@ -73,7 +73,7 @@ class TileStore {
     // A second pass will change pixels of it: it is stored raw, and has no signature.
     bool open = false;
     const UnchangedBlocks* unchanged = nullptr;  // nullptr: none is
-    // What each block of a compressed frame takes is left there, row by row, where it is not null.
+    // If not nullptr, store() leaves there the bytes of each block of a compressed frame, row by row.
     std::vector<std::uint16_t>* payloads = nullptr;
   };
 
@@ -86,7 +86,7 @@ class TileStore {
 
   StoreCounters take_counters() { return std::exchange(counters_, {}); }
 
-  // What the pixels of a frame take in memory with their headers, for the map of addresses.
+  // Bytes of the pixels of a frame in memory with their headers, for the map of addresses.
   static std::uint64_t frame_bytes(const FrameStore& how, IntRect region);
   // Where the headers begin there, and how many a tile has.
   static std::uint64_t header_offset(const FrameStore& how, IntRect region);
