@@ -29,7 +29,7 @@ constexpr auto kFormerKeys = std::to_array<FormerKey>({
     {"resolve.k_fast1", "resolve.half_rate_speed", ""},
     {"resolve.k_fast2", "resolve.quarter_rate_speed", ""},
     {"resolve.k_stat", "resolve.reuse_speed", ""},
-    {"resolve.keep_blocks", "", "Unchanged blocks are never read or written; but see resolve.history_colors."},
+    {"resolve.keep_blocks", "", "Unchanged blocks are always skipped, with resolve.history_colors=frame_buffer."},
     {"resolve.stencil_clamp", "", "Reconstructed pixels are not clamped to the range of what they are made from."},
     {"resolve.stencil_weights", "", "Stencils have packed weights of 8 bits."},
     {"resolve.supersampled_groups", "", "resolve.supersampling shades all 32 half pixels of a block with an edge."},
