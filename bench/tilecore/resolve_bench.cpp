@@ -101,7 +101,7 @@ TESSERA_FILL(Interpolating4, Reconstruction::kCubicInterpolating, 4);
 
 void FillCheckerboard(benchmark::State& state) {
   Image image(32, 32, 8);
-  CheckerboardWork work;
+  ReconstructionWork work;
   const auto fill = [&] {
     image.each_block([&](const BlockWindow& window, Vec4* block) {
       benchmark::DoNotOptimize(reconstruct_checkerboard(window, image.missing(), block, work));

@@ -211,7 +211,7 @@ bool is_usable(const BlockWindow& window, BlockMask missing, int x, int y) {
   return window.usable[static_cast<std::size_t>(y)] >> x & 1;
 }
 
-Cross gather(const BlockWindow& window, BlockMask missing, int x, int y, CheckerboardWork& work) {
+Cross gather(const BlockWindow& window, BlockMask missing, int x, int y, ReconstructionWork& work) {
   constexpr int kSteps[4][2] = {{0, -1}, {-1, 0}, {1, 0}, {0, 1}};
   Cross cross;
   for (const auto& step : kSteps) {
@@ -229,7 +229,8 @@ Cross gather(const BlockWindow& window, BlockMask missing, int x, int y, Checker
 
 }  // namespace
 
-BlockMask reconstruct_checkerboard(const BlockWindow& window, BlockMask missing, Vec4* out16, CheckerboardWork& work) {
+BlockMask reconstruct_checkerboard(const BlockWindow& window, BlockMask missing, Vec4* out16,
+                                   ReconstructionWork& work) {
   BlockMask unfilled = 0;
   for (int p = 0; p < 16; ++p) {
     if (!(missing >> p & 1)) continue;

@@ -282,14 +282,10 @@ void ResolveUnit::reconstruct(ResolveFrame& resolve, const Block& block, const R
     left = static_cast<BlockMask>(left & ~missing);
     const BlockWindow window{first, stride, usable_window(resolve, block, surface, records)};
     Vec4 out[16];
-    BlockMask unfilled = 0;
-    if (settings.desampling == Desampling::kCheckerboard) {
-      CheckerboardWork work;
-      unfilled = reconstruct_checkerboard(window, missing, out, work);
-      reconstruction_work_.taps += work.taps;
-    } else {
-      unfilled = reconstruct_block(settings.reconstruction, window, missing, out, reconstruction_work_);
-    }
+    const BlockMask unfilled =
+        settings.desampling == Desampling::kCheckerboard
+            ? reconstruct_checkerboard(window, missing, out, reconstruction_work_)
+            : reconstruct_block(settings.reconstruction, window, missing, out, reconstruction_work_);
     for_each_pixel(block.pixels, [&](int x, int y) {
       const BlockMask bit = block_bit(x, y);
       // Black where nothing finite is around, not another NaN; and where a stencil falls below it beside a highlight.

@@ -18,7 +18,7 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 struct Filled {
   std::array<Vec4, 16> color{};
   BlockMask unfilled = 0;
-  CheckerboardWork work;
+  ReconstructionWork work;
 };
 Filled fill(const Window& window, BlockMask missing) {
   Filled f;
