@@ -88,9 +88,9 @@ Keys<ResolveSettings> pixel_keys() {
            "How a block finds out that reprojection went wrong: by what that would have given for rendered pixels. Its "
            "reprojected pixels are then shaded after all, and around it nothing is reused in the next frames."},
           {"resolve.discrepancy_tolerance", &DiscrepancySettings::tolerance, "", 0, 1,
-           "Relative difference of a pixel from which on it did."},
+           "Reprojection went wrong where a pixel differs by more than this share."},
           {"resolve.discrepancy_frames", &DiscrepancySettings::frames, "frames", 1, 15,
-           "For which its neighbourhood is then rendered fully."},
+           "For so many frames the blocks around one where it went wrong are shaded fully."},
       });
   keys.add(Keys<ResolveSettings>{
       {"resolve.reconstruction", &ResolveSettings::reconstruction,
