@@ -126,7 +126,7 @@ TEST_P(MachineOf, EventsOfTilesAddUpToTheCounters) {
     EXPECT_EQ(sum.events[hardware::Event::kStencilTests], r.counters.stencil.tests) << name;
     const tilecore::DesamplingCounters& desampling = r.counters.desampling;
     EXPECT_EQ(sum.events[hardware::Event::kResolveOperations],
-              desampling.velocity_evaluations + desampling.pixels_advected + desampling.stencil_taps +
+              desampling.velocity_operations + desampling.pixels_advected + desampling.stencil_taps +
                   desampling.contrast_operations)
         << name;
     EXPECT_EQ(sum.events[hardware::Event::kFetchedEntries], r.counters.tilecore.entries_fetched) << name;
