@@ -1,6 +1,38 @@
 #include "gpu/counter_list.h"
 
+#include <algorithm>
+#include <array>
+
 namespace tessera::gpu {
+namespace {
+
+constexpr auto kFormerCounters = std::to_array<FormerCounter>({
+    {"resolve.advections_outside", ""},
+    {"resolve.advections_unusable", ""},
+    {"resolve.blocks_blurred", ""},
+    {"resolve.blocks_creased", ""},
+    {"resolve.blocks_deferred", "dram.resolve.neighbours.read_bytes"},
+    {"resolve.blocks_distrusted", "resolve.history_rejected"},
+    {"resolve.blocks_empty", ""},
+    {"resolve.blocks_patterned", ""},
+    {"resolve.blocks_rate_12", ""},
+    {"resolve.blocks_signed", "resolve.history_signatures_written / 16"},
+    {"resolve.bytes_not_written", ""},
+    {"resolve.frame_blocks", ""},
+    {"resolve.frame_blocks_raw", ""},
+    {"resolve.frame_bytes_compressed", "dram.resolve.frame_buffer.written_bytes"},
+    {"resolve.frame_bytes_raw", ""},
+    {"resolve.half_pixels_reconstructed", ""},
+    {"resolve.pixels_forced", ""},
+    {"resolve.pixels_on_borders", ""},
+    {"resolve.pixels_shaded_again", ""},
+    {"resolve.velocity_evaluations", "resolve.velocity_operations"},
+});
+static_assert(std::ranges::is_sorted(kFormerCounters, {}, &FormerCounter::name));
+
+}  // namespace
+
+std::span<const FormerCounter> former_counters() { return kFormerCounters; }
 
 std::vector<CounterInfo> counter_infos() {
   std::vector<CounterInfo> infos;

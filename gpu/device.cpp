@@ -26,20 +26,9 @@ constexpr std::size_t kDrawablesToKeep = std::size_t{1} << 16;
 constexpr const char* kWholeFrames = "surfaces transmit: any of their pixels may show any pixel of what is behind";
 
 // The resolve unit's settings, of which the seed is that of the samples. Throws UsageError when they do not fit.
-tilecore::ResolveSettings resolve_settings(const RunSettings& settings, const GpuConfiguration& gpu, bool transmits) {
+tilecore::ResolveSettings resolve_settings(const RunSettings& settings, bool transmits) {
   tilecore::ResolveSettings resolve = settings.resolve;
   check_resolve(resolve);
-  if (gpu.tile.width % resolve.rates.block != 0 || gpu.tile.height % resolve.rates.block != 0)
-    throw UsageError(
-        fmt::format("resolve.block: blocks of {}x{} pixels do not fill tiles of {}x{}: set resolve.block=8 "
-                    "or 4, or tile.width and tile.height to multiples of it",
-                    resolve.rates.block, resolve.rates.block, gpu.tile.width, gpu.tile.height));
-  if (resolve.rates.supersampled < 32 && (settings.shading.derivatives == tilecore::ShadingDerivatives::kQuad ||
-                                          settings.shading.rate == tilecore::ShadingRate::kSample ||
-                                          settings.shading.rate == tilecore::ShadingRate::kCache))
-    throw UsageError(
-        "resolve.supersampled_groups: halves of pixels are shaded apart with shading.rate=pixel or "
-        "primitive alone, and without shading.derivatives=quad: set one of these, or 32");
   if (transmits) resolve.desampling = tilecore::Desampling::kOff;
   resolve.dither.seed = settings.sampling.seed;
   return resolve;
@@ -80,7 +69,7 @@ Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfigu
       record_memory_(scene_.assembly, gpu.line_bytes(), displacement_memory_.end()),
       camera_(request.camera ? frame_camera(*request.camera, settings)
                              : frame_camera(prepared_->capture, settings, request.width, request.height)),
-      resolve_(resolve_settings(settings, gpu, behind_.level_count() > 0)),
+      resolve_(resolve_settings(settings, behind_.level_count() > 0)),
       focus_(resolve_.foveation, prepared_->capture),
       pipeline_(gpu_, scene_.pyramids) {
   for (const double offset : {0.0, settings.stereo.eye_separation}) {
@@ -235,7 +224,7 @@ tilecore::ResolveFrame& Device::begin_resolve(int frame, Eye& eye, const scene::
                                        static_cast<float>(settings_.stereo.far_depth));
   prepare_history(*resolve.next, false);
   // Signatures of whole tiles want all of their colours.
-  resolve.keeps_blocks = resolve_.keep_blocks && tilecore::reads_blocks(resolve_) &&
+  resolve.keeps_blocks = resolve_.skip_unchanged && tilecore::reads_blocks(resolve_) &&
                          resolve_.colors == tilecore::HistoryColors::kFrameBuffer &&
                          !gpu_.frame_buffer.transaction_elimination;
   resolve.auxiliary = request_.resolve_auxiliary;

@@ -172,8 +172,7 @@ void TileScheduler::share(Round& round) {
       depth_offset += tile_depth_bytes();
     }
     const std::uint64_t header_bytes = tilecore::TileStore::header_bytes(store, binner_.grid().pixels(t));
-    if (use.stored)
-      result.counters.compression.frame_bytes_compressed += round.work.move(t, headers, header_offset, header_bytes);
+    if (use.stored) round.work.move(t, headers, header_offset, header_bytes);
     header_offset += header_bytes;
     if (run_.record != nullptr)
       run_.record->tessellations.insert(run_.record->tessellations.end(), use.tessellations.begin(),

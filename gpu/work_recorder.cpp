@@ -201,9 +201,8 @@ void WorkRecorder::Tile::end(const tilecore::TileJob& job, tilecore::TileResult&
   slot_.history_lines = std::move(result.history_lines);
   sums.layer_bytes = std::max(sums.layer_bytes, result.layer_bytes);
 
-  const bool floats = job.resolve != nullptr && job.resolve->settings.weights == tilecore::StencilWeights::kFloat;
   timing::TileWork& work = slot_.work;
-  work.events = tilecore::count_events(result.counters, job.warp_lanes(), floats ? 4 : 1);
+  work.events = tilecore::count_events(result.counters, job.warp_lanes());
   work.events[Event::kTexels] -= result.visibility_texels;  // those of alpha tests
   if (finished) {
     const IntRect pixels = job.grid->pixels(static_cast<binner::TileIndex>(tile_));

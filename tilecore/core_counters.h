@@ -40,7 +40,6 @@ struct CoreCounters {
   DesamplingCounters desampling;
   HistoryCounters history;
   ResolveCounters resolve;
-  CompressionCounters compression;
   StoreCounters store;
   TransmissionCounters transmission;
 };
@@ -57,7 +56,6 @@ void for_each_unit(A& a, B& b, const Visit& visit) {
   visit(a.desampling, b.desampling);
   visit(a.history, b.history);
   visit(a.resolve, b.resolve);
-  visit(a.compression, b.compression);
   visit(a.store, b.store);
   visit(a.transmission, b.transmission);
 }
@@ -66,8 +64,7 @@ inline void merge(CoreCounters& into, const CoreCounters& from) {
 }
 
 // The events of a tile, as far as its core counts them.
-inline hardware::EventCounts count_events(const CoreCounters& c, std::uint64_t warp_lanes,
-                                          std::uint64_t taps_of_weight) {
+inline hardware::EventCounts count_events(const CoreCounters& c, std::uint64_t warp_lanes) {
   hardware::EventCounts counts;
 #define TESSERA_TILE_COUNT(id, count) counts[hardware::Event::id] = count;
 #include "hardware/each_event.inc"

@@ -158,7 +158,6 @@ TileResult TileCore::take_result() {
   counters.texture = shader_.textures().take_counters();
   counters.desampling = resolve_.take_counters();
   counters.history = resolve_.take_history_counters();
-  counters.compression = store_.take_compression();
   counters.store = store_.take_counters();
   result_.ledger += resolve_.take_ledger();
   result_.patches_read = shader_.take_patches_read();
@@ -465,11 +464,11 @@ bool TileCore::finish_desampled(const TileJob& job, TileState& state, FrameTarge
   const double start = thread_seconds();
   resolve_.plan(*job.resolve, *job.frame, samples_, state);
   const double planned = thread_seconds();
-  shader_.shade(job, samples_, state, first_of_group, resolve_.runs());
+  shader_.shade(job, samples_, state, first_of_group, resolve_.pixel_rates());
   double shaded = thread_seconds();
   if (const double checked = shaded; resolve_.check(*job.resolve, shader_.color(), shader_.coverage())) {
     totals_.resolve_seconds += thread_seconds() - checked;
-    shader_.shade_again(job, samples_, state, resolve_.runs_again());
+    shader_.shade_again(job, samples_, state, resolve_.reshade_mask());
     shaded = thread_seconds();
   }
   const DeferredShader::Skipped skipped = shader_.take_skipped();
@@ -538,7 +537,7 @@ void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
   }
   TileStore::Tile whole{tile, pixels, targets.region, job.burst_bytes(), open};
   if (job.resolve != nullptr) {
-    whole.kept = &resolve_.kept();
+    whole.unchanged = &resolve_.unchanged();
     whole.payloads = job.resolve->next->payload.empty() ? nullptr : &job.resolve->next->payload;
   }
   const TileStore::Outcome stored = store_.store(job.store, whole, targets.color, result_.ledger);

@@ -173,27 +173,23 @@ std::vector<Knob> resolve_knobs() {
   const KeyValues adaptive = {{"resolve.desampling", "adaptive"}};
   std::vector<KnobSetting> speeds;
   for (const double slow : {0.0, 0.25, 0.5, 1.0, 2.0})
-    speeds.push_back({fmt::format("below {} px", slow), {{"resolve.k_stat", slow}}});
+    speeds.push_back({fmt::format("below {} px", slow), {{"resolve.reuse_speed", slow}}});
   std::vector<KnobSetting> fast = {
-      {"8 of 16 from 2 px, 4 from 8 px", {{"resolve.k_fast1", 2}, {"resolve.k_fast2", 8}}},
-      {"8 of 16 from 4 px, 4 from 16 px", {{"resolve.k_fast1", 4}, {"resolve.k_fast2", 16}}},
-      {"8 of 16 from 8 px, 4 from 32 px", {{"resolve.k_fast1", 8}, {"resolve.k_fast2", 32}}},
-      {"never", {{"resolve.k_fast1", 1000000}, {"resolve.k_fast2", 1000000}}}};
+      {"8 of 16 from 2 px, 4 from 8 px", {{"resolve.half_rate_speed", 2}, {"resolve.quarter_rate_speed", 8}}},
+      {"8 of 16 from 4 px, 4 from 16 px", {{"resolve.half_rate_speed", 4}, {"resolve.quarter_rate_speed", 16}}},
+      {"8 of 16 from 8 px, 4 from 32 px", {{"resolve.half_rate_speed", 8}, {"resolve.quarter_rate_speed", 32}}},
+      {"never", {{"resolve.half_rate_speed", 1000000}, {"resolve.quarter_rate_speed", 1000000}}}};
   std::vector<KnobSetting> advection = {
       {"no advection", {{"resolve.advection", false}}},
       {"bilinear", {{"resolve.advection_fetch", "bilinear"}, {"resolve.bfecc", false}}},
       {"bicubic", {{"resolve.advection_fetch", "bicubic"}, {"resolve.bfecc", false}}},
       {"bilinear, BFECC", {{"resolve.advection_fetch", "bilinear"}, {"resolve.bfecc", true}}},
       {"bicubic, BFECC", {{"resolve.advection_fetch", "bicubic"}, {"resolve.bfecc", true}}}};
-  std::vector<KnobSetting> filters = {
-      {"nearest", {{"resolve.reconstruction", "nearest"}}},
-      {"bilinear", {{"resolve.reconstruction", "bilinear"}}},
-      {"cubic, float weights", {{"resolve.reconstruction", "cubic"}, {"resolve.stencil_weights", "float"}}},
-      {"cubic, 8-bit weights", {{"resolve.reconstruction", "cubic"}, {"resolve.stencil_weights", "packed"}}}};
-  Knob half = watching(knob("reconstruction", "reconstruction of 8 of 16", filters, "cubic, float weights"),
+  const std::vector<KnobSetting> filters = values_of("resolve.reconstruction", {"nearest", "bilinear", "cubic"});
+  Knob half = watching(knob("reconstruction", "reconstruction of 8 of 16", filters, "cubic"),
                        "timing.units.resolve.busy_cycles", "resolve cycles");
   half.context = {{"resolve.desampling", "fixed_8"}};
-  Knob quarter = watching(knob("reconstruction_4", "reconstruction of 4 of 16", filters, "cubic, float weights"),
+  Knob quarter = watching(knob("reconstruction_4", "reconstruction of 4 of 16", filters, "cubic"),
                           "timing.units.resolve.busy_cycles", "resolve cycles");
   quarter.context = {{"resolve.desampling", "fixed_4"}};
   return {

@@ -114,7 +114,7 @@ void expect_events_of_tiles_add_up(const gpu::FrameResult& r) {
   EXPECT_EQ(sum.events[Event::kSamplingOperations], sampling.operations);
   EXPECT_EQ(sum.events[Event::kStencilTests], r.counters.stencil.tests);
   const tilecore::DesamplingCounters& desampling = r.counters.desampling;
-  EXPECT_EQ(sum.events[Event::kResolveOperations], desampling.velocity_evaluations + desampling.pixels_advected +
+  EXPECT_EQ(sum.events[Event::kResolveOperations], desampling.velocity_operations + desampling.pixels_advected +
                                                        desampling.stencil_taps + desampling.contrast_operations);
   EXPECT_EQ(sum.events[Event::kFetchedEntries], r.counters.tilecore.entries_fetched);
   EXPECT_EQ(sum.events[Event::kSortSteps], r.counters.tilecore.sort_steps);

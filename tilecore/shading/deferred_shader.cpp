@@ -24,12 +24,11 @@ bool sees_opaque(const std::uint32_t* patch, int spp) {
 }  // namespace
 
 void DeferredShader::begin(const TileJob& job, const TileSamples& samples, bool empty_cache,
-                           std::span<const std::uint8_t> runs) {
-  runs_ = runs;
+                           std::span<const std::uint8_t> rates) {
+  rates_ = rates;
   pixel_invocations_.assign(samples.count / static_cast<std::size_t>(samples.spp), 0);
   pixel_normal_.assign(pixel_invocations_.size(), Vec3(0.0f));
-  if (job.shading.rate == ShadingRate::kCache ? empty_cache
-                                              : std::find(runs.begin(), runs.end(), kByCell) != runs.end()) {
+  if (job.shading.rate == ShadingRate::kCache && empty_cache) {
     cells_.start(*job.frame, static_cast<float>(job.shading.cell_pixels));
     cache_.empty(static_cast<std::size_t>(job.shading_cache.entries));
   }
@@ -46,8 +45,8 @@ void DeferredShader::begin(const TileJob& job, const TileSamples& samples, bool 
 }
 
 void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache,
-                           std::span<const std::uint8_t> runs, shaders::RadianceImage* behind) {
-  begin(job, samples, empty_cache, runs);
+                           std::span<const std::uint8_t> rates, shaders::RadianceImage* behind) {
+  begin(job, samples, empty_cache, rates);
   collect_opaque(job, samples, state);
   opaque_ = invocations_.size();
   collect_layers(job, samples, state);
@@ -58,15 +57,15 @@ void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileS
 }
 
 void DeferredShader::shade_again(const TileJob& job, const TileSamples& samples, TileState& state,
-                                 std::span<const std::uint8_t> again) {
+                                 std::span<const std::uint8_t> mask) {
   std::swap(first_color_, sample_color_), std::swap(first_coverage_, sample_coverage_);
   std::swap(first_normal_, pixel_normal_), std::swap(first_invocations_, pixel_invocations_);
   again_ = true;
-  shade(job, samples, state, false, again);
+  shade(job, samples, state, false, mask);
   again_ = false;
   const auto spp = static_cast<std::size_t>(samples.spp);
-  for (std::size_t pixel = 0; pixel < again.size(); ++pixel) {
-    if (again[pixel] == 0) continue;
+  for (std::size_t pixel = 0; pixel < mask.size(); ++pixel) {
+    if (mask[pixel] == 0) continue;
     std::copy_n(&sample_color_[pixel * spp], spp, &first_color_[pixel * spp]);
     std::copy_n(&sample_coverage_[pixel * spp], spp, &first_coverage_[pixel * spp]);
     first_normal_[pixel] = pixel_normal_[pixel], first_invocations_[pixel] = pixel_invocations_[pixel];
@@ -171,17 +170,15 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
   std::array<std::size_t, 4> pixels;
   std::array<bool, 4> split;
   std::size_t count = 0;
-  bool halves = false;  // some are left out
   for (int y = y0; y < std::min(y0 + side, samples.pixels.height()); ++y)
     for (int x = x0; x < std::min(x0 + side, samples.pixels.width()); ++x) {
       const auto pixel = static_cast<std::size_t>(y * samples.pixels.width() + x);
-      if (runs_of(pixel) == 0) {
+      if (rate_of(pixel) == kSkipped) {
         if (!again_) skip_pixel(job, samples, state, pixel);
-      } else if (by_cell(job, pixel)) {
+      } else if (job.shading.rate == ShadingRate::kCache) {
         collect_cells(job, samples, state, pixel);
       } else {
-        halves = halves || runs_of(pixel) > kHalvesApart;
-        split[count] = runs_of(pixel) >= kHalvesApart, pixels[count++] = pixel;
+        split[count] = rate_of(pixel) == kHalvesApart, pixels[count++] = pixel;
       }
     }
   if (count == 0) return;
@@ -197,16 +194,8 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
     counters_.helper_invocations += 4 * merger.quads() - merger.runs().size();
   }
   const auto first_point = static_cast<std::uint32_t>(kept_ + invocations_.size());
-  point_of_run_.clear();
-  std::size_t runs_left_out = 0, samples_left_out = 0;
   for (const FragmentMerger::Run& run : merger.runs()) {
     const std::size_t s = run.sample, pixel = pixels[run.pixel];
-    if (halves) {
-      const bool out = runs_of(pixel) == (in_right_half(samples.x[s]) ? kLeftHalf : kRightHalf);
-      point_of_run_.push_back(out ? kLeftOut : static_cast<std::uint32_t>(kept_ + invocations_.size()));
-      runs_left_out += out;
-      if (out) continue;
-    }
     const std::uint32_t patch = state.patch[s];
     // In place: a copy would wait for what has just been written.
     Invocation& asked = add_invocation(job, patch, pixel);
@@ -224,13 +213,10 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
       const std::uint32_t run = merger.run_of(p, k);
       if (run == FragmentMerger::kNoRun) continue;
       if (!again_) count_visible(job, state.patch[first + k]);
-      sample_point_[first + k] = halves ? point_of_run_[run] : first_point + run;
-      samples_left_out += sample_point_[first + k] == kLeftOut;
+      sample_point_[first + k] = first_point + run;
     }
   }
-  skipped_.samples += samples_left_out, skipped_.invocations += runs_left_out;
-  counters_.pixel_shader_invocations_saved +=
-      (merger.visible() - samples_left_out) - (merger.runs().size() - runs_left_out);
+  counters_.pixel_shader_invocations_saved += merger.visible() - merger.runs().size();
 }
 
 void DeferredShader::skip_pixel(const TileJob& job, const TileSamples& samples, const TileState& state,
@@ -272,15 +258,11 @@ void DeferredShader::color_samples(const TileJob& job, const TileSamples& sample
       sample_coverage_[s] = point == kNone ? 0.0f : 1.0f;
       if (point == kNone) {
         // Samples of skipped pixels have no colour.
-        if (runs_of(pixel) != 0) behind_.push_back(static_cast<std::uint32_t>(s));
-        continue;
-      }
-      if (point == kLeftOut) {
-        sample_color_[s] = Vec3(0.0f);
+        if (rate_of(pixel) != kSkipped) behind_.push_back(static_cast<std::uint32_t>(s));
         continue;
       }
       sample_color_[s] = points_[point].color;
-      if (by_cell(job, pixel)) pixel_normal_[pixel] += points_[point].normal;
+      if (job.shading.rate == ShadingRate::kCache) pixel_normal_[pixel] += points_[point].normal;
     }
   if (job.background) {
     for (const std::uint32_t s : behind_) sample_color_[s] = *job.background;
@@ -290,8 +272,7 @@ void DeferredShader::color_samples(const TileJob& job, const TileSamples& sample
     for (int segment = std::min(segments, 1); segment <= segments; ++segment) color_background(job, samples, segment);
   }
   if (job.shading.rate == ShadingRate::kCache) return;
-  for (std::size_t i = 0; i < opaque_; ++i)
-    if (!by_cell(job, pixel_of_invocation_[i])) pixel_normal_[pixel_of_invocation_[i]] += points_[kept_ + i].normal;
+  for (std::size_t i = 0; i < opaque_; ++i) pixel_normal_[pixel_of_invocation_[i]] += points_[kept_ + i].normal;
 }
 
 void DeferredShader::color_background(const TileJob& job, const TileSamples& samples, int segment) {
@@ -361,7 +342,7 @@ void DeferredShader::collect_layers(const TileJob& job, const TileSamples& sampl
     while (end < state.layers.size() && state.layers[end].sample / spp == pixel) ++end;
     const std::span<const TileState::Layer> layers = std::span(state.layers).subspan(begin, end - begin);
     share_layers(job, samples, layers);
-    if (runs_of(pixel) == 0) {
+    if (rate_of(pixel) == kSkipped) {
       if (again_) continue;
       skipped_.samples += layers.size();
       skipped_.invocations += shared_layers_.size();

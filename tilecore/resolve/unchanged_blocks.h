@@ -10,19 +10,19 @@
 
 namespace tessera::tilecore {
 
-// Blocks of a tile that stay as they are: neither read nor written, as the frame buffer and the records that are written
-// now hold them since two frames ago, and the frame between is known to be the same (History::Stay).
-struct KeptBlocks {
+// Blocks of a tile that stay as they are: neither read nor written, as the frame buffer and the records that are
+// written now hold them since two frames ago, and the frame between is known to be the same (History::Stay).
+struct UnchangedBlocks {
   IntRect blocks;                  // columns and rows, in 4x4 pixels of the frame, that the tile has
   std::vector<std::uint8_t> kept;  // of each, row by row
   bool any = false;
 
   bool at(int column, int row) const { return any && kept[blocks.index(column, row)] != 0; }
-  // Of those of a rectangle that are the tile's.
+  // Whether all blocks of a rectangle that the tile has are kept.
   bool all(IntRect of) const;
 };
 
-// What a block at rest shows, and the signature of it that stays in memory: all that is asked of a frame for a block
+// A block at rest, and the signature of it that stays in memory: all that is asked of a frame for a block
 // that is kept. A dithered block is shaded by squares of four pixels (pattern_dither.h); what it takes over is not at
 // hand, so each square has a signature of its own.
 //

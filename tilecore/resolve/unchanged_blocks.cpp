@@ -1,4 +1,4 @@
-#include "tilecore/resolve/kept_blocks.h"
+#include "tilecore/resolve/unchanged_blocks.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -17,7 +17,7 @@ std::uint32_t low_bits(std::uint64_t hash, int bits) {
 
 }  // namespace
 
-bool KeptBlocks::all(IntRect of) const {
+bool UnchangedBlocks::all(IntRect of) const {
   const IntRect mine = of.intersect(blocks);
   for (int row = mine.y0; row < mine.y1; ++row)
     for (int column = mine.x0; column < mine.x1; ++column)
