@@ -2,8 +2,8 @@
 # tests/coverage.sh BUILD   line coverage of the libraries after what ran in BUILD (configured with -DTESSERA_COVERAGE=ON), by room
 #
 #   cmake --preset release -B build/coverage -DTESSERA_TESTS=ON -DTESSERA_COVERAGE=ON && cmake --build build/coverage
-#   ctest --test-dir build/coverage -j2 --label-exclude '-all$'; tests/coverage.sh build/coverage
-#   ctest --test-dir build/coverage -j2 --label-regex '-all$'; tests/coverage.sh build/coverage   # adds the other tier
+#   ctest --test-dir build/coverage -j2 --label-exclude '-all$|^shards'; tests/coverage.sh build/coverage
+#   ctest --test-dir build/coverage -j2 --label-regex '-all$' --label-exclude '^shards'; tests/coverage.sh build/coverage   # adds the other tier
 #
 # Counts are files that programs write at their end: what limits the size of files cuts them off. Leave it out: -E ALimitOnTheSizeOfFiles
 set -euo pipefail
