@@ -9,7 +9,36 @@ namespace tessera {
 namespace {
 
 constexpr auto kFormerKeys = std::to_array<FormerKey>({
+    {"binner.record_cache_bytes", "", "The cache of the sub-patch table has 16 KiB."},
+    {"cache.line_bytes", "", "Lines have 64 bytes, or those of a burst (memory.burst_bytes) where that is more."},
+    {"energy.binned_entry_pj", "energy.entry_pj", ""},
+    {"energy.fetched_entry_pj", "energy.entry_pj", ""},
     {"energy.leakage_mw", "", "Leakage follows the area (area.*) now: set energy.leakage_mw_per_mm2, at 0.8 V."},
+    {"frontend.backface_cells", "", "Sub-patches are not cut to drop parts of them that face away."},
+    {"frontend.depth_block_pixels", "", "Depths are stored for blocks of 16 pixels, or 8 where tiles need it."},
+    {"frontend.split_core_share", "", "Splits by cost count 0.4 of the tile cores' work."},
+    {"immediate.cache_bytes", "baselines.cache_bytes", ""},
+    {"memory.ranks", "", "Channels have one rank; tessera dram --ranks plays a trace on more."},
+    {"output.exr_compression", "", "EXR files are compressed by PIZ, without loss."},
+    {"post_tessellation.cache_bytes", "baselines.cache_bytes", ""},
+    {"procedures.crossing", "", "Every tile evaluates the samples that may reach it."},
+    {"procedures.image_reads", "", "Set procedures.mode=published to read geometry images through the texture cache."},
+    {"procedures.lanes", "", "The array that evaluates procedures has 32 lanes; set procedures.operations_per_clk."},
+    {"procedures.lists", "", "A tile's list holds the cells that the tile may see."},
+    {"procedures.maps", "procedures.mode", ""},
+    {"procedures.refill", "", "Footprints leave no holes; set procedures.spacing where samples are too far apart."},
+    {"procedures.scatter", "", "Set procedures.mode=published to write samples to the sub-pixels that they fall into."},
+    {"sampling.lens_points", "", "Every sample of the pattern has a lens point of its own."},
+    {"sampling.operations_per_clk", "procedures.operations_per_clk", ""},
+    {"shader.domain_operations", "shader.surface_operations", ""},
+    {"shading_cache.group", "", "The shading cache is emptied after every tile."},
+    {"tessellator.cache_eviction", "",
+     "What no tile's list names any more leaves first, then what the order of tiles brings back last."},
+    {"texture.cache_ways", "", "Texture caches have 4 ways; set texture.cache_bytes."},
+    {"tilecore.box_bits", "", "Boxes of cells have single precision."},
+    {"tilecore.interleaved_times", "",
+     "Set sampling.times; tilecore.visibility_method=interleaved takes 16 without it."},
+    {"tilecore.ray_segments", "", "Rays have one leaf mask for the whole shutter."},
 });
 static_assert(std::ranges::is_sorted(kFormerKeys, {}, &FormerKey::name));
 

@@ -174,7 +174,6 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
   out.buffer_overflows = counters.binner.partial_renders;
   out.domain_evaluations = evaluations_uncached;
   out.domain_evaluations_cached = counters.tessellation.domain_evaluations;
-  out.compulsory_evaluations = counters.tessellation.compulsory_evaluations;
   out.patch_bytes = bound_records + tables_uncached + uncached;
   out.patch_bytes_cached = bound_records + tables + tiles + shading;
   out.frame_bytes_read = state.read_bytes;
@@ -215,8 +214,7 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineR
   out[Scheme::kControlList] = list_machine(binners.control.lists(), by_tiles, 0, frame_bytes, invocations);
   // Positions first; the rest for what setup keeps, or again where it is needed.
   BaselineCounters& position = out[Scheme::kPostPosition];
-  position.domain_evaluations = position.domain_evaluations_cached = position.compulsory_evaluations =
-      geometry.kept_vertices;
+  position.domain_evaluations = position.domain_evaluations_cached = geometry.kept_vertices;
   for (const Scheme scheme :
        {Scheme::kPostPosition, Scheme::kDeferredVertex, Scheme::kVisibilityStream, Scheme::kControlList})
     out[scheme].position_evaluations = geometry.vertices;
@@ -227,8 +225,7 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineR
   immediate.tile_overlaps = 0;
   immediate.culled_occlusion = drawn.blocks_culled;
   immediate.pixel_shader_invocations = drawn.pixel_shader_invocations;
-  immediate.domain_evaluations = immediate.domain_evaluations_cached = immediate.compulsory_evaluations =
-      geometry.vertices;
+  immediate.domain_evaluations = immediate.domain_evaluations_cached = geometry.vertices;
   const std::uint64_t finished = samples > 1 ? frame_bytes : 0;  // else the colour surface is the frame
   immediate.frame_bytes_read = drawn.traffic.bytes_read;
   immediate.frame_bytes_written = drawn.traffic.bytes_written + finished;

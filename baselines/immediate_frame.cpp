@@ -53,7 +53,7 @@ std::vector<ImmediateTraffic> draw_plain(const std::vector<TileDrawing>& tiles, 
 
 void move_lines(const std::vector<TileDrawing>& tiles, const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu,
                 const SampleLayout& layout, ImmediateFrame& out) {
-  const auto cache_bytes = static_cast<std::uint64_t>(gpu.baselines.immediate_cache_bytes);
+  const auto cache_bytes = static_cast<std::uint64_t>(gpu.baselines.cache_bytes);
   const bool resolve = job.pattern->samples_per_pixel() > 1;
   ImmediateMemory cached(cache_bytes, job.burst_bytes, layout.line_count());
   ImmediateMemory uncached(0, job.burst_bytes, layout.line_count());

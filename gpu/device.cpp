@@ -145,7 +145,6 @@ tilecore::TileJob Device::make_job(const scene::FrameGeometry& frame, const binn
   job.shading_cell_pixels = static_cast<float>(settings_.shading.cell_pixels);
   job.warp_lanes = static_cast<std::size_t>(gpu_.shader.warp_lanes);
   job.shading_cache_entries = static_cast<std::size_t>(gpu_.shading_cache.entries);
-  job.shading_cache_group = gpu_.shading_cache.group;
   job.blend_layers = static_cast<std::size_t>(gpu_.tilecore.blend_layers);
   const EffectSettings& effects = settings_.effects;
   job.force_motion = effects.motion == EffectMode::kOn && tilecore::kGeneralEffects;
@@ -156,9 +155,8 @@ tilecore::TileJob Device::make_job(const scene::FrameGeometry& frame, const binn
   job.visibility = gpu_.tilecore.visibility;
   job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);
   job.line_bytes = static_cast<std::uint64_t>(gpu_.line_bytes());
-  job.box_bits = gpu_.tilecore.box_bits;
   if (settings_.output.machine_model)
-    job.textures = {&texture_memory_, gpu_.caches.texture_bytes, gpu_.caches.texture_ways, gpu_.line_bytes()};
+    job.textures = {&texture_memory_, gpu_.caches.texture_bytes, hardware::Caches::kTextureWays, gpu_.line_bytes()};
   job.store = frame_store();
   if (behind_.level_count() > 0) job.lighting.behind = job.behind = &behind_;
   return job;

@@ -123,8 +123,7 @@ void add_views(Crc64& crc, const FrameGeometry& frame) {
 
 // Whether a frame's tiles depend on more than what is posed.
 bool goes_on(const GpuConfiguration& gpu, const TileJob& job) {
-  return job.resolve != nullptr || job.procedures != nullptr || gpu.frontend.previous_depth_culling ||
-         (job.shading == tilecore::ShadingRate::kCache && job.shading_cache_group > 1);
+  return job.resolve != nullptr || job.procedures != nullptr || gpu.frontend.previous_depth_culling;
 }
 
 std::uint64_t constants_signature(const GpuConfiguration& gpu, const TileJob& job) {

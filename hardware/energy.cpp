@@ -42,9 +42,9 @@ FrameEnergy frame_energy(const Machine& gpu, const EnergyEvents& events, double 
   count(Stage::kFrontend, events.reprojected_blocks, gpu.reprojection.reprojected_block_pj);
   count(Stage::kFrontend, events.depth_tests, gpu.reprojection.depth_test_pj);
   count(Stage::kFrontend, events.triangles, gpu.triangles.triangle_pj);
-  count(Stage::kBinner, events.binned_entries, gpu.geometry_energy.binned_entry_pj);
+  count(Stage::kBinner, events.binned_entries, gpu.geometry_energy.entry_pj);
   count(Stage::kBinner, events.hashed_inputs, gpu.signatures.byte_pj);
-  count(Stage::kFetch, events.fetched_entries, gpu.geometry_energy.fetched_entry_pj);
+  count(Stage::kFetch, events.fetched_entries, gpu.geometry_energy.entry_pj);
   count(Stage::kFetch, events.sort_steps, gpu.geometry_energy.sort_step_pj);
   const bool on_lanes = gpu.shader.domain == DomainShading::kLanes;
   if (!on_lanes) count(Stage::kTessellator, events.vertices, gpu.geometry_energy.vertex_pj);
@@ -61,7 +61,7 @@ FrameEnergy frame_energy(const Machine& gpu, const EnergyEvents& events, double 
   count(Stage::kShader, events.surface_evaluations, gpu.energy.shader_operation_pj * gpu.shader.surface_operations);
   count(Stage::kShader, events.shader_clocks, gpu.energy.shader_operation_pj);
   count(Stage::kShader, events.shader_invocations, gpu.energy.shader_operation_pj * gpu.shader.operations);
-  if (on_lanes) count(Stage::kShader, events.vertices, gpu.energy.shader_operation_pj * gpu.shader.domain_operations);
+  if (on_lanes) count(Stage::kShader, events.vertices, gpu.energy.shader_operation_pj * gpu.shader.surface_operations);
   count(Stage::kTexture, events.texels + (on_lanes ? events.domain_texels : 0),
         gpu.energy.texel_pj * (2 + texture_cache) / 3);
   add("l2", static_cast<double>(events.l2_lines), gpu.energy.l2_line_pj * l2);

@@ -23,18 +23,17 @@ Keys<PixelShader> shader_keys() {
        "Operations of one pixel-shader invocation on one lane.",
        "[assumed] a physically based shader with a few lights"},
       {"shader.surface_operations", &PixelShader::surface_operations, "operations", 0, 1e6,
-       "Operations of one pixel-shader invocation that evaluates its patch again, besides.",
-       "[assumed] as a vertex, energy.vertex_pj"},
+       "Operations of evaluating a patch's surface on one lane, with constant costs: of a pixel-shader invocation, "
+       "besides "
+       "shader.operations, and of a vertex with tessellator.domain_shading=lanes.",
+       "[assumed] as in the tessellator, energy.vertex_pj; compiled: 16 of a mesh, 91 to 163 of a patch, 298 "
+       "to 514 of a displaced one",
+       KeyEnds{91, 298}},
       {"tessellator.domain_shading", &PixelShader::domain,
        "Where vertices are evaluated: in a unit of the tessellator, at tessellator.vertices_per_clk; or on "
        "the shader's lanes, as warps that go before those of pixels and look heights up in the texture "
        "unit. Vertices that are on chip go through tessellator.transforms_per_clk either way.",
        "[spec] domain shaders run on the shader cores of all GPUs with tessellation; [assumed] unit"},
-      {"shader.domain_operations", &PixelShader::domain_operations, "operations", 1, 1e6,
-       "With tessellator.domain_shading=lanes and constant costs: operations of one vertex on one lane.",
-       "[assumed] as in the tessellator, energy.vertex_pj; compiled: 16 of a mesh, 91 to 163 of a patch, 298 "
-       "to 514 of a displaced one",
-       KeyEnds{91, 298}},
   };
 }
 
@@ -85,7 +84,7 @@ Keys<Machine> speed_keys() {
            "Lanes of box tests of a core.", "[assumed] as triangle tests"},
           {"tilecore.stencil_tests_per_clk", &Throughputs::stencil_tests_per_clk, "tests/clk", kLeast, kMax,
            "Samples whose time a core's stencil unit tests.", "[assumed] a group of 32 samples"},
-          {"sampling.operations_per_clk", &Throughputs::sampling_operations_per_clk, "operations/clk", kLeast, kMax,
+          {"procedures.operations_per_clk", &Throughputs::sampling_operations_per_clk, "operations/clk", kLeast, kMax,
            "Operations of the SIMD array that evaluates procedures, in each core; the sparse pass has one array.",
            "[spec] US 2007/0002066: an array of lanes; [assumed] 32, as the shader"},
           {"tilecore.triangle_tests_per_clk", &Throughputs::triangle_tests_per_clk, "tests/clk", kLeast, kMax,
@@ -149,11 +148,7 @@ Keys<Machine> memory_keys() {
   keys.add(
       &Machine::caches,
       Keys<Caches>{
-          {"cache.line_bytes", &Caches::line_bytes, "bytes", 16, 256,
-           "Line of the texture caches and the L2: a block of 4x4 texels.", "[assumed]"},
           {"texture.cache_bytes", &Caches::texture_bytes, "bytes", 256, 16777216, "Texture cache (L1) of a core.",
-           "[assumed]"},
-          {"texture.cache_ways", &Caches::texture_ways, "ways", 1, 64, "Associativity of the texture cache.",
            "[assumed]"},
           {"l2.bytes", &Caches::l2_bytes, "bytes", 0, 1073741824.0,
            "L2 that all cores share, for textures, displacement maps and records of base patches; 0: none. What is "
@@ -176,8 +171,6 @@ Keys<Machine> memory_keys() {
            "[spec] JEDEC JESD209-4 and -5, as in memory/dram_spec.cpp"},
           {"memory.channels", &MemoryInterface::channels, "channels", 1, 16,
            "With memory.model=banks: channels of 16 bits, a power of two.", "[spec] x32 has two, x64 four"},
-          {"memory.ranks", &MemoryInterface::ranks, "ranks", 1, 4,
-           "With memory.model=banks: ranks of a channel, a power of two.", "[spec] one or two in phones"},
           {"memory.gb_per_s", &MemoryInterface::gb_per_s, "GB/s", 0.001, 100000,
            "Peak rate of the external memory. memory.bytes_per_clk sets it too, by the clock.mhz of that moment.",
            "[spec] LPDDR4-3200 x32 (12.8 GB/s), LPDDR4X-4266 x64 (34.1), LPDDR5X-8533 x64 (68.3)"},
@@ -250,11 +243,9 @@ Keys<GeometryPrices> geometry_energy_keys() {
   return {
       {"energy.bound_pj", &GeometryPrices::bound_pj, "pJ", 0, 1e9, "Bounding volume of a sub-patch.",
        "[assumed] 900 operations of 1.15 pJ"},
-      {"energy.binned_entry_pj", &GeometryPrices::binned_entry_pj, "pJ", 0, 1e9,
-       "Entry appended to a tile list, memory traffic apart.",
+      {"energy.entry_pj", &GeometryPrices::entry_pj, "pJ", 0, 1e9,
+       "Entry appended to a tile list, or read by a core with its record, memory traffic apart.",
        "[assumed] entry, cursor and a share of the record, 32 bytes twice on chip"},
-      {"energy.fetched_entry_pj", &GeometryPrices::fetched_entry_pj, "pJ", 0, 1e9,
-       "Entry read by a core with its record, memory traffic apart.", "[assumed] as appended"},
       {"energy.sort_step_pj", &GeometryPrices::sort_step_pj, "pJ", 0, 1e9,
        "Entry passed on by a stage of the sorter of tile lists.",
        "[assumed] a comparison of a quarter of an operation, 8 bytes on chip"},
@@ -391,8 +382,7 @@ Keys<Machine> machine_keys() {
       .add(&Machine::signatures, signature_keys())
       .add(&Machine::triangles, triangle_keys())
       // What units do hangs on these: how warps are packed, and what the caches of the emulated order hold.
-      .mark_timing_but({"shader.warp_lanes", "cache.line_bytes", "texture.cache_bytes", "texture.cache_ways",
-                        "l2.bytes", "l2.ways"});
+      .mark_timing_but({"shader.warp_lanes", "texture.cache_bytes", "l2.bytes", "l2.ways"});
 }
 
 }  // namespace tessera::hardware

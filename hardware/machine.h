@@ -73,14 +73,14 @@ struct PixelShader {
   std::int64_t warp_lanes = 32;
   double operations = 160;
   double surface_operations = 130;
-  double domain_operations = 130;
 };
 
 // Texture caches of the cores, and the L2 that they share; l2_bytes 0: none.
 struct Caches {
-  std::int64_t line_bytes = 64;
+  static constexpr std::int64_t kLineBytes = 64;   // at least a burst [assumed]: a block of 4x4 texels
+  static constexpr std::int64_t kTextureWays = 4;  // of the texture caches [assumed]
+
   std::int64_t texture_bytes = 16 << 10;
-  std::int64_t texture_ways = 4;
   std::int64_t l2_bytes = 256 << 10;
   std::int64_t l2_ways = 8;
 };
@@ -94,7 +94,6 @@ struct MemoryInterface {
   MemoryModel model = MemoryModel::kFluid;
   MemoryType type = MemoryType::kLpddr4x4266;
   std::int64_t channels = 4;  // of 16 bits
-  std::int64_t ranks = 1;
   std::int64_t burst_bytes = 64;
   double gb_per_s = 34.085;
   double gpu_share = 0.7;
@@ -134,8 +133,7 @@ struct QueueSizes {
 // What one event of each unit costs, up to what samples see.
 struct GeometryPrices {
   double bound_pj = 1000;
-  double binned_entry_pj = 20;
-  double fetched_entry_pj = 20;
+  double entry_pj = 20;
   double sort_step_pj = 3;
   double vertex_pj = 150;
   double transform_pj = 46;
@@ -205,7 +203,7 @@ struct Machine {
   void set_latency_clk(double clk) { memory.latency_ns = clk * 1e3 / clock_mhz; }
 
   // A line of the texture caches and the L2: at least a burst.
-  std::int64_t line_bytes() const { return std::max(caches.line_bytes, memory.burst_bytes); }
+  std::int64_t line_bytes() const { return std::max(Caches::kLineBytes, memory.burst_bytes); }
 };
 
 Keys<Machine> burst_keys();    // memory.burst_bytes, which units read, too

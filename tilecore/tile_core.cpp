@@ -263,10 +263,7 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
     if (keep_items_)
       keep_item(std::exchange(before, counted()), job.frame->assembly->patch_drawable[entry.base_patch] + 1);
   }
-  if (job.procedures != nullptr) {
-    if (job.procedures->settings().lists == ProcedureSettings::Lists::kRanges) take_in_vain_cells(job, entries);
-    draw_cells(job, state, before);
-  }
+  if (job.procedures != nullptr) draw_cells(job, state, before);
   current_work_place().base_patch = -1;
   counters_.depth_blocks_updated += state.take_depth_updates();
   if (!state.layers.empty())
@@ -277,31 +274,10 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
 void TileCore::draw_cells(const TileJob& job, TileState& state, timing::SubPatchItem& before) {
   leave_segment(job);
   sampler_.draw({*job.frame, *job.procedures, samples_, state, &shader_.textures(), &counters_.alpha_tests});
-  if (const std::uint64_t handed = sampler_.take_handed()) {
-    // Posted by the tile that evaluated them.
-    const std::uint64_t bytes = memory::burst_bytes(0, handed * SamplingController::kHandedBytes, job.burst_bytes);
-    ledger_.write(memory::Unit::kSampling, memory::Purpose::kSamplingMaps, bytes);
-    ledger_.read(memory::Unit::kSampling, memory::Purpose::kSamplingMaps, bytes);
-  }
   std::vector<SamplingController::CellRead> reads = sampler_.take_reads();
   if (reads.empty()) return;
   cells_.push_back({static_cast<std::uint32_t>(tessellations_.size()), std::move(reads)});
   if (keep_items_) keep_item(std::exchange(before, counted()), 0);
-}
-
-void TileCore::take_in_vain_cells(const TileJob& job, std::span<const binner::QueueEntry> entries) {
-  const std::vector<ParameterCell>& cells = job.procedures->cells();
-  std::vector<std::uint32_t> listed;
-  for (const binner::QueueEntry& entry : entries)
-    if (is_cell(job, entry)) listed.push_back(ParameterMaps::cell_of(entry.range));
-  const auto piece_of = [&](std::uint32_t cell) { return std::tie(cells[cell].drawable, cells[cell].piece); };
-  std::sort(listed.begin(), listed.end());  // piece by piece
-  const std::span<const std::uint32_t> all(listed);
-  for (std::size_t first = 0, end = 0; first < all.size(); first = end) {
-    while (end < all.size() && piece_of(all[end]) == piece_of(all[first])) ++end;
-    for (const std::uint32_t cell : job.procedures->others_in_range(all.subspan(first, end - first)))
-      sampler_.take_in_vain(cell);
-  }
 }
 
 // Cells of a procedure follow each other in a list, as they were binned.
@@ -319,10 +295,7 @@ void TileCore::count_cells(const TileJob& job, std::span<const binner::QueueEntr
 }
 
 void TileCore::count_hidden(const TileJob& job, const binner::QueueEntry& entry) {
-  if (is_cell(job, entry))
-    sampler_.count_hidden();
-  else
-    hidden_.push_back({entry.base_patch, entry.segment, entry.range});
+  if (!is_cell(job, entry)) hidden_.push_back({entry.base_patch, entry.segment, entry.range});
 }
 
 float TileCore::farthest_behind(const binner::QueueEntry& entry, TileState& state) const {
@@ -343,8 +316,7 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
   const scene::FrameGeometry& frame = enter(job, entry);
   const scene::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const EntryEffects effects = effects_of(job, entry);
-  const MeshStore::Item& item =
-      meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.box_bits, effects.displaced);
+  const MeshStore::Item& item = meshes_.get(frame, entry.base_patch, entry.range, effects.ray, effects.displaced);
   const Tessellator::Work& work = item.work;
   const float lens_scale = effects.ray.lens ? static_cast<float>(frame.projection.lens_scale) : 0.0f;
   tessellations_.push_back({{entry.base_patch, entry.segment, entry.range},
@@ -391,8 +363,7 @@ void TileCore::find_hits(const TileJob& job, const binner::QueueEntry& entry, Hi
   const scene::FrameGeometry& frame = enter(job, entry);
   const scene::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const EntryEffects effects = effects_of(job, entry);
-  const MeshStore::Item& item =
-      meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.box_bits, effects.displaced);
+  const MeshStore::Item& item = meshes_.get(frame, entry.base_patch, entry.range, effects.ray, effects.displaced);
   test_mesh(job, entry, item, effects.ray, visibility_settings(job, frame, drawable, nullptr), sink);
   sink.flush();
   leave_segment(job);
@@ -451,11 +422,11 @@ HistoryStorage TileCore::history_storage(const TileJob& job) {
           job.grid->tile_height(), job.line_bytes,  job.store.signature_bits};
 }
 
-bool TileCore::finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group) {
+bool TileCore::finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets) {
   const double start = thread_seconds();
   resolve_.plan(*job.resolve, *job.frame, samples_, state);
   const double planned = thread_seconds();
-  shader_.shade(job, samples_, state, first_of_group, resolve_.runs());
+  shader_.shade(job, samples_, state, resolve_.runs());
   double shaded = thread_seconds();
   if (const double checked = shaded; resolve_.check(*job.resolve, shader_.color(), shader_.coverage())) {
     resolve_seconds_ += thread_seconds() - checked;
@@ -475,11 +446,11 @@ void TileCore::finish_deferred(const TileJob& job, binner::TileIndex tile, Frame
   resolve_seconds_ += thread_seconds() - start;
 }
 
-void TileCore::finish_behind(const TileJob& job, binner::TileIndex tile, const TileState& state, bool first_of_group) {
+void TileCore::finish_behind(const TileJob& job, binner::TileIndex tile, const TileState& state) {
   const IntRect pixels = job.grid->pixels(tile);
   TESSERA_CHECK(state.started && samples_.pixels == pixels, "a tile is finished right after its last entries");
   shader_.count_drawables(drawables_);
-  shader_.shade_opaque(job, samples_, state, first_of_group, *job.behind);
+  shader_.shade_opaque(job, samples_, state, *job.behind);
   transmission_.pixels_kept += static_cast<std::uint64_t>(pixels.width() * pixels.height());
   ++transmission_.tiles_again;
 }
@@ -506,18 +477,16 @@ void TileCore::store_coarse_depth(TileState& state, frontend::CoarseDepth& depth
 }
 
 bool TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets,
-                      bool first_of_group, bool keep_behind) {
+                      bool keep_behind) {
   const IntRect pixels = job.grid->pixels(tile);
   TESSERA_CHECK(state.started && samples_.pixels == pixels, "a tile is finished right after its last entries");
-  if (job.procedures != nullptr && job.procedures->settings().refill)
-    sampler_.refill_holes({*job.frame, *job.procedures, samples_, state, &shader_.textures(), &counters_.alpha_tests});
   if (job.procedures != nullptr) sampler_.merge_layers(*job.frame, state);
   shader_.count_drawables(drawables_);
   bool open = false;
   if (job.resolve != nullptr) {
-    open = finish_desampled(job, state, targets, first_of_group);
+    open = finish_desampled(job, state, targets);
   } else {
-    shader_.shade(job, samples_, state, first_of_group, {}, keep_behind ? job.behind : nullptr);
+    shader_.shade(job, samples_, state, {}, keep_behind ? job.behind : nullptr);
     if (keep_behind) transmission_.pixels_kept += static_cast<std::uint64_t>(pixels.width() * pixels.height());
     resolve_multisample(
         {shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes, false},

@@ -92,14 +92,12 @@ class TileCore {
   void render_entries(const TileJob& job, binner::TileIndex tile, std::vector<binner::QueueEntry> entries,
                       TileState& state);
 
-  // Shades, blends, resolves and writes the pixels of the tile that render_entries was last called for.
-  // `first_of_group` false: this core finished another tile of the same group and frame right before; its shading cache
-  // is not emptied. False: transaction elimination, its pixels were not written.
-  // `keep_behind`: also leaves what is opaque in job.behind.
+  // Shades, blends, resolves and writes the pixels of the tile that render_entries was last called for. Returns false
+  // where transaction elimination left them unwritten. `keep_behind`: also leaves what is opaque in job.behind.
   bool finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets,
-              bool first_of_group = true, bool keep_behind = false);
+              bool keep_behind = false);
   // Instead, of a tile that will be rendered again with what transmits: leaves what is opaque in job.behind.
-  void finish_behind(const TileJob& job, binner::TileIndex tile, const TileState& state, bool first_of_group);
+  void finish_behind(const TileJob& job, binner::TileIndex tile, const TileState& state);
   // Charges the tile for its part of job.behind's smaller levels.
   void count_reduced(const TileJob& job, binner::TileIndex tile);
 
@@ -171,7 +169,7 @@ class TileCore {
   void store_coarse_depth(TileState& state, frontend::CoarseDepth& depth);
   static HistoryStorage history_storage(const TileJob& job);
   // True: its second pass has pixels left to fill.
-  bool finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group);
+  bool finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets);
   // What is counted of items, so far.
   timing::SubPatchItem counted() const;
   // Keeps what was counted since `before` as an item. `drawable`: SubPatchItem::drawable.
@@ -198,8 +196,6 @@ class TileCore {
   }
   // `begin`: what was counted when they began to wait for each other; it moves on.
   void draw_cells(const TileJob& job, TileState& state, timing::SubPatchItem& begin);
-  // With procedures.lists=ranges: what the entries' ranges hold besides their cells.
-  void take_in_vain_cells(const TileJob& job, std::span<const binner::QueueEntry> entries);
   void count_cells(const TileJob& job, std::span<const binner::QueueEntry> entries);
   void count_hidden(const TileJob& job, const binner::QueueEntry& entry);
   // Tests the mesh of `entry`; samples outside the entry's times are not tested.

@@ -32,7 +32,6 @@ struct TileJob {
   float shading_cell_pixels = 1;
   std::size_t warp_lanes = 32;  // of the pixel shader
   std::size_t shading_cache_entries = 1024;
-  int shading_cache_group = 1;   // side in tiles of what is rendered between two times that the cache is emptied
   std::size_t blend_layers = 8;  // of a sample, on chip; 1 to LayerMerger::kMaxCapacity
   bool cull_occlusion = true;
   // Run the general kernels also where the scene does not ask for them, or the front end found that they can be spared.
@@ -43,7 +42,6 @@ struct TileJob {
   const VisibilityKernels* kernels =
       nullptr;  // see VisibilitySettings; for a benchmark whose patches all have one set of effects
   const ParameterMaps* procedures = nullptr;  // what the sampling controller draws, if anything
-  int box_bits = 32;                          // precision of the boxes of cells
   FrameStore store;                           // of finished pixels
   ResolveFrame* resolve = nullptr;            // desampling; null: every pixel is shaded
   shaders::RadianceImage* behind = nullptr;   // as lighting.behind, to be filled; null: nothing transmits

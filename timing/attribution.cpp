@@ -42,7 +42,7 @@ TileParts parts_of(const hardware::Machine& gpu, const TileItems& items) {
     if (gpu.shader.domain == hardware::DomainShading::kUnit) {
       of(w, Stage::kTessellator) += item.vertices / gpu.rates.vertices_per_clk;
     } else {
-      of(w, Stage::kShader) += item.vertices * (compiled(gpu) ? item.domain_clocks : gpu.shader.domain_operations);
+      of(w, Stage::kShader) += item.vertices * (compiled(gpu) ? item.domain_clocks : gpu.shader.surface_operations);
       of(w, Stage::kTexture) += static_cast<double>(item.vertices) * item.domain_texels;
     }
     of(w, Stage::kBoxes) += item.boxes;

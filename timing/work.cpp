@@ -11,7 +11,7 @@ bool on_lanes(const hardware::Machine& gpu) { return gpu.shader.domain == hardwa
 // Of a core, with constant costs.
 double vertex_cycles(const hardware::Machine& gpu, std::uint64_t vertices) {
   return on_lanes(gpu)
-             ? static_cast<double>(vertices) * gpu.shader.domain_operations / static_cast<double>(gpu.shader.lanes)
+             ? static_cast<double>(vertices) * gpu.shader.surface_operations / static_cast<double>(gpu.shader.lanes)
              : share(vertices, gpu.rates.vertices_per_clk);
 }
 

@@ -30,7 +30,6 @@ enum class KnobNeed {
   kNothing,
   kMotion,
   kCurves,
-  kLens,
   kDisplacement,
   kGrids,
   kProcedures,

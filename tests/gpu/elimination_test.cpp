@@ -222,7 +222,6 @@ TEST(RenderingElimination, WhatGoesOnFromFrameToFrameOrTileToTileIsNeverTheSame)
   for (const char* key :
        {"resolve.desampling=adaptive", "resolve.desampling=checkerboard", "frontend.previous_depth_culling=true"})
     EXPECT_EQ(eliminated(still.capture, {key}, key), 0u) << key;
-  EXPECT_EQ(eliminated(still.capture, {"shading.rate=cache", "shading_cache.group=2"}, "shared cache"), 0u);
 }
 
 TEST(RenderingElimination, ListsThatAreNotWholeHaveNoSignature) {  // IS1

@@ -28,7 +28,7 @@ Machine endless() {
         &rates.depth_blocks_per_clk, &rates.compacted_samples_per_clk, &rates.texels_per_clk, &rates.blends_per_clk,
         &rates.resolved_pixels_per_clk, &rates.resolve_operations_per_clk})
     *rate = 1e30;
-  gpu.shader.operations = gpu.shader.surface_operations = gpu.shader.domain_operations = 0;
+  gpu.shader.operations = gpu.shader.surface_operations = 0;
   gpu.set_bytes_per_clk(1e30);
   gpu.memory.gpu_share = 1;
   gpu.set_latency_clk(0);
@@ -414,7 +414,7 @@ TEST(EventModel, FramesThatOverlapTakeTheLongerOfGeometryAndTiles) {
 Machine endless_with_lanes() {
   Machine gpu = endless();
   gpu.shader.domain = hardware::DomainShading::kLanes;
-  gpu.shader.domain_operations = 50;
+  gpu.shader.surface_operations = 50;
   return gpu;
 }
 
@@ -556,8 +556,7 @@ TEST(EventModel, HashingTakesItsBytesOverItsRate) {  // EM3
   EXPECT_NEAR(schedule_frame(gpu, one.work).cycles, 500 + 256.0, 1e-9);
   gpu = Machine();
   const auto nj = hardware::frame_energy(gpu, energy_events(one.work), 0, 0).by_unit_nj;
-  EXPECT_NEAR(nj.at("binner"), (500 * gpu.geometry_energy.binned_entry_pj + 24000 * gpu.signatures.byte_pj) * 1e-3,
-              1e-9);
+  EXPECT_NEAR(nj.at("binner"), (500 * gpu.geometry_energy.entry_pj + 24000 * gpu.signatures.byte_pj) * 1e-3, 1e-9);
   EXPECT_NEAR(nj.at("resolve"), (1024 * gpu.energy.resolved_pixel_pj + 4096 * gpu.signatures.byte_pj) * 1e-3, 1e-9);
 }
 

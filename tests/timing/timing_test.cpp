@@ -155,7 +155,7 @@ TEST(Timing, SortingATilesListComesOnTopOfReadingIt) {
   EXPECT_EQ(energy_events(work).sort_steps, 700u);
   const hardware::FrameEnergy energy = hardware::frame_energy(gpu, energy_events(work), 0, 0);
   EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("entry_fetch"),
-                   (100 * gpu.geometry_energy.fetched_entry_pj + 700 * gpu.geometry_energy.sort_step_pj) * 1e-3);
+                   (100 * gpu.geometry_energy.entry_pj + 700 * gpu.geometry_energy.sort_step_pj) * 1e-3);
 }
 
 // n equal items through units that need c1, c2, c3 for all of them, by moving every item by hand.

@@ -7,7 +7,6 @@
 #include <tuple>
 
 #include "tilecore/visibility/sample_pattern.h"
-#include "tilecore/visibility/temporal_pattern.h"
 
 namespace tessera::tilecore {
 namespace {
