@@ -8,7 +8,6 @@
 
 #include "base/check.h"
 #include "base/ktx2/etc2_fit.h"
-#include "base/ktx2/level_blocks.h"
 #include "base/ktx2/level_writer.h"
 #include "base/parallel.h"
 
@@ -26,8 +25,8 @@ void encode_etc2(bool alpha, ktx2::BasisLevel& level) {
   ktx2::write_level(size, static_cast<std::size_t>(block_bytes(BlockFormat::kEtc2, alpha)), level,
                     [&](std::size_t index, std::span<std::uint8_t> bytes, ktx2::TexelBlock& texels) {
                       // Nobody else reads or writes these texels.
-                      const ktx2::TexelBlock wanted = ktx2::get_block({level.width, level.height, level.texels},
-                                                                      index % size.columns(), index / size.columns());
+                      const ktx2::TexelBlock wanted =
+                          ktx2::get_block(level, index % size.columns(), index / size.columns());
                       texels.fill({0, 0, 0, 255});
                       ktx2::encode_etc2(wanted, bytes, texels);
                     });

@@ -199,11 +199,6 @@ Image read_stream(Imf::IStream& stream, std::uint64_t size, const std::string& n
   const Imath::Box2i window = input.header().dataWindow();
   const long width = static_cast<long>(window.max.x) - window.min.x + 1;
   const long height = static_cast<long>(window.max.y) - window.min.y + 1;
-  if (width < 1 || height < 1) throw InputError(name, "dataWindow", "is empty");
-  if (width > limits.max_side || height > limits.max_side ||
-      static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) > limits.max_pixels)
-    throw LimitError(fmt::format("{}{}{}x{} pixels exceed the limit of {} a side and {} in all", name,
-                                 name.empty() ? "" : ": ", width, height, limits.max_side, limits.max_pixels));
   const bool alpha = input.header().channels().findChannel("A") != nullptr;
   for (const char* channel : {"R", "G", "B"})
     if (input.header().channels().findChannel(channel) == nullptr)

@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "base/image.h"
+#include "base/png_codec.h"
 
 namespace tessera {
 
@@ -44,21 +45,12 @@ const char* mime_type(ImageFormat format);
 using ChargeBytes = std::function<void(std::uint64_t)>;
 
 // Unpacks a PNG, JPEG or still WebP. The container is checked first (chunk lengths and CRCs of PNG, marker segments and
-// the end marker of JPEG, chunks of WebP, the amount of compressed data of PNG), because the decoder behind it accepts
+// the end marker of JPEG, chunks of WebP, the amount of compressed data of PNG), because the decoders behind it accept
 // damaged files.
 // Returns the fault in words in `fault` and false when the bytes are not a whole image; throws LimitError when the
 // image is larger than the limits.
 bool decode_image(std::span<const std::uint8_t> bytes, const ImageLimits& limits, DecodedImage& image,
                   std::string& fault, const ChargeBytes& charge = {});
-
-// PNG bytes of an 8-bit or 16-bit image with 1 to 4 channels. Fast for images that are looked at, small for what is
-// shipped.
-enum class PngEffort : std::uint8_t { kFast, kSmall };
-std::string encode_png(const Image8& image, PngEffort effort = PngEffort::kSmall);
-std::string encode_png(const Image16& image, PngEffort effort = PngEffort::kSmall);
-
-// JPEG bytes of an 8-bit image with 1 or 3 channels; quality 1 to 100.
-std::string encode_jpeg(const Image8& image, int quality);
 
 // Writes a PNG, whole or not at all. Throws WriteError.
 void write_png(const std::filesystem::path& target, const Image8& image);

@@ -118,14 +118,31 @@ nlohmann::json parse_unique_json(std::string_view text, const std::string& file,
   });
 }
 
+namespace {
+
+bool fits_int(const nlohmann::json& value) {
+  return value.is_number_unsigned() ? value.get<std::uint64_t>() <= INT_MAX
+                                    : value.is_number_integer() && value.get<std::int64_t>() >= INT_MIN &&
+                                          value.get<std::int64_t>() <= INT_MAX;
+}
+
+}  // namespace
+
 int whole_number(const nlohmann::json& value) {
-  const bool fits = value.is_number_unsigned() ? value.get<std::uint64_t>() <= INT_MAX
-                                               : value.is_number_integer() && value.get<std::int64_t>() >= INT_MIN &&
-                                                     value.get<std::int64_t>() <= INT_MAX;
-  if (!fits)
+  if (!fits_int(value))
     throw nlohmann::json::type_error::create(
         302, fmt::format("type must be a whole number of 32 bits, but is {}", value.type_name()), &value);
   return static_cast<int>(value.get<std::int64_t>());
+}
+
+std::string csv_cell(const nlohmann::json& value) {
+  if (value.is_null()) return "";
+  if (!value.is_string()) return json_text(value);
+  const std::string& text = value.get_ref<const std::string&>();
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
 }
 
 std::string pointer_step(std::string_view key) {
@@ -140,5 +157,78 @@ std::string pointer_step(std::string_view key) {
   }
   return step;
 }
+
+std::optional<JsonValue> JsonValue::find(std::string_view name) const {
+  if (!value_->is_object()) refuse("is not an object");
+  const auto found = value_->find(std::string(name));
+  if (found == value_->end()) return std::nullopt;
+  return JsonValue(*found, file_, pointer_ + pointer_step(name));
+}
+
+JsonValue JsonValue::member(std::string_view name) const {
+  if (auto found = find(name)) return *std::move(found);
+  throw InputError(file_, pointer_ + pointer_step(name), "is missing");
+}
+
+std::vector<std::pair<std::string, JsonValue>> JsonValue::members() const {
+  if (!value_->is_object()) refuse("is not an object");
+  std::vector<std::pair<std::string, JsonValue>> all;
+  all.reserve(value_->size());
+  for (const auto& [name, value] : value_->items())
+    all.emplace_back(name, JsonValue(value, file_, pointer_ + pointer_step(name)));
+  return all;
+}
+
+std::vector<JsonValue> JsonValue::elements() const {
+  if (!value_->is_array()) refuse("is not an array");
+  std::vector<JsonValue> all;
+  all.reserve(value_->size());
+  for (const nlohmann::json& element : *value_)
+    all.push_back(JsonValue(element, file_, pointer_ + "/" + std::to_string(all.size())));
+  return all;
+}
+
+const std::string& JsonValue::text() const {
+  if (!value_->is_string()) refuse("is not a text");
+  return value_->get_ref<const std::string&>();
+}
+
+bool JsonValue::flag() const {
+  if (!value_->is_boolean()) refuse("is not true or false");
+  return value_->get<bool>();
+}
+
+double JsonValue::number() const {
+  if (!value_->is_number()) refuse("is not a number");
+  return value_->get<double>();
+}
+
+std::optional<double> JsonValue::number_or_null() const {
+  if (value_->is_null()) return std::nullopt;
+  if (!value_->is_number()) refuse("is not a number or null");
+  return value_->get<double>();
+}
+
+std::vector<double> JsonValue::numbers() const {
+  bool all_numbers = value_->is_array();
+  for (std::size_t i = 0; all_numbers && i < value_->size(); ++i) all_numbers = (*value_)[i].is_number();
+  if (!all_numbers) refuse("is not an array of numbers");
+  return value_->get<std::vector<double>>();
+}
+
+std::uint64_t JsonValue::count() const {
+  if (!value_->is_number_unsigned()) refuse("is not a whole number of at least 0");
+  return value_->get<std::uint64_t>();
+}
+
+int JsonValue::whole() const {
+  if (!fits_int(*value_)) refuse("is not a whole number of 32 bits");
+  return value_->get<int>();
+}
+
+void JsonValue::refuse(const std::string& fault) const { throw InputError(file_, pointer_, fault); }
+
+bool JsonValue::is_null() const { return value_->is_null(); }
+bool JsonValue::is_count() const { return value_->is_number_unsigned(); }
 
 }  // namespace tessera

@@ -27,35 +27,24 @@ std::string range_text(const KeyInfo& key) {
   return fmt::format("from {:.15g} to {:.15g}{}{}", key.min, key.max, key.unit.empty() ? "" : " ", key.unit);
 }
 
-std::int64_t parse_integer(const KeyInfo& key, const json& value) {
-  const std::string expected = "a whole number " + range_text(key);
-  std::int64_t number = 0;
+template <class T>
+T parse_number(const KeyInfo& key, const json& value) {
+  constexpr bool kWhole = std::integral<T>;
+  const std::string expected = (kWhole ? "a whole number " : "a number ") + range_text(key);
+  T number = 0;
   if (value.is_string()) {
     const auto& text = value.get_ref<const std::string&>();
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
     if (error != std::errc() || end != text.data() + text.size()) refuse(key, value, expected);
-  } else if (value.is_number_integer() && !(value.is_number_unsigned() && value.get<std::uint64_t>() > INT64_MAX)) {
-    number = value.get<std::int64_t>();
+  } else if (kWhole
+                 ? value.is_number_integer() && !(value.is_number_unsigned() && value.get<std::uint64_t>() > INT64_MAX)
+                 : value.is_number()) {
+    number = value.get<T>();
   } else {
     refuse(key, value, expected);
   }
-  if (static_cast<double>(number) < key.min || static_cast<double>(number) > key.max) refuse(key, value, expected);
-  return number;
-}
-
-double parse_double(const KeyInfo& key, const json& value) {
-  const std::string expected = "a number " + range_text(key);
-  double number = 0;
-  if (value.is_string()) {
-    const auto& text = value.get_ref<const std::string&>();
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc() || end != text.data() + text.size()) refuse(key, value, expected);
-  } else if (value.is_number()) {
-    number = value.get<double>();
-  } else {
-    refuse(key, value, expected);
-  }
-  if (!(number >= key.min && number <= key.max)) refuse(key, value, expected);
+  const auto in_double = static_cast<double>(number);
+  if (!(in_double >= key.min && in_double <= key.max)) refuse(key, value, expected);
   return number;
 }
 
@@ -95,9 +84,9 @@ std::string parse_choice(const KeyInfo& key, const json& value) {
 KeyValue parse_key_value(const KeyInfo& key, const KeyValue& like, const json& value) {
   switch (like.index()) {
     case 0:
-      return parse_integer(key, value);
+      return parse_number<std::int64_t>(key, value);
     case 1:
-      return parse_double(key, value);
+      return parse_number<double>(key, value);
     case 2:
       return parse_bool(key, value);
     default:

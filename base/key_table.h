@@ -102,6 +102,8 @@ struct Key : KeyInfo {
   Key(std::string_view key, std::string S::*where, std::string_view means, std::string_view from = "")
       : Key(KeyInfo{key, "", means, from, 0, 0, {}, false, {}}, where) {}
 
+  Key(KeyInfo info, std::function<KeyValue(const S&)> get_value, std::function<void(S&, const KeyValue&)> set_value)
+      : KeyInfo(std::move(info)), get(std::move(get_value)), set(std::move(set_value)) {}
   // The row of a struct that S is derived from.
   template <class Base>
   requires(std::derived_from<S, Base> && !std::same_as<S, Base>) explicit Key(const Key<Base>& key)

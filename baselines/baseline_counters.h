@@ -8,22 +8,6 @@
 
 namespace tessera::baselines {
 
-// Ways to bring the same geometry to the same samples, measured side by side. See binner/README.md.
-enum class Scheme : std::uint8_t {
-  kPreTessellation,   // the machine as configured
-  kPatchWhole,        // the same machine, one list entry per base patch
-  kPostTessellation,  // every triangle is made, culled and binned, vertices and all
-  kPostPosition,      // the same; snapped and delta-coded positions, attributes only for what survives
-  kDeferredVertex,    // lists of references; vertices are shaded again in each tile
-  kVisibilityStream,  // one bit per triangle and bin; geometry is read and shaded again for each bin
-  kControlList,       // lists of packed triangles over one vertex buffer; shaded again in each tile
-  kImmediate,         // every triangle is made, culled and drawn through a colour and depth cache
-};
-inline constexpr std::size_t kSchemeCount = 8;
-inline constexpr std::array<std::string_view, kSchemeCount> kSchemeNames = {
-    "pre-tessellation", "patch-whole",       "post-tessellation", "post-position",
-    "deferred-vertex",  "visibility-stream", "control-list",      "immediate"};
-
 // What one scheme did for one frame. A primitive is what the scheme sorts: a sub-patch, a base patch, or a triangle.
 struct BaselineCounters {
   std::uint64_t primitives = 0;
@@ -164,3 +148,16 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
 TESSERA_COUNTERS_COVER(baselines::BaselineCounters);
 
 }  // namespace tessera
+
+namespace tessera::baselines {
+
+// What the list of a tile, or of a bin, makes its core do.
+struct ListWork {
+  std::uint64_t entries = 0;                   // references read
+  std::uint64_t triangles = 0;                 // set up to be tested
+  std::uint64_t vertices = 0, transforms = 0;  // shaded again; taken from the cache and put through their motion
+  std::uint64_t bytes = 0;                     // of the list and what it leads to, over the external memory interface
+  std::uint64_t cache_bytes = 0;               // asked of caches behind that interface, and filled into them
+};
+
+}  // namespace tessera::baselines

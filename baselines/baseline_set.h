@@ -2,12 +2,10 @@
 
 #include <array>
 
-#include "baselines/baseline_counters.h"
-#include "baselines/geometry_pass.h"
+#include "baselines/scheme.h"
 #include "baselines/scheme_work.h"
 #include "binner/tile_grid.h"
 #include "gpu/configuration.h"
-#include "gpu/machine_record.h"
 #include "gpu/view_observer.h"
 #include "memory/ledger.h"
 #include "scene/frame_geometry.h"
@@ -18,17 +16,20 @@ namespace tessera::baselines {
 // What every scheme did for one frame, or for several.
 struct BaselineSet {
   std::array<BaselineCounters, kSchemeCount> schemes;
-  BaselineCounters& operator[](Scheme scheme) { return schemes[static_cast<std::size_t>(scheme)]; }
-  const BaselineCounters& operator[](Scheme scheme) const { return schemes[static_cast<std::size_t>(scheme)]; }
+  BaselineCounters& operator[](SchemeId scheme) { return schemes[static_cast<std::size_t>(scheme)]; }
+  const BaselineCounters& operator[](SchemeId scheme) const { return schemes[static_cast<std::size_t>(scheme)]; }
   void accumulate(const BaselineSet& frame);
 };
+
+// The work of every scheme for one frame; that of the machine itself is what was recorded of its run.
+using SchemeWorks = std::array<timing::FrameWork, kSchemeCount>;
 
 // Counters of a machine that bins patches, from those of its run.
 BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu,
                                        const gpu::RecordMemory& records, const gpu::FrameCounters& counters,
                                        const gpu::MachineRecord& record);
 
-// Fills in the machines that tessellate first. `machine`: of the same run, for their work, cycles and energies; null:
+// Fills in the machines that tessellate first. `machine`: of the same run, for their work, cycles and energies; nullptr:
 // none. `replay`: counters of the run of `job`, for what the finished frame and
 // its shading take. `record`: its entries, which lead to the samples that triangles touch. Counters do not depend on the
 // number of threads.
@@ -49,7 +50,7 @@ class BaselineObserver final : public gpu::ViewObserver {
 
  private:
   void add_patch_machine(const gpu::GpuConfiguration& gpu, const timing::FrameWork& work,
-                         const gpu::FrameCounters& counters, Scheme scheme);
+                         const gpu::FrameCounters& counters, SchemeId scheme);
 
   BaselineSet last_;
   SchemeWorks works_;

@@ -7,7 +7,7 @@
 #include "baselines/baseline_counters.h"
 #include "binner/tile_grid.h"
 #include "gpu/configuration.h"
-#include "gpu/machine_record.h"
+#include "gpu/view_observer.h"
 
 namespace tessera::baselines {
 

@@ -10,7 +10,7 @@
 namespace tessera::baselines {
 
 // The memory of an immediate-mode machine as ImmediateMemory has it, but for colour, which lies there in compressed
-// blocks of four lines (color_code.h) [spec: 256 bytes, AMD's delta colour compression]: a block on chip is whole, so
+// blocks of four lines [spec: 256 bytes, AMD's delta colour compression]: a block on chip is whole, so
 // what misses is read before it is changed; what leaves is compressed and written in as many bursts as it takes. A byte
 // of metadata per block says how many (0: clear, nothing to read) and is in memory, too, behind a cache of its own, one
 // sixteenth of the on-chip bytes [assumed].
@@ -49,5 +49,18 @@ class CompressedColorMemory {
   std::vector<std::uint32_t> colors_;
   std::uint64_t bytes_read_ = 0, bytes_written_ = 0;
 };
+
+// A block of colours (RGBA8, red in the lowest byte), compressed without loss as delta colour compression does.
+//
+//   a byte, the kind: 0 constant, 1 deltas, 2 as they are
+//   constant: the colour (4)
+//   deltas: per channel the least value (1), per channel the width of what exceeds it (1, 0 to 8); then the colours, bit
+//     by bit without a gap, each channel with its width
+//   as they are: the colours (4 each)
+std::vector<std::uint8_t> encode_colors(std::span<const std::uint32_t> colors);
+std::vector<std::uint32_t> decode_colors(std::span<const std::uint8_t> bytes, std::size_t count);
+
+// Length of encode_colors(colors).
+std::size_t color_code_bytes(std::span<const std::uint32_t> colors);
 
 }  // namespace tessera::baselines

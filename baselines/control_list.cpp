@@ -69,4 +69,8 @@ void ControlListBinner::add(const TessellatedPatch& patch, const TriangleList& l
   }
 }
 
+std::unique_ptr<Scheme> make_control_list() {
+  return std::make_unique<ReferenceScheme<ControlListBinner, false, false>>();
+}
+
 }  // namespace tessera::baselines

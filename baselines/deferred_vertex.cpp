@@ -42,4 +42,8 @@ void DeferredVertexBinner::add(const TessellatedPatch& patch, const TriangleList
   }
 }
 
+std::unique_ptr<Scheme> make_deferred_vertex() {
+  return std::make_unique<ReferenceScheme<DeferredVertexBinner, false, true>>();
+}
+
 }  // namespace tessera::baselines

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "base/parallel.h"
-#include "baselines/grid_code.h"
+#include "baselines/block_code.h"
 #include "frontend/front_end.h"
 #include "tilecore/tessellation/tessellator.h"
 
@@ -71,9 +71,9 @@ TessellatedPatch tessellate_first(const tilecore::TileJob& job, std::uint32_t nu
                                  .domain_evaluations;
   patch.attribute_bytes = frontend::vertex_attribute_bytes(*drawable.primitive, *drawable.material);
   patch.stored_attribute_bytes = memory::burst_bytes(
-      0, frontend::patch_attribute_bytes(*frame.assembly, number, drawable.deforming), job.burst_bytes);
+      0, frontend::patch_attribute_bytes(*frame.assembly, number, drawable.deforming), job.burst_bytes());
   patch.patch_bytes = memory::burst_bytes(
-      0, frontend::patch_record_bytes(frame, number) + frontend::instance_record_bytes(drawable), job.burst_bytes);
+      0, frontend::patch_record_bytes(frame, number) + frontend::instance_record_bytes(drawable), job.burst_bytes());
   const auto take = [&](const std::vector<float>& from, std::vector<float>& to) {
     to.assign(from.begin(), from.begin() + static_cast<std::ptrdiff_t>(mesh.vertex_count));
   };
@@ -140,11 +140,11 @@ std::vector<std::uint8_t> run_hull_stage(const tilecore::TileJob& job, const fro
     return front_end.ledger.traffic(memory::Unit::kFrontend, purpose).read_bytes;
   };
   const auto add_record = [&](std::uint32_t patch) {
-    const std::uint64_t bytes = memory::burst_bytes(0, frontend::patch_record_bytes(frame, patch), job.burst_bytes);
+    const std::uint64_t bytes = memory::burst_bytes(0, frontend::patch_record_bytes(frame, patch), job.burst_bytes());
     counters.patch_bytes += bytes;
     counters.patch_bytes_cached += bytes;
   };
-  counters.patch_bytes = read(memory::Purpose::kPatchData) + front_end.counters.table_lines * job.burst_bytes;
+  counters.patch_bytes = read(memory::Purpose::kPatchData) + front_end.counters.table_lines * job.burst_bytes();
   counters.patch_bytes_cached = read(memory::Purpose::kPatchData) + read(memory::Purpose::kTexture);
   std::vector<std::uint8_t> kept(frame.assembly->patch_count(), 0);
   for (const frontend::BoundedSubPatch& piece : front_end.sub_patches) {

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cstring>
+#include <memory>
+#include <optional>
 
 #include "base/check.h"
 #include "base/round_up.h"
+#include "baselines/scheme_work.h"
 
 namespace tessera::baselines {
 namespace {
@@ -291,5 +294,48 @@ void PostTessellationBinner::finish(const VisibleTriangles* visible, std::span<c
   if (state_bytes.empty()) return;
   set_pressure(buffer_.pressure(reading.reads, state_bytes), counters_);
 }
+
+namespace {
+
+class PostTessellation final : public Scheme {
+ public:
+  explicit PostTessellation(VertexStorage storage) : storage_(storage) {}
+
+  void begin(const Pass& pass) override {
+    pass_ = &pass;
+    binner_.emplace(pass.gpu, *pass.job.grid, pass.job.frame->projection, storage_);
+  }
+  void add(const DrawnPatch& patch) override { binner_->add(patch.patch, patch.tiles); }
+  SchemeResult finish(const DrawnPass& drawn) override {
+    const bool apart = storage_ == VertexStorage::kSnapped;
+    const GeometryCounts& geometry = drawn.geometry;
+    binner_->finish(apart ? &drawn.drawn.visible : nullptr, drawn.tile_state_bytes);
+    const std::uint64_t attributes = apart ? geometry.kept_attribute_bytes : geometry.attribute_bytes;
+    SchemeResult out{list_counters(*binner_, drawn, geometry.tiles, attributes), {}};
+    BaselineCounters& counters = out.counters;
+    if (apart) {
+      // Positions first; the rest for what setup keeps.
+      counters.position_evaluations = geometry.vertices;
+      counters.domain_evaluations = counters.domain_evaluations_cached =
+          geometry.kept_vertices;
+    }
+    if (drawn.work == nullptr) return out;
+    FrontWork before = front_work(counters, binner_->buffer(), geometry.tiles.patch_bytes_cached + attributes);
+    before.vertices += counters.domain_evaluations;
+    out.work = drawn.work->tiled(counters, before, binner_->tiles(), *pass_->job.grid);
+    counters.texture_bytes = drawn.work->texture_bytes();
+    return out;
+  }
+
+ private:
+  VertexStorage storage_;
+  const Pass* pass_ = nullptr;
+  std::optional<PostTessellationBinner> binner_;
+};
+
+}  // namespace
+
+std::unique_ptr<Scheme> make_post_tessellation() { return std::make_unique<PostTessellation>(VertexStorage::kFloats); }
+std::unique_ptr<Scheme> make_post_position() { return std::make_unique<PostTessellation>(VertexStorage::kSnapped); }
 
 }  // namespace tessera::baselines

@@ -3,14 +3,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "baselines/grid_code.h"
-#include "baselines/list_work.h"
-#include "baselines/position_code.h"
-#include "baselines/strip_code.h"
+#include "baselines/baseline_counters.h"
+#include "baselines/block_code.h"
+#include "baselines/tessellated_patch.h"
 #include "baselines/tile_reference.h"
 #include "baselines/triangle_buffer.h"
 #include "baselines/triangle_setup.h"
-#include "baselines/visible_triangles.h"
 #include "memory/lru_cache.h"
 
 namespace tessera::baselines {
@@ -20,10 +18,10 @@ namespace tessera::baselines {
 inline constexpr std::uint64_t kPositionBytes = 12, kVertexBytes = kPositionBytes + 20, kSecondPositionBytes = 12;
 
 // Head of a block: state (4), vertices (1), triangles (1), bytes of the indices (2: bits 0..12) with flags: bit 13
-// positions are coded, 14 indices are grids (grid_code.h), else a strip (strip_code.h), 15 it moves. Then the indices,
+// positions are coded, 14 indices are grids, else a strip, 15 it moves. Then the indices,
 // filled up to a multiple of 4, then the vertices:
 //   not coded: of each position, attributes, second position
-//   coded: positions (position_code.h), filled up to a multiple of 4, then the attributes of each
+//   coded: positions (block_code.h), filled up to a multiple of 4, then the attributes of each
 // How many attributes there are goes with the state.
 inline constexpr std::uint64_t kBlockHeadBytes = 8;
 

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "base/check.h"
+#include "baselines/scheme_work.h"
 #include "memory/lru_cache.h"
 #include "tilecore/tessellation/tessellation_cache.h"
 
@@ -99,6 +100,19 @@ void ReferenceLists::finish(std::span<const std::uint64_t> state_bytes) {
   counters_.patch_bytes_cached = shaded.patch_bytes_cached;
   list_dram_bytes_ = ledger.total().read_bytes + ledger.total().written_bytes;
   if (!state_bytes.empty()) set_pressure(buffer_.pressure(reads, state_bytes), counters_);
+}
+
+SchemeResult reference_result(const Pass& pass, const DrawnPass& drawn, const ReferenceLists& lists, bool bins,
+                              bool fetches_entries) {
+  const BaselineCounters& hull = bins ? drawn.geometry.bins : drawn.geometry.tiles;
+  SchemeResult out{list_counters(lists, drawn, hull, 0), {}};
+  out.counters.position_evaluations = drawn.geometry.vertices;
+  if (drawn.work == nullptr) return out;
+  FrontWork before = front_work(out.counters, lists.buffer(), hull.patch_bytes_cached);
+  before.fetches_entries = fetches_entries;
+  out.work = drawn.work->tiled(out.counters, before, lists.tiles(), bins ? pass.bins : *pass.job.grid);
+  out.counters.texture_bytes = drawn.work->texture_bytes();
+  return out;
 }
 
 }  // namespace tessera::baselines

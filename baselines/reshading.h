@@ -2,11 +2,12 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "baselines/baseline_counters.h"
-#include "baselines/list_work.h"
+#include "baselines/scheme.h"
 #include "baselines/triangle_buffer.h"
 #include "baselines/triangle_setup.h"
 #include "tilecore/tile_order.h"
@@ -77,6 +78,30 @@ class ReferenceLists {
   std::vector<ListWork> tiles_;
   BaselineCounters counters_;
   std::uint64_t list_dram_bytes_ = 0;
+};
+
+// The result of a scheme with such lists, when they are finished. `bins`: lists are of the pass's bins, not of its tiles.
+// `fetches_entries`: cores look references up; otherwise set-up decodes triangles as it takes them.
+SchemeResult reference_result(const Pass& pass, const DrawnPass& drawn, const ReferenceLists& lists, bool bins,
+                              bool fetches_entries);
+
+// A scheme whose Binner has add(), finish() and lists().
+template <class Binner, bool kBins, bool kFetchesEntries>
+class ReferenceScheme final : public Scheme {
+ public:
+  void begin(const Pass& pass) override {
+    pass_ = &pass;
+    binner_.emplace(pass.gpu, kBins ? pass.bins : *pass.job.grid);
+  }
+  void add(const DrawnPatch& patch) override { binner_->add(patch.patch, kBins ? patch.bins : patch.tiles); }
+  SchemeResult finish(const DrawnPass& drawn) override {
+    binner_->finish(kBins ? drawn.bin_state_bytes : drawn.tile_state_bytes);
+    return reference_result(*pass_, drawn, binner_->lists(), kBins, kFetchesEntries);
+  }
+
+ private:
+  const Pass* pass_ = nullptr;
+  std::optional<Binner> binner_;
 };
 
 }  // namespace tessera::baselines

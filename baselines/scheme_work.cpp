@@ -12,6 +12,7 @@
 namespace tessera::baselines {
 namespace {
 
+using timing::Event;
 using timing::Phase;
 using timing::TileWork;
 
@@ -44,15 +45,12 @@ std::uint64_t scaled(std::uint64_t whole, std::uint64_t count, std::uint64_t of)
   return of == 0 ? 0 : (whole * count + of / 2) / of;
 }
 
-void add(const TileWork& from, TileWork& to) {
-  to.alpha_tests += from.alpha_tests;
-  to.compacted_samples += from.compacted_samples;
-  to.shader_invocations += from.shader_invocations;
-  to.shader_lanes += from.shader_lanes;
-  to.texels += from.texels;
-  to.blended_layers += from.blended_layers;
-  to.pixels += from.pixels;
-  to.resolve_operations += from.resolve_operations;
+// Events that every scheme has as the machine has them: of what is visible, and of the finished frame.
+void add_shading(const TileWork& from, TileWork& to) {
+  for (const Event event :
+       {Event::kAlphaTests, Event::kCompactedSamples, Event::kShaderInvocations, Event::kShaderLanes, Event::kTexels,
+        Event::kBlendedLayers, Event::kPixels, Event::kResolveOperations})
+    to.events[event] += from.events[event];
 }
 
 std::uint64_t pixels_of(const binner::TileGrid& grid, binner::TileIndex tile) {
@@ -72,9 +70,9 @@ std::uint64_t SchemeWork::immediate_texture_bytes() const {
   return bytes;
 }
 
-std::uint64_t texture_bytes(std::span<const gpu::TextureUse> textures) {
+std::uint64_t SchemeWork::texture_bytes() const {
   std::uint64_t bytes = 0;
-  for (const gpu::TextureUse& tile : textures) bytes += tile.visibility_bytes + tile.shading_bytes;
+  for (const gpu::TextureUse& tile : textures_) bytes += tile.visibility_bytes + tile.shading_bytes;
   return bytes;
 }
 
@@ -89,7 +87,7 @@ SchemeWork::SchemeWork(const gpu::GpuConfiguration& gpu, const tilecore::TileJob
       own_(job.grid->tile_count()),
       samples_(static_cast<std::uint64_t>(job.pattern->samples_per_pixel())) {
   for (const timing::WorkRound& round : machine.work.rounds)
-    for (const TileWork& tile : round.tiles) add(tile, own_[tile.tile].work);
+    for (const TileWork& tile : round.tiles) add_shading(tile, own_[tile.tile].work);
   for (const PatchInTile& part : geometry.in_tiles) own_[part.tile].stamps += part.stamps;
   for (const DrawnInTile& part : drawn.order) {
     OwnTile& own = own_[part.tile];
@@ -107,7 +105,7 @@ std::uint64_t SchemeWork::lanes(std::uint64_t stamps, std::uint64_t hits, std::u
 timing::GeometryWork SchemeWork::hull_stage(const BaselineCounters& scheme) const {
   timing::GeometryWork work;
   work.patches = std::max<std::uint64_t>(geometry_.patches.size(), 1);
-  work.bounds = scheme.bounding_operations;
+  work.events[Event::kBounds] = scheme.bounding_operations;
   return work;
 }
 
@@ -127,13 +125,13 @@ timing::FrameWork SchemeWork::tiled(const BaselineCounters& scheme, const FrontW
                           static_cast<std::uint64_t>(job_.grid->tile_height()) * samples_ * kColorAndDepthBytes;
   timing::WorkRound& round = work.rounds.emplace_back();
   round.geometry = hull_stage(scheme);
-  round.geometry.entries = scheme.entries;
-  round.geometry.tiles_tested = scheme.tile_overlaps;
+  round.geometry.events[Event::kBinnedEntries] = scheme.entries;
+  round.geometry.events[Event::kTestedTiles] = scheme.tile_overlaps;
   round.geometry.dram_bytes = front.read_bytes + front.written_bytes;
   round.geometry.written_bytes = front.written_bytes;
   round.geometry.queue_bytes = scheme.queue_bytes_peak;
-  round.triangles.vertices = front.vertices;
-  round.triangles.triangles =
+  round.geometry.events[Event::kVertices] = front.vertices;
+  round.geometry.events[Event::kTriangles] =
       scheme.primitives + scheme.culled_frustum + scheme.culled_backface + scheme.culled_zero_area;
 
   const std::vector<ListWork> of_tile = spread(lists, bins);
@@ -146,15 +144,16 @@ timing::FrameWork SchemeWork::tiled(const BaselineCounters& scheme, const FrontW
     const gpu::TextureUse& textures = textures_[tile];
     TileWork& out = round.tiles.emplace_back(own.work);
     out.tile = tile;
-    out.entries = front.fetches_entries ? list.entries : 0;
+    out.events[Event::kFetchedEntries] = front.fetches_entries ? list.entries : 0;
     out.sub_patches = std::max<std::uint64_t>(list.entries, list.triangles > 0 ? 1 : 0);
-    out.vertices = list.vertices;
-    out.transforms = list.transforms;
-    out.boxes = list.triangles;
-    out.triangle_tests = out.triangle_lanes = lanes(own.stamps, own.hits, own.depth_tests);
-    out.hits = own.depth_tests;
-    out.depth_blocks = own.blocks_scanned;
-    out.l2_lines = textures.l2_lines + (list.cache_bytes + line_bytes - 1) / line_bytes;
+    out.events[Event::kVertices] = list.vertices;
+    out.events[Event::kTransforms] = list.transforms;
+    out.events[Event::kBoxes] = list.triangles;
+    out.events[Event::kTriangleTests] = out.events[Event::kTriangleLanes] =
+        lanes(own.stamps, own.hits, own.depth_tests);
+    out.events[Event::kHits] = own.depth_tests;
+    out.events[Event::kDepthBlocks] = own.blocks_scanned;
+    out.events[Event::kL2Lines] = textures.l2_lines + (list.cache_bytes + line_bytes - 1) / line_bytes;
     out.dram_bytes[kVisibility] = list.bytes + textures.visibility_bytes;
     out.dram_bytes[kShading] = textures.shading_bytes;
     out.dram_bytes[kStore] = stored[k];
@@ -185,16 +184,16 @@ std::vector<ListWork> SchemeWork::spread(std::span<const ListWork> lists, const 
 void SchemeWork::add_drawn(const DrawnInTile& drawn, TileWork& batch) const {
   const OwnTile& own = own_[drawn.tile];
   const gpu::TextureUse& textures = textures_[drawn.tile];
-  const std::uint64_t shaded = own.work.shader_invocations;
+  const std::uint64_t shaded = own.work.events[Event::kShaderInvocations];
   const auto of_tile = [&](std::uint64_t whole) { return scaled(whole, drawn.invocations, shaded); };
-  batch.hits += drawn.depth_tests;
-  batch.depth_blocks += drawn.blocks_scanned;
-  batch.alpha_tests += of_tile(own.work.alpha_tests);
-  batch.compacted_samples += drawn.invocations;
-  batch.shader_invocations += drawn.invocations;
-  batch.blended_layers += drawn.blended;
-  batch.texels += of_tile(own.work.texels);
-  batch.l2_lines += of_tile(textures.l2_lines);
+  batch.events[Event::kHits] += drawn.depth_tests;
+  batch.events[Event::kDepthBlocks] += drawn.blocks_scanned;
+  batch.events[Event::kAlphaTests] += of_tile(own.work.events[Event::kAlphaTests]);
+  batch.events[Event::kCompactedSamples] += drawn.invocations;
+  batch.events[Event::kShaderInvocations] += drawn.invocations;
+  batch.events[Event::kBlendedLayers] += drawn.blended;
+  batch.events[Event::kTexels] += of_tile(own.work.events[Event::kTexels]);
+  batch.events[Event::kL2Lines] += of_tile(textures.l2_lines);
   batch.dram_bytes[kVisibility] += of_tile(textures.visibility_bytes);
   batch.dram_bytes[kShading] += of_tile(textures.shading_bytes);
 }
@@ -222,8 +221,8 @@ std::vector<TileWork> SchemeWork::batches(std::uint64_t patch_bytes) const {
     ++drawn;
   };
   for (const PatchWork& patch : geometry_.patches) {
-    out.back().vertices += patch.vertices;
-    out.back().boxes += patch.triangles;
+    out.back().events[Event::kVertices] += patch.vertices;
+    out.back().events[Event::kBoxes] += patch.triangles;
     out.back().dram_bytes[kVisibility] += records.next(patch.vertices);
     set_up += patch.triangles;
     for (; part < geometry_.in_tiles.size() && geometry_.in_tiles[part].patch == patch.patch; ++part) {
@@ -235,8 +234,8 @@ std::vector<TileWork> SchemeWork::batches(std::uint64_t patch_bytes) const {
       if (drawn < drawn_.order.size() && place_of(drawn) == place) hit = &drawn_.order[drawn], add_next();
       const std::uint64_t tests =
           hit == nullptr ? lanes(in_tile.stamps, 0, 0) : lanes(in_tile.stamps, hit->hits, hit->depth_tests);
-      out.back().triangle_tests += tests;
-      out.back().triangle_lanes += tests;
+      out.back().events[Event::kTriangleTests] += tests;
+      out.back().events[Event::kTriangleLanes] += tests;
       if (set_up < kBatchTriangles && tested < max_samples) continue;
       out.emplace_back();
       set_up = tested = 0;
@@ -245,8 +244,8 @@ std::vector<TileWork> SchemeWork::batches(std::uint64_t patch_bytes) const {
   while (drawn < drawn_.order.size()) add_next();
   const auto warp = static_cast<std::uint64_t>(gpu_.shader.warp_lanes);
   for (TileWork& batch : out) {
-    batch.sub_patches = batch.vertices > 0 ? 1 : 0;
-    batch.shader_lanes = round_up(batch.shader_invocations, warp);
+    batch.sub_patches = batch.events[Event::kVertices] > 0 ? 1 : 0;
+    batch.events[Event::kShaderLanes] = round_up(batch.events[Event::kShaderInvocations], warp);
   }
   return out;
 }
@@ -265,10 +264,29 @@ timing::FrameWork SchemeWork::immediate(const BaselineCounters& scheme) const {
   for (std::size_t k = 0; k < order_.size(); ++k) {
     TileWork& tile = finish.tiles.emplace_back();
     tile.tile = order_[k];
-    if (samples_ > 1) tile.pixels = pixels_of(*job_.grid, order_[k]);
+    if (samples_ > 1) tile.events[Event::kPixels] = pixels_of(*job_.grid, order_[k]);
     tile.dram_bytes[kStore] = reads[k] + writes[k];
   }
   return work;
+}
+
+FrontWork front_work(const BaselineCounters& scheme, const TriangleBuffer& buffer, std::uint64_t geometry_bytes) {
+  const memory::Traffic lists = buffer.ledger().total();
+  FrontWork of_scheme{0, geometry_bytes + lists.read_bytes, lists.written_bytes, true};
+  of_scheme.vertices = scheme.position_evaluations;
+  return of_scheme;
+}
+
+void take_geometry(const BaselineCounters& geometry, std::uint64_t attributes, BaselineCounters& out) {
+  out.primitives = geometry.primitives;
+  out.patches_culled = geometry.patches_culled;
+  out.culled_frustum = geometry.culled_frustum;
+  out.culled_backface = geometry.culled_backface;
+  out.culled_zero_area = geometry.culled_zero_area;
+  out.bounding_operations = geometry.bounding_operations;
+  out.tile_overlaps = geometry.tile_overlaps;
+  out.patch_bytes += geometry.patch_bytes + attributes;
+  out.patch_bytes_cached += geometry.patch_bytes_cached + attributes;
 }
 
 void set_cost(const gpu::GpuConfiguration& gpu, const timing::FrameWork& work, BaselineCounters& out) {

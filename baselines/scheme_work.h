@@ -1,24 +1,19 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "baselines/baseline_counters.h"
-#include "baselines/geometry_pass.h"
-#include "baselines/immediate_frame.h"
-#include "baselines/list_work.h"
+#include "baselines/scheme.h"
+#include "baselines/triangle_buffer.h"
 #include "binner/tile_grid.h"
 #include "gpu/configuration.h"
-#include "gpu/machine_record.h"
+#include "gpu/view_observer.h"
 #include "tilecore/tile_job.h"
 #include "timing/work.h"
 
 namespace tessera::baselines {
-
-// The work of every scheme for one frame; that of the machine itself is what was recorded of its run.
-using SchemeWorks = std::array<timing::FrameWork, kSchemeCount>;
 
 // What the machine's run gives to all schemes: it shades what is visible, and textures are its own.
 struct MachineWork {
@@ -75,6 +70,8 @@ class SchemeWork {
                           const binner::TileGrid& bins) const;
   timing::FrameWork immediate(const BaselineCounters& scheme) const;
   std::uint64_t immediate_texture_bytes() const;
+  // Bytes of the textures of all tiles.
+  std::uint64_t texture_bytes() const;
 
  private:
   // Sums over the rounds of the machine, by tile.
@@ -99,8 +96,21 @@ class SchemeWork {
   std::uint64_t samples_;  // of a pixel
 };
 
-// Bytes of the textures of all tiles.
-std::uint64_t texture_bytes(std::span<const gpu::TextureUse> textures);
+// Before the tiles of a scheme: its lists in `buffer`, and `geometry_bytes` of records and attributes.
+FrontWork front_work(const BaselineCounters& scheme, const TriangleBuffer& buffer, std::uint64_t geometry_bytes);
+
+// The counters of a scheme with lists, from those of its binner. `attributes`: bytes of them that are read before.
+template <class Binner>
+BaselineCounters list_counters(const Binner& binner, const DrawnPass& drawn, const BaselineCounters& geometry,
+                               std::uint64_t attributes) {
+  BaselineCounters out = binner.counters();
+  take_geometry(geometry, attributes, out);
+  out.pixel_shader_invocations = drawn.invocations;
+  out.frame_bytes_written = drawn.frame_bytes;
+  out.dram_bytes = binner.dram_bytes() + geometry.patch_bytes_cached + attributes + drawn.frame_bytes;
+  out.dram_bytes_uncached = binner.dram_bytes_uncached() + geometry.patch_bytes + attributes + drawn.frame_bytes;
+  return out;
+}
 
 // Times the work with machine.timing=phases and prices it: baseline.cycles, baseline.energy_nj.
 void set_cost(const gpu::GpuConfiguration& gpu, const timing::FrameWork& work, BaselineCounters& out);

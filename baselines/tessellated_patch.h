@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -31,6 +32,20 @@ struct TessellatedPatch {
   std::uint64_t domain_evaluations = 0;
   std::uint64_t patch_bytes = 0;             // bursts of its record, for whoever fetches it
   std::uint64_t stored_attribute_bytes = 0;  // and of what records hold for the pixel shader
+};
+
+// A triangle by the number of its base patch and its own number there, as visibility has them.
+constexpr std::uint64_t triangle_name(std::uint32_t patch, std::uint32_t triangle) {
+  return static_cast<std::uint64_t>(patch) << 32 | triangle;
+}
+
+// Which triangles the samples of each tile see, blended ones included: names in rising order. What is deferred is
+// fetched and shaded for these alone.
+struct VisibleTriangles {
+  std::vector<std::vector<std::uint64_t>> tiles;
+  bool contains(std::size_t tile, std::uint64_t name) const {
+    return std::binary_search(tiles[tile].begin(), tiles[tile].end(), name);
+  }
 };
 
 }  // namespace tessera::baselines

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "baselines/bit_stream.h"
-#include "baselines/strip_code.h"
+#include "baselines/block_code.h"
 
 namespace tessera::baselines {
 

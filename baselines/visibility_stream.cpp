@@ -68,4 +68,8 @@ void VisibilityStreamBinner::finish(std::span<const std::uint64_t> state_bytes) 
   lists_.finish(state_bytes);
 }
 
+std::unique_ptr<Scheme> make_visibility_stream() {
+  return std::make_unique<ReferenceScheme<VisibilityStreamBinner, true, false>>();
+}
+
 }  // namespace tessera::baselines

@@ -1,12 +1,45 @@
-# `cmake --install`: program with its manual page and completion, library, headers, CMake package, Python module; `cpack` makes a Debian package of them.
+# `cmake --install`: program with its manual page, completion and JSON schemas, library, headers, CMake package, Python module; `cpack` makes a
+# Debian package of them.
 include(CMakePackageConfigHelpers)
+
+# First of all, what is missing is built, so that nothing is half installed: `./tessera` builds the program alone.
+set(installed_targets tessera tessera_shared)
+if(TESSERA_PYTHON)
+  list(APPEND installed_targets tessera_python)
+endif()
+# The program prints its manual page, completions and schemas.
+set(printed_folder ${PROJECT_BINARY_DIR}/printed)
+install(CODE "
+  execute_process(COMMAND \"${CMAKE_COMMAND}\" --build \"${PROJECT_BINARY_DIR}\" --target ${installed_targets}
+    COMMAND_ERROR_IS_FATAL ANY)
+  function(tessera_print file)
+    execute_process(COMMAND \"$<TARGET_FILE:tessera>\" describe \${ARGN} OUTPUT_FILE \"${printed_folder}/\${file}\" COMMAND_ERROR_IS_FATAL ANY)
+  endfunction()
+  file(MAKE_DIRECTORY \"${printed_folder}/schemas\")
+  tessera_print(tessera.1 man)
+  tessera_print(tessera completion bash)
+  tessera_print(_tessera completion zsh)
+  execute_process(COMMAND \"$<TARGET_FILE:tessera>\" describe schema OUTPUT_VARIABLE names COMMAND_ERROR_IS_FATAL ANY)
+  string(REGEX MATCHALL \"[a-z]+\" names \"\${names}\")
+  foreach(name IN LISTS names)
+    tessera_print(schemas/\${name}.schema.json schema \${name})
+  endforeach()
+")
 
 install(TARGETS tessera RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 # Where Debian's zsh looks; other systems: -DTESSERA_ZSH_FOLDER=share/zsh/site-functions.
 set(TESSERA_ZSH_FOLDER ${CMAKE_INSTALL_DATAROOTDIR}/zsh/vendor-completions CACHE PATH "Completion of zsh, below the prefix")
-install(FILES ${PROJECT_BINARY_DIR}/shell/tessera.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
-install(FILES ${PROJECT_BINARY_DIR}/shell/tessera DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/bash-completion/completions)
-install(FILES ${PROJECT_BINARY_DIR}/shell/_tessera DESTINATION ${TESSERA_ZSH_FOLDER})
+install(FILES ${printed_folder}/tessera.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+install(FILES ${printed_folder}/tessera DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/bash-completion/completions)
+install(FILES ${printed_folder}/_tessera DESTINATION ${TESSERA_ZSH_FOLDER})
+install(DIRECTORY ${printed_folder}/schemas DESTINATION ${CMAKE_INSTALL_DATADIR}/tessera)
+if(TESSERA_PYTHON)
+  set(python_folder lib/python3/dist-packages/tessera)
+  set(python_files __init__.py __init__.pyi py.typed)
+  list(TRANSFORM python_files PREPEND ${PROJECT_SOURCE_DIR}/python/tessera/)
+  install(TARGETS tessera_python LIBRARY DESTINATION ${python_folder})
+  install(FILES ${python_files} DESTINATION ${python_folder})
+endif()
 install(TARGETS tessera_shared EXPORT tessera LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/tessera DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/tessera)

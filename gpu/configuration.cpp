@@ -23,6 +23,7 @@
 namespace tessera::gpu {
 namespace {
 
+using hardware::Event;
 using nlohmann::json;
 using Gpu = GpuConfiguration;
 
@@ -190,13 +191,13 @@ frontend::SplitPrices GpuConfiguration::split_prices() const {
   prices.rectangles = binner.coverage == binner::CoverageMethod::kRectangle;
   // The front end and the binner exist once, and the cores wait for them; the cores share what follows.
   const double core = frontend::Settings::kSplitCoreShare / static_cast<double>(cores.count);
-  prices.bound = 1 / rates.bounds_per_clk;
+  prices.bound = 1 / rates[Event::kBounds];
   prices.byte = 1 / (bytes_per_clk() * memory.gpu_share);
-  prices.entry = 1 / rates.binned_entries_per_clk + core / rates.fetched_entries_per_clk;
+  prices.entry = 1 / rates[Event::kBinnedEntries] + core / rates[Event::kFetchedEntries];
   prices.entry_bytes = 1;
   prices.entry_time_bytes = 2;
   prices.record_bytes = static_cast<double>(binner::kRecordBytes);
-  prices.box = core / rates.boxes_per_clk;
+  prices.box = core / rates[Event::kBoxes];
   prices.boxes_per_cell = 1 + 1.0 / static_cast<double>(tilecore::kLeafCells);
   return prices;
 }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -29,6 +30,14 @@ void append_counter_infos(std::vector<CounterInfo>& infos) {
 
 // All that a frame can have, with the ledger's sums; in no fixed order.
 std::vector<CounterInfo> counter_infos();
+
+// A counter that scripts may still ask for.
+struct FormerCounter {
+  std::string_view name;
+  std::string_view now;  // the counter that it is called now, or how its number follows from others; "": from none
+};
+// In the order of their names.
+std::span<const FormerCounter> former_counters();
 
 // Everything that was counted, by name, with the ledger's sums dram.read_bytes and dram.written_bytes. A counter whose
 // unit did not run is absent, not zero.

@@ -26,20 +26,9 @@ constexpr std::size_t kDrawablesToKeep = std::size_t{1} << 16;
 constexpr const char* kWholeFrames = "surfaces transmit: any of their pixels may show any pixel of what is behind";
 
 // The resolve unit's settings, of which the seed is that of the samples. Throws UsageError when they do not fit.
-tilecore::ResolveSettings resolve_settings(const RunSettings& settings, const GpuConfiguration& gpu, bool transmits) {
+tilecore::ResolveSettings resolve_settings(const RunSettings& settings, bool transmits) {
   tilecore::ResolveSettings resolve = settings.resolve;
   check_resolve(resolve);
-  if (gpu.tile.width % resolve.rates.block != 0 || gpu.tile.height % resolve.rates.block != 0)
-    throw UsageError(
-        fmt::format("resolve.block: blocks of {}x{} pixels do not fill tiles of {}x{}: set resolve.block=8 "
-                    "or 4, or tile.width and tile.height to multiples of it",
-                    resolve.rates.block, resolve.rates.block, gpu.tile.width, gpu.tile.height));
-  if (resolve.rates.supersampled < 32 && (settings.shading.derivatives == tilecore::ShadingDerivatives::kQuad ||
-                                          settings.shading.rate == tilecore::ShadingRate::kSample ||
-                                          settings.shading.rate == tilecore::ShadingRate::kCache))
-    throw UsageError(
-        "resolve.supersampled_groups: halves of pixels are shaded apart with shading.rate=pixel or "
-        "primitive alone, and without shading.derivatives=quad: set one of these, or 32");
   if (transmits) resolve.desampling = tilecore::Desampling::kOff;
   resolve.dither.seed = settings.sampling.seed;
   return resolve;
@@ -80,7 +69,7 @@ Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfigu
       record_memory_(scene_.assembly, gpu.line_bytes(), displacement_memory_.end()),
       camera_(request.camera ? frame_camera(*request.camera, settings)
                              : frame_camera(prepared_->capture, settings, request.width, request.height)),
-      resolve_(resolve_settings(settings, gpu, behind_.level_count() > 0)),
+      resolve_(resolve_settings(settings, behind_.level_count() > 0)),
       focus_(resolve_.foveation, prepared_->capture),
       pipeline_(gpu_, scene_.pyramids) {
   for (const double offset : {0.0, settings.stereo.eye_separation}) {
@@ -136,29 +125,20 @@ tilecore::TileJob Device::make_job(const scene::FrameGeometry& frame, const binn
   job.grid = &grid;
   job.pattern = &pattern;
   job.lighting = frame_lighting(prepared_->capture);
-  const std::optional<Vec3> background = frame_background(prepared_->capture);
-  job.has_background = background.has_value();
-  if (background) job.background = *background;
-  job.shading = settings_.shading.rate;
-  if (frame.request.draw_lines) job.shading = tilecore::ShadingRate::kSample;  // drawn lines are finer than pixels
-  job.derivatives = settings_.shading.derivatives;
-  job.shading_cell_pixels = static_cast<float>(settings_.shading.cell_pixels);
-  job.warp_lanes = static_cast<std::size_t>(gpu_.shader.warp_lanes);
-  job.shading_cache_entries = static_cast<std::size_t>(gpu_.shading_cache.entries);
-  job.blend_layers = static_cast<std::size_t>(gpu_.tilecore.blend_layers);
+  job.background = frame_background(prepared_->capture);
+  job.machine = &gpu_;
+  job.core = gpu_.tilecore;
+  job.shading_cache = gpu_.shading_cache;
+  job.shading = settings_.shading;
+  if (frame.request.draw_lines) job.shading.rate = tilecore::ShadingRate::kSample;  // drawn lines are finer than pixels
   const EffectSettings& effects = settings_.effects;
-  job.force_motion = effects.motion == EffectMode::kOn && tilecore::kGeneralEffects;
-  job.force_lens = effects.defocus == EffectMode::kOn && tilecore::kGeneralEffects;
-  job.force_displacement = effects.displacement == EffectMode::kOn;
-  job.force_alpha_test = effects.alpha_test == EffectMode::kOn;
-  job.cull_occlusion = gpu_.tilecore.occlusion_culling;
-  job.visibility = gpu_.tilecore.visibility;
-  job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);
-  job.line_bytes = static_cast<std::uint64_t>(gpu_.line_bytes());
+  job.forced = {effects.motion == EffectMode::kOn && tilecore::kGeneralEffects,
+                effects.defocus == EffectMode::kOn && tilecore::kGeneralEffects,
+                effects.displacement == EffectMode::kOn, effects.alpha_test == EffectMode::kOn};
   if (settings_.output.machine_model)
     job.textures = {&texture_memory_, gpu_.caches.texture_bytes, hardware::Caches::kTextureWays, gpu_.line_bytes()};
   job.store = frame_store();
-  if (behind_.level_count() > 0) job.lighting.behind = job.behind = &behind_;
+  if (behind_.level_count() > 0) job.lighting.behind = job.scene_color = &behind_;
   return job;
 }
 
@@ -190,7 +170,7 @@ std::unique_ptr<tilecore::ParameterMaps> Device::map_procedures(const tilecore::
   const StageTimer timer(result, "sparse");
   auto maps = std::make_unique<tilecore::ParameterMaps>(
       *job.frame, job.grid->region(), settings_.procedures,
-      tilecore::SamplingController::sub_pixels(job.pattern->samples_per_pixel()), job.burst_bytes);
+      tilecore::SamplingController::sub_pixels(job.pattern->samples_per_pixel()), job.burst_bytes());
   tessera::merge(result.counters.sampling, maps->counters());
   result.counters.ledger += maps->ledger();
   return maps;
@@ -244,7 +224,7 @@ tilecore::ResolveFrame& Device::begin_resolve(int frame, Eye& eye, const scene::
                                        static_cast<float>(settings_.stereo.far_depth));
   prepare_history(*resolve.next, false);
   // Signatures of whole tiles want all of their colours.
-  resolve.keeps_blocks = resolve_.keep_blocks && tilecore::reads_blocks(resolve_) &&
+  resolve.keeps_blocks = resolve_.skip_unchanged && tilecore::reads_blocks(resolve_) &&
                          resolve_.colors == tilecore::HistoryColors::kFrameBuffer &&
                          !gpu_.frame_buffer.transaction_elimination;
   resolve.auxiliary = request_.resolve_auxiliary;
@@ -275,7 +255,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& 
     job.resolve = &begin_resolve(frame, eye, *geometry, left, result);
   else if (settings_.resolve.desampling != tilecore::Desampling::kOff)
     result.effect_reasons["desampling"] = kWholeFrames;
-  const bool guesses = gpu_.frontend.previous_depth_culling && left == nullptr && job.behind == nullptr;
+  const bool guesses = gpu_.frontend.previous_depth_culling && left == nullptr && job.scene_color == nullptr;
   std::optional<frontend::CoarseDepth> guess;
   if (guesses && last_depth_ && last_frame_ == frame - 1)
     guess = frontend::reproject(*last_depth_, geometry->projection, geometry->views[0]);
@@ -297,8 +277,8 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& 
     result.model = model_machine(gpu_, recorder.finish(job, result.counters.ledger), caches);
     if (request_.attribute) {
       const MachineModel& model = *result.model;
-      result.shares = frame_shares(gpu_, model.record.work, model.schedule, model.timing, model.energy,
-                                   recorder.take_traffic(), before);
+      result.shares = attribute_costs(gpu_, model.record.work, model.schedule, model.timing, model.energy,
+                                      recorder.take_traffic(), before);
     }
   }
   if (eliminates(gpu_)) end_elimination(eye, result);

@@ -6,10 +6,10 @@
 #include <string>
 #include <utility>
 
+#include "gpu/cost_attribution.h"
 #include "gpu/drawable_costs.h"
 #include "gpu/effect_report.h"
 #include "gpu/frame_counters.h"
-#include "gpu/frame_shares.h"
 #include "gpu/machine_model.h"
 #include "gpu/tile_maps.h"
 #include "tilecore/frame_targets.h"
@@ -38,8 +38,8 @@ struct FrameResult {
   // Host time in seconds; tile_threads and resolve_threads: processor time, summed over threads.
   std::map<std::string, double> stage_seconds;
   double seconds = 0;
-  std::optional<MachineModel> model;    // with output.machine_model
-  std::optional<FrameShares> shares{};  // of all views, with RenderRequest::attribute
+  std::optional<MachineModel> model;        // with output.machine_model
+  std::optional<CostAttribution> shares{};  // of all views, with RenderRequest::attribute
   TileMaps maps{};
   MaterialPlaces materials{};
   DrawableCosts drawables{};

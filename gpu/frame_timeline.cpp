@@ -102,8 +102,12 @@ FrameTimeline::Geometry geometry_of(const GpuConfiguration& gpu, const timing::G
   const double scale = ends.back() > 0 ? (span.end - span.begin) / ends.back() : 0;
   // The binner starts when the first patch has passed the front end.
   const double first = span.begin + scale * front_end / static_cast<double>(std::max<std::uint64_t>(work.patches, 1));
-  return {span.begin,  work.bounds > 0 ? span.begin + ends.front() * scale : span.begin, first, span.end, work.bounds,
-          work.entries};
+  return {span.begin,
+          work.events[timing::Event::kBounds] > 0 ? span.begin + ends.front() * scale : span.begin,
+          first,
+          span.end,
+          work.events[timing::Event::kBounds],
+          work.events[timing::Event::kBinnedEntries]};
 }
 
 void add_lists(const timing::WorkRound& round, const timing::Schedule::Span& geometry, const TileSchedule* tiles,
@@ -115,8 +119,8 @@ void add_lists(const timing::WorkRound& round, const timing::Schedule::Span& geo
   std::uint64_t entries = 0;
   std::vector<std::pair<double, std::uint64_t>> read;
   for (std::size_t i = 0; i < round.tiles.size(); ++i) {
-    entries += round.tiles[i].entries;
-    read.emplace_back(tiles[i].phases.front().end, round.tiles[i].entries);
+    entries += round.tiles[i].events[timing::Event::kFetchedEntries];
+    read.emplace_back(tiles[i].phases.front().end, round.tiles[i].events[timing::Event::kFetchedEntries]);
   }
   std::sort(read.begin(), read.end());
   std::uint64_t left = entries;
@@ -153,7 +157,7 @@ void add_windows(const GpuConfiguration& gpu, const timing::FrameWork& work, con
   for (std::size_t r = 0; r < schedule.geometry.size(); ++r) {
     const timing::Schedule::Span& span = schedule.geometry[r];
     add_bytes(Source::kGeometry, span.begin, span.end, work.rounds[r].geometry.dram_bytes);
-    const timing::StageCycles cycles = timing::geometry_cycles(gpu, work.rounds[r]);
+    const timing::StageCycles cycles = stage_cycles(gpu, work.rounds[r].geometry);
     for (const Stage stage : timing::geometry_stages())
       busy[static_cast<std::size_t>(stage)].add(span.begin, span.end, cycles[static_cast<std::size_t>(stage)]);
   }

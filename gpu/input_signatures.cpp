@@ -145,7 +145,7 @@ std::uint64_t constants_signature(const GpuConfiguration& gpu, const TileJob& jo
 std::uint64_t tile_signature(const TileJob& job, std::uint64_t constants, std::span<const std::uint64_t> drawables,
                              std::span<const binner::QueueEntry> entries) {
   const FrameGeometry& frame = *job.frame;
-  bool sees_times = frame.projection.lens_scale != 0 || frame.moving_lights || job.force_motion || job.force_lens;
+  bool sees_times = frame.projection.lens_scale != 0 || frame.moving_lights || job.forced.motion || job.forced.lens;
   Crc64 crc;
   crc.add_value(constants);
   for (const binner::QueueEntry& entry : entries) {

@@ -29,12 +29,12 @@ ViewCost time_work(const GpuConfiguration& gpu, const timing::FrameWork& work, t
     timed.schedule = std::move(events.schedule);
     // What the caches held in time.
     energy.dram_bytes = events.counts.memory.read_bytes + events.counts.memory.written_bytes;
-    energy.l2_lines = events.counts.memory.l2_requests + events.counts.memory.l2_misses;
+    energy.counts[hardware::Event::kL2Lines] = events.counts.memory.l2_requests + events.counts.memory.l2_misses;
     if (gpu.shader.costs == hardware::ShaderCosts::kCompiled) {
       std::uint64_t clocks = 0;
       for (const timing::WorkRound& round : work.rounds)
         for (const timing::TileItems& items : round.items) clocks += timing::compiled_clocks(gpu, items);
-      timing::take_compiled(gpu, clocks, energy);
+      timing::take_compiled(gpu, clocks, energy.counts);
     }
   } else {
     timed.schedule = timing::schedule_frame(gpu, work);

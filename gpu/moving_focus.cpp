@@ -35,12 +35,10 @@ int node_of(const scene::Capture& capture, const std::string& name) {
 
 MovingFocus::MovingFocus(const tilecore::FoveationSettings& settings, const scene::Capture& capture)
     : fixed_(settings.focus_x, settings.focus_y), capture_(&capture) {
-  if (!settings.focus_track.empty()) track_ = FocusTrack::read(settings.focus_track);
   if (!settings.focus_node.empty()) node_ = node_of(capture, settings.focus_node);
 }
 
 DVec2 MovingFocus::at(double seconds, const scene::CameraChoice& camera, int width, int height) const {
-  if (track_) return track_->at(seconds);
   if (node_ == scene::kNone) return fixed_;
   const scene::Pose pose = scene::pose_at(*capture_, seconds);
   const scene::Projection projection = scene::make_projection(camera.at(*capture_, seconds), width, height);

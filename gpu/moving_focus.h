@@ -1,18 +1,14 @@
 #pragma once
 
-#include <optional>
-
-#include "gpu/focus_track.h"
 #include "scene/view.h"
 #include "tilecore/resolve/foveation.h"
 
 namespace tessera::gpu {
 
-// Where the eye looks in each frame: a place of the settings, along a track, or at a node of the capture.
+// Where the eye looks in each frame: at a place of the settings, or at a node of the capture.
 class MovingFocus {
  public:
-  // Reads the track, if there is one. `capture` must outlive the focus. Throws what FocusTrack::read() throws; UsageError
-  // where the scene has no node of that name, or several.
+  // `capture` must outlive the focus. Throws UsageError where the scene has no node of that name, or several.
   MovingFocus(const tilecore::FoveationSettings& settings, const scene::Capture& capture);
 
   // At `seconds`, the middle of a frame's shutter, through the camera of an eye: in frame widths and heights. A node is
@@ -21,7 +17,6 @@ class MovingFocus {
 
  private:
   DVec2 fixed_;
-  std::optional<FocusTrack> track_;
   const scene::Capture* capture_;
   int node_ = scene::kNone;
 };

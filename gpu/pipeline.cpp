@@ -73,7 +73,7 @@ void Pipeline::second_pass(const ViewRun& run, TileScheduler& scheduler, binner:
 bool Pipeline::render_tiles(const ViewRun& run, TileScheduler& scheduler, const binner::TileGrid& grid,
                             const std::vector<frontend::BoundedSubPatch>& sub_patches, bool binned) {
   std::vector<frontend::BoundedSubPatch> behind, transmissive;
-  if (run.job.behind != nullptr)
+  if (run.job.scene_color != nullptr)
     for (const frontend::BoundedSubPatch& piece : sub_patches)
       (tilecore::transmits(run.job.frame->drawable_of(piece.base_patch)) ? transmissive : behind).push_back(piece);
   if (transmissive.empty()) {
@@ -115,9 +115,9 @@ void Pipeline::collect(const ViewRun& run, const binner::Binner& binner, const t
   for (const TileCounts& tile : run.result.maps.tiles) counters.binner.queue_bytes_read += tile.queue_bytes_read;
   counters.ledger += binner.buffer().ledger();
   cores_.for_each([&](tilecore::TileCore& core) {
-    tilecore::merge(counters, core.take_counters());
-    counters.ledger += core.take_ledger();
-    merge(run.result.drawables, core.take_drawables());
+    tilecore::CoreTotals totals = core.take_totals();
+    merge(run.result.drawables, totals.drawables);
+    if (run.job.resolve != nullptr) run.result.stage_seconds["resolve_threads"] += totals.resolve_seconds;
   });
   const WorkRecorder::Sums sums = run.recorder.take_sums();
   tilecore::merge(counters, sums.core);
@@ -169,9 +169,6 @@ void Pipeline::render(const ViewRun& run, const PreviousDepth& previous) {
   if (previous.store) second_pass(run, scheduler, binner, front_end);
   if (job.resolve != nullptr) {
     if (job.resolve->settings.reach == tilecore::StencilReach::kNeighbours) scheduler.finish_across_tiles();
-    double resolve_seconds = 0;
-    cores_.for_each([&](tilecore::TileCore& core) { resolve_seconds += core.take_resolve_seconds(); });
-    result.stage_seconds["resolve_threads"] += resolve_seconds;
   }
   collect(run, binner, cache);
   result.counters.frontend = front_end.counters;

@@ -16,11 +16,18 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::string_view kMagic = "tessera.record/3\n", kMagicOfAll = "tessera.record/";
+constexpr std::string_view kMagic = "tessera.record/4\n", kMagicOfAll = "tessera.record/";
 constexpr std::uint64_t kMaxHeadBytes = 16u << 20;
 constexpr std::uint64_t kMaxViews = 2;
 // Decoded work takes no more than so many times its bytes.
 constexpr std::uint64_t kExpansion = 16;
+
+// The events that work is made of, in their order.
+json event_names() {
+  json names = json::array();
+  for (const timing::Event event : hardware::kAllEvents) names.push_back(name(event));
+  return names;
+}
 
 // Keys of SplitPrices.
 bool prices_splits(std::string_view key) {
@@ -49,10 +56,10 @@ const char* implausible(const timing::FrameWork& work) {
       return "more bytes are written or read through the L2 than moved";
     bytes = std::max(bytes, round.geometry.dram_bytes);
     for (const timing::TileWork& tile : round.tiles)
-      if (tile.pixels > kMaxTilePixels) return "a tile has more pixels than any machine's";
+      if (tile.events[timing::Event::kPixels] > kMaxTilePixels) return "a tile has more pixels than any machine's";
     for (const timing::TileItems& items : round.items) {
       for (const timing::SubPatchItem& item : items.sub_patches)
-        if (item.vertices > kMaxVertices) return "a sub-patch has more than 2^20 vertices";
+        if (item[timing::Event::kVertices] > kMaxVertices) return "a sub-patch has more than 2^20 vertices";
       for (const std::uint64_t moved :
            {items.list_bytes, items.record_bytes, items.load_bytes, items.resolve_bytes, items.written_bytes})
         if (moved > kMaxTileBytes) return "a tile moves more than 1 GiB";
@@ -98,12 +105,15 @@ RecordReader::RecordReader(const std::filesystem::path& file, std::uint64_t max_
   std::error_code ignored;
   if (!file_ || std::filesystem::is_directory(file, ignored)) throw InputError(name_.string(), "", "cannot be read");
   const std::string magic = bytes(kMagic.size());
-  if (magic != kMagic && magic.starts_with(kMagicOfAll)) refuse("is a record of another version: replay again");
+  if (magic != kMagic && magic.starts_with(kMagicOfAll))
+    refuse("is a record of another version: record it again (replay --record)");
   if (magic != kMagic) refuse("is not a record (replay --record)");
   const std::uint64_t length = number();
   if (length > kMaxHeadBytes) refuse("has a head of more than 16 MiB");
   head_ = parse_unique_json(bytes(length), name_.string());
   if (!head_.is_object()) refuse("has a head that is no JSON object");
+  if (head_.value("events", json()) != event_names())
+    refuse("is of a machine that charges other events than this one: record it again (replay --record)");
 }
 
 void RecordReader::refuse(const std::string& reason) const {
@@ -189,11 +199,12 @@ json drawables_json(const scene::Assembly& assembly) {
 
 json record_head(const std::string& capture, const scene::Assembly& assembly, const GpuConfiguration& gpu,
                  const RunSettings& settings, int width, int height) {
-  return {{"schema", "tessera.record/3"},
+  return {{"schema", "tessera.record/4"},
           {"capture", capture},
           {"width", width},
           {"height", height},
           {"drawables", drawables_json(assembly)},
+          {"events", event_names()},
           {"gpu", gpu_json(gpu)},
           {"settings", settings_json(settings)},
           {"function", functional_json(gpu, settings)}};

@@ -20,7 +20,7 @@ namespace tessera::gpu {
 // `replay --record FILE`: what the units of the machine did in each frame, to be timed again on other machines
 // (`tessera time FILE`). What is in the file, all numbers little endian:
 //
-//   "tessera.record/3\n"
+//   "tessera.record/4\n"
 //   u64 bytes, then so many of JSON: what was replayed, the machine and the settings it was replayed with
 //   for each frame   "F", u64 number, u64 views; for each view (eye)
 //                    u64 bytes of timing::encode(), u64 bytes of its Zstandard frame, and that
@@ -71,7 +71,8 @@ class RecordReader {
   nlohmann::json head_;
 };
 
-// The head of a record. Its "drawables" name what items belong to: {"first", "stride", "count", "node", "material"};
+// The head of a record. Its "events" are the names of the events that the work is made of (hardware/events.def); a record
+// of other events is refused. Its "drawables" name what items belong to: {"first", "stride", "count", "node", "material"};
 // without them where there are more than 65536.
 nlohmann::json record_head(const std::string& capture, const scene::Assembly& assembly, const GpuConfiguration& gpu,
                            const RunSettings& settings, int width, int height);

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
-#include "tilecore/resolve/camera_motion.h"
+#include "tilecore/resolve/motion_field.h"
 
 namespace tessera::gpu {
 
@@ -15,7 +15,7 @@ namespace {
 // Why nothing comes from the previous frame, where tilecore::advects() says so.
 std::string no_advection(const tilecore::ResolveSettings& s) {
   if (s.desampling != tilecore::Desampling::kAdaptive) return "one rate everywhere needs no motion and no history";
-  return s.advect ? "resolve.k_stat is 0: nothing is slower" : "resolve.advection=false";
+  return s.advect ? "resolve.reuse_speed is 0: nothing is slower" : "resolve.advection=false";
 }
 
 }  // namespace
@@ -85,8 +85,8 @@ tilecore::ResolveFrame& ResolveSequence::begin(int number, const scene::FrameGeo
       advection = "a light changed that reaches everything";
     else
       advection = motion_->lights().none()
-                      ? "blocks slower than resolve.k_stat"
-                      : "blocks slower than resolve.k_stat, out of reach of the lights that changed";
+                      ? "blocks slower than resolve.reuse_speed"
+                      : "blocks slower than resolve.reuse_speed, out of reach of the lights that changed";
   }
   return frame_;
 }

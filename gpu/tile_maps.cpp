@@ -25,8 +25,7 @@ void count_work(const tilecore::CoreCounters& counted, TileCounts& work) {
   work.samples_visible += counted.shading.samples_visible;
   work.pixel_shader_invocations += counted.shading.pixel_shader_invocations;
   work.procedure_samples += counted.sampling.samples;
-  work.desampled_blocks +=
-      counted.desampling.blocks_rate_4 + counted.desampling.blocks_rate_8 + counted.desampling.blocks_rate_12;
+  work.desampled_blocks += counted.desampling.blocks_rate_4 + counted.desampling.blocks_rate_8;
   work.advected_pixels += counted.desampling.pixels_advected;
   work.foveated_blocks += counted.desampling.blocks_foveated;
 }

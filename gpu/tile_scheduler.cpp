@@ -28,7 +28,7 @@ class BusyTimer {
 
 struct TileScheduler::Round {
   WorkRecorder::Round work;
-  std::vector<SharedUse> shared;                 // per tile
+  std::vector<SharedRequests> shared;            // per tile
   std::vector<tilecore::TileState>& unfinished;  // empty but for partial renders
   const Pass& pass;
   bool last;                    // of the pass: no partial render follows
@@ -50,7 +50,7 @@ void TileScheduler::render_tile(Round& round, std::size_t t) {
   ledger.record_into(work.log());
   std::vector<binner::QueueEntry> entries = binner_.read_tile(*job.frame, tile, ledger, counts.queue_bytes_read);
   core.charge(ledger);
-  SharedUse& shared = round.shared[t];
+  SharedRequests& shared = round.shared[t];
   for (const binner::QueueEntry& entry : entries) shared.records.push_back(entry.record);
   if (std::vector<scene::MaterialEffects>& drawn = run_.result.materials.tiles; !drawn.empty())
     for (const binner::QueueEntry& entry : entries)
@@ -65,28 +65,31 @@ void TileScheduler::render_tile(Round& round, std::size_t t) {
         run_.record->entries[t].back().record += records_before_;
       }
     core.render_entries(job, tile, std::move(entries), state);
-    shared.tessellations = core.take_tessellations();
-    shared.hidden = core.take_hidden();
-    shared.cells = core.take_cells();
-    count_tessellations(shared.tessellations, counts);
-    work.begin_shading();
     if (round.last)
-      finish_tile(round, t, state, shared);
+      shared.finished = finish_tile(round, t, state);
     else
       core.store_state(job, state);
   }
-  count_work(work.end(job, shared.finished), counts);
+  tilecore::TileResult result = core.take_result();
+  count_tessellations(result.tessellations, counts);
+  work.end(job, result, shared.finished);
+  count_work(result.counters, counts);
+  shared.tessellations = std::move(result.tessellations);
+  shared.hidden = std::move(result.hidden);
+  shared.cells = std::move(result.cells);
+  shared.stored = result.stored;
 }
 
-void TileScheduler::finish_tile(const Round& round, std::size_t t, tilecore::TileState& state, SharedUse& shared) {
+bool TileScheduler::finish_tile(const Round& round, std::size_t t, tilecore::TileState& state) {
   const std::vector<bool>& open = round.pass.open;
+  const auto tile = static_cast<binner::TileIndex>(t);
   tilecore::TileCore& core = cores_.local();
-  if (!open.empty() && open[t]) {
-    core.finish_behind(run_.job, static_cast<binner::TileIndex>(t), state);
-    return;
-  }
-  shared.finished = true;
-  shared.stored = core.finish(run_.job, static_cast<binner::TileIndex>(t), state, run_.result.targets, !open.empty());
+  const bool finished = open.empty() || !open[t];
+  if (finished)
+    core.finish(run_.job, tile, state, run_.result.targets, !open.empty());
+  else
+    core.finish_scene_color(run_.job, tile, state);
+  return finished;
 }
 
 std::vector<bool> TileScheduler::compare_inputs(bool complete) {
@@ -108,7 +111,7 @@ std::vector<bool> TileScheduler::compare_inputs(bool complete) {
 }
 
 SignatureMemory TileScheduler::signature_memory() const {
-  return {binner_.grid().tile_count(), run_.job.store.signature_bytes(), run_.job.burst_bytes};
+  return {binner_.grid().tile_count(), run_.job.store.signature_bytes(), run_.job.burst_bytes()};
 }
 
 void TileScheduler::share_signatures(Round& round) {
@@ -146,7 +149,7 @@ void TileScheduler::share(Round& round) {
               tilecore::TileStore::header_offset(store, binner_.grid().region())};
   std::uint64_t depth_offset = 0, header_offset = 0;
   for (const binner::TileIndex t : order_.tiles()) {
-    const SharedUse& use = round.shared[t];
+    const SharedRequests& use = round.shared[t];
     const std::uint64_t table_bytes = round.work.share(t, use, {records, cache_});
     result.maps.tiles[t].queue_bytes_read += table_bytes;
     if (stores_depth) {
@@ -154,8 +157,7 @@ void TileScheduler::share(Round& round) {
       depth_offset += tile_depth_bytes();
     }
     const std::uint64_t header_bytes = tilecore::TileStore::header_bytes(store, binner_.grid().pixels(t));
-    if (use.stored)
-      result.counters.compression.frame_bytes_compressed += round.work.move(t, headers, header_offset, header_bytes);
+    if (use.stored) round.work.move(t, headers, header_offset, header_bytes);
     header_offset += header_bytes;
     if (run_.record != nullptr)
       run_.record->tessellations.insert(run_.record->tessellations.end(), use.tessellations.begin(),
@@ -207,9 +209,15 @@ void TileScheduler::render_pass(std::span<const frontend::BoundedSubPatch> sub_p
   }
 }
 
+void TileScheduler::end_part(tilecore::TileCore& core, WorkRecorder::Tile& work, std::size_t tile) {
+  tilecore::TileResult result = core.take_result();
+  work.end(run_.job, result, false);
+  count_work(result.counters, run_.result.maps.tiles[tile]);
+}
+
 void TileScheduler::reduce_behind() {
   const StageTimer timer(run_.result, "reduce");
-  shaders::RadianceImage& image = *run_.job.behind;
+  shaders::RadianceImage& image = *run_.job.scene_color;
   for (int level = 1; level < image.level_count(); ++level)
     parallel_for(static_cast<std::size_t>(image.height(level)), [&](std::size_t row) {
       const int y = static_cast<int>(row);
@@ -220,7 +228,7 @@ void TileScheduler::reduce_behind() {
     tilecore::TileCore& core = cores_.local();
     WorkRecorder::Tile work = round.tile(t, core);
     core.count_reduced(run_.job, static_cast<binner::TileIndex>(t));
-    count_work(work.end(run_.job, false), run_.result.maps.tiles[t]);
+    end_part(core, work, t);
   });
   // A level lies behind the one above; each is read once, when the next one is made.
   for (int level = 0; level < image.level_count(); ++level) {
@@ -230,13 +238,13 @@ void TileScheduler::reduce_behind() {
 }
 
 void TileScheduler::share_behind(WorkRecorder::Round& round, int level, bool write) {
-  const shaders::RadianceImage& image = *run_.job.behind;
+  const shaders::RadianceImage& image = *run_.job.scene_color;
   constexpr auto kTexelBytes = static_cast<std::uint64_t>(shaders::RadianceImage::kBlocks.bytes);
   TileArray texels{memory::Unit::kResolve, memory::Purpose::kSceneColor, write};
   for (int above = 0; above < level; ++above)
     texels.base += round_up(
         kTexelBytes * static_cast<std::uint64_t>(image.width(above)) * static_cast<std::uint64_t>(image.height(above)),
-        run_.job.burst_bytes);
+        run_.job.burst_bytes());
   std::uint64_t offset = 0;
   for (const binner::TileIndex tile : order_.tiles()) {
     const IntRect part = tilecore::reduced_by(image, level, binner_.grid().pixels(tile));
@@ -259,7 +267,7 @@ void TileScheduler::finish_across_tiles() {
     tilecore::TileCore& core = cores_.local();
     WorkRecorder::Tile work = round.tile(t, core);
     core.finish_deferred(run_.job, static_cast<binner::TileIndex>(t), run_.result.targets);
-    count_work(work.end(run_.job, false), run_.result.maps.tiles[t]);
+    end_part(core, work, t);
   });
 }
 

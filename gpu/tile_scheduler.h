@@ -79,7 +79,10 @@ class TileScheduler {
   void reduce_behind();
   // What the tiles' parts of a level of it move.
   void share_behind(WorkRecorder::Round& round, int level, bool write);
-  void finish_tile(const Round& round, std::size_t tile, tilecore::TileState& state, SharedUse& shared);
+  // False: the tile will be rendered again with what transmits.
+  bool finish_tile(const Round& round, std::size_t tile, tilecore::TileState& state);
+  // Ends work on a tile that is neither its first nor its last.
+  void end_part(tilecore::TileCore& core, WorkRecorder::Tile& work, std::size_t tile);
   void render_tile(Round& round, std::size_t tile);
   // Which tiles need not be rendered; empty: all do. `complete`: the lists hold all sub-patches.
   std::vector<bool> compare_inputs(bool complete);

@@ -10,6 +10,7 @@ namespace tessera::gpu {
 
 using memory::Purpose;
 using memory::Unit;
+using timing::Event;
 using timing::Phase;
 
 namespace {
@@ -71,14 +72,13 @@ void WorkRecorder::front_end(const scene::FrameGeometry& frame, const frontend::
                                                       static_cast<std::uint64_t>(gpu_.memory.burst_bytes)));
   }
   const std::uint64_t bytes = since(result.ledger, front_end_traffic_);
-  geometry_.patches += result.counters.base_patches - front_end_.base_patches;
-  geometry_.bounds += result.counters.bounds_computed - front_end_.bounds_computed;
-  // The box of a group or an instance takes the time of any other.
-  const auto boxes = [](const frontend::InstanceCounters& c) { return c.groups_tested + c.instances_tested; };
-  geometry_.bounds += boxes(result.instances) - boxes(instances_);
-  geometry_.bounds += result.groups.groups_tested - groups_.groups_tested;
-  geometry_.depth_blocks += result.previous_depth.blocks_reprojected - previous_depth_.blocks_reprojected;
-  geometry_.depth_tests += result.previous_depth.blocks_tested - previous_depth_.blocks_tested;
+  const GeometryCounters before = counted_;
+  counted_.frontend = result.counters;
+  counted_.instances = result.instances;
+  counted_.groups = result.groups;
+  counted_.previous_depth = result.previous_depth;
+  geometry_.patches += counted_.frontend.base_patches - before.frontend.base_patches;
+  count_geometry(before);
   geometry_bytes_ += bytes;
   const std::uint64_t all_tables = result.ledger.traffic(Unit::kFrontend, Purpose::kTexture).read_bytes,
                       tables = all_tables - std::exchange(front_end_tables_, all_tables);
@@ -87,15 +87,22 @@ void WorkRecorder::front_end(const scene::FrameGeometry& frame, const frontend::
                         more{depth.read_bytes - coarse_depth_.read_bytes,
                              depth.written_bytes - coarse_depth_.written_bytes};
   if (record_accesses_) {
-    log_front_end(*frame.assembly, result, bytes - tables - more.read_bytes - more.written_bytes);
+    log_front_end(*frame.assembly, before, result, bytes - tables - more.read_bytes - more.written_bytes);
     log_coarse_depth(more);
     geometry_log_.add_next(Unit::kFrontend, Purpose::kTexture, false, tables);
   }
   coarse_depth_ = depth;
-  previous_depth_ = result.previous_depth;
-  front_end_ = result.counters;
-  instances_ = result.instances;
-  groups_ = result.groups;
+}
+
+void WorkRecorder::count_geometry(const GeometryCounters& before) {
+  const auto counts = [](const GeometryCounters& g) {
+    timing::EventCounts events;
+#define TESSERA_GEOMETRY_COUNT(id, count) events[Event::id] = count;
+#include "hardware/each_event.inc"
+    events[Event::kSamplingOperations] = g.procedures.sparse_operations;
+    return events;
+  };
+  geometry_.events += counts(counted_) - counts(before);
 }
 
 void WorkRecorder::keep_table_lines(const frontend::FrontEndResult& result, std::uint64_t missed) {
@@ -111,9 +118,9 @@ void WorkRecorder::keep_table_lines(const frontend::FrontEndResult& result, std:
   }
 }
 
-void WorkRecorder::log_front_end(const scene::Assembly& assembly, const frontend::FrontEndResult& result,
-                                 std::uint64_t bytes) {
-  const bool first_pass = instances_.instances == 0 && groups_.groups_tested == 0;
+void WorkRecorder::log_front_end(const scene::Assembly& assembly, const GeometryCounters& before,
+                                 const frontend::FrontEndResult& result, std::uint64_t bytes) {
+  const bool first_pass = before.instances.instances == 0 && before.groups.groups_tested == 0;
   const bool dropped = result.instances.instances != 0 || result.groups.groups_tested != 0;
   if (!dropped || !first_pass) {
     // Records lie one behind the other in the order in which they are read.
@@ -144,10 +151,10 @@ void WorkRecorder::log_coarse_depth(const memory::Traffic& more) {
 
 void WorkRecorder::sparse_pass(const tilecore::ParameterMaps& maps) {
   maps_ = &maps;
-  const tilecore::SamplingCounters& counters = maps.counters();
-  geometry_.patches += counters.cells;
-  geometry_.bounds += counters.interval_evaluations;
-  geometry_.sampling_operations += counters.sparse_operations;
+  const GeometryCounters before = counted_;
+  tessera::merge(counted_.procedures, maps.counters());
+  geometry_.patches += maps.counters().cells;
+  count_geometry(before);
   memory::Traffic none;
   geometry_bytes_ += since(maps.ledger(), none);
   if (!record_accesses_) return;
@@ -161,17 +168,16 @@ void WorkRecorder::sparse_pass(const tilecore::ParameterMaps& maps) {
 }
 
 WorkRecorder::Round WorkRecorder::begin_round(const binner::Binner& binner, const tilecore::TileOrder& order) {
-  const binner::BinnerCounters& now = binner.buffer().counters();
-  geometry_.entries = now.entries - binner_.entries;
-  const auto tested = [](const binner::BinnerCounters& c) { return c.tile_overlaps + c.tiles_dropped; };
-  geometry_.tiles_tested = tested(now) - tested(binner_);
-  const bool works = geometry_.entries + geometry_.depth_tests + geometry_bytes_ > 0;
+  const GeometryCounters before = counted_;
+  counted_.binner = binner.buffer().counters();
+  count_geometry(before);
+  const timing::EventCounts& events = geometry_.events;
+  const bool works = events[Event::kBinnedEntries] + events[Event::kDepthTests] + geometry_bytes_ > 0;
   geometry_.patches = std::max<std::uint64_t>(geometry_.patches, works ? 1 : 0);
   const std::uint64_t written = binner_traffic_.written_bytes;
   geometry_.dram_bytes = std::exchange(geometry_bytes_, 0) + since(binner.buffer().ledger(), binner_traffic_);
   geometry_.written_bytes = binner_traffic_.written_bytes - written;
   geometry_.queue_bytes = binner.buffer().bytes_in_use();
-  binner_ = now;
   slots_.resize(binner.grid().tile_count());
   textures_.resize(binner.grid().tile_count());
   traffic_.resize(binner.grid().tile_count());
@@ -180,88 +186,58 @@ WorkRecorder::Round WorkRecorder::begin_round(const binner::Binner& binner, cons
 }
 
 WorkRecorder::Tile::Tile(WorkRecorder& recorder, std::size_t tile, tilecore::TileCore& core)
-    : recorder_(recorder), slot_(recorder.slots_[tile]), core_(core), tile_(tile) {
+    : recorder_(recorder), slot_(recorder.slots_[tile]), tile_(tile) {
   slot_.used = true;
   slot_.work.tile = static_cast<std::uint32_t>(tile);
   if (recorder.record_accesses_) core.record_accesses(&slot_.log);
   core.keep_items(recorder.keep_items_);
 }
 
-void WorkRecorder::Tile::begin_shading() {
-  slot_.shading_lines = core_.textures().misses().size();
-  slot_.visibility_texels = core_.textures().counters().texels;
-}
-
-tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, bool finished) {
+void WorkRecorder::Tile::end(const tilecore::TileJob& job, tilecore::TileResult& result, bool finished) {
   Sums& sums = recorder_.sums_.local();
-  const tilecore::CoreCounters counted = core_.take_counters();
-  const memory::Ledger ledger = core_.take_ledger();
-  slot_.lines = core_.textures().take_misses();
-  slot_.patches = core_.take_patches_read();
-  slot_.history = core_.take_history_lines();
-  sums.layer_bytes = std::max(sums.layer_bytes, core_.take_layer_bytes());
+  slot_.texture_misses = std::move(result.texture_misses);
+  slot_.visibility_misses = result.visibility_misses;
+  slot_.patches_read = std::move(result.patches_read);
+  slot_.history_lines = std::move(result.history_lines);
+  sums.layer_bytes = std::max(sums.layer_bytes, result.layer_bytes);
 
   timing::TileWork& work = slot_.work;
-  work.entries = counted.tilecore.entries_fetched;
-  work.sort_steps = counted.tilecore.sort_steps;
-  work.boxes = counted.tilecore.boxes_built;
-  work.box_tests = counted.tilecore.box_tests;
-  work.stencil_tests = counted.stencil.tests;
-  work.sampling_operations = counted.sampling.operations;
-  work.box_lanes = counted.tilecore.box_lanes;
-  work.triangle_lanes = counted.tilecore.triangle_lanes + counted.sampling.footprint_tests;
-  work.triangle_tests = counted.tilecore.triangle_tests + counted.sampling.footprint_tests;
-  work.hits = counted.tilecore.sample_hits;
-  work.alpha_tests = counted.tilecore.alpha_tests;
-  work.depth_blocks = counted.tilecore.depth_blocks_updated + counted.tilecore.depth_tests;
-  work.compacted_samples = counted.shading.samples_visible + counted.shading.blended_layers;
-  work.surface_evaluations = counted.shading.surface_evaluations;
-  work.surface_lanes = counted.shading.surface_warps * job.warp_lanes;
-  work.shader_invocations = counted.shading.pixel_shader_invocations + counted.shading.helper_invocations;
-  work.shader_lanes = counted.shading.warps * job.warp_lanes;
-  work.blended_layers = counted.shading.blended_layers;
-  work.texels = counted.texture.texels - slot_.visibility_texels;
-  const bool floats = job.resolve != nullptr && job.resolve->settings.weights == tilecore::StencilWeights::kFloat;
-  work.hashed_bytes = counted.store.signature_bytes + counted.history.hashed_bytes;
-  work.resolve_operations = counted.desampling.velocity_operations + counted.desampling.light_tests +
-                            counted.desampling.pixels_advected + counted.desampling.stencil_taps * (floats ? 4 : 1) +
-                            counted.desampling.contrast_operations + counted.transmission.texels_reduced;
-  work.pixels = counted.transmission.pixels_kept;
+  work.events = tilecore::count_events(result.counters, job.warp_lanes());
+  work.events[Event::kTexels] -= result.visibility_texels;  // those of alpha tests
   if (finished) {
     const IntRect pixels = job.grid->pixels(static_cast<binner::TileIndex>(tile_));
-    work.pixels += static_cast<std::uint64_t>(pixels.width()) * static_cast<std::uint64_t>(pixels.height());
+    work.events[Event::kPixels] +=
+        static_cast<std::uint64_t>(pixels.width()) * static_cast<std::uint64_t>(pixels.height());
   }
-  work.dram_bytes = timing::phase_bytes(ledger);
+  work.dram_bytes = timing::phase_bytes(result.ledger);
   for (std::size_t unit = 0; unit < memory::kUnitCount; ++unit)
     for (std::size_t purpose = 0; purpose < memory::kPurposeCount; ++purpose) {
-      const memory::Traffic& more = ledger.traffic(static_cast<Unit>(unit), static_cast<Purpose>(purpose));
+      const memory::Traffic& more = result.ledger.traffic(static_cast<Unit>(unit), static_cast<Purpose>(purpose));
       recorder_.traffic_[tile_][purpose].read_bytes += more.read_bytes;
       recorder_.traffic_[tile_][purpose].written_bytes += more.written_bytes;
     }
-  if (recorder_.keep_items_) take_items(ledger);
-
-  tilecore::merge(sums.core, counted);
-  sums.ledger += ledger;
-  return counted;
+  if (recorder_.keep_items_) take_items(result);
+  tilecore::merge(sums.core, result.counters);
+  sums.ledger += result.ledger;
 }
 
-void WorkRecorder::Tile::take_items(const memory::Ledger& ledger) {
+void WorkRecorder::Tile::take_items(tilecore::TileResult& result) {
   timing::TileItems& items = slot_.items;
-  items.sub_patches = core_.take_sub_patch_items();
-  items.warps = core_.take_warp_items();
-  items.texel_lines = core_.textures().take_requests();
+  items.sub_patches = std::move(result.sub_patches);
+  items.warps = std::move(result.warps);
+  items.texel_lines = std::move(result.texture_requests);
   for (std::size_t unit = 0; unit < memory::kUnitCount; ++unit)
-    items.list_bytes += ledger.traffic(static_cast<Unit>(unit), Purpose::kTileQueue).read_bytes;
-  const memory::Traffic all = ledger.total();
+    items.list_bytes += result.ledger.traffic(static_cast<Unit>(unit), Purpose::kTileQueue).read_bytes;
+  const memory::Traffic all = result.ledger.total();
   items.load_bytes = slot_.work.dram_bytes[kVisibility] - items.list_bytes;
   items.resolve_bytes = all.read_bytes - items.list_bytes - items.load_bytes;
   items.written_bytes = all.written_bytes;
-  // Depths that are found again when the last sub-patch is done.
-  if (!items.sub_patches.empty()) {
-    std::uint64_t counted = 0;
-    for (const timing::SubPatchItem& item : items.sub_patches) counted += item.depth_blocks;
-    items.sub_patches.back().depth_blocks += static_cast<std::uint32_t>(slot_.work.depth_blocks - counted);
-  }
+  // Events of the tile that belong to no sub-patch, as depths that are found again, are those of the last.
+  if (items.sub_patches.empty()) return;
+  timing::SubPatchItem& last = items.sub_patches.back();
+  std::uint64_t counted = 0;
+  for (const timing::SubPatchItem& item : items.sub_patches) counted += item[Event::kDepthBlocks];
+  last[Event::kDepthBlocks] += static_cast<std::uint32_t>(slot_.work.events[Event::kDepthBlocks] - counted);
 }
 
 std::uint64_t WorkRecorder::share_records(Slot& slot, std::span<const std::uint32_t> records,
@@ -274,10 +250,9 @@ std::uint64_t WorkRecorder::share_records(Slot& slot, std::span<const std::uint3
   return bytes;
 }
 
-std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, SharedCaches caches) {
+std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedRequests& use, SharedCaches caches) {
   Slot& slot = slots_[tile];
   const std::uint64_t table_bytes = share_records(slot, use.records, caches.records);
-  tilecore::TessellationCache& cache = caches.tessellations;
   const std::vector<tilecore::TessellationRequest>& requests = use.tessellations;
   slot.work.sub_patches += requests.size();
   slot.items.record_bytes += table_bytes;
@@ -285,42 +260,48 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, 
   if (!use.cells.empty()) image_cache_.empty();
   std::size_t next = slot.items.sub_patches.size() - (keep_items_ ? requests.size() + use.cells.size() : 0);
   auto cells = use.cells.begin();
-  for (const tilecore::TessellationRequest& r : requests) {
-    for (; cells != use.cells.end() && cells->requests_before <= &r - requests.data(); ++cells)
-      share_cells(slot, *cells, next);
-    const std::size_t lines = slot.items.lines.size();
-    const tilecore::TessellationCounters before = cache.counters();
-    cache.use(tile, std::span(&r, 1));
-    const tilecore::TessellationCounters& now = cache.counters();
-    const std::uint64_t vertices = now.domain_evaluations - before.domain_evaluations;
-    const hardware::ShaderCost& cost = domain_cost(r);
-    slot.work.vertices += vertices;
-    slot.work.domain_texels += vertices * static_cast<std::uint64_t>(cost.texture_instructions);
-    slot.work.transforms += now.vertex_transforms - before.vertex_transforms;
-    slot.work.box_tests += now.group_tests - before.group_tests;
-    slot.work.box_lanes += now.group_tests - before.group_tests;
-    const std::uint32_t height_lines = now.sub_patches != before.sub_patches ? share_tessellation(slot, r) : 0;
-    if (!keep_items_) continue;
-    timing::SubPatchItem& item = slot.items.sub_patches[next++];
-    item.vertices = static_cast<std::uint32_t>(vertices);
-    if (vertices > 0) {
-      item.domain_clocks = static_cast<std::uint32_t>(hardware::lane_clocks(cost));
-      item.domain_registers = static_cast<std::uint32_t>(cost.registers);
-      item.domain_texels = static_cast<std::uint32_t>(cost.texture_instructions);
-    }
-    item.height_lines = height_lines;
-    item.transforms = static_cast<std::uint32_t>(now.vertex_transforms - before.vertex_transforms);
-    item.box_lanes += static_cast<std::uint32_t>(now.group_tests - before.group_tests);
-    item.lines = static_cast<std::uint32_t>(slot.items.lines.size() - lines);
+  for (std::size_t r = 0; r < requests.size(); ++r) {
+    for (; cells != use.cells.end() && cells->requests_before <= r; ++cells) share_cells(slot, *cells, next);
+    share_tessellation(slot, tile, requests[r], caches.tessellations,
+                       keep_items_ ? &slot.items.sub_patches[next++] : nullptr);
   }
   for (; cells != use.cells.end(); ++cells) share_cells(slot, *cells, next);
-  cache.use(tile, {}, use.hidden);
+  caches.tessellations.use(tile, {}, use.hidden);
   share_shading(slot);
   share_history(slot);
   return table_bytes;
 }
 
-void WorkRecorder::share_cells(Slot& slot, const tilecore::TileCore::CellsDrawn& cells, std::size_t& next_item) {
+void WorkRecorder::share_tessellation(Slot& slot, binner::TileIndex tile, const tilecore::TessellationRequest& request,
+                                      tilecore::TessellationCache& cache, timing::SubPatchItem* item) {
+  const std::size_t lines = slot.items.lines.size();
+  const tilecore::TessellationCounters before = cache.counters();
+  cache.use(tile, std::span(&request, 1));
+  const tilecore::TessellationCounters& now = cache.counters();
+  const hardware::ShaderCost& cost = domain_cost(request);
+  const std::uint64_t vertices = now.domain_evaluations - before.domain_evaluations;
+  const auto add = [&](Event event, std::uint64_t count) {
+    slot.work.events[event] += count;
+    if (item != nullptr) (*item)[event] += static_cast<std::uint32_t>(count);
+  };
+  add(Event::kVertices, vertices);
+  add(Event::kTransforms, now.vertex_transforms - before.vertex_transforms);
+  add(Event::kBoxTests, now.group_tests - before.group_tests);
+  add(Event::kBoxLanes, now.group_tests - before.group_tests);
+  slot.work.events[Event::kDomainTexels] += vertices * static_cast<std::uint64_t>(cost.texture_instructions);
+  const std::uint32_t height_lines =
+      now.sub_patches != before.sub_patches ? share_records_and_heights(slot, request) : 0;
+  if (item == nullptr) return;
+  if (vertices > 0) {
+    item->domain_clocks = static_cast<std::uint32_t>(hardware::lane_clocks(cost));
+    item->domain_registers = static_cast<std::uint32_t>(cost.registers);
+    item->domain_texels = static_cast<std::uint32_t>(cost.texture_instructions);
+  }
+  item->height_lines = height_lines;
+  item->lines = static_cast<std::uint32_t>(slot.items.lines.size() - lines);
+}
+
+void WorkRecorder::share_cells(Slot& slot, const tilecore::CellsDrawn& cells, std::size_t& next_item) {
   const std::size_t lines = slot.items.lines.size();
   for (const tilecore::SamplingController::CellRead& read : cells.reads) {
     const tilecore::ParameterCell& cell = maps_->cells()[read.cell];
@@ -376,7 +357,7 @@ std::uint64_t WorkRecorder::move(binner::TileIndex tile, TileArray& array, std::
   return moved;
 }
 
-std::uint32_t WorkRecorder::share_tessellation(Slot& slot, const tilecore::TessellationRequest& request) {
+std::uint32_t WorkRecorder::share_records_and_heights(Slot& slot, const tilecore::TessellationRequest& request) {
   records_.of_tessellation(frame_->segment(request.segment), request, record_lines_);
   for (const RecordMemory::Lines& lines : record_lines_) {
     share_lines(slot, lines, Phase::kVisibility, Purpose::kPatchData);
@@ -400,35 +381,36 @@ void WorkRecorder::share_lines(Slot& slot, const RecordMemory::Lines& lines, tim
 
 void WorkRecorder::share_shading(Slot& slot) {
   std::size_t next = 0;
-  for (; next < std::min(slot.shading_lines, slot.lines.size()); ++next)
-    share_line(slot, slot.lines[next], Phase::kVisibility);
+  const std::vector<std::uint32_t>& misses = slot.texture_misses;
+  for (; next < std::min(slot.visibility_misses, misses.size()); ++next)
+    share_line(slot, misses[next], Phase::kVisibility);
   const std::size_t lines = slot.items.lines.size();
-  for (const std::uint32_t patch : slot.patches)
+  for (const std::uint32_t patch : slot.patches_read)
     for (const RecordMemory::Lines& read : {records_.of_shading(*frame_, patch), records_.of_instance(patch)}) {
       share_lines(slot, read, Phase::kShading, Purpose::kAttributes);
       keep_lines(slot, read);
     }
   slot.items.shading_lines = static_cast<std::uint32_t>(slot.items.lines.size() - lines);
-  for (; next < slot.lines.size(); ++next) share_line(slot, slot.lines[next], Phase::kShading);
-  slot.lines.clear();
-  slot.patches.clear();
+  for (; next < misses.size(); ++next) share_line(slot, misses[next], Phase::kShading);
+  slot.texture_misses.clear();
+  slot.patches_read.clear();
 }
 
 void WorkRecorder::share_history(Slot& slot) {
-  for (const std::uint32_t line : slot.history)
+  for (const std::uint32_t line : slot.history_lines)
     if (!share_line(slot, RecordMemory::kHistoryAt + line, Phase::kStore, Purpose::kHistory))
       slot.items.resolve_bytes += l2_.line_bytes();
-  slot.history.clear();
+  slot.history_lines.clear();
 }
 
 bool WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phase, Purpose purpose) {
-  ++slot.work.l2_lines;
+  ++slot.work.events[Event::kL2Lines];
   TextureUse* const texture = purpose == Purpose::kTexture ? &textures_[slot.work.tile] : nullptr;
   if (texture != nullptr) ++texture->l2_lines;
   const Unit unit = purpose == Purpose::kHistory ? Unit::kResolve : Unit::kTilecore;
   if (l2_.read(line, purpose, unit)) return true;
   const std::uint64_t bytes = l2_.line_bytes();
-  ++slot.work.l2_lines;
+  ++slot.work.events[Event::kL2Lines];
   if (texture != nullptr) {
     ++texture->l2_lines;
     (phase == Phase::kVisibility ? texture->visibility_bytes : texture->shading_bytes) += bytes;

@@ -23,6 +23,16 @@
 
 namespace tessera::gpu {
 
+// What the front end and the binner counted of a frame so far.
+struct GeometryCounters {
+  frontend::FrontendCounters frontend;
+  frontend::InstanceCounters instances;
+  frontend::PatchGroupCounters groups;
+  frontend::PreviousDepthCounters previous_depth;
+  tilecore::SamplingCounters procedures;  // of the sparse pass
+  binner::BinnerCounters binner;
+};
+
 // What was recorded of a frame beside its counters: the work that the timing and the energy model read and, for traces,
 // every transfer.
 struct FrameRecord {
@@ -49,14 +59,16 @@ struct TileArray {
   std::uint64_t moved = 0;  // up to here, from `base` on
 };
 
-// What a tile asked of units that all tiles share, and those of them that its round has.
-struct SharedUse {
+// Requests of a tile to units that all tiles share.
+struct SharedRequests {
   std::vector<std::uint32_t> records;  // of the sub-patch table, in the order of its lists
   std::vector<tilecore::TessellationRequest> tessellations;
   std::vector<tilecore::SubPatchName> hidden;  // what its list names beside these
-  std::vector<tilecore::TileCore::CellsDrawn> cells;
-  bool finished = false, stored = false;  // it is no more; its pixels were written
+  std::vector<tilecore::CellsDrawn> cells;
+  bool finished = false;  // no further round renders it
+  bool stored = false;    // its pixels were written
 };
+// The units that a round has for them, besides the L2.
 struct SharedCaches {
   binner::RecordCache& records;
   tilecore::TessellationCache& tessellations;
@@ -81,7 +93,7 @@ class WorkRecorder {
   // The sampling controller's sparse pass, likewise. `maps` must outlive the rounds.
   void sparse_pass(const tilecore::ParameterMaps& maps);
   // Bytes that the binner hashed, likewise.
-  void hashed(std::uint64_t bytes) { geometry_.hashed_bytes += bytes; }
+  void hashed(std::uint64_t bytes) { geometry_.events[timing::Event::kHashedInputs] += bytes; }
   // Where the binner's transfers go; null when they are not recorded.
   memory::AccessLog* binner_log() { return record_accesses_ ? &geometry_log_ : nullptr; }
 
@@ -109,31 +121,36 @@ class WorkRecorder {
   struct Slot {
     bool used = false;
     timing::TileWork work;
-    std::vector<std::uint32_t> lines;     // that the core's texture cache missed
-    std::size_t shading_lines = 0;        // position of the first that shading asked for
-    std::uint64_t visibility_texels = 0;  // before shading
-    timing::TileItems items;              // when items are kept
-    std::vector<std::uint32_t> patches;   // whose attributes were read
-    std::vector<std::uint32_t> history;   // lines of the previous frame
+    timing::TileItems items;  // when items are kept
+    // From the tile's result:
+    std::vector<std::uint32_t> texture_misses, patches_read, history_lines;
+    std::size_t visibility_misses = 0;
     memory::AccessLog log;
   };
-  std::uint64_t share(binner::TileIndex tile, const SharedUse& use, SharedCaches caches);
+  std::uint64_t share(binner::TileIndex tile, const SharedRequests& use, SharedCaches caches);
   std::uint64_t move(binner::TileIndex tile, TileArray& array, std::uint64_t offset, std::uint64_t bytes);
   // Bytes fetched.
   std::uint64_t share_records(Slot& slot, std::span<const std::uint32_t> records, binner::RecordCache& cache);
   // What the front end read since the last call, `bytes` in all.
-  void log_front_end(const scene::Assembly& assembly, const frontend::FrontEndResult& result, std::uint64_t bytes);
+  void log_front_end(const scene::Assembly& assembly, const GeometryCounters& before,
+                     const frontend::FrontEndResult& result, std::uint64_t bytes);
+  // Events of the geometry since `before`.
+  void count_geometry(const GeometryCounters& before);
   // Lines of tables since the last call, of which `missed` bytes were fetched.
   void keep_table_lines(const frontend::FrontEndResult& result, std::uint64_t missed);
   // And of depths and what they hid.
   void log_coarse_depth(const memory::Traffic& more);
-  // What a tessellation fetches: records, then heights; lines of these.
-  std::uint32_t share_tessellation(Slot& slot, const tilecore::TessellationRequest& request);
+  // Vertices of a sub-patch that the tessellation cache lacks, and lines that making them fetches. `item`: of the
+  // sub-patch; nullptr without items.
+  void share_tessellation(Slot& slot, binner::TileIndex tile, const tilecore::TessellationRequest& request,
+                          tilecore::TessellationCache& cache, timing::SubPatchItem* item);
+  // Lines of a tessellation: records, then heights; the number of these.
+  std::uint32_t share_records_and_heights(Slot& slot, const tilecore::TessellationRequest& request);
   void share_lines(Slot& slot, const RecordMemory::Lines& lines, timing::Phase phase, memory::Purpose purpose);
-  // What drawing cells of procedures fetches: numbers of pieces, and cells.
-  // Of record_lines_ from `first` on, leaves those that the texture cache lacks.
+  // Leaves those of record_lines_ from `first` on that the texture cache lacks.
   void keep_misses(std::size_t first);
-  void share_cells(Slot& slot, const tilecore::TileCore::CellsDrawn& cells, std::size_t& next_item);
+  // Lines that drawing cells of procedures fetches: numbers of pieces, and cells.
+  void share_cells(Slot& slot, const tilecore::CellsDrawn& cells, std::size_t& next_item);
   // Lines that the tile's texture unit missed before and while shading, and records that its pixel shader reads.
   void share_shading(Slot& slot);
   // What its resolve unit reads of the previous frame. With items it takes its time as what bypasses the L2 does.
@@ -170,11 +187,7 @@ class WorkRecorder {
   // Of base patches' records in their memory, by number, and their end, when transfers are recorded. Records of
   // instances lie behind.
   std::vector<std::uint64_t> record_offsets_;
-  frontend::FrontendCounters front_end_;
-  frontend::InstanceCounters instances_;
-  frontend::PatchGroupCounters groups_;
-  frontend::PreviousDepthCounters previous_depth_;
-  binner::BinnerCounters binner_;
+  GeometryCounters counted_;                            // what was counted up to the round before
   memory::Traffic front_end_traffic_, binner_traffic_;  // seen so far
   std::uint64_t front_end_tables_ = 0;
   std::size_t front_end_lines_ = 0;
@@ -193,19 +206,17 @@ class WorkRecorder::Tile {
  public:
   // The log for what is charged on the tile's behalf; null when transfers are not recorded.
   memory::AccessLog* log() { return recorder_.record_accesses_ ? &slot_.log : nullptr; }
-  // Between the tile's last entries and its shading.
-  void begin_shading();
-  // `finished`: its pixels are written, it is not stored for a further round. What the core counted for the tile.
-  tilecore::CoreCounters end(const tilecore::TileJob& job, bool finished);
+  // Takes what its core did for the tile, but for the requests to shared units; the core's counters are left.
+  // `finished`: its pixels are written, it is not stored for a further round.
+  void end(const tilecore::TileJob& job, tilecore::TileResult& result, bool finished);
 
  private:
   friend class Round;
   Tile(WorkRecorder& recorder, std::size_t tile, tilecore::TileCore& core);
-  void take_items(const memory::Ledger& ledger);
+  void take_items(tilecore::TileResult& result);
 
   WorkRecorder& recorder_;
   Slot& slot_;
-  tilecore::TileCore& core_;
   std::size_t tile_;
 };
 
@@ -221,7 +232,7 @@ class WorkRecorder::Round {
 
   // A tile's use of what is shared; tile by tile in emulated order, when they are rendered: takes its records to their
   // cache, its requests to the tessellation cache, then its lines to the L2. Bytes of the sub-patch table fetched.
-  std::uint64_t share(binner::TileIndex tile, const SharedUse& use, SharedCaches caches) {
+  std::uint64_t share(binner::TileIndex tile, const SharedRequests& use, SharedCaches caches) {
     return recorder_.share(tile, use, caches);
   }
 

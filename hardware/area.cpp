@@ -1,6 +1,7 @@
 #include "hardware/area.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace tessera::hardware {
 
@@ -10,36 +11,43 @@ double Area::total_mm2() const {
   return sum;
 }
 
+namespace {
+
+// Units that a machine lacks: those that hash what it does not eliminate, and a tessellator whose vertices lanes shade.
+bool lacks(const Machine& gpu, const OtherParts& others, Event event) {
+  return (event == Event::kHashedInputs && !others.hashes_inputs) ||
+         (event == Event::kHashedColors && !others.hashes_colors) ||
+         (event == Event::kVertices && gpu.shades_on_lanes());
+}
+
+}  // namespace
+
 Area machine_area(const Machine& gpu, const OtherParts& others) {
-  const Throughputs& rates = gpu.rates;
-  const AreaPrices& price = gpu.area;
   const auto cores = static_cast<double>(gpu.cores.count);
   const auto kib = [](std::int64_t bytes) { return static_cast<double>(bytes) / 1024; };
 
   Area area;
   std::map<std::string, double>& unit = area.by_unit_mm2;
-  unit["frontend"] = price.bound_mm2 * rates.bounds_per_clk;
-  // Entries are appended behind the tests of tiles; the default's four tiles go with one entry.
-  unit["binner"] = price.binned_entry_mm2 * std::max(rates.binned_entries_per_clk, rates.binned_tiles_per_clk / 4);
-  if (others.hashes_inputs) unit["binner"] += gpu.signatures.byte_mm2 * gpu.signatures.input_bytes_per_clk;
-  // Boxes are built from vertices as they come; a stencil's or an alpha test's lane is an eighth of one that has edges.
-  const double tests = rates.triangle_tests_per_clk + rates.box_tests_per_clk +
-                       (rates.stencil_tests_per_clk + rates.alpha_tests_per_clk) / 8;
-  // Vertices that lanes shade need no unit.
-  const double vertices = gpu.shader.domain == DomainShading::kLanes
-                              ? rates.transforms_per_clk / 3
-                              : std::max(rates.vertices_per_clk, rates.transforms_per_clk / 3);
-  const double pixels = rates.resolved_pixels_per_clk + rates.blends_per_clk + rates.resolve_operations_per_clk / 16;
-  unit["fixed_units"] =
-      cores * (price.core_mm2 + price.vertex_mm2 * vertices + price.test_mm2 * tests + price.pixel_mm2 * pixels +
-               (others.hashes_colors ? gpu.signatures.byte_mm2 * gpu.signatures.color_bytes_per_clk : 0));
-  unit["lanes"] = cores * price.lane_mm2 * (static_cast<double>(gpu.shader.lanes) + rates.sampling_operations_per_clk);
-  unit["texture"] = cores * price.texel_mm2 * rates.texels_per_clk;
-  unit["registers"] = cores * price.register_mm2_per_kib * kib(gpu.queues.register_bytes);
-  unit["tile_memory"] = cores * price.sram_mm2_per_kib * kib(gpu.cores.memory_bytes);
-  unit["texture_cache"] = cores * price.sram_mm2_per_kib * kib(gpu.caches.texture_bytes);
-  unit["l2"] = price.sram_mm2_per_kib * kib(gpu.caches.l2_bytes);
-  unit["other_memories"] = price.sram_mm2_per_kib * (kib(others.shared_bytes) + cores * kib(others.core_bytes));
+  std::map<std::string, double> core = {{"fixed_units", gpu.silicon.core_mm2}};  // of one
+  for (std::size_t s = 0; s < kSiliconCount; ++s) {
+    const SiliconRow& row = kSiliconTable[s];
+    std::map<std::pair<bool, std::string>, double> rates;  // by whether the unit exists once, and its name
+    for (const Event event : kAllEvents) {
+      if (kEventTable[event].silicon != static_cast<Silicon>(s) || lacks(gpu, others, event)) continue;
+      const bool once = kEventTable[event].phase == EventPhase::kGeometry;
+      const std::string group(!row.group.empty() ? row.group : once ? unit_name(event) : "fixed_units");
+      double& rate = rates[{once, group}];
+      const double more = gpu.per_clk(event) * kEventTable[event].share;
+      rate = row.combine == Combine::kMax ? std::max(rate, more) : rate + more;
+    }
+    for (const auto& [of, rate] : rates) (of.first ? unit : core)[of.second] += gpu.silicon_mm2[s] * rate;
+  }
+  for (const auto& [group, mm2] : core) unit[group] = cores * mm2;
+  unit["registers"] = cores * gpu.silicon.register_mm2_per_kib * kib(gpu.queues.register_bytes);
+  unit["tile_memory"] = cores * gpu.silicon.sram_mm2_per_kib * kib(gpu.cores.memory_bytes);
+  unit["texture_cache"] = cores * gpu.silicon.sram_mm2_per_kib * kib(gpu.caches.texture_bytes);
+  unit["l2"] = gpu.silicon.sram_mm2_per_kib * kib(gpu.caches.l2_bytes);
+  unit["other_memories"] = gpu.silicon.sram_mm2_per_kib * (kib(others.shared_bytes) + cores * kib(others.core_bytes));
   return area;
 }
 

@@ -8,20 +8,9 @@
 
 namespace tessera::hardware {
 
-// What units did in a frame, as far as it costs energy: one member per price of the machine.
+// What units did in a frame, and bytes over the external memory interface.
 struct EnergyEvents {
-  std::uint64_t bounds = 0, reprojected_blocks = 0, depth_tests = 0, binned_entries = 0;
-  std::uint64_t fetched_entries = 0, sort_steps = 0, vertices = 0, transforms = 0, boxes = 0, box_tests = 0,
-                stencil_tests = 0;
-  std::uint64_t sampling_operations = 0, triangle_tests = 0, hits = 0, alpha_tests = 0;
-  std::uint64_t depth_blocks = 0, compacted_samples = 0, surface_evaluations = 0;
-  // Of lanes, for compiled shaders; then there are no invocations beside them, nor vertices where lanes shade these.
-  std::uint64_t shader_clocks = 0;
-  std::uint64_t domain_texels = 0;  // lookups of heights where lanes shade vertices
-  std::uint64_t shader_invocations = 0, texels = 0, l2_lines = 0, blended_layers = 0;
-  std::uint64_t pixels = 0, resolve_operations = 0;
-  std::uint64_t hashed_inputs = 0, hashed_colors = 0;  // bytes
-  std::uint64_t triangles = 0;                         // set up before they are binned
+  EventCounts counts;
   std::uint64_t dram_bytes = 0;
 };
 

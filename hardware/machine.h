@@ -6,56 +6,17 @@
 #include <string_view>
 
 #include "base/key_table.h"
+#include "hardware/events.h"
 
 namespace tessera::hardware {
 
-// Speeds, sizes and energies of the described machine: what the timing and the energy model read. Values are those of
-// the preset "mid-mobile". The front end and the binner exist once, the units of a tile core once in each core.
+// Speeds, sizes and energies of the described machine: what the timing and the energy model read. Values, here and in
+// hardware/events.def, are those of the preset "mid-mobile". The front end and the binner exist once, the units of a tile core once in each core.
 
 // How many there are, fed by one tile scheduler, and the tile memory of each.
 struct TileCores {
   std::int64_t count = 4;
   std::int64_t memory_bytes = 192 << 10;
-};
-
-// What one instance of each unit does in a clock.
-struct Throughputs {
-  double bounds_per_clk = 0.25;
-  double binned_entries_per_clk = 1;
-  double binned_tiles_per_clk = 4;
-  double fetched_entries_per_clk = 0.5;
-  double sort_steps_per_clk = 4;
-  double vertices_per_clk = 1;
-  double transforms_per_clk = 3;
-  double boxes_per_clk = 1;
-  double box_tests_per_clk = 16;
-  double stencil_tests_per_clk = 32;
-  double sampling_operations_per_clk = 32;
-  double triangle_tests_per_clk = 16;
-  double alpha_tests_per_clk = 4;
-  double depth_blocks_per_clk = 1;
-  double compacted_samples_per_clk = 32;
-  double texels_per_clk = 2;
-  double blends_per_clk = 4;
-  double resolved_pixels_per_clk = 4;
-  double resolve_operations_per_clk = 16;
-};
-
-// What the front end does with the previous frame's depths: speeds and energies.
-struct ReprojectionUnit {
-  double reprojected_blocks_per_clk = 1;
-  double depth_tests_per_clk = 4;
-  double reprojected_block_pj = 60;
-  double depth_test_pj = 1;
-};
-
-// Units that hash what tiles are rendered from, beside the binner, and their colours, in each core: of rendering and
-// transaction elimination.
-struct SignatureUnits {
-  double input_bytes_per_clk = 32;
-  double color_bytes_per_clk = 32;
-  double byte_pj = 0.4;
-  double byte_mm2 = 0.0001;  // for each byte in a clock
 };
 
 // Where the operations and registers of a shader come from, for TimingModel::kEvents: the constants below, or the table of
@@ -130,71 +91,45 @@ struct QueueSizes {
   std::int64_t registers = 64;
 };
 
-// What one event of each unit costs, up to what samples see.
-struct GeometryPrices {
-  double bound_pj = 1000;
-  double entry_pj = 20;
-  double sort_step_pj = 3;
-  double vertex_pj = 150;
-  double transform_pj = 46;
-  double box_pj = 20;
-  double box_test_pj = 2;
-  double stencil_test_pj = 1;
-  double sampling_operation_pj = 1.5;
-  double triangle_test_pj = 8;
-  double alpha_test_pj = 20;
-  double depth_block_pj = 320;
-  double hit_pj = 12;
-};
-
-// What one event of each unit costs from there on, and what a mm2 leaks.
-struct EnergyPrices {
-  double compacted_sample_pj = 1;
-  double shader_operation_pj = 1.5;
-  double texel_pj = 15;
-  double l2_line_pj = 200;
-  double blend_pj = 5;
-  double resolved_pixel_pj = 20;
-  double resolve_operation_pj = 1;
+// Silicon that no event takes: of a core whatever its rates, of a KiB; and what a mm2 of any leaks (hardware/area.h).
+struct OtherSilicon {
+  double core_mm2 = 0.15;
+  double sram_mm2_per_kib = 0.0005;
+  double register_mm2_per_kib = 0.001;
   double leakage_mw_per_mm2 = 10;
 };
 
-// Silicon of a unit that does one thing in a clock, of a lane, of a KiB (hardware/area.h).
-struct AreaPrices {
-  double bound_mm2 = 1;
-  double binned_entry_mm2 = 0.1;
-  double core_mm2 = 0.15;
-  double vertex_mm2 = 0.12;
-  double test_mm2 = 0.003;
-  double lane_mm2 = 0.008;
-  double texel_mm2 = 0.08;
-  double pixel_mm2 = 0.01;
-  double sram_mm2_per_kib = 0.0005;
-  double register_mm2_per_kib = 0.001;
-};
+using EnergyPerEvent = EventArray<double>;
 
-// What stands before the binner of machines that bin or draw triangles (baselines/).
-struct TriangleUnit {
-  double triangles_per_clk = 1;
-  double triangle_pj = 25;
-};
+constexpr EventArray<double> default_rates() {
+  EventArray<double> rates{};
+  for (std::size_t e = 0; e < kEventCount; ++e) rates[e] = kEventTable[e].rate.per_clk;
+  return rates;
+}
+constexpr EnergyPerEvent default_energies() {
+  EnergyPerEvent energies{};
+  for (std::size_t e = 0; e < kEventCount; ++e) energies[e] = kEventTable[e].energy.pj;
+  return energies;
+}
+constexpr SiliconArray<double> default_silicon() {
+  SiliconArray<double> silicon{};
+  for (std::size_t s = 0; s < kSiliconCount; ++s) silicon[s] = kSiliconTable[s].mm2;
+  return silicon;
+}
 
 // The memory has its own clock and its own supply: another clock of the GPU leaves both alone.
 struct Machine {
   double clock_mhz = 850;
   double nominal_mhz = 850;  // at which the energies hold (hardware/voltage.h)
   TileCores cores;
-  Throughputs rates;
-  ReprojectionUnit reprojection;
-  SignatureUnits signatures;
+  EventArray<double> rates = default_rates();            // of one instance of the unit, in a clock: keys of kEventTable
+  EnergyPerEvent energy_pj = default_energies();         // likewise
+  SiliconArray<double> silicon_mm2 = default_silicon();  // keys of kSiliconTable
+  OtherSilicon silicon;
   PixelShader shader;
   Caches caches;
   MemoryInterface memory;
   QueueSizes queues;
-  GeometryPrices geometry_energy;
-  EnergyPrices energy;
-  AreaPrices area;
-  TriangleUnit triangles;
 
   // The memory's rate and latency in clocks of the GPU.
   double bytes_per_clk() const { return memory.gb_per_s * 1e3 / clock_mhz; }
@@ -202,9 +137,23 @@ struct Machine {
   void set_bytes_per_clk(double bytes) { memory.gb_per_s = bytes * clock_mhz * 1e-3; }
   void set_latency_clk(double clk) { memory.latency_ns = clk * 1e3 / clock_mhz; }
 
+  bool shades_on_lanes() const { return shader.domain == DomainShading::kLanes; }
+  // How many of an event its unit does in a clock, and what one costs: as the table says, but that some events are so many
+  // operations of another.
+  double operations(Event event) const;
+  double per_clk(Event event) const;
+  double clocks(Event event, std::uint64_t count) const {
+    return takes_time(event) ? static_cast<double>(count) * operations(event) / per_clk(event) : 0;
+  }
+  double pj(Event event) const;
+
   // A line of the texture caches and the L2: at least a burst.
   std::int64_t line_bytes() const { return std::max(Caches::kLineBytes, memory.burst_bytes); }
 };
+
+// The counts of events as the machine charges them: with tessellator.domain_shading=lanes, vertices are invocations of the
+// shader and their heights its texels.
+EventCounts placed(const Machine& gpu, EventCounts counts);
 
 Keys<Machine> burst_keys();    // memory.burst_bytes, which units read, too
 Keys<Machine> machine_keys();  // the others

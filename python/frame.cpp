@@ -3,6 +3,8 @@
 namespace tessera::python {
 namespace {
 
+using namespace py::literals;
+
 Eye eye_of(const std::string& name) {
   if (name == "left") return Eye::kLeft;
   if (name == "right") return Eye::kRight;
@@ -47,9 +49,8 @@ py::list tiles(const Frame& frame) {
   py::list rows;
   for (int y = 0; y < maps.front().rows; ++y)
     for (int x = 0; x < maps.front().columns; ++x) {
-      py::dict row;
-      row["x"] = maps.front().x0 + x * maps.front().tile_width;
-      row["y"] = maps.front().y0 + y * maps.front().tile_height;
+      py::dict row("x"_a = maps.front().x0 + x * maps.front().tile_width,
+                   "y"_a = maps.front().y0 + y * maps.front().tile_height);
       for (const TileMap& map : maps) row[py::str(map.name)] = map.at(x, y);
       rows.append(row);
     }
@@ -59,12 +60,8 @@ py::list tiles(const Frame& frame) {
 py::list tile_map_rows(const Frame& frame) {
   py::list rows;
   for (const TileMap& map : frame.tile_maps()) {
-    py::dict row;
-    row["name"] = map.name;
-    row["unit"] = map.unit;
-    row["meaning"] = map.meaning;
-    row["counter"] = map.counter;
-    rows.append(row);
+    rows.append(
+        py::dict("name"_a = map.name, "unit"_a = map.unit, "meaning"_a = map.meaning, "counter"_a = map.counter));
   }
   return rows;
 }
@@ -73,16 +70,10 @@ py::list tile_map_rows(const Frame& frame) {
 py::list drawables(const Frame& frame) {
   py::list rows;
   for (const DrawableCost& drawable : frame.drawables()) {
-    py::dict row;
-    row["node"] = drawable.node;
-    row["node_name"] = drawable.node_name;
-    row["mesh"] = drawable.mesh;
-    row["mesh_name"] = drawable.mesh_name;
-    row["primitive"] = drawable.primitive;
-    row["material"] = drawable.material;
-    row["material_name"] = drawable.material_name;
-    row["instances"] = drawable.instances;
-    row["base_patches"] = drawable.base_patches;
+    py::dict row("node"_a = drawable.node, "node_name"_a = drawable.node_name, "mesh"_a = drawable.mesh,
+                 "mesh_name"_a = drawable.mesh_name, "primitive"_a = drawable.primitive,
+                 "material"_a = drawable.material, "material_name"_a = drawable.material_name,
+                 "instances"_a = drawable.instances, "base_patches"_a = drawable.base_patches);
     for (const auto& [name, value] : drawable.costs) row[py::str(name)] = value;
     rows.append(row);
   }
@@ -92,41 +83,27 @@ py::list drawables(const Frame& frame) {
 py::list traffic(const Frame& frame) {
   py::list rows;
   for (const TrafficRow& moved : frame.traffic()) {
-    py::dict row;
-    row["unit"] = moved.unit;
-    row["purpose"] = moved.purpose;
-    row["read_bytes"] = moved.read_bytes;
-    row["written_bytes"] = moved.written_bytes;
-    rows.append(row);
+    rows.append(py::dict("unit"_a = moved.unit, "purpose"_a = moved.purpose, "read_bytes"_a = moved.read_bytes,
+                         "written_bytes"_a = moved.written_bytes));
   }
   return rows;
 }
 
 py::object timing(const Frame& frame) {
   if (!frame.timing()) return py::none();
-  py::dict row;
-  row["cycles"] = frame.timing()->cycles;
-  row["latency_cycles"] = frame.timing()->latency_cycles;
-  row["busy_cycles"] = frame.timing()->busy_cycles;
-  row["bound_by"] = frame.timing()->bound_by;
-  row["bound_by_cycles"] = frame.timing()->bound_by_cycles;
-  return row;
+  return py::dict("cycles"_a = frame.timing()->cycles, "latency_cycles"_a = frame.timing()->latency_cycles,
+                  "busy_cycles"_a = frame.timing()->busy_cycles, "bound_by"_a = frame.timing()->bound_by,
+                  "bound_by_cycles"_a = frame.timing()->bound_by_cycles);
 }
 
 py::object energy(const Frame& frame) {
   if (!frame.energy()) return py::none();
-  py::dict row;
-  row["total_nj"] = frame.energy()->total_nj;
-  row["by_unit_nj"] = frame.energy()->by_unit_nj;
-  return row;
+  return py::dict("total_nj"_a = frame.energy()->total_nj, "by_unit_nj"_a = frame.energy()->by_unit_nj);
 }
 
 py::object area(const Frame& frame) {
   if (!frame.area()) return py::none();
-  py::dict row;
-  row["total_mm2"] = frame.area()->total_mm2;
-  row["by_unit_mm2"] = frame.area()->by_unit_mm2;
-  return row;
+  return py::dict("total_mm2"_a = frame.area()->total_mm2, "by_unit_mm2"_a = frame.area()->by_unit_mm2);
 }
 
 }  // namespace

@@ -8,6 +8,8 @@
 namespace tessera::python {
 namespace {
 
+using namespace py::literals;
+
 // tile__width is tile.width: Python's names have no dots. Both may be given.
 std::string key_of(const std::string& name) {
   std::string key = name;
@@ -223,17 +225,9 @@ py::object object_of(const Value& value) {
 py::list key_rows(const std::vector<KeyDescription>& keys) {
   py::list rows;
   for (const KeyDescription& key : keys) {
-    py::dict row;
-    row["key"] = key.name;
-    row["type"] = key.type;
-    row["unit"] = key.unit;
-    row["default"] = object_of(key.default_value);
-    row["min"] = key.min;
-    row["max"] = key.max;
-    row["choices"] = key.choices;
-    row["meaning"] = key.meaning;
-    row["source"] = key.source;
-    rows.append(row);
+    rows.append(py::dict("key"_a = key.name, "type"_a = key.type, "unit"_a = key.unit,
+                         "default"_a = object_of(key.default_value), "min"_a = key.min, "max"_a = key.max,
+                         "choices"_a = key.choices, "meaning"_a = key.meaning, "source"_a = key.source));
   }
   return rows;
 }

@@ -4,6 +4,8 @@
 namespace tessera::python {
 namespace {
 
+using namespace py::literals;
+
 // Python's exceptions of the same names: tessera.Error and below it the others. More general ones first, since they are
 // tried last.
 void add_errors(py::module_& module) {
@@ -22,13 +24,8 @@ void add_errors(py::module_& module) {
 py::list counter_rows() {
   py::list rows;
   for (const CounterDescription& counter : counter_descriptions()) {
-    py::dict row;
-    row["name"] = counter.name;
-    row["unit"] = counter.unit;
-    row["over_frames"] = counter.over_frames;
-    row["meaning"] = counter.meaning;
-    row["vendor"] = counter.vendor;
-    rows.append(row);
+    rows.append(py::dict("name"_a = counter.name, "unit"_a = counter.unit, "over_frames"_a = counter.over_frames,
+                         "meaning"_a = counter.meaning, "vendor"_a = counter.vendor));
   }
   return rows;
 }

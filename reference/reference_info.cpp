@@ -1,7 +1,8 @@
 #include "reference/reference_info.h"
 
+#include <nlohmann/json.hpp>
+
 #include "base/json_text.h"
-#include "base/json_value.h"
 #include "base/whole_file.h"
 
 namespace tessera::reference {

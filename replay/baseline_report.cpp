@@ -8,7 +8,7 @@ namespace tessera::replay {
 namespace {
 
 using baselines::BaselineCounters;
-using baselines::Scheme;
+using baselines::SchemeId;
 
 constexpr const auto& kFields = kCounterFields<BaselineCounters>;
 
@@ -26,7 +26,7 @@ std::string ratio(std::uint64_t over, std::uint64_t under) {
 std::string csv_rows(const std::string& frame, const baselines::BaselineSet& set) {
   std::string text;
   for (std::size_t s = 0; s < baselines::kSchemeCount; ++s) {
-    text += fmt::format("{},{}", frame, baselines::kSchemeNames[s]);
+    text += fmt::format("{},{}", frame, baselines::kSchemes[s].name);
     for (const auto& field : kFields) text += fmt::format(",{}", set.schemes[s].*field.member);
     text += "\n";
   }
@@ -39,14 +39,14 @@ nlohmann::json baselines_json(const baselines::BaselineSet& set) {
   nlohmann::json out = nlohmann::json::object();
   for (std::size_t s = 0; s < baselines::kSchemeCount; ++s)
     for (const auto& field : kFields)
-      out[std::string(baselines::kSchemeNames[s])][std::string(field.name)] = set.schemes[s].*field.member;
+      out[std::string(baselines::kSchemes[s].name)][std::string(field.name)] = set.schemes[s].*field.member;
   return out;
 }
 
 std::string baselines_table(const baselines::BaselineSet& set) {
-  const BaselineCounters &pre = set[Scheme::kPreTessellation], &post = set[Scheme::kPostTessellation];
+  const BaselineCounters &pre = set[SchemeId::kTessera], &post = set[SchemeId::kPostTessellation];
   std::string text = fmt::format("{:<36}", "counter");
-  for (const std::string_view name : baselines::kSchemeNames) text += fmt::format("{:>19}", name);
+  for (const auto& [name, make] : baselines::kSchemes) text += fmt::format("{:>19}", name);
   text += fmt::format("{:>11}\n", "post/pre");
   for (const auto& field : kFields) {
     text += fmt::format("{:<36}", field.name);

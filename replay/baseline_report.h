@@ -12,10 +12,10 @@ namespace tessera::replay {
 
 // The schemes of one frame, or of all, side by side.
 
-// {"pre-tessellation": {"baseline.primitives": 1, ...}, "patch-whole": ..., and so on: a member per scheme}
+// {"tessera": {"baseline.primitives": 1, ...}, "patch-whole": ..., and so on: a member per scheme}
 nlohmann::json baselines_json(const baselines::BaselineSet& set);
 
-// A table for people: a row per counter, a column per scheme, and post-tessellation over pre-tessellation.
+// A table for people: a row per counter, a column per scheme, and post-tessellation over tessera.
 std::string baselines_table(const baselines::BaselineSet& set);
 
 // baselines.csv: a row per frame and scheme, then one per scheme for all frames, whose frame is "total".

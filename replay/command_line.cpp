@@ -1,5 +1,3 @@
-#include "replay/command_line.h"
-
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
@@ -8,14 +6,20 @@
 #include <new>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 
+#include "base/check.h"
 #include "base/error.h"
+#include "base/option_numbers.h"
 #include "base/text.h"
-#include "replay/command_tables.h"
+#include "gpu/configuration.h"
+#include "replay/commands.h"
+#include "replay/describe.h"
 #include "replay/view_options.h"
 
 namespace tessera::replay {
@@ -48,11 +52,25 @@ std::string count_complaint(const std::string& text) {
   return fmt::format("{}: is given {} times; give it once", text.substr(0, at), text.substr(at + most.size()));
 }
 
+// Options that are gone, and what to use instead.
+constexpr std::pair<std::string_view, const char*> kFormerOptions[] = {
+    {"--ktx2",
+     "--ktx2: pack writes no KTX2 images; use --webp, or make them before with an encoder such as basisu or toktx; "
+     "the key texture.format says what blocks cost in the machine's memory"}};
+
+const char* former_option_complaint(const std::vector<std::string>& arguments) {
+  for (const std::string& argument : arguments)
+    for (const auto& [name, text] : kFormerOptions)
+      if (std::string_view(argument).substr(0, argument.find('=')) == name) return text;
+  return nullptr;
+}
+
 // The parser's complaint; where it is an argument that nobody expects, with the nearest one that is.
 std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<std::string> extras = app.remaining(true);
+  if (const char* former = former_option_complaint(extras)) return former;
   if (dynamic_cast<const CLI::ConversionError*>(&error) != nullptr) return conversion_complaint(error.what());
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) return count_complaint(error.what());
-  const std::vector<std::string> extras = app.remaining(true);
   if (dynamic_cast<const CLI::ExtrasError*>(&error) == nullptr || extras.empty() || app.get_subcommands().empty())
     return error.what();
   const auto option =
@@ -89,6 +107,32 @@ const std::vector<std::pair<int, const char*>>& exit_statuses() {
 
 void say_notes(const std::vector<std::string>& notes) {
   for (const std::string& note : notes) std::fprintf(stderr, "note: %s\n", note.c_str());
+}
+
+void add_capture_argument(CLI::App& app, std::string& capture) {
+  app.add_option("CAPTURE", capture, "The capture: any glTF 2.0 asset (.gltf or .glb)")->required()->type_name("FILE");
+}
+
+void add_machine_options(CLI::App& app, std::string& gpu, std::vector<std::string>& sets, const char* what) {
+  app.add_option("--gpu", gpu,
+                 fmt::format("The described machine: {} or a JSON file", fmt::join(gpu::preset_names(), ", ")))
+      ->type_name("PRESET|FILE")
+      ->capture_default_str();
+  app.add_option("--set", sets, what)->type_name("KEY=VALUE")->allow_extra_args(false);
+}
+
+void add_threads_option(CLI::App& app, unsigned& threads) {
+  app.add_option("--threads", threads, "Host threads (default: all). The result does not depend on it")->type_name("N");
+}
+
+void add_memory_option(CLI::App& app, double& gib, const char* what) {
+  app.add_option("--max-memory", gib, fmt::format("Most memory that {}, in GiB", what))
+      ->type_name("GIB")
+      ->capture_default_str();
+}
+
+std::uint64_t memory_bytes(double gib) {
+  return static_cast<std::uint64_t>(check_number("--max-memory", gib, 0, 1048576, true) * 0x1p30);
 }
 
 void add_strict_flag(CLI::App& app, bool& strict) {
@@ -159,6 +203,27 @@ int run_command_line(int argc, char** argv, std::span<const CommandEntry> entrie
   } catch (const std::exception& error) {
     return fail(std::ferror(stdout) != 0 ? ExitStatus::kCannotWrite : ExitStatus::kInternal, error.what());
   }
+}
+
+namespace {
+
+// The program runs one command.
+std::string& command_line() {
+  static std::string text;
+  return text;
+}
+
+void print_command(const WorkPlace& place) {
+  std::string text = "  repeat with: " + command_line();
+  if (place.frame >= 0) text += fmt::format(" --frames {}:{}", place.frame, place.frame + 1);
+  std::fprintf(stderr, "%s\n", text.c_str());
+}
+
+}  // namespace
+
+void repeat_failures_with(std::string command) {
+  command_line() = std::move(command);
+  set_failure_hook(print_command);
 }
 
 }  // namespace tessera::replay

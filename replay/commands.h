@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,6 +35,14 @@ inline EarlyEnd stopped(std::string line) { return {ExitStatus::kStopped, std::m
 // Each as "note: ..." on standard error.
 void say_notes(const std::vector<std::string>& notes);
 
+// Options that several commands have. `what` of --set and --max-memory: their meaning.
+void add_capture_argument(CLI::App& app, std::string& capture);
+void add_machine_options(CLI::App& app, std::string& gpu, std::vector<std::string>& sets, const char* what);
+void add_threads_option(CLI::App& app, unsigned& threads);
+void add_memory_option(CLI::App& app, double& gib,
+                       const char* what = "the capture with a frame of it, and the images, may take");
+// The bytes of --max-memory. Throws UsageError for no sensible number.
+std::uint64_t memory_bytes(double gib);
 // --strict, of every command that reads captures: sets scene::CaptureLimits::strict.
 void add_strict_flag(CLI::App& app, bool& strict);
 // --variant, of commands that draw one capture: sets scene::CaptureLimits::variant.
@@ -53,5 +62,19 @@ std::unique_ptr<Command> make_report_command(CLI::App& app);
 std::unique_ptr<Command> make_dram_command(CLI::App& app);
 std::unique_ptr<Command> make_describe_command(CLI::App& app);
 std::unique_ptr<Command> make_selfcheck_command(CLI::App& app);
+
+// From now on a failed check also prints the command line that repeats this run: `command`, which goes without
+// --frames, and the frame in hand.
+void repeat_failures_with(std::string command);
+
+struct CommandEntry {
+  const char* name;
+  const char* about;
+  std::unique_ptr<Command> (*make)(CLI::App& app);
+};
+
+// Parses a command line for these commands, runs the one that it names and returns the exit status. Errors become one
+// line on the standard error output.
+int run_command_line(int argc, char** argv, std::span<const CommandEntry> entries);
 
 }  // namespace tessera::replay

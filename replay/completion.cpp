@@ -9,12 +9,12 @@
 
 #include "gpu/configuration.h"
 #include "gpu/settings.h"
-#include "replay/command_tables.h"
 #include "replay/compare/comparison.h"
 #include "replay/describe.h"
 #include "replay/frame_files.h"
 #include "replay/schema/schemas.h"
 #include "replay/tradeoff/knobs.h"
+#include "replay/tradeoff/results.h"
 
 namespace tessera::replay {
 namespace {
@@ -49,8 +49,7 @@ const Words* listed_words(const std::string& option) {
   static const std::map<std::string, Words> kWords = [] {
     std::map<std::string, Words> words = {{"--aux", auxiliary_layers()},
                                           {"--method", {"auto", "edgebreaker", "sequential", "none"}},
-                                          {"--ktx2", {"etc1s", "uastc", "astc"}},
-                                          {"--cost", {"cycles", "traffic", "energy", "host"}}};
+                                          {"--cost", Words(kCostNames.begin(), kCostNames.end())}};
     Words& knob_words = words["--knobs"];
     for (const Knob& knob : knobs()) knob_words.push_back(knob.name);
     words["--joint"] = knob_words;

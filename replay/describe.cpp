@@ -10,6 +10,7 @@
 #include "base/key_table.h"
 #include "base/text.h"
 #include "gpu/configuration.h"
+#include "gpu/counter_list.h"
 #include "gpu/settings.h"
 #include "replay/statistics.h"
 #include "scene/extension_registry.h"
@@ -334,6 +335,17 @@ std::string describe_text(const std::string& name) {
   return text;
 }
 
+namespace {
+
+std::string former_counters_markdown() {
+  std::string text = "\n## Former names\n\n| counter | now |\n|---|---|\n";
+  for (const gpu::FormerCounter& counter : gpu::former_counters())
+    text += fmt::format("| `{}` | {} |\n", counter.name, counter.now.empty() ? "removed" : counter.now);
+  return text;
+}
+
+}  // namespace
+
 std::string describe_markdown(const std::string& name) {
   const Topic& topic = topic_named(name);
   std::string text = fmt::format("# {}\n\n{}\n\nMade by `tessera describe {} --markdown`.\n\n|", topic.title,
@@ -351,7 +363,7 @@ std::string describe_markdown(const std::string& name) {
     }
     text += "\n";
   }
-  return text;
+  return name == "counters" ? text + former_counters_markdown() : text;
 }
 
 }  // namespace tessera::replay

@@ -15,16 +15,11 @@ namespace {
 using nlohmann::json;
 using timing::DrawableShare;
 
-void add(DrawableShare& sum, const DrawableShare& share) {
-  sum.invocations += share.invocations, sum.tests += share.tests, sum.requested_lines += share.requested_lines;
-  sum.dram_bytes += share.dram_bytes, sum.cycles += share.cycles, sum.energy_nj += share.energy_nj;
-}
-
 // The first kMaxRows, and what all others have together.
 NamedShares with_others(NamedShares shares) {
   if (shares.size() <= FrameCosts::kMaxRows) return shares;
   DrawableShare others;
-  for (std::size_t k = FrameCosts::kMaxRows; k < shares.size(); ++k) add(others, shares[k].second);
+  for (std::size_t k = FrameCosts::kMaxRows; k < shares.size(); ++k) others += shares[k].second;
   shares.resize(FrameCosts::kMaxRows);
   shares.push_back({{FrameCosts::kOthers, FrameCosts::kOthers}, others});
   return shares;
@@ -58,7 +53,7 @@ NamedShares sum_shares(const std::map<std::uint32_t, DrawableShare>& shares, con
   for (const auto& [drawable, share] : shares) {
     DrawableName name = names.of(drawable);
     if (!by_node) name.node.clear();
-    add(sums[name], share);
+    sums[name] += share;
   }
   NamedShares sorted(sums.begin(), sums.end());
   std::stable_sort(sorted.begin(), sorted.end(),
@@ -69,9 +64,8 @@ NamedShares sum_shares(const std::map<std::uint32_t, DrawableShare>& shares, con
 json share_rows(const NamedShares& shares, bool by_node) {
   json rows = json::array();
   for (const auto& [name, share] : shares) {
-    json row = {
-        {"invocations", share.invocations}, {"tests", share.tests},   {"requested_lines", share.requested_lines},
-        {"dram_bytes", share.dram_bytes},   {"cycles", share.cycles}, {"energy_nj", share.energy_nj}};
+    json row;
+    for_each_part(share, share, [&](const char* part, const auto& value, const auto&) { row[part] = value; });
     if (by_node) row["node"] = name.node;
     row["material"] = name.material;
     rows.push_back(std::move(row));
@@ -79,7 +73,7 @@ json share_rows(const NamedShares& shares, bool by_node) {
   return rows;
 }
 
-FrameCosts::FrameCosts(const gpu::FrameShares& shares, const DrawableNames& names) : shares_(shares) {
+FrameCosts::FrameCosts(const gpu::CostAttribution& shares, const DrawableNames& names) : shares_(shares) {
   const NamedShares by_node = sum_shares(shares.drawables, names, true);
   std::map<DrawableName, std::size_t> row_of;
   for (std::size_t row = 0; row < by_node.size(); ++row) row_of[by_node[row].first] = std::min(row, kMaxRows);
@@ -130,6 +124,42 @@ std::string FrameCosts::list_members() const {
     });
   });
   return text + fmt::format(",\n \"unlisted\": {},\n", list(tiles, [&](std::size_t t) { return unlisted[t]; }));
+}
+
+using nlohmann::json;
+
+DrawableNames::DrawableNames(const json& head) {
+  const json rows = head.value("drawables", json::array());
+  if (!rows.is_array()) return;
+  for (const json& row : rows) {
+    if (!row.is_object()) continue;
+    const auto number = [&](const char* key) {
+      const auto found = row.find(key);
+      return found != row.end() && found->is_number_unsigned() ? found->get<std::uint64_t>() : 0;
+    };
+    const auto word = [&](const char* key) {
+      const auto found = row.find(key);
+      return found != row.end() && found->is_string() ? found->get<std::string>() : std::string();
+    };
+    rows_.push_back({number("first"),
+                     std::max<std::uint64_t>(number("stride"), 1),
+                     number("count"),
+                     {word("node"), word("material")}});
+  }
+  std::stable_sort(rows_.begin(), rows_.end(), [](const Row& a, const Row& b) { return a.first < b.first; });
+}
+
+DrawableName DrawableNames::of(std::uint32_t drawable) const {
+  if (drawable == 0) return {};
+  const std::uint64_t number = drawable - 1;
+  // Primitives of an instanced node take turns: the row is one of the last `stride` that begin before.
+  auto row =
+      std::upper_bound(rows_.begin(), rows_.end(), number, [](std::uint64_t d, const Row& r) { return d < r.first; });
+  for (std::uint64_t back = 0; row != rows_.begin() && back < kMaxTurns; ++back) {
+    --row;
+    if ((number - row->first) % row->stride == 0 && (number - row->first) / row->stride < row->count) return row->name;
+  }
+  return {fmt::format("drawable {}", number), ""};
 }
 
 }  // namespace tessera::replay

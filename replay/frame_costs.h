@@ -1,5 +1,6 @@
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -8,11 +9,32 @@
 
 #include <nlohmann/json.hpp>
 
-#include "gpu/frame_shares.h"
-#include "replay/drawable_names.h"
+#include "gpu/cost_attribution.h"
 #include "timing/attribution.h"
 
 namespace tessera::replay {
+
+struct DrawableName {
+  std::string node, material;
+  auto operator<=>(const DrawableName&) const = default;
+};
+
+// Names of drawables by their number: "drawables" of a record's head (gpu/record_file.h), which may say anything.
+class DrawableNames {
+ public:
+  explicit DrawableNames(const nlohmann::json& head);
+
+  // `drawable`: SubPatchItem::drawable. Empty words for 0, which is none.
+  DrawableName of(std::uint32_t drawable) const;
+
+ private:
+  static constexpr std::uint64_t kMaxTurns = 256;
+  struct Row {
+    std::uint64_t first, stride, count;
+    DrawableName name;
+  };
+  std::vector<Row> rows_;
+};
 
 // Shares of drawables added up by name; those with most cycles first.
 using NamedShares = std::vector<std::pair<DrawableName, timing::DrawableShare>>;
@@ -28,7 +50,7 @@ nlohmann::json share_rows(const NamedShares& shares, bool by_node);
 //                    names kOthers. What none asked for has the names "".
 //   tiles_NNNN.json  "costs": {"cycles": [...], "energy_nj": [...], "dram": {purpose: [...]}, "bound_by": [...], "saves":
 //                    [...]}: tile by tile; bound_by holds indices into "bounds", -1 of a tile that hangs on nothing;
-//                    neither they nor "saves" are there where bounds are not known (gpu::FrameShares).
+//                    neither they nor "saves" are there where bounds are not known (gpu::CostAttribution).
 //                    "lists": tile by tile [row, sub-patches, invocations, row, ...], `row` of the frame's "drawables"; at
 //                    most kMaxInList drawables, those with most invocations first; "unlisted": how many others.
 class FrameCosts {
@@ -36,7 +58,7 @@ class FrameCosts {
   static constexpr std::size_t kMaxRows = 256, kMaxInList = 32;
   static constexpr const char* kOthers = "(others)";
 
-  FrameCosts(const gpu::FrameShares& shares, const DrawableNames& names);
+  FrameCosts(const gpu::CostAttribution& shares, const DrawableNames& names);
 
   const nlohmann::json& drawables() const { return drawables_; }
   const nlohmann::json& materials() const { return materials_; }
@@ -46,7 +68,7 @@ class FrameCosts {
  private:
   std::string list_members() const;
 
-  const gpu::FrameShares& shares_;
+  const gpu::CostAttribution& shares_;
   nlohmann::json drawables_, materials_;
   std::map<std::uint32_t, std::size_t> rows_;  // of drawables_, by number
 };

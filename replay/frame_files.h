@@ -8,6 +8,8 @@
 #include <tbb/task_group.h>
 
 #include "base/exr_file.h"
+#include "gpu/frame_timeline.h"
+#include "gpu/tile_maps.h"
 #include "tilecore/tile_core.h"
 
 namespace tessera::replay {
@@ -48,5 +50,23 @@ class FrameWriter {
   Settings settings_;
   tbb::task_group writing_;
 };
+
+// {"schema": "tessera.tiles/1", "frame", "origin": [x, y], "tile": [w, h], "grid": [columns, rows],
+//  "maps": {NAME: {"unit", "meaning", "values": [...]}}}; one line per map. `members`: more of them, in front of the maps,
+// each with a comma behind it.
+std::string tile_maps_json(int frame, const gpu::TileMaps& maps, const std::string& members = "");
+
+// "tiles_0007.json"
+std::string tile_maps_name(int frame);
+
+// A member of tiles_NNNN.json, with a comma behind it: the frame in time, in whole cycles (of a stereo pair, the left
+// eye).
+//   "timeline": {"cycles", "slots", "windows", "geometry": [[bound begin, end, bin begin, end], ... by round],
+//                "tile", "core", "slot", "begin": [one of each tile in the scheduler's order],
+//                "spans": [eight durations of each tile: waits for data, visibility, waits for a unit, for data, shading,
+//                waits for a unit, for data, store],
+//                "bytes": {source: [by window]}, "busy": {unit: [percent, by window]}, "list_bytes": [most, by window]}
+// Sources, units and windows that hold nothing are left out.
+std::string timeline_member(const gpu::FrameTimeline& timeline);
 
 }  // namespace tessera::replay

@@ -317,9 +317,7 @@ void print_table(const json& j) {
 class InspectCommand final : public Command {
  public:
   explicit InspectCommand(CLI::App& app) {
-    app.add_option("CAPTURE", capture_, "The capture: any glTF 2.0 asset (.gltf or .glb)")
-        ->required()
-        ->type_name("FILE");
+    add_capture_argument(app, capture_);
     app.add_flag("--json", json_, "As JSON");
     add_strict_flag(app, strict_);
     add_view_options(app, view_, kViewGroup);

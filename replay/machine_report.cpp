@@ -42,7 +42,7 @@ json timing_json(const timing::FrameTiming& timing) {
               {"bound_by_cycles", whole(timing.bound_cycles)},
               {"units", units}};
   if (!timing.events) return out;
-  const timing::EventCounts& events = *timing.events;
+  const timing::SimulationCounts& events = *timing.events;
   json stalls = json::object();
   for (std::size_t s = 0; s < timing::kStallCount; ++s)
     stalls[std::string(name(static_cast<timing::Stall>(s)))] = whole(events.stalls[s]);

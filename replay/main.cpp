@@ -1,4 +1,4 @@
-#include "replay/command_line.h"
+#include "replay/commands.h"
 
 int main(int argc, char** argv) {
   using namespace tessera::replay;

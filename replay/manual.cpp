@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include "replay/command_tables.h"
+#include "replay/describe.h"
 
 namespace tessera::replay {
 namespace {

@@ -53,12 +53,6 @@ class PackCommand final : public Command {
                    "Write images as WebP (EXT_texture_webp): a quality from 0 to 100 (default 80), or lossless")
         ->expected(0, 1)
         ->type_name("[QUALITY]");
-    app.add_option("--ktx2", ktx2_,
-                   "Write images as KTX2 with mip levels (KHR_texture_basisu): etc1s, small, or uastc, close to the "
-                   "image; astc is another name of uastc, whose blocks are ASTC's")
-        ->check(CLI::IsMember({"etc1s", "uastc", "astc"}).description(""))
-        ->excludes(app.get_option("--webp"))
-        ->type_name("FORMAT");
     const auto bits = [&](const char* option, int QuantizationBits::*value, const char* what, int least = 1) {
       const std::string with_meshopt = options_.bits.*value == kMeshoptBits.*value
                                            ? ""
@@ -135,7 +129,6 @@ class PackCommand final : public Command {
     read_surface_options();
     if (meshopt_) read_meshopt_bits();
     if (webp_option_->count() > 0) read_webp_quality();
-    if (!ktx2_.empty()) options_.ktx2 = ktx2_ == "etc1s" ? Ktx2Format::kEtc1s : Ktx2Format::kUastc;
     check_output_file(target_);
     check_not_input(target_, {source_});
     PackReport report;
@@ -146,8 +139,6 @@ class PackCommand final : public Command {
     print_surfaces(report.surfaces);
     if (report.webp_images > 0)
       fmt::print(beside_outputs({target_}), "{}: {} images as WebP\n", target_, report.webp_images);
-    if (report.ktx2_images > 0)
-      fmt::print(beside_outputs({target_}), "{}: {} images as KTX2\n", target_, report.ktx2_images);
     fmt::print(beside_outputs({target_}), "{}: {} of {} primitives compressed, {} -> {}\n", target_, report.compressed,
                report.primitives, human_bytes(report.bytes_in), human_bytes(report.bytes_out));
   }
@@ -222,7 +213,7 @@ class PackCommand final : public Command {
   }
 
   static constexpr double kLargest = static_cast<double>(std::numeric_limits<float>::max());
-  std::string source_, target_, size_, frames_, levels_, displace_, webp_, ktx2_;
+  std::string source_, target_, size_, frames_, levels_, displace_, webp_;
   CLI::Option *subdivide_ = nullptr, *method_ = nullptr, *webp_option_ = nullptr;
   std::vector<std::pair<CLI::Option*, int QuantizationBits::*>> bits_;
   std::vector<std::string> procedures_;

@@ -31,14 +31,9 @@
 #include "replay/frame_files.h"
 #include "replay/output_lock.h"
 #include "replay/progress.h"
-#include "replay/replay_summary.h"
 #include "replay/report/report.h"
-#include "replay/reproduction.h"
-#include "replay/reserved_space.h"
 #include "replay/sensitivity.h"
 #include "replay/statistics.h"
-#include "replay/tile_map_files.h"
-#include "replay/timeline_member.h"
 #include "replay/view_options.h"
 
 namespace tessera::replay {
@@ -58,25 +53,16 @@ StepProgress tiles_done(std::span<gpu::Device* const> devices) {
 class ReplayCommand final : public Command {
  public:
   explicit ReplayCommand(CLI::App& app) {
-    app.add_option("CAPTURE", capture_, "The capture: any glTF 2.0 asset (.gltf or .glb)")
-        ->required()
-        ->type_name("FILE");
+    add_capture_argument(app, capture_);
     app.add_option("--frames", frames_,
                    "Frames to render, counted from 0, B not included (default: the capture's range, else 0:1)")
         ->type_name("A:B");
     app.add_option("--size", size_, "Size of the image (default: the capture's, else 1280x720)")->type_name("WxH");
     app.add_option("--spp", spp_, "Visibility samples per pixel, 1 to 64 (default 4)")->type_name("N");
-    app.add_option("--gpu", gpu_,
-                   fmt::format("The described machine: {} or a JSON file", fmt::join(gpu::preset_names(), ", ")))
-        ->type_name("PRESET|FILE")
-        ->capture_default_str();
-    app.add_option("--set", sets_,
-                   "Change a setting or a number of the machine; repeatable. `tessera describe settings` and `tessera "
-                   "describe gpu` list the keys")
-        ->type_name("KEY=VALUE")
-        ->allow_extra_args(false);
-    app.add_option("--threads", threads_, "Host threads (default: all). The result does not depend on it")
-        ->type_name("N");
+    add_machine_options(app, gpu_, sets_,
+                        "Change a setting or a number of the machine; repeatable. `tessera describe settings` and "
+                        "`tessera describe gpu` list the keys");
+    add_threads_option(app, threads_);
     app.add_option("--seed", seed_, "Chooses among equally good sample patterns (default 0)")->type_name("N");
     app.add_option("--region", region_, "Render only these pixels of the frame")->type_name("X,Y,W,H");
     app.add_option("--out", out_, "Folder for the results; made when missing")->type_name("DIR")->capture_default_str();
@@ -91,10 +77,7 @@ class ReplayCommand final : public Command {
     app.add_option("--history", history_, "Go on from the history that a replay left of the frame before the first one")
         ->type_name("FILE");
     app.add_option("--save-history", save_history_, "Write what the last frame leaves to the next")->type_name("FILE");
-    app.add_option("--max-memory", max_memory_gib_,
-                   "Most memory that the capture with a frame of it, and the images, may take, in GiB")
-        ->type_name("GIB")
-        ->capture_default_str();
+    add_memory_option(app, max_memory_gib_);
     add_strict_flag(app, strict_);
     add_variant_option(app, variant_);
     add_view_options(app, view_, kViewGroup);
@@ -168,8 +151,7 @@ class ReplayCommand final : public Command {
     const ThreadLimit threads(static_cast<std::size_t>(threads_));
 
     scene::CaptureLimits limits;
-    limits.max_bytes =
-        static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 1073741824.0);
+    limits.max_bytes = memory_bytes(max_memory_gib_);
     limits.strict = strict_;
     limits.variant = variant_;
     std::optional<LongStep> step(std::in_place, "reading " + escape_control(capture_), quiet_);

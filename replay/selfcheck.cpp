@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -10,15 +11,15 @@
 #include "gpu/configuration.h"
 #include "gpu/device.h"
 #include "memory/dram_banks.h"
-#include "replay/selfcheck_sharing.h"
 #include "scene/capture_reader.h"
 #include "tilecore/frame_targets.h"
+#include "timing/timing_model.h"
 
 namespace tessera::replay {
 namespace {
 
 using baselines::BaselineCounters;
-using baselines::Scheme;
+using baselines::SchemeId;
 
 // ---- Memory -------------------------------------------------------------------------------------------------------
 
@@ -83,7 +84,7 @@ PlainFrame plain_frame(const scene::Capture& capture, int side, std::int64_t imm
   out.tiled_bytes = all_bytes(frame.counters.ledger) -
                     std::uint64_t{640} * 480 * static_cast<std::uint64_t>(tilecore::kFramePixelBytes - 4);
   if (!immediate) return out;
-  const BaselineCounters& drawn = schemes.last()[Scheme::kImmediate];
+  const BaselineCounters& drawn = schemes.last()[SchemeId::kImmediate];
   out.immediate_bytes = drawn.dram_bytes + drawn.texture_bytes;
   return out;
 }
@@ -132,14 +133,14 @@ ModernFrame modern_frame(const scene::Capture& capture) {
   baselines::BaselineObserver schemes;
   device.set_observer(&schemes);
   const gpu::FrameResult frame = device.render(capture.settings.first_frame);
-  const auto bytes = [&](Scheme scheme) {
+  const auto bytes = [&](baselines::SchemeId scheme) {
     const BaselineCounters& c = schemes.last()[scheme];
     return static_cast<double>(c.dram_bytes + c.texture_bytes);
   };
   ModernFrame out;
-  out.saved = 1 - bytes(Scheme::kDeferredVertex) / bytes(Scheme::kPostPosition);
-  const BaselineCounters& kept = schemes.last()[Scheme::kPostPosition];
-  out.lists = static_cast<double>(kept.queue_bytes_written + kept.queue_bytes_read) / bytes(Scheme::kPostPosition);
+  out.saved = 1 - bytes(SchemeId::kDeferredVertex) / bytes(SchemeId::kPostPosition);
+  const BaselineCounters& kept = schemes.last()[SchemeId::kPostPosition];
+  out.lists = static_cast<double>(kept.queue_bytes_written + kept.queue_bytes_read) / bytes(SchemeId::kPostPosition);
   const timing::FrameWork& work = frame.model->record.work;
   out.by_tile = shared_lines(gpu, work, WarpOwner::kCoreOfTile);
   out.in_turn = shared_lines(gpu, work, WarpOwner::kCoresInTurn);
@@ -221,6 +222,51 @@ std::vector<SelfCheck> check_captures(const std::vector<std::filesystem::path>& 
   check_tiling(captures, checks);
   check_modern(captures, checks);
   return checks;
+}
+
+namespace {
+
+// The cores that asked for each line, a bit each; the 64th stands for all further ones.
+class AskedLines {
+ public:
+  void ask(std::uint32_t line, std::uint32_t core) {
+    if (line >= cores_.size()) cores_.resize(line + std::size_t{1}, 0);
+    cores_[line] |= std::uint64_t{1} << std::min(core, 63u);
+  }
+  SharedLines count() const {
+    SharedLines out;
+    for (const std::uint64_t cores : cores_) {
+      out.lines += cores != 0 ? 1 : 0;
+      out.shared += (cores & (cores - 1)) != 0 ? 1 : 0;
+    }
+    return out;
+  }
+
+ private:
+  std::vector<std::uint64_t> cores_;  // by line
+};
+
+}  // namespace
+
+SharedLines shared_lines(const hardware::Machine& gpu, const timing::FrameWork& work, WarpOwner owner) {
+  const timing::Schedule schedule = timing::schedule_frame(gpu, work);
+  const auto cores = static_cast<std::uint32_t>(gpu.cores.count);
+  AskedLines asked;
+  std::uint32_t turn = 0;
+  for (const timing::TileSchedule& tile : schedule.tiles) {
+    const timing::WorkRound& round = work.rounds[tile.round];
+    if (round.items.empty()) continue;
+    const timing::TileItems& items = round.items[tile.index];
+    // Lines of alpha tests come first, and belong to the tile's core either way.
+    std::size_t next = 0;
+    for (const timing::SubPatchItem& item : items.sub_patches)
+      for (std::uint32_t k = 0; k < item.texel_lines; ++k) asked.ask(items.texel_lines[next++], tile.core);
+    for (const timing::WarpItem& warp : items.warps) {
+      const std::uint32_t core = owner == WarpOwner::kCoreOfTile ? tile.core : turn++ % cores;
+      for (std::uint32_t k = 0; k < warp.texel_lines; ++k) asked.ask(items.texel_lines[next++], core);
+    }
+  }
+  return asked.count();
 }
 
 }  // namespace tessera::replay

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include "gpu/device.h"
 #include "replay/baseline_report.h"
@@ -78,5 +79,9 @@ nlohmann::json frame_json(const gpu::FrameResult& frame, const baselines::Baseli
 
 // Every declared counter for people and programs: name, unit, how it adds up, meaning, vendor names.
 nlohmann::json describe_counters();
+
+// What a replay ends with, five lines: time, what bounds it, traffic, energy, where the results are; each figure of a
+// frame on average. `statistics`: stats.json, of at least one frame; `results`: the fifth line's text.
+std::string replay_summary(const nlohmann::json& statistics, const std::string& results);
 
 }  // namespace tessera::replay

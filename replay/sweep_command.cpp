@@ -16,7 +16,6 @@
 #include "replay/output_lock.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
-#include "replay/reproduction.h"
 #include "replay/sweep/search.h"
 #include "replay/sweep/sweep_estimate.h"
 #include "replay/sweep/sweep_runner.h"
@@ -36,15 +35,11 @@ class SweepCommand final : public Command {
     app.add_flag("--dry-run", dry_run_,
                  "Say how many points would be rendered, how many timed from what these leave, and how long it would "
                  "take, measured on a frame of each capture; write nothing");
-    app.add_option("--threads", threads_, "Host threads (default: all). The result does not depend on it")
-        ->type_name("N");
+    add_threads_option(app, threads_);
     app.add_option("--jobs", jobs_, "Most points at once; memory grows with it (default: one per thread)")
         ->type_name("N");
-    app.add_option(
-           "--max-memory", max_memory_gib_,
-           "Most memory that a capture with a frame of it, and the images of all points at work, may take, in GiB")
-        ->type_name("GIB")
-        ->capture_default_str();
+    add_memory_option(app, max_memory_gib_,
+                      "a capture with a frame of it, and the images of all points at work, may take");
     add_strict_flag(app, strict_);
     app.add_option("--max-points", max_points_, "Refuse studies with more points")
         ->type_name("N")
@@ -62,10 +57,9 @@ class SweepCommand final : public Command {
   }
 
   void run() override {
-    const double gib = check_number("--max-memory", max_memory_gib_, 0, 1048576, true);
     SweepOptions options;
     options.strict = strict_;
-    options.max_bytes = static_cast<std::uint64_t>(gib * 1073741824.0);
+    options.max_bytes = memory_bytes(max_memory_gib_);
     options.quiet = quiet_;
     options.threads = threads_ > 0 ? threads_ : std::max(1u, std::thread::hardware_concurrency());
     options.jobs = jobs_ > 0 ? jobs_ : options.threads;

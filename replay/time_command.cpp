@@ -48,11 +48,8 @@ class TimeCommand final : public Command {
            "with most, all of them with --json")
         ->type_name("drawables|materials|tiles");
     app.add_option("--json", json_, "Write cycles, units and energy of each frame and of all")->type_name("FILE");
-    app.add_option("--threads", threads_, "Host threads (default: all). The result does not depend on it")
-        ->type_name("N");
-    app.add_option("--max-memory", max_memory_gib_, "Most memory that a frame of the record may take, in GiB")
-        ->type_name("GIB")
-        ->capture_default_str();
+    add_threads_option(app, threads_);
+    add_memory_option(app, max_memory_gib_, "a frame of the record may take");
     app.footer(
         "Times the work of a replay again, on a machine that differs in speeds, sizes, memory and energies: in the "
         "keys\n"
@@ -72,8 +69,7 @@ class TimeCommand final : public Command {
     }
     std::optional<Split> split;
     if (!split_.empty()) split = parse_split("--split", split_);
-    const auto max_bytes =
-        static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 0x1p30);
+    const std::uint64_t max_bytes = memory_bytes(max_memory_gib_);
     gpu::RecordReader record =
         read_as(FileKind::kRecord, record_, [&] { return gpu::RecordReader(record_, max_bytes); });
     gpu::RecordedMachine machine = gpu::recorded_machine(record.head(), record_);

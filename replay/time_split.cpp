@@ -7,7 +7,6 @@
 
 #include "base/error.h"
 #include "base/text.h"
-#include "replay/drawable_names.h"
 #include "replay/frame_costs.h"
 #include "timing/attribution.h"
 

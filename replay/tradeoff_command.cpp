@@ -17,11 +17,9 @@
 #include "replay/output_lock.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
-#include "replay/reproduction.h"
 #include "replay/tradeoff/decisions.h"
 #include "replay/tradeoff/tradeoff.h"
 #include "replay/tradeoff/tradeoff_files.h"
-#include "replay/tradeoff/tradeoff_words.h"
 #include "replay/view_options.h"
 
 namespace tessera::replay {
@@ -49,9 +47,7 @@ std::vector<std::string> knob_names() {
 class TradeoffCommand final : public Command {
  public:
   explicit TradeoffCommand(CLI::App& app) {
-    app.add_option("CAPTURE", capture_, "The capture: any glTF 2.0 asset (.gltf or .glb)")
-        ->required()
-        ->type_name("FILE");
+    add_capture_argument(app, capture_);
     app.add_option("--out", out_, "Folder for the results; made when missing. What is there is not computed again")
         ->required()
         ->type_name("DIR");
@@ -65,13 +61,7 @@ class TradeoffCommand final : public Command {
         ->type_name("N")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();
-    app.add_option("--gpu", gpu_,
-                   fmt::format("The described machine: {} or a JSON file", fmt::join(gpu::preset_names(), ", ")))
-        ->type_name("PRESET|FILE")
-        ->capture_default_str();
-    app.add_option("--set", sets_, "Change what all settings are varied from; repeatable")
-        ->type_name("KEY=VALUE")
-        ->allow_extra_args(false);
+    add_machine_options(app, gpu_, sets_, "Change what all settings are varied from; repeatable");
     app.add_option("--knobs", knobs_, fmt::format("Only these knobs: {}", fmt::join(knob_names(), ", ")))
         ->type_name("LIST");
     app.add_option(
@@ -104,12 +94,8 @@ class TradeoffCommand final : public Command {
                    "grids, so that errors are those of everything but tessellation")
         ->type_name("PIXELS")
         ->capture_default_str();
-    app.add_option("--threads", threads_, "Host threads (default: all). Nothing but times depends on it")
-        ->type_name("N");
-    app.add_option("--max-memory", max_memory_gib_,
-                   "Most memory that the capture with a frame of it, and the images, may take, in GiB")
-        ->type_name("GIB")
-        ->capture_default_str();
+    add_threads_option(app, threads_);
+    add_memory_option(app, max_memory_gib_);
     add_strict_flag(app, strict_);
     add_variant_option(app, variant_);
     add_view_options(app, view_, kViewGroup);
@@ -191,8 +177,7 @@ class TradeoffCommand final : public Command {
     options.variant = variant_;
     view_.check();
     options.view = view_;
-    options.max_bytes =
-        static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 1073741824.0);
+    options.max_bytes = memory_bytes(max_memory_gib_);
     options.quiet = quiet_;
     return options;
   }

@@ -77,8 +77,8 @@ struct Mesh {
 
 // ---- Textures of KTX2 files -------------------------------------------------------------------------------------
 
-// A KTX2 image, and what the materials have of it. Which blocks stand for it in the emulated memory is the replay's
-// choice: scene/basis_textures.h makes them from the file.
+// A KTX2 image, and what the materials have of it; scene/held_textures.h makes the blocks that the emulated memory holds
+// from the file.
 struct BasisImage {
   std::vector<std::uint8_t> file;
   std::shared_ptr<const shaders::Texture> texture;        // plain RGBA8; may be null

@@ -55,7 +55,7 @@ std::vector<Extension> shared_extensions() {
       {"KHR_texture_basisu",
        "texture",
        "A KTX2 image with Basis Universal data (ETC1S, UASTC) and its mip levels; where it cannot be read, the "
-       "texture's source. The setting texture.basis_target chooses what memory holds of it.",
+       "texture's source. Memory holds ASTC blocks of 4x4 texels, or what texture.format says.",
        {}},
       {"KHR_texture_transform", "texture info", "Offset, rotation and scale of texture coordinates.", {}},
   };

@@ -10,19 +10,19 @@
 
 namespace tessera::scene {
 
-// What the emulated memory holds in place of a capture's textures: blocks of KTX2 images for texture.basis_target, of
-// all textures for texture.format, and the texels that these decode to. What is in neither map stays as it is.
+// What the emulated memory holds in place of a capture's textures: ASTC blocks of KTX2 images, blocks of all textures for
+// texture.format, and the texels that these decode to. A texture that is in neither map stays as it is.
 //
 // Invariants (cited by the tests):
 //   HT1  Each level of a texture that is encoded is encoded for itself, from the texels that the file has or that were
 //        made from them; its transfer function stays.
-//   HT2  Displacement maps are those of texture.basis_target whatever texture.format is.
+//   HT2  Displacement maps are those of the stored textures whatever texture.format is.
 //   HT3  What is charged is never less than what it takes of memory.
 struct HeldTextures {
   std::map<const shaders::Texture*, std::shared_ptr<const shaders::Texture>> textures;
   std::map<const shaders::ScalarTexture*, std::shared_ptr<const shaders::ScalarTexture>> heights;
-  // Of what the reader left, taken by texture.format: each format of a study for itself. What texture.basis_target
-  // takes, for all targets at once, was charged when the capture was read.
+  // Bytes that texture.format takes of those that the reader left: each format of a study takes its own. The reader
+  // charged those of KTX2 images.
   std::uint64_t charged_bytes = 0;
 
   // Replaces the textures of the capture's materials, or of ones made from them.

@@ -123,8 +123,9 @@ std::uint64_t boxes_of(const MicroMesh& mesh) {
 
 VisibilityMethodSettings method_for(const TileJob& job, const MeshStore::Item& item, RayEffects effects,
                                     const TileSamples& samples) {
-  if (!job.visibility.chooses()) return job.visibility;
-  return settled(job.visibility, item.costs(effects), effects, {samples.spp, static_cast<double>(samples.lens_scale)});
+  if (!job.core.visibility.chooses()) return job.core.visibility;
+  return settled(job.core.visibility, item.costs(effects), effects,
+                 {samples.spp, static_cast<double>(samples.lens_scale)});
 }
 
 // Leaves in a row of the grid that the entry's cells form; clusters are one row.
@@ -141,49 +142,53 @@ std::uint64_t sort_steps(std::uint64_t entries) {
 
 }  // namespace
 
-CoreCounters TileCore::take_counters() {
-  resolve_counters_.pixels_shaded += resolve_.take_pixels_shaded();
-  return {std::exchange(counters_, {}),
-          visibility_.take_stencil_counters(),
-          visibility_.take_ray_counters(),
-          sampler_.take_counters(),
-          shader_.take_counters(),
-          shader_.textures().take_counters(),
-          resolve_.take_counters(),
-          resolve_.take_history_counters(),
-          std::exchange(resolve_counters_, {}),
-          store_.take_compression(),
-          store_.take_counters(),
-          std::exchange(transmission_, {})};
+void TileCore::keep_items(bool keep) {
+  keep_items_ = keep;
+  result_.sub_patches.clear();
+  shader_.keep_items(keep);
 }
-memory::Ledger TileCore::take_ledger() {
-  ledger_ += resolve_.take_ledger();
-  return std::exchange(ledger_, {});
+
+TileResult TileCore::take_result() {
+  CoreCounters& counters = result_.counters;
+  counters.resolve.pixels_shaded += resolve_.take_pixels_shaded();
+  counters.stencil = visibility_.take_stencil_counters();
+  counters.rays = visibility_.take_ray_counters();
+  counters.sampling = sampler_.take_counters();
+  counters.shading = shader_.take_counters();
+  counters.texture = shader_.textures().take_counters();
+  counters.desampling = resolve_.take_counters();
+  counters.history = resolve_.take_history_counters();
+  counters.store = store_.take_counters();
+  result_.ledger += resolve_.take_ledger();
+  result_.patches_read = shader_.take_patches_read();
+  result_.texture_misses = shader_.textures().take_misses();
+  result_.history_lines = resolve_.take_lines();
+  if (keep_items_) {
+    result_.warps = shader_.take_warp_items();
+    result_.texture_requests = shader_.textures().take_requests();
+  }
+  return std::exchange(result_, {});
 }
 
 timing::SubPatchItem TileCore::counted() const {
-  // The sums of a tile fit into 32 bits or wrap around; differences of them do not.
-  const auto low = [](std::uint64_t count) { return static_cast<std::uint32_t>(count); };
+  struct {
+    const TileCoreCounters& tilecore;
+    const StencilCounters& stencil;
+    const SamplingCounters& sampling;
+  } const c = {result_.counters.tilecore, visibility_.stencil_counters(), sampler_.counters()};
   timing::SubPatchItem item;
-  item.boxes = low(counters_.boxes_built);
-  item.box_lanes = low(counters_.box_lanes);
-  item.stencil_tests = low(visibility_.stencil_counters().tests);
-  item.sampling_operations = low(sampler_.counters().operations);
-  item.triangle_lanes = low(counters_.triangle_lanes + sampler_.counters().footprint_tests);
-  item.alpha_tests = low(counters_.alpha_tests);
-  item.depth_blocks = low(counters_.depth_tests);
-  item.texel_lines = low(shader_.textures().request_count());
+#define TESSERA_ITEM_COUNT(id, count) item[hardware::Event::id] = static_cast<std::uint32_t>(count);
+#include "hardware/each_event.inc"
+  item.texel_lines = static_cast<std::uint32_t>(shader_.textures().request_count());
   return item;
 }
 
 void TileCore::keep_item(const timing::SubPatchItem& before, std::uint32_t drawable) {
   timing::SubPatchItem item = counted();
-  item.boxes -= before.boxes, item.box_lanes -= before.box_lanes, item.stencil_tests -= before.stencil_tests;
-  item.sampling_operations -= before.sampling_operations, item.triangle_lanes -= before.triangle_lanes;
-  item.alpha_tests -= before.alpha_tests, item.depth_blocks -= before.depth_blocks;
+  for (std::size_t e = 0; e < item.events.size(); ++e) item.events[e] -= before.events[e];
   item.texel_lines -= before.texel_lines;
   item.drawable = drawable;
-  items_.push_back(item);
+  result_.sub_patches.push_back(item);
 }
 
 TileCore::EntryEffects TileCore::effects_of(const TileJob& job, const binner::QueueEntry& entry) {
@@ -193,16 +198,16 @@ TileCore::EntryEffects TileCore::effects_of(const TileJob& job, const binner::Qu
   const auto needs = [&](Flag flag, bool forced) { return (entry.flags & flag) != 0 || forced; };
   EntryEffects effects{
       // What rests during a segment is there at the times of the segment alone.
-      {(drawable.moving && needs(Flag::kMoving, false)) || entry.segment != 0 || job.force_motion,
-       (frame.projection.lens_scale != 0 && needs(Flag::kDefocused, false)) || job.force_lens},
+      {(drawable.moving && needs(Flag::kMoving, false)) || entry.segment != 0 || job.forced.motion,
+       (frame.projection.lens_scale != 0 && needs(Flag::kDefocused, false)) || job.forced.lens},
       drawable.material->displacement && drawable.drawable->kind == scene::Primitive::Kind::kBezierPatches &&
-          needs(Flag::kDisplaced, job.force_displacement),
-      drawable.material->alpha_mode == AlphaMode::kMask && needs(Flag::kAlphaMask, job.force_alpha_test)};
+          needs(Flag::kDisplaced, job.forced.displacement),
+      drawable.material->alpha_mode == AlphaMode::kMask && needs(Flag::kAlphaMask, job.forced.alpha_test)};
   return effects;
 }
 
 void TileCore::prepare_samples(const TileJob& job, IntRect pixels, bool lens) {
-  if (drawables_.size() < job.frame->drawables.size()) drawables_.resize(job.frame->drawables.size());
+  if (totals_.drawables.size() < job.frame->drawables.size()) totals_.drawables.resize(job.frame->drawables.size());
   samples_.fill(*job.pattern, pixels, static_cast<float>(job.frame->projection.lens_scale), lens);
 }
 
@@ -223,18 +228,18 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
   prepare_samples(
       job, pixels,
       has_lens(job) && (job.procedures != nullptr || std::any_of(entries.begin(), entries.end(), needs_lens)));
-  counters_.entries_fetched += entries.size();
+  result_.counters.tilecore.entries_fetched += entries.size();
   for (const binner::QueueEntry& entry : entries) ++counts_of(job, entry).entries;
   if (!state.started) {
     state.start(samples_.count, pixels.width(), samples_.spp);
     state.keeps_rest = sees_rest(job);
   }
   if (job.procedures != nullptr) {
-    sampler_.count_drawables(drawables_);
+    sampler_.count_drawables(totals_.drawables);
     sampler_.begin_tile(samples_);
     count_cells(job, entries);
   }
-  counters_.sort_steps += sort_steps(entries.size());
+  result_.counters.tilecore.sort_steps += sort_steps(entries.size());
   std::sort(entries.begin(), entries.end(), [](const binner::QueueEntry& a, const binner::QueueEntry& b) {
     return std::tie(a.near_depth, a.base_patch, a.segment, a.range.j0, a.range.i0) <
            std::tie(b.near_depth, b.base_patch, b.segment, b.range.j0, b.range.i0);
@@ -244,12 +249,12 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
   timing::SubPatchItem before = keep_items_ ? counted() : timing::SubPatchItem();
   for (std::size_t e = 0; e < entries.size(); ++e) {
     const binner::QueueEntry& entry = entries[e];
-    if (job.cull_occlusion && entry.near_depth > state.farthest()) {
-      counters_.culled_occlusion += entries.size() - e;
+    if (job.core.occlusion_culling && entry.near_depth > state.farthest()) {
+      result_.counters.tilecore.culled_occlusion += entries.size() - e;
       for (std::size_t rest = e; rest < entries.size(); ++rest) count_hidden(job, entries[rest]);
       break;
     }
-    if (job.cull_occlusion && hidden(entry, state)) {
+    if (job.core.occlusion_culling && hidden(entry, state)) {
       count_hidden(job, entry);
       continue;
     }
@@ -265,18 +270,20 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
   }
   if (job.procedures != nullptr) draw_cells(job, state, before);
   current_work_place().base_patch = -1;
-  counters_.depth_blocks_updated += state.take_depth_updates();
-  if (!state.layers.empty())
-    layer_bytes_ = std::max(layer_bytes_, state.layer_bytes(static_cast<std::size_t>(job.blend_layers)));
+  result_.counters.tilecore.depth_blocks_updated += state.take_depth_updates();
+  if (!state.layers.empty()) result_.layer_bytes = std::max(result_.layer_bytes, state.layer_bytes(job.blend_layers()));
   leave_segment(job);
+  result_.visibility_misses = shader_.textures().misses().size();
+  result_.visibility_texels = shader_.textures().counters().texels;
 }
 
 void TileCore::draw_cells(const TileJob& job, TileState& state, timing::SubPatchItem& before) {
   leave_segment(job);
-  sampler_.draw({*job.frame, *job.procedures, samples_, state, &shader_.textures(), &counters_.alpha_tests});
+  sampler_.draw(
+      {*job.frame, *job.procedures, samples_, state, &shader_.textures(), &result_.counters.tilecore.alpha_tests});
   std::vector<SamplingController::CellRead> reads = sampler_.take_reads();
   if (reads.empty()) return;
-  cells_.push_back({static_cast<std::uint32_t>(tessellations_.size()), std::move(reads)});
+  result_.cells.push_back({static_cast<std::uint32_t>(result_.tessellations.size()), std::move(reads)});
   if (keep_items_) keep_item(std::exchange(before, counted()), 0);
 }
 
@@ -295,7 +302,7 @@ void TileCore::count_cells(const TileJob& job, std::span<const binner::QueueEntr
 }
 
 void TileCore::count_hidden(const TileJob& job, const binner::QueueEntry& entry) {
-  if (!is_cell(job, entry)) hidden_.push_back({entry.base_patch, entry.segment, entry.range});
+  if (!is_cell(job, entry)) result_.hidden.push_back({entry.base_patch, entry.segment, entry.range});
 }
 
 float TileCore::farthest_behind(const binner::QueueEntry& entry, TileState& state) const {
@@ -305,10 +312,10 @@ float TileCore::farthest_behind(const binner::QueueEntry& entry, TileState& stat
 }
 
 bool TileCore::hidden(const binner::QueueEntry& entry, TileState& state) {
-  ++counters_.depth_tests;
+  ++result_.counters.tilecore.depth_tests;
   if (!(entry.near_depth > farthest_behind(entry, state))) return false;
-  ++counters_.culled_occlusion;
-  ++counters_.culled_blocks;
+  ++result_.counters.tilecore.culled_occlusion;
+  ++result_.counters.tilecore.culled_blocks;
   return true;
 }
 
@@ -319,17 +326,17 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
   const MeshStore::Item& item = meshes_.get(frame, entry.base_patch, entry.range, effects.ray, effects.displaced);
   const Tessellator::Work& work = item.work;
   const float lens_scale = effects.ray.lens ? static_cast<float>(frame.projection.lens_scale) : 0.0f;
-  tessellations_.push_back({{entry.base_patch, entry.segment, entry.range},
-                            static_cast<std::uint32_t>(work.domain_evaluations),
-                            static_cast<std::uint32_t>(work.triangles),
-                            effects.ray.motion,
-                            drawable.deforming || job.frame->drawable_of(entry.base_patch).deforming,
-                            effects.displaced,
-                            effects.ray.lens,
-                            effects.alpha_tested,
-                            drawable.material->alpha_mode == AlphaMode::kBlend,
-                            entry.lists,
-                            item.groups(frame, entry.base_patch, entry.range, lens_scale)});
+  result_.tessellations.push_back({{entry.base_patch, entry.segment, entry.range},
+                                   static_cast<std::uint32_t>(work.domain_evaluations),
+                                   static_cast<std::uint32_t>(work.triangles),
+                                   effects.ray.motion,
+                                   drawable.deforming || job.frame->drawable_of(entry.base_patch).deforming,
+                                   effects.displaced,
+                                   effects.ray.lens,
+                                   effects.alpha_tested,
+                                   drawable.material->alpha_mode == AlphaMode::kBlend,
+                                   entry.lists,
+                                   item.groups(frame, entry.base_patch, entry.range, lens_scale)});
   ++counts_of(job, entry).sub_patches;
   counts_of(job, entry).triangles += work.triangles;
 
@@ -350,7 +357,8 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
         run(OpaqueSink(entry.base_patch, state));
       else {
         shader_.reads_patch(entry.base_patch);
-        run(MaskSink(frame, samples_, entry.base_patch, state, shader_.textures(), counters_.alpha_tests));
+        run(MaskSink(frame, samples_, entry.base_patch, state, shader_.textures(),
+                     result_.counters.tilecore.alpha_tests));
       }
       break;
     case AlphaMode::kBlend:
@@ -392,13 +400,14 @@ void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, co
     trace_leaves(mesh, leaf_times_, samples_, effects, settings, sink, work);
   }
   if (!mesh.clipped_cells.empty())
-    test_clipped_cells(mesh, samples_, entry_times, effects, frame.projection, settings, job.visibility, sink, work);
-  counters_.boxes_built += work.boxes_built;
-  counters_.box_tests += work.box_tests;
-  counters_.triangle_tests += work.triangle_tests;
-  counters_.box_lanes += work.box_lanes;
-  counters_.triangle_lanes += work.triangle_lanes;
-  counters_.sample_hits += work.sample_hits;
+    test_clipped_cells(mesh, samples_, entry_times, effects, frame.projection, settings, job.core.visibility, sink,
+                       work);
+  result_.counters.tilecore.boxes_built += work.boxes_built;
+  result_.counters.tilecore.box_tests += work.box_tests;
+  result_.counters.tilecore.triangle_tests += work.triangle_tests;
+  result_.counters.tilecore.box_lanes += work.box_lanes;
+  result_.counters.tilecore.triangle_lanes += work.triangle_lanes;
+  result_.counters.tilecore.sample_hits += work.sample_hits;
   DrawableCounts& drawable = counts_of(job, entry);
   drawable.box_tests += work.box_tests;
   drawable.triangle_tests += work.triangle_tests;
@@ -406,60 +415,60 @@ void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, co
 }
 
 void TileCore::store_state(const TileJob& job, const TileState& state) {
-  ledger_.write(memory::Unit::kTilecore, memory::Purpose::kTileState,
-                memory::burst_bytes(0, state.bytes(job.blend_layers), job.burst_bytes));
+  result_.ledger.write(memory::Unit::kTilecore, memory::Purpose::kTileState,
+                       memory::burst_bytes(0, state.bytes(job.blend_layers()), job.burst_bytes()));
 }
 
 void TileCore::load_state(const TileJob& job, const TileState& state) {
-  ledger_.read(memory::Unit::kTilecore, memory::Purpose::kTileState,
-               memory::burst_bytes(0, state.bytes(job.blend_layers), job.burst_bytes));
+  result_.ledger.read(memory::Unit::kTilecore, memory::Purpose::kTileState,
+                      memory::burst_bytes(0, state.bytes(job.blend_layers()), job.burst_bytes()));
 }
 
 // ---- Shading ----------------------------------------------------------------------------------------------------
 
 HistoryStorage TileCore::history_storage(const TileJob& job) {
-  return {job.burst_bytes,         job.store.coder, job.store.compressed,    job.grid->tile_width(),
-          job.grid->tile_height(), job.line_bytes,  job.store.signature_bits};
+  return {job.burst_bytes(),       job.store.coder,  job.store.compressed,    job.grid->tile_width(),
+          job.grid->tile_height(), job.line_bytes(), job.store.signature_bits};
 }
 
 bool TileCore::finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets) {
   const double start = thread_seconds();
   resolve_.plan(*job.resolve, *job.frame, samples_, state);
   const double planned = thread_seconds();
-  shader_.shade(job, samples_, state, resolve_.runs());
+  shader_.shade(job, samples_, state, resolve_.pixel_rates());
   double shaded = thread_seconds();
   if (const double checked = shaded; resolve_.check(*job.resolve, shader_.color(), shader_.coverage())) {
-    resolve_seconds_ += thread_seconds() - checked;
-    shader_.shade_again(job, samples_, state, resolve_.runs_again());
+    totals_.resolve_seconds += thread_seconds() - checked;
+    shader_.shade_again(job, samples_, state, resolve_.reshade_mask());
     shaded = thread_seconds();
   }
   const DeferredShader::Skipped skipped = shader_.take_skipped();
   resolve_.count_skipped(skipped.samples, skipped.invocations);
   const bool open = resolve_.complete(*job.resolve, shader_.color(), shader_.coverage(), history_storage(job), targets);
-  resolve_seconds_ += (planned - start) + (thread_seconds() - shaded);
+  totals_.resolve_seconds += (planned - start) + (thread_seconds() - shaded);
   return open;
 }
 
 void TileCore::finish_deferred(const TileJob& job, binner::TileIndex tile, FrameTargets& targets) {
   const double start = thread_seconds();
   resolve_.finish_deferred(*job.resolve, job.grid->pixels(tile), history_storage(job), targets);
-  resolve_seconds_ += thread_seconds() - start;
+  totals_.resolve_seconds += thread_seconds() - start;
 }
 
-void TileCore::finish_behind(const TileJob& job, binner::TileIndex tile, const TileState& state) {
+void TileCore::finish_scene_color(const TileJob& job, binner::TileIndex tile, const TileState& state) {
   const IntRect pixels = job.grid->pixels(tile);
   TESSERA_CHECK(state.started && samples_.pixels == pixels, "a tile is finished right after its last entries");
-  shader_.count_drawables(drawables_);
-  shader_.shade_opaque(job, samples_, state, *job.behind);
-  transmission_.pixels_kept += static_cast<std::uint64_t>(pixels.width() * pixels.height());
-  ++transmission_.tiles_again;
+  shader_.count_drawables(totals_.drawables);
+  shader_.shade_opaque(job, samples_, state, *job.scene_color);
+  result_.counters.transmission.pixels_kept += static_cast<std::uint64_t>(pixels.width() * pixels.height());
+  ++result_.counters.transmission.tiles_again;
 }
 
 void TileCore::count_reduced(const TileJob& job, binner::TileIndex tile) {
-  for (int level = 1; level < job.behind->level_count(); ++level) {
+  for (int level = 1; level < job.scene_color->level_count(); ++level) {
     // What it reads is what it makes of the level before, or, of the first, its pixels.
-    const IntRect above = reduced_by(*job.behind, level - 1, job.grid->pixels(tile));
-    transmission_.texels_reduced += static_cast<std::uint64_t>(above.width() * above.height());
+    const IntRect above = reduced_by(*job.scene_color, level - 1, job.grid->pixels(tile));
+    result_.counters.transmission.texels_reduced += static_cast<std::uint64_t>(above.width() * above.height());
   }
 }
 
@@ -473,35 +482,36 @@ void TileCore::store_coarse_depth(TileState& state, frontend::CoarseDepth& depth
       depth.farthest[depth.blocks.index(column, row)] = frontend::code_not_nearer(
           state.farthest({pixels.x0 - tile.x0, pixels.y0 - tile.y0, pixels.x1 - tile.x0, pixels.y1 - tile.y0}));
     }
-  counters_.depth_blocks_updated += state.take_depth_updates();
+  result_.counters.tilecore.depth_blocks_updated += state.take_depth_updates();
 }
 
-bool TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets,
-                      bool keep_behind) {
+void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets,
+                      bool write_scene_color) {
   const IntRect pixels = job.grid->pixels(tile);
   TESSERA_CHECK(state.started && samples_.pixels == pixels, "a tile is finished right after its last entries");
   if (job.procedures != nullptr) sampler_.merge_layers(*job.frame, state);
-  shader_.count_drawables(drawables_);
+  shader_.count_drawables(totals_.drawables);
   bool open = false;
   if (job.resolve != nullptr) {
     open = finish_desampled(job, state, targets);
   } else {
-    shader_.shade(job, samples_, state, {}, keep_behind ? job.behind : nullptr);
-    if (keep_behind) transmission_.pixels_kept += static_cast<std::uint64_t>(pixels.width() * pixels.height());
+    shader_.shade(job, samples_, state, {}, write_scene_color ? job.scene_color : nullptr);
+    if (write_scene_color)
+      result_.counters.transmission.pixels_kept += static_cast<std::uint64_t>(pixels.width() * pixels.height());
     resolve_multisample(
-        {shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes, false},
-        targets.color, resolve_counters_, ledger_);
+        {shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes(), false},
+        targets.color, result_.counters.resolve, result_.ledger);
   }
-  TileStore::Tile whole{tile, pixels, targets.region, job.burst_bytes, open};
+  TileStore::Tile whole{tile, pixels, targets.region, job.burst_bytes(), open};
   if (job.resolve != nullptr) {
-    whole.kept = &resolve_.kept();
+    whole.unchanged = &resolve_.unchanged();
     whole.payloads = job.resolve->next->payload.empty() ? nullptr : &job.resolve->next->payload;
   }
-  const TileStore::Outcome stored = store_.store(job.store, whole, targets.color, ledger_);
+  const TileStore::Outcome stored = store_.store(job.store, whole, targets.color, result_.ledger);
   if (stored.changed && job.resolve != nullptr) resolve_.keep_stored(*job.resolve, targets);
   if (targets.auxiliary) shader_.write_auxiliary(samples_, state, targets);
   if (!targets.coarse_depth.farthest.empty()) store_coarse_depth(state, targets.coarse_depth);
-  return stored.written;
+  result_.stored = stored.written;
 }
 
 }  // namespace tessera::tilecore

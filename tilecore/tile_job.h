@@ -2,10 +2,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "base/vec.h"
 #include "binner/tile_grid.h"
+#include "hardware/machine.h"
 #include "scene/frame_geometry.h"
+#include "tilecore/core_settings.h"
 #include "tilecore/resolve/tile_store.h"
 #include "tilecore/shading/pixel_shader.h"
 #include "tilecore/shading/shading_settings.h"
@@ -19,37 +22,47 @@ class ParameterMaps;
 
 struct ResolveFrame;
 
+// Effects whose general kernels run also where the scene does not ask for them, or the front end found that they can be
+// spared.
+struct ForcedEffects {
+  bool motion = false, lens = false, displacement = false, alpha_test = false;
+};
+
 // Everything that the tile cores of one frame share; read only but for what `resolve` says.
 struct TileJob {
   const scene::FrameGeometry* frame = nullptr;
   const binner::TileGrid* grid = nullptr;
   const SamplePattern* pattern = nullptr;
-  Lighting lighting;
-  Vec3 background{0.0f};
-  bool has_background = false;  // else the environment
-  ShadingRate shading = ShadingRate::kPixel;
-  ShadingDerivatives derivatives = ShadingDerivatives::kAnalytic;
-  float shading_cell_pixels = 1;
-  std::size_t warp_lanes = 32;  // of the pixel shader
-  std::size_t shading_cache_entries = 1024;
-  std::size_t blend_layers = 8;  // of a sample, on chip; 1 to LayerMerger::kMaxCapacity
-  bool cull_occlusion = true;
-  // Run the general kernels also where the scene does not ask for them, or the front end found that they can be spared.
-  bool force_motion = false, force_lens = false, force_displacement = false, force_alpha_test = false;
-  VisibilityMethodSettings visibility;
-  std::uint64_t burst_bytes = 64, line_bytes = 64;  // of the memory, of the L2
+  const hardware::Machine* machine = &default_machine();
+  CoreSettings core;
+  ShadingSettings shading;
+  ShadingCacheSettings shading_cache;
   TextureUnit::Settings textures;
-  const VisibilityKernels* kernels =
-      nullptr;  // see VisibilitySettings; for a benchmark whose patches all have one set of effects
-  const ParameterMaps* procedures = nullptr;  // what the sampling controller draws, if anything
-  FrameStore store;                           // of finished pixels
-  ResolveFrame* resolve = nullptr;            // desampling; null: every pixel is shaded
-  shaders::RadianceImage* behind = nullptr;   // as lighting.behind, to be filled; null: nothing transmits
+  Lighting lighting;
+  std::optional<Vec3> background;  // none: the environment
+  ForcedEffects forced;
+  // The kernels of a benchmark whose patches all have one set of effects (VisibilitySettings); nullptr: each its own.
+  const VisibilityKernels* kernels = nullptr;
+  const ParameterMaps* procedures = nullptr;      // what the sampling controller draws, if anything
+  FrameStore store;                               // of finished pixels
+  ResolveFrame* resolve = nullptr;                // desampling; nullptr: every pixel is shaded
+  shaders::RadianceImage* scene_color = nullptr;  // as lighting.behind, to be filled; nullptr: nothing transmits
+
+  std::uint64_t burst_bytes() const { return static_cast<std::uint64_t>(machine->memory.burst_bytes); }
+  std::uint64_t line_bytes() const { return static_cast<std::uint64_t>(machine->line_bytes()); }
+  std::size_t warp_lanes() const { return static_cast<std::size_t>(machine->shader.warp_lanes); }
+  std::size_t blend_layers() const { return static_cast<std::size_t>(core.blend_layers); }
+
+ private:
+  static const hardware::Machine& default_machine() {
+    static const hardware::Machine kMachine;
+    return kMachine;
+  }
 };
 
 // Whether anything may be seen elsewhere than where it rests: state then says where that is.
 inline bool sees_rest(const TileJob& job) {
-  return job.frame->any_motion || job.frame->projection.lens_scale != 0 || job.force_motion || job.force_lens;
+  return job.frame->any_motion || job.frame->projection.lens_scale != 0 || job.forced.motion || job.forced.lens;
 }
 
 }  // namespace tessera::tilecore

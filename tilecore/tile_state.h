@@ -9,6 +9,13 @@
 
 namespace tessera::tilecore {
 
+// How a pixel is shaded (DeferredShader::shade()).
+enum PixelRate : std::uint8_t {
+  kSkipped = 0,      // its samples have no colour
+  kTogether = 1,     // all samples may share invocations
+  kHalvesApart = 2,  // samples in the left half do not share with those in the right
+};
+
 // What the samples of a tile see. Survives partial renders, when it is stored to memory and loaded again.
 struct TileState {
   static constexpr std::uint32_t kNoPatch = 0xFFFFFFFFu;

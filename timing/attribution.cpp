@@ -38,22 +38,18 @@ TileParts parts_of(const hardware::Machine& gpu, const TileItems& items) {
     TilePart& part = parts[item.drawable];
     Weights& w = part.weights;
     of(w, Stage::kFetch) += 1;
-    of(w, Stage::kTessellator) += item.transforms / gpu.rates.transforms_per_clk;
-    if (gpu.shader.domain == hardware::DomainShading::kUnit) {
-      of(w, Stage::kTessellator) += item.vertices / gpu.rates.vertices_per_clk;
-    } else {
-      of(w, Stage::kShader) += item.vertices * (compiled(gpu) ? item.domain_clocks : gpu.shader.surface_operations);
-      of(w, Stage::kTexture) += static_cast<double>(item.vertices) * item.domain_texels;
+    for (std::size_t e = 0; e < hardware::kItemEventCount; ++e) {
+      const auto event = static_cast<Event>(hardware::kFirstItemEvent + e);
+      if (event == Event::kVertices && gpu.shades_on_lanes()) {
+        of(w, Stage::kShader) +=
+            item[event] * (compiled(gpu) ? item.domain_clocks : gpu.operations(Event::kDomainInvocations));
+        of(w, Stage::kTexture) += static_cast<double>(item[event]) * item.domain_texels;
+      } else {
+        of(w, *hardware::kEventTable[event].unit) += gpu.clocks(event, item[event]);
+      }
     }
-    of(w, Stage::kBoxes) += item.boxes;
-    of(w, Stage::kBoxTests) += item.box_lanes;
-    of(w, Stage::kStencil) += item.stencil_tests;
-    of(w, Stage::kSampling) += item.sampling_operations;
-    of(w, Stage::kTriangleTests) += item.triangle_lanes;
-    of(w, Stage::kAlphaTests) += item.alpha_tests;
-    of(w, Stage::kCoarseDepth) += item.depth_blocks;
     w[kLines] += item.lines + item.texel_lines;
-    part.tests += std::uint64_t{item.box_lanes} + item.triangle_lanes;
+    part.tests += std::uint64_t{item[Event::kBoxLanes]} + item[Event::kTriangleLanes];
     part.lines += std::uint64_t{item.lines} + item.texel_lines;
     bytes(part, Phase::kVisibility) += entry_bytes + line_bytes * (item.lines + item.texel_lines);
   }
@@ -62,9 +58,9 @@ TileParts parts_of(const hardware::Machine& gpu, const TileItems& items) {
     Weights& w = part.weights;
     const double lanes = item.lanes;
     of(w, Stage::kCompaction) += lanes;
-    of(w, Stage::kShader) +=
-        compiled(gpu) ? lanes * item.clocks
-                      : lanes * (gpu.shader.operations + (item.evaluates != 0 ? gpu.shader.surface_operations : 0));
+    of(w, Stage::kShader) += compiled(gpu) ? lanes * item.clocks
+                                           : lanes * (gpu.operations(Event::kShaderLanes) +
+                                                      (item.evaluates != 0 ? gpu.operations(Event::kSurfaceLanes) : 0));
     of(w, Stage::kTexture) += item.texels;
     of(w, Stage::kBlend) += lanes;
     of(w, Stage::kResolve) += lanes;
@@ -83,7 +79,7 @@ hardware::EnergyEvents tile_events(const hardware::Machine& gpu, const TileWork&
   FrameWork alone;
   alone.rounds.emplace_back().tiles.push_back(tile);
   hardware::EnergyEvents events = energy_events(alone);
-  if (items != nullptr && compiled(gpu)) take_compiled(gpu, compiled_clocks(gpu, *items), events);
+  if (items != nullptr && compiled(gpu)) take_compiled(gpu, compiled_clocks(gpu, *items), events.counts);
   return events;
 }
 
@@ -96,7 +92,7 @@ StageCycles tile_cycles(const hardware::Machine& gpu, const TileWork& tile, cons
                 static_cast<double>(gpu.shader.lanes);
     };
     for (const WarpItem& warp : items->warps) add(1, warp.clocks);
-    if (gpu.shader.domain == hardware::DomainShading::kLanes)
+    if (gpu.shades_on_lanes())
       for (const SubPatchItem& item : items->sub_patches) add(domain_warps(gpu, item), item.domain_clocks);
   }
   return cycles;

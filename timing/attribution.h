@@ -13,7 +13,7 @@
 
 namespace tessera::timing {
 
-// What a drawable has of a frame.
+// A drawable's share of a frame.
 struct DrawableShare {
   std::uint64_t invocations = 0;      // of the pixel shader
   std::uint64_t tests = 0;            // lanes of box and triangle tests
@@ -22,6 +22,21 @@ struct DrawableShare {
   double cycles = 0;                  // of the frame's
   double energy_nj = 0;               // of the frame's
 };
+// Calls visit(name, a's member, b's member) for each part of two shares; everything that sums, prints or describes shares
+// walks these.
+template <class A, class B, class Visit>
+void for_each_part(A& a, B& b, const Visit& visit) {
+  visit("invocations", a.invocations, b.invocations);
+  visit("tests", a.tests, b.tests);
+  visit("requested_lines", a.requested_lines, b.requested_lines);
+  visit("dram_bytes", a.dram_bytes, b.dram_bytes);
+  visit("cycles", a.cycles, b.cycles);
+  visit("energy_nj", a.energy_nj, b.energy_nj);
+}
+inline DrawableShare& operator+=(DrawableShare& sum, const DrawableShare& share) {
+  for_each_part(sum, share, [](const char*, auto& into, const auto& more) { into += more; });
+  return sum;
+}
 
 // Shares of all drawables, by SubPatchItem::drawable; 0: what no item of a tile asked for (geometry, resolve, tiles
 // without items). What a unit of a core does in a tile is split by the events of the tile's items, resolve by

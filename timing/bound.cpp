@@ -12,63 +12,10 @@ using hardware::Machine;
 using hardware::Stage;
 
 void double_stage(Machine& gpu, Stage stage) {
-  hardware::Throughputs& rates = gpu.rates;
-  switch (stage) {
-    case Stage::kFrontend:
-      rates.bounds_per_clk *= 2, gpu.reprojection.reprojected_blocks_per_clk *= 2;
-      gpu.reprojection.depth_tests_per_clk *= 2;
-      break;
-    case Stage::kBinner:
-      rates.binned_entries_per_clk *= 2, rates.binned_tiles_per_clk *= 2;
-      gpu.signatures.input_bytes_per_clk *= 2;
-      break;
-    case Stage::kFetch:
-      rates.fetched_entries_per_clk *= 2, rates.sort_steps_per_clk *= 2;
-      break;
-    case Stage::kTessellator:
-      rates.vertices_per_clk *= 2, rates.transforms_per_clk *= 2;
-      break;
-    case Stage::kBoxes:
-      rates.boxes_per_clk *= 2;
-      break;
-    case Stage::kBoxTests:
-      rates.box_tests_per_clk *= 2;
-      break;
-    case Stage::kStencil:
-      rates.stencil_tests_per_clk *= 2;
-      break;
-    case Stage::kSampling:
-      rates.sampling_operations_per_clk *= 2;
-      break;
-    case Stage::kTriangleTests:
-      rates.triangle_tests_per_clk *= 2;
-      break;
-    case Stage::kAlphaTests:
-      rates.alpha_tests_per_clk *= 2;
-      break;
-    case Stage::kCoarseDepth:
-      rates.depth_blocks_per_clk *= 2;
-      break;
-    case Stage::kCompaction:
-      rates.compacted_samples_per_clk *= 2;
-      break;
-    case Stage::kShader:
-      gpu.shader.lanes *= 2;
-      break;
-    case Stage::kTexture:
-      rates.texels_per_clk *= 2;
-      break;
-    case Stage::kBlend:
-      rates.blends_per_clk *= 2;
-      break;
-    case Stage::kResolve:
-      rates.resolved_pixels_per_clk *= 2, rates.resolve_operations_per_clk *= 2;
-      gpu.signatures.color_bytes_per_clk *= 2;
-      break;
-    case Stage::kDram:
-      gpu.memory.gb_per_s *= 2, gpu.memory.channels *= 2;
-      break;
-  }
+  for (const hardware::Event event : hardware::kAllEvents)
+    if (hardware::kEventTable[event].unit == stage) gpu.rates[event] *= 2;
+  if (stage == Stage::kShader) gpu.shader.lanes *= 2;
+  if (stage == Stage::kDram) gpu.memory.gb_per_s *= 2, gpu.memory.channels *= 2;
 }
 
 }  // namespace

@@ -1,28 +1,34 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "hardware/events.h"
+
 namespace tessera::timing {
+
+using hardware::Event;
 
 // One sub-patch that a tile works on, or cells of procedures that follow each other, in the order of its list: what each
 // unit of the core does for it.
 struct SubPatchItem {
-  std::uint32_t vertices = 0;    // evaluated
-  std::uint32_t transforms = 0;  // of vertices that were there
+  std::array<std::uint32_t, hardware::kItemEventCount> events{};  // of EventPhase::kVisibility, from the first on
   // Of one vertex for its compiled domain shader (hardware/shader_costs.h): clocks and registers of a lane, and bilinear
   // lookups of heights.
   std::uint32_t domain_clocks = 0, domain_registers = 0, domain_texels = 0;
-  std::uint32_t boxes = 0, box_lanes = 0;
-  std::uint32_t stencil_tests = 0;
-  std::uint32_t sampling_operations = 0;
-  std::uint32_t triangle_lanes = 0;
-  std::uint32_t alpha_tests = 0;
-  std::uint32_t depth_blocks = 0;
   std::uint32_t lines = 0;         // TileItems::lines: records, then heights
   std::uint32_t height_lines = 0;  // of these
   std::uint32_t texel_lines = 0;   // TileItems::texel_lines: of alpha tests
   std::uint32_t drawable = 0;      // its number in scene::Assembly, plus one; 0: of none
+
+  std::uint32_t& operator[](hardware::Event event) {
+    return events[static_cast<std::size_t>(event) - hardware::kFirstItemEvent];
+  }
+  std::uint32_t operator[](hardware::Event event) const {
+    return events[static_cast<std::size_t>(event) - hardware::kFirstItemEvent];
+  }
 };
 
 // One warp of the pixel shader, in the order in which they are packed.

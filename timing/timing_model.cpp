@@ -155,7 +155,7 @@ class FrameSimulation {
     const GeometryWork& work = round.geometry;
     if (work.patches == 0) return {};
     const auto bytes = static_cast<double>(work.dram_bytes);
-    const StageCycles cycles = geometry_cycles(gpu_, round);
+    const StageCycles cycles = stage_cycles(gpu_, round.geometry);
     PhaseCycles stages{{}, work.patches};
     for (const Stage stage : kGeometryStages) stages.cycles.push_back(cycles[static_cast<std::size_t>(stage)]);
     return {gpu_.latency_clk(), length_of(stages), bytes};
@@ -323,9 +323,9 @@ PhaseCycles phase_cycles(const hardware::Machine& gpu, const TileWork& work, Pha
   if (phase == Phase::kVisibility) {
     out.items = work.sub_patches;
   } else if (phase == Phase::kShading) {
-    out.items = work.shader_lanes / static_cast<std::uint64_t>(gpu.shader.lanes);
+    out.items = work.events[Event::kShaderLanes] / static_cast<std::uint64_t>(gpu.shader.lanes);
   } else {
-    out.items = work.pixels / kStoredBlock;
+    out.items = work.events[Event::kPixels] / kStoredBlock;
     out.cycles.push_back(static_cast<double>(work.dram_bytes.back()) / memory_rate(gpu));
   }
   return out;
@@ -420,7 +420,7 @@ FrameTiming time_frame(const hardware::Machine& gpu, const FrameWork& work, cons
   timing.cycles = schedule.cycles;
   timing.latency = latency(gpu, schedule);
   for (const WorkRound& round : work.rounds) {
-    const StageCycles geometry = geometry_cycles(gpu, round);
+    const StageCycles geometry = stage_cycles(gpu, round.geometry);
     for (const Stage stage : kGeometryStages)
       timing.busy[static_cast<std::size_t>(stage)] += geometry[static_cast<std::size_t>(stage)];
     for (const TileWork& tile : round.tiles) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "timing/bound.h"
-#include "timing/events/event_counts.h"
+#include "timing/events/simulation_counts.h"
 #include "timing/work.h"
 
 namespace tessera::timing {
@@ -85,7 +85,7 @@ struct FrameTiming {
   void accumulate(const FrameTiming& frame);
 
   std::array<double, kBoundCount> bound_total{};  // bound_cycles by what bounds, over frames
-  std::optional<EventCounts> events;              // of TimingModel::kEvents
+  std::optional<SimulationCounts> events;         // of TimingModel::kEvents
 };
 FrameTiming time_frame(const hardware::Machine& gpu, const FrameWork& work, const Schedule& schedule);
 

@@ -11,36 +11,25 @@ namespace {
 // Calls visit(member) for every number of a record in order; `Work` may be const.
 template <class Work, class Visit>
 void each_number(Work& work, const Visit& visit) requires std::is_same_v<std::remove_const_t<Work>, GeometryWork> {
-  auto& [patches, bounds, depth_blocks, depth_tests, sampling_operations, entries, tiles_tested, hashed_bytes,
-         dram_bytes, table_bytes, written_bytes, queue_bytes] = work;
-  visit(patches), visit(bounds), visit(depth_blocks), visit(depth_tests), visit(sampling_operations), visit(entries),
-      visit(tiles_tested), visit(hashed_bytes), visit(dram_bytes), visit(table_bytes), visit(written_bytes),
-      visit(queue_bytes);
+  auto& [events, patches, dram_bytes, table_bytes, written_bytes, queue_bytes] = work;
+  for (auto& count : events) visit(count);
+  visit(patches), visit(dram_bytes), visit(table_bytes), visit(written_bytes), visit(queue_bytes);
 }
 
 template <class Work, class Visit>
 void each_number(Work& work, const Visit& visit) requires std::is_same_v<std::remove_const_t<Work>, TileWork> {
-  auto& [tile, entries, sort_steps, sub_patches, vertices, domain_texels, transforms, boxes, box_tests, box_lanes,
-         stencil_tests, sampling_operations, triangle_tests, triangle_lanes, hits, alpha_tests, depth_blocks,
-         compacted_samples, shader_invocations, shader_lanes, surface_evaluations, surface_lanes, texels, l2_lines,
-         blended_layers, pixels, resolve_operations, hashed_bytes, dram_bytes] = work;
-  visit(tile), visit(entries), visit(sort_steps), visit(sub_patches), visit(vertices), visit(domain_texels);
-  visit(transforms), visit(boxes);
-  visit(box_tests), visit(box_lanes), visit(stencil_tests), visit(sampling_operations), visit(triangle_tests);
-  visit(triangle_lanes), visit(hits), visit(alpha_tests), visit(depth_blocks), visit(compacted_samples);
-  visit(shader_invocations), visit(shader_lanes), visit(surface_evaluations), visit(surface_lanes), visit(texels);
-  visit(l2_lines), visit(blended_layers), visit(pixels), visit(resolve_operations), visit(hashed_bytes);
+  auto& [tile, events, sub_patches, dram_bytes] = work;
+  visit(tile), visit(sub_patches);
+  for (auto& count : events) visit(count);
   for (auto& bytes : dram_bytes) visit(bytes);
 }
 
 template <class Item, class Visit>
 void each_number(Item& item, const Visit& visit) requires std::is_same_v<std::remove_const_t<Item>, SubPatchItem> {
-  auto& [vertices, transforms, domain_clocks, domain_registers, domain_texels, boxes, box_lanes, stencil_tests,
-         sampling_operations, triangle_lanes, alpha_tests, depth_blocks, lines, height_lines, texel_lines, drawable] =
-      item;
-  visit(vertices), visit(transforms), visit(domain_clocks), visit(domain_registers), visit(domain_texels);
-  visit(boxes), visit(box_lanes), visit(stencil_tests), visit(sampling_operations), visit(triangle_lanes);
-  visit(alpha_tests), visit(depth_blocks), visit(lines), visit(height_lines), visit(texel_lines), visit(drawable);
+  auto& [events, domain_clocks, domain_registers, domain_texels, lines, height_lines, texel_lines, drawable] = item;
+  for (auto& count : events) visit(count);
+  visit(domain_clocks), visit(domain_registers), visit(domain_texels);
+  visit(lines), visit(height_lines), visit(texel_lines), visit(drawable);
 }
 
 template <class Item, class Visit>

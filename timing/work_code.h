@@ -8,7 +8,8 @@
 namespace tessera::timing {
 
 // A frame's work as bytes: every number in 7-bit groups, least significant first, the eighth bit set in all but the last,
-// in the order of the declarations in work.h and items.h; lists behind their lengths. Numbers of lines are signed
+// in the order of the declarations in work.h and items.h, events in the order of hardware/events.def; lists behind their
+// lengths. Numbers of lines are signed
 // differences to the line before, the sign in the lowest bit. Equal work has equal bytes.
 //
 // Invariants (cited by the tests):

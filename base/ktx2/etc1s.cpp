@@ -1,16 +1,41 @@
 #include "base/ktx2/etc1s.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
 #include "base/ktx2/etc2_block.h"
-#include "base/ktx2/selector_history.h"
 
 namespace tessera::ktx2 {
 namespace {
 
 using ByteSpan = std::span<const std::uint8_t>;
+
+// Selectors used last, the often used ones in front: a use moves one to half its place, a new one replaces one of the
+// rear half, all of them in their order.
+class SelectorHistory {
+ public:
+  explicit SelectorHistory(std::uint32_t size) : values_(size), next_(size / 2) {}
+
+  void add(std::uint16_t value) {
+    if (values_.empty()) return;
+    values_[next_++] = value;
+    if (next_ == values_.size()) next_ = values_.size() / 2;
+  }
+  std::uint16_t use(std::size_t index) {
+    const std::uint16_t value = values_[index];
+    std::swap(values_[index / 2], values_[index]);
+    return value;
+  }
+  std::size_t size() const { return values_.size(); }
+
+ private:
+  std::vector<std::uint16_t> values_;
+  std::size_t next_;
+};
 
 // Deltas of a channel have a code of their own for dark, middle and light values before them.
 struct ColorCodes {

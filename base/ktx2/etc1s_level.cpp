@@ -7,7 +7,6 @@
 #include "base/check.h"
 #include "base/ktx2/astc_block.h"
 #include "base/ktx2/astc_fit.h"
-#include "base/ktx2/etc2_fit.h"
 #include "base/ktx2/level_writer.h"
 
 namespace tessera::ktx2 {
@@ -22,7 +21,7 @@ unsigned used_selectors(const Etc1sSelector& selector) {
   return used;
 }
 
-// Fits that were made once for all blocks of an endpoint, a set of selectors and a kind.
+// An endpoint, a set of selectors and a kind of fit.
 using FitKey = std::uint32_t;
 constexpr FitKey fit_key(unsigned endpoint, unsigned used, unsigned kind) {
   return (kind << 20) | (endpoint << 4) | used;
@@ -30,25 +29,6 @@ constexpr FitKey fit_key(unsigned endpoint, unsigned used, unsigned kind) {
 constexpr unsigned used_of(FitKey key) { return key & 15u; }
 constexpr std::size_t endpoint_of(FitKey key) { return (key >> 4) & 0xFFFFu; }
 constexpr std::size_t kind_of(FitKey key) { return key >> 20; }
-
-template <class Fit>
-class FitTable {
- public:
-  template <class MakeFit>
-  FitTable(std::vector<FitKey> keys, const MakeFit& make_fit) : keys_(std::move(keys)) {
-    std::sort(keys_.begin(), keys_.end());
-    keys_.erase(std::unique(keys_.begin(), keys_.end()), keys_.end());
-    fits_.resize(keys_.size());
-    parallel_for(keys_.size(), [&](std::size_t i) { fits_[i] = make_fit(keys_[i]); });
-  }
-  const Fit& at(FitKey key) const {
-    return fits_[static_cast<std::size_t>(std::lower_bound(keys_.begin(), keys_.end(), key) - keys_.begin())];
-  }
-
- private:
-  std::vector<FitKey> keys_;
-  std::vector<Fit> fits_;
-};
 
 // A block of one slice with what it refers to.
 struct SliceBlock {
@@ -80,62 +60,6 @@ void slice_texels(const Etc1sCodebooks& books, const Etc1sLevel& blocks, std::si
   const SliceBlock alpha = slice_block(books, blocks.alpha[index]);
   const EndpointColors alphas = etc1s_colors(*alpha.colors);
   for (unsigned t = 0; t < 16; ++t) texels[t][3] = alphas[alpha.selector->at(t % 4, t / 4)][1];
-}
-
-// ---- ETC2 -------------------------------------------------------------------------------------------------------
-
-// ETC1S is a subset of ETC1: both halves alike.
-EtcBytes etc1_of(const SliceBlock& block) {
-  static constexpr std::array<std::uint8_t, 4> kIndexOfSelector = {3, 2, 0, 1};
-  EtcHalves halves;
-  halves.differential = true;
-  halves.base.fill({block.colors->red, block.colors->green, block.colors->blue});
-  halves.table.fill(block.colors->table);
-  for (unsigned t = 0; t < 16; ++t) halves.indices[t] = kIndexOfSelector[block.selector->at(t % 4, t / 4)];
-  return pack_etc1(halves);
-}
-
-// The fit's indices are those of the used selectors, in rising order.
-EacValues eac_of(const Etc1sCodebooks& books, FitKey key) {
-  const EndpointColors colors = etc1s_colors(books.endpoints[endpoint_of(key)]);
-  std::array<std::uint8_t, 4> values{};
-  std::size_t count = 0;
-  for (std::size_t s = 0; s < 4; ++s)
-    if (((used_of(key) >> s) & 1u) != 0) values[count++] = colors[s][1];
-  return fit_eac(std::span(values.data(), count));
-}
-
-EtcBytes eac_block(const SliceBlock& alpha, const FitTable<EacValues>& fits) {
-  const EacValues& fit = fits.at(fit_key(alpha.endpoint, alpha.used, 0));
-  EacValues block = fit;
-  for (unsigned t = 0; t < 16; ++t) {
-    const unsigned below = alpha.used & ((1u << alpha.selector->at(t % 4, t / 4)) - 1);
-    block.indices[t] = fit.indices[static_cast<std::size_t>(std::popcount(below))];
-  }
-  return pack_eac(block);
-}
-
-void write_etc2(const Etc1sCodebooks& books, const Etc1sLevel& blocks, const ContainerLevel& source,
-                BasisLevel& level) {
-  std::vector<FitKey> keys;
-  keys.reserve(blocks.alpha.size());
-  for (const Etc1sBlock& block : blocks.alpha) {
-    const SliceBlock alpha = slice_block(books, block);
-    keys.push_back(fit_key(alpha.endpoint, alpha.used, 0));
-  }
-  const FitTable<EacValues> fits(std::move(keys), [&](FitKey key) { return eac_of(books, key); });
-  const auto make_block = [&](std::size_t index, std::span<std::uint8_t> bytes, TexelBlock& texels) {
-    texels.fill({0, 0, 0, 255});
-    if (!blocks.alpha.empty()) {
-      const EtcBytes packed = eac_block(slice_block(books, blocks.alpha[index]), fits);
-      std::copy(packed.begin(), packed.end(), bytes.begin());
-      decode_eac_alpha(packed, texels);
-    }
-    const EtcBytes packed = etc1_of(slice_block(books, blocks.color[index]));
-    std::copy(packed.begin(), packed.end(), bytes.end() - 8);
-    decode_etc2_rgb(packed, texels);
-  };
-  write_level(source, block_bytes_of(BasisTarget::kEtc2, !blocks.alpha.empty()), level, make_block);
 }
 
 // ---- ASTC -------------------------------------------------------------------------------------------------------
@@ -178,6 +102,24 @@ AstcFit astc_fit_of(const Etc1sCodebooks& books, FitKey key) {
   return fit_astc(colors, used_of(key), kind.green ? 1 : 3, kind.ranges);
 }
 
+// Fits that were made once for all blocks that need them.
+class FitTable {
+ public:
+  FitTable(const Etc1sCodebooks& books, std::vector<FitKey> keys) : keys_(std::move(keys)) {
+    std::sort(keys_.begin(), keys_.end());
+    keys_.erase(std::unique(keys_.begin(), keys_.end()), keys_.end());
+    fits_.resize(keys_.size());
+    parallel_for(keys_.size(), [&](std::size_t i) { fits_[i] = astc_fit_of(books, keys_[i]); });
+  }
+  const AstcFit& at(FitKey key) const {
+    return fits_[static_cast<std::size_t>(std::lower_bound(keys_.begin(), keys_.end(), key) - keys_.begin())];
+  }
+
+ private:
+  std::vector<FitKey> keys_;
+  std::vector<AstcFit> fits_;
+};
+
 // Most fits of a slice's block that are compared.
 constexpr std::size_t kMaxFits = 3;
 
@@ -207,7 +149,7 @@ std::span<const Plan> plans_of(const SliceBlock& color, const SliceBlock* alpha)
 class AstcLevel {
  public:
   AstcLevel(const Etc1sCodebooks& books, const Etc1sLevel& blocks)
-      : books_(books), blocks_(blocks), fits_(all_keys(), [&](FitKey key) { return astc_fit_of(books, key); }) {}
+      : books_(books), blocks_(blocks), fits_(books, all_keys()) {}
 
   AstcBlock block(std::size_t index) const {
     const SliceBlock color = slice_block(books_, blocks_.color[index]);
@@ -287,14 +229,13 @@ class AstcLevel {
 
   const Etc1sCodebooks& books_;
   const Etc1sLevel& blocks_;
-  FitTable<AstcFit> fits_;
+  FitTable fits_;
 };
 
 }  // namespace
 
 void write_etc1s_level(const Etc1sCodebooks& books, const Etc1sLevel& blocks, const ContainerLevel& source,
                        BasisTarget target, bool srgb, BasisLevel& level) {
-  if (target == BasisTarget::kEtc2) return write_etc2(books, blocks, source, level);
   if (target == BasisTarget::kRgba32) {
     write_level(source, 0, level, [&](std::size_t index, std::span<std::uint8_t>, TexelBlock& texels) {
       slice_texels(books, blocks, index, texels);
@@ -311,7 +252,6 @@ void write_etc1s_level(const Etc1sCodebooks& books, const Etc1sLevel& blocks, co
 
 std::uint64_t etc1s_working_bytes(BasisTarget target, bool alpha, std::uint64_t block_count) {
   if (target == BasisTarget::kRgba32) return 0;
-  if (target == BasisTarget::kEtc2) return alpha ? block_count * (sizeof(FitKey) + sizeof(EacValues)) : 0;
   return (alpha ? 2 * kMaxFits : 1) * block_count * (sizeof(FitKey) + sizeof(AstcFit));
 }
 

@@ -396,7 +396,7 @@ EtcBytes fit_etc2_rgb(const TexelBlock& block) {
   return found.bytes;
 }
 
-EacValues fit_eac(std::span<const std::uint8_t> values) {
+EacValues fit_eac(std::span<const std::uint8_t, 16> values) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   if (*low == *high) {
     // Table 13 has a step of 0 at index 4.
@@ -414,10 +414,10 @@ EacValues fit_eac(std::span<const std::uint8_t> values) {
     const auto& steps = kEacModifiers[static_cast<std::size_t>(table)];
     const int reach = steps[7] - steps[3], about = (*high - *low) / reach;
     for (int multiplier = std::max(about, 1); multiplier <= std::min(about + 2, 15); ++multiplier) {
-      // The lowest value at the lowest step, the highest at the highest, and between: all bases for a few values.
+      // The lowest value at the lowest step, the highest at the highest, and between.
       const int from_low = *low - multiplier * steps[3], from_high = *high - multiplier * steps[7];
       const int first = std::min(from_low, from_high), last = std::max(from_low, from_high);
-      const int by = values.size() <= 4 ? 1 : std::max((last - first) / 2, 1);
+      const int by = std::max((last - first) / 2, 1);
       for (int base = first; base <= last; base += by) offer({base, multiplier, table, {}});
     }
   }

@@ -14,12 +14,11 @@ namespace tessera::ktx2 {
 // helps.
 EtcBytes fit_etc2_rgb(const TexelBlock& texels);
 
-// Base, multiplier and table of EAC for some values, 1 to 16; `indices` below their number become those nearest. Exact
-// where all values are the same.
+// The block of EAC nearest to 16 values, among what is tried. Exact where all values are the same.
 //
 // Invariants (cited by the tests):
 //   EA1  A block of one alpha comes back as it was.
-EacValues fit_eac(std::span<const std::uint8_t> values);
+EacValues fit_eac(std::span<const std::uint8_t, 16> values);
 
 // A block for 16 texels, `bytes` of it: 8 for their colours, or 16, of which the first 8 are EAC's for their alpha.
 // Replaces those channels of `texels` by what it decodes to.

@@ -2,8 +2,12 @@
 
 #include <zstd.h>
 
+#include <atomic>
+
 #include <fmt/format.h>
 
+#include "base/check.h"
+#include "base/ktx2/astc_block.h"
 #include "base/ktx2/level_writer.h"
 
 namespace tessera::ktx2 {
@@ -17,7 +21,7 @@ std::uint64_t unpacking_bytes(const Container& container, BasisTarget target) {
   const bool alpha = container.header.alpha;
   std::uint64_t sum = 0;
   for (const ContainerLevel& level : container.levels)
-    sum += level.block_count() * block_bytes_of(target, alpha) + std::uint64_t{4} * level.width * level.height;
+    sum += level.block_count() * block_bytes_of(target) + std::uint64_t{4} * level.width * level.height;
   const std::uint64_t blocks = container.levels.front().block_count();
   switch (container.scheme) {
     case Supercompression::kNone:
@@ -65,6 +69,33 @@ bool uastc_blocks(const ContainerLevel& level, Supercompression scheme, std::vec
   return ZSTD_isError(size) == 0 && size == wanted;
 }
 
+// A level of UASTC blocks, 16 bytes each. False where one of them is of a reserved kind.
+bool write_uastc_level(FileBytes blocks, const ContainerLevel& source, BasisTarget target, const Ktx2Header& header,
+                       BasisLevel& level) {
+  std::atomic<bool> sound = true;
+  const auto make_block = [&](std::size_t index, std::span<std::uint8_t> bytes, TexelBlock& texels) {
+    AstcBytes stored;
+    std::copy_n(blocks.begin() + static_cast<std::ptrdiff_t>(16 * index), 16, stored.begin());
+    AstcBlock block;
+    if (!read_uastc(stored, block)) {
+      sound = false;
+      texels.fill({});
+      return;
+    }
+    if (target == BasisTarget::kAstc4x4) {
+      const AstcBytes packed = pack_astc(block);
+      std::copy(packed.begin(), packed.end(), bytes.begin());
+      TESSERA_CHECK(decode_astc(packed, header.srgb, texels), "a block that was packed is read");
+    } else {
+      astc_texels(block, false, texels);
+    }
+    if (!header.alpha)
+      for (auto& texel : texels) texel[3] = 255;
+  };
+  write_level(source, block_bytes_of(target), level, make_block);
+  return sound;
+}
+
 bool decode_uastc(const Container& container, BasisTexture& texture, std::string& fault) {
   std::vector<std::uint8_t> memory;
   for (std::size_t i = 0; i < container.levels.size(); ++i) {
@@ -84,7 +115,7 @@ bool read_ktx2_header(FileBytes bytes, const ImageLimits& limits, Ktx2Header& he
   Container container;
   if (!read_container(bytes, limits, container, fault)) return false;
   header = container.header;
-  for (const BasisTarget target : {BasisTarget::kRgba32, BasisTarget::kEtc2, BasisTarget::kAstc4x4})
+  for (const BasisTarget target : {BasisTarget::kRgba32, BasisTarget::kAstc4x4})
     header.unpacking_bytes[static_cast<std::size_t>(target)] = unpacking_bytes(container, target);
   return true;
 }
@@ -98,7 +129,7 @@ bool decode_ktx2(FileBytes bytes, BasisTarget target, const ImageLimits& limits,
   texture.target = target;
   texture.srgb = container.header.srgb;
   texture.alpha = container.header.alpha;
-  texture.block_bytes = block_bytes_of(target, texture.alpha);
+  texture.block_bytes = block_bytes_of(target);
   texture.levels.reserve(container.levels.size());
   return container.header.etc1s ? decode_basis_lz(container, texture, fault) : decode_uastc(container, texture, fault);
 }

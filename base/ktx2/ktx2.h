@@ -20,9 +20,8 @@
 //   for (const BasisLevel& level : texture.levels) upload(level.blocks), show(level.width, level.height, level.texels);
 namespace tessera::ktx2 {
 
-// What memory is to hold. kRgba32: the texels, 4 bytes each, no blocks. kEtc2: ETC2 RGB, 8 bytes a block, where the
-// file says that there is no alpha, else EAC alpha and ETC2 RGB, 16 bytes. kAstc4x4: 16 bytes.
-enum class BasisTarget : std::uint8_t { kRgba32, kEtc2, kAstc4x4 };
+// What memory is to hold. kRgba32: the texels, 4 bytes each, no blocks. kAstc4x4: blocks of 16 bytes.
+enum class BasisTarget : std::uint8_t { kRgba32, kAstc4x4 };
 
 // One mip level, width x height texels. Blocks of 4x4 texels come row by row from the top left; those at the right and
 // lower border reach beyond the image.
@@ -34,8 +33,7 @@ struct BasisLevel {
 
 // Invariants (cited by the tests):
 //   KT1  For kRgba32 the texels have the bits of the Basis Universal transcoder's RGBA32; without alpha it is 255.
-//   KT2  For the other targets they are what the blocks decode to, and of opaque ETC1S to ETC2, and of linear UASTC to
-//        ASTC, these bits again.
+//   KT2  For kAstc4x4 they are what the blocks decode to, which for linear UASTC are these bits again.
 //   KT3  Whatever the bytes, no more memory is taken than was charged before, and that never for more pixels than the
 //        limits allow.
 //   KT4  The same bytes give the same texture whatever the machine and the number of threads.
@@ -43,7 +41,7 @@ struct BasisTexture {
   BasisTarget target = BasisTarget::kRgba32;
   bool srgb = false;               // RGB is to be read through the sRGB transfer function
   bool alpha = false;              // the file has alpha; else all alpha is 255
-  std::size_t block_bytes = 0;     // 8 or 16; 0 for kRgba32
+  std::size_t block_bytes = 0;     // 16; 0 for kRgba32
   std::vector<BasisLevel> levels;  // the largest first, each half as wide and high as the one before, rounded down
 };
 
@@ -53,7 +51,7 @@ struct Ktx2Header {
   bool etc1s = false;  // else UASTC
   bool srgb = false, alpha = false;
   // Most that unpacking takes, the texture included, by target.
-  std::array<std::uint64_t, 3> unpacking_bytes{};
+  std::array<std::uint64_t, 2> unpacking_bytes{};
 };
 
 // Whether bytes begin like a KTX 2.0 file.

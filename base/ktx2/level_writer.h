@@ -13,12 +13,20 @@
 namespace tessera::ktx2 {
 
 // Bytes of a block in memory; 0 where there are none.
-constexpr std::size_t block_bytes_of(BasisTarget target, bool alpha) {
-  if (target == BasisTarget::kRgba32) return 0;
-  return target == BasisTarget::kEtc2 && !alpha ? 8 : 16;
+constexpr std::size_t block_bytes_of(BasisTarget target) { return target == BasisTarget::kRgba32 ? 0 : 16; }
+
+// The texels of a block; those beyond the level repeat its last column and row.
+inline TexelBlock get_block(const BasisLevel& level, std::size_t column, std::size_t row) {
+  const auto width = static_cast<std::size_t>(level.width), height = static_cast<std::size_t>(level.height);
+  TexelBlock block;
+  for (std::size_t t = 0; t < 16; ++t) {
+    const std::size_t x = std::min(4 * column + t % 4, width - 1), y = std::min(4 * row + t / 4, height - 1);
+    std::copy_n(level.texels.begin() + static_cast<std::ptrdiff_t>(4 * (y * width + x)), 4, block[t].begin());
+  }
+  return block;
 }
 
-// Copies what of a block lies inside the level.
+// Copies the part of a block that lies inside the level.
 inline void put_block(const TexelBlock& texels, std::size_t column, std::size_t row, BasisLevel& level) {
   const auto width = static_cast<std::size_t>(level.width), height = static_cast<std::size_t>(level.height);
   for (std::size_t y = 4 * row; y < std::min(4 * row + 4, height); ++y)
@@ -52,11 +60,7 @@ struct Etc1sLevel {
 };
 void write_etc1s_level(const Etc1sCodebooks& books, const Etc1sLevel& blocks, const ContainerLevel& source,
                        BasisTarget target, bool srgb, BasisLevel& level);
-// What of memory it takes besides the level.
+// Bytes of memory that it takes besides the level.
 std::uint64_t etc1s_working_bytes(BasisTarget target, bool alpha, std::uint64_t block_count);
-
-// A level of UASTC blocks, 16 bytes each. False where one of them is of a reserved kind.
-[[nodiscard]] bool write_uastc_level(FileBytes blocks, const ContainerLevel& source, BasisTarget target,
-                                     const Ktx2Header& header, BasisLevel& level);
 
 }  // namespace tessera::ktx2

@@ -1,9 +1,9 @@
-// What desampling saves and what it costs in error, over whole replays.
+// Measures what desampling saves and what it costs in error, over whole replays.
 //
-//   tessera_desampling_curves OUT_FOLDER [PART]   PART: headline, thresholds, captures, stencils, drift, traffic,
-//                                                 eyes, shimmer, splits, supersampling, images, faults; default:
-//                                                 all. Prints the tables of docs/resolve.md
-//                                                 and writes CSV files, plots and images
+//   tessera_desampling_curves OUT_FOLDER [PART]   PART: thresholds, captures, stencils, drift, traffic, eyes,
+//                                                 shimmer, splits, images, faults; default: all.
+//                                                 Prints the tables of docs/resolve.md and writes CSV
+//                                                 files, plots and images
 //   tessera_desampling_curves OUT_FOLDER score CAPTURE FIRST LAST SETTINGS...
 //                                                 one row for each; SETTINGS: "KEY=VALUE,KEY=VALUE", keys of `resolve.`
 //   tessera_desampling_curves --check             a small replay: are the things that are compared the same things?
@@ -26,10 +26,7 @@
 
 #include "base/atomic_file.h"
 #include "base/image_metrics.h"
-#include "bench/gpu/desampling_faults.h"
-#include "bench/gpu/desampling_images.h"
 #include "bench/gpu/desampling_score.h"
-#include "bench/gpu/desampling_shimmer.h"
 #include "bench/support/line_plot.h"
 #include "bench/support/program.h"
 #include "shaders_cpp/tone_map.h"
@@ -55,23 +52,6 @@ void print_row(const std::string& label, const Score& s) {
 }
 
 // ---- Parts ------------------------------------------------------------------------------------------------------
-
-void headline(const fs::path&) {
-  print_head();
-  for (const Shot& shot :
-       {Shot{"stroll", 0, 60, 1280, 720}, Shot{"serpent", 0, 60, 1280, 720}, Shot{"eggs", 0, 12, 1280, 720}}) {
-    const scene::Capture capture = read_shipped(shot.name);
-    const Reference reference = render_reference(capture, shot);
-    const Score ours = score(capture, shot, adaptive(), reference),
-                board = score(capture, shot, {kCheckerboard}, reference);
-    print_row(fmt::format("{}, {} frames, adaptive", shot.name, shot.last - shot.first), ours);
-    print_row(fmt::format("{}, checkerboard", shot.name), board);
-    double least = kIdenticalDecibel;
-    for (std::size_t f = 0; f < ours.frame_psnr.size(); ++f)
-      least = std::min(least, ours.frame_psnr[f] - board.frame_psnr[f]);
-    fmt::print("{}: at least {:.2f} dB above checkerboard in every frame\n", shot.name, least);
-  }
-}
 
 void score_settings(const std::string& name, int first, int last, std::span<char* const> settings) {
   const Shot shot{name, first, last, 1280, 720};
@@ -149,11 +129,11 @@ void thresholds(const fs::path& folder) {
     for (const char* stencil : kStencils) {
       plot.push_back({stencil, {}, {}});
       auto& curve = curves.emplace_back();
-      for (const auto& [still, fast1, fast2] : kThresholds)
-        curve.push_back(measure(
-            fmt::format("{} {} / {} / {}", stencil, still, fast1, fast2),
-            adaptive({fmt::format("resolve.reconstruction={}", stencil), fmt::format("resolve.k_stat={}", still),
-                      fmt::format("resolve.k_fast1={}", fast1), fmt::format("resolve.k_fast2={}", fast2)})));
+      for (const auto& [reuse, half, quarter] : kThresholds) {
+        Sets sets = adaptive(speeds(reuse, half, quarter));
+        sets.push_back(std::string("resolve.reconstruction=") + stencil);
+        curve.push_back(measure(fmt::format("{} {} / {} / {}", stencil, reuse, half, quarter), sets));
+      }
     }
     plot.push_back({"checkerboard", {}, {}});
     const Score board = measure("checkerboard", {kCheckerboard});
@@ -182,12 +162,9 @@ void captures(const fs::path& folder) {
     const scene::Capture capture = read_shipped(shot.name);
     const Reference reference = render_reference(capture, shot);
     for (std::vector<Series>* plot : {&decibels, &similarity, &flips}) plot->push_back({shot.name, {}, {}});
-    for (const auto& [still, fast1, fast2] : kThresholds) {
-      const Score s = score(capture, shot,
-                            adaptive({fmt::format("resolve.k_stat={}", still), fmt::format("resolve.k_fast1={}", fast1),
-                                      fmt::format("resolve.k_fast2={}", fast2)}),
-                            reference);
-      csv += fmt::format("{},{} / {} / {},{:.4f},{:.3f},{:.3f},{:.5f},{:.5f}\n", shot.name, still, fast1, fast2,
+    for (const auto& [reuse, half, quarter] : kThresholds) {
+      const Score s = score(capture, shot, adaptive(speeds(reuse, half, quarter)), reference);
+      csv += fmt::format("{},{} / {} / {},{:.4f},{:.3f},{:.3f},{:.5f},{:.5f}\n", shot.name, reuse, half, quarter,
                          s.saved, s.psnr, s.worst_psnr(), s.ssim, s.flip);
       for (const auto& [plot, value] : {std::pair(&decibels, s.psnr), {&similarity, s.ssim}, {&flips, s.flip}})
         plot->back().x.push_back(100 * s.saved), plot->back().y.push_back(value);
@@ -292,15 +269,33 @@ void traffic(const fs::path& folder) {
   row(walk, "off, " + compressed, {compressed});
   row(walk, "adaptive", adaptive());
   row(walk, "adaptive, " + compressed, adaptive({compressed}));
-  for (const char* set : {"resolve.history_l2=false", "resolve.history_records=block", "resolve.history_records=pixel",
-                          "resolve.history_colors=apart", "resolve.advection=false"})
+  for (const char* set : {"resolve.history_colors=apart", "resolve.advection=false"})
     row(walk, std::string("adaptive, ") + set, adaptive({set}));
   row(walk, "checkerboard", {kCheckerboard});
   row(still, "off", {});
   row(still, "adaptive", adaptive());
-  row(still, "adaptive, resolve.keep_blocks=false", adaptive({"resolve.keep_blocks=false"}));
   fmt::print("\n{}", csv);
   write_file_atomically(folder / "traffic.csv", csv);
+}
+
+// Rates and shares of slow blocks, one at a time, against full shading.
+void splits(const fs::path& folder) {
+  std::string csv = "capture,setting,invocations,psnr_db,worst_frame_db,flip\n";
+  for (const Shot& shot : {Shot{"stroll", 0, 60, 640, 360}, Shot{"serpent", 12, 28, 640, 360}}) {
+    const scene::Capture capture = read_shipped(shot.name);
+    const Reference reference = render_reference(capture, shot);
+    for (const auto& [name, sets] : {std::pair<std::string, Sets>{"default", adaptive()},
+                                     {"8 of 16 advected", adaptive({"resolve.advected_pixels=8"})},
+                                     {"1 / 4 / 16", adaptive(speeds(1, 4, 16))},
+                                     {"8 of 16 everywhere", {"resolve.desampling=fixed_8"}},
+                                     {"4 of 16 everywhere", {"resolve.desampling=fixed_4"}}}) {
+      const Score s = score(capture, shot, sets, reference);
+      csv += fmt::format("{},{},{:.4f},{:.3f},{:.3f},{:.5f}\n", shot.name, name, 1 - s.saved, s.psnr, s.worst_psnr(),
+                         s.flip);
+    }
+  }
+  fmt::print("\n{}", csv);
+  write_file_atomically(folder / "splits.csv", csv);
 }
 
 // Foveation and stereo: one frame each.
@@ -343,9 +338,9 @@ int check() {
   const scene::Capture capture = read_shipped(shot.name);
   const Reference reference = render_reference(capture, shot);
   const Score full = score(capture, shot, {}, reference);
-  const Score half = score(
-      capture, shot,
-      adaptive({"resolve.k_stat=4", "resolve.k_fast1=4", "resolve.k_fast2=16", "resolve.discrepancy=off"}), reference);
+  Sets sets = adaptive(speeds(4, 4, 16));
+  sets.push_back("resolve.discrepancy=off");
+  const Score half = score(capture, shot, sets, reference);
   laws.expect("every pixel shaded is the reference",
               full.saved == 0 && full.psnr == kIdenticalDecibel && full.ssim > 0.999999 && full.flip == 0);
   laws.expect(fmt::format("adaptive saves and differs ({:.3f}, {:.1f} dB)", half.saved, half.psnr),
@@ -363,8 +358,8 @@ int main(int argc, char** argv) {
   if (argc < 2 || (scores ? argc < 7 : argc > 3)) {
     fmt::print(
         stderr,
-        "usage: tessera_desampling_curves OUT_FOLDER [headline|thresholds|captures|stencils|drift|traffic|eyes|shimmer|"
-        "splits|supersampling|images|faults | score CAPTURE FIRST LAST SETTINGS...] | --check\n");
+        "usage: tessera_desampling_curves OUT_FOLDER [thresholds|captures|stencils|drift|traffic|eyes|shimmer|splits|"
+        "images|faults | score CAPTURE FIRST LAST SETTINGS...] | --check\n");
     return 2;
   }
   try {
@@ -375,8 +370,7 @@ int main(int argc, char** argv) {
       return 0;
     }
     using Part = void (*)(const std::filesystem::path&);
-    for (const auto& [name, run] : {std::pair<std::string, Part>{"headline", headline},
-                                    {"thresholds", thresholds},
+    for (const auto& [name, run] : {std::pair<std::string, Part>{"thresholds", thresholds},
                                     {"captures", captures},
                                     {"stencils", stencils},
                                     {"drift", drift},
@@ -384,7 +378,6 @@ int main(int argc, char** argv) {
                                     {"eyes", eyes},
                                     {"shimmer", shimmer},
                                     {"splits", splits},
-                                    {"supersampling", supersampling},
                                     {"images", desampling_images},
                                     {"faults", desampling_faults}})
       if (part == "all" || part == name) run(first);

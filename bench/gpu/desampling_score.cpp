@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
-#include <filesystem>
+
+#include <fmt/format.h>
 
 #include "base/image_metrics.h"
 #include "gpu/configuration.h"
@@ -15,7 +16,7 @@ namespace {
 using gpu::Device;
 using gpu::FrameResult;
 
-// Of all threads of the program.
+// All threads of the program count.
 double process_seconds() {
   std::timespec t{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
@@ -55,9 +56,9 @@ double rmse(const Image& a, const Image& b) {
   return std::sqrt(sum / static_cast<double>(a.values.size()));
 }
 
-Reference render_reference(const scene::Capture& capture, const Shot& shot, bool keep_linear, const Sets& sets) {
+Reference render_reference(const scene::Capture& capture, const Shot& shot, bool keep_linear) {
   Reference out;
-  Device r = renderer_of(capture, shot, sets);
+  Device r = renderer_of(capture, shot, {});
   for (int f = shot.first; f < shot.last; ++f) {
     FrameResult frame = r.render(f);
     out.display.push_back(shaders::to_display(frame.targets.color, capture.settings.exposure));
@@ -98,6 +99,11 @@ Score score(const scene::Capture& capture, const Shot& shot, const Sets& sets, c
   s.resolve_of_tiles = tiles > 0 ? resolve / tiles : 0;
   s.resolve_of_frame = frames > 0 ? resolve / frames : 0;
   return s;
+}
+
+Sets speeds(double reuse, double half_rate, double quarter_rate) {
+  return {fmt::format("resolve.reuse_speed={}", reuse), fmt::format("resolve.half_rate_speed={}", half_rate),
+          fmt::format("resolve.quarter_rate_speed={}", quarter_rate)};
 }
 
 Sets adaptive(Sets more) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -25,7 +26,7 @@ scene::Capture read_shipped(const std::string& name);
 // `images`: with those of the resolve unit, and of its error.
 gpu::Device renderer_of(const scene::Capture& capture, const Shot& shot, const Sets& sets, bool images = false);
 
-// What a display shows, between 0 and 1.
+// The displayed values, between 0 and 1.
 Image shown(const Image8& display);
 double rmse(const Image& a, const Image& b);
 
@@ -35,8 +36,7 @@ struct Reference {
   std::vector<Image> linear;  // kept only where asked for
   std::vector<std::uint64_t> invocations;
 };
-Reference render_reference(const scene::Capture& capture, const Shot& shot, bool keep_linear = false,
-                           const Sets& sets = {});
+Reference render_reference(const scene::Capture& capture, const Shot& shot, bool keep_linear = false);
 
 // Frames that are bit-identical count as this many dB in a mean of PSNR, so that they cannot lift it without bound.
 inline constexpr double kIdenticalDecibel = 60;
@@ -57,5 +57,27 @@ Score score(const scene::Capture& capture, const Shot& shot, const Sets& sets, c
 
 // resolve.desampling=adaptive and more.
 Sets adaptive(Sets more = {});
+// The three thresholds of speed.
+Sets speeds(double reuse, double half_rate, double quarter_rate);
+
+// ---- Parts of tessera_desampling_curves ---------------------------------------------------------------------------
+
+// Measures the flicker that a viewer sees and full shading does not have: per pair of frames in a row, FLIP (Andersson
+// et al. 2020) between the change from one to the next and the change that full shading shows, 1/2 + (b - a)/2 of
+// displayed values, as mean over pixels and pairs. Comparing changes is the temporal loss of Chaitanya et al. 2017
+// ("Interactive reconstruction of Monte Carlo image sequences using a recurrent denoising autoencoder", section 4): its
+// L1 is measured beside. Adaptive desampling by thresholds beside checkerboard; shimmer.csv, and the ratio at
+// checkerboard's savings.
+void shimmer(const std::filesystem::path& folder);
+
+// Images of what desampling does to frames of stroll and serpent, with eight frames before them as history: rates and
+// edges; for one of them where pixels come from, before, after and their difference.
+void desampling_images(const std::filesystem::path& folder);
+
+// Scenes that are hard to desample (tests/replay/resolve_faults_test.cpp), as crops of 64x48 pixels enlarged four
+// times, side by side: fault_*.png. Where a setting shows the fault: with it, by default, fully shaded; elsewhere: by
+// default, fully shaded, their difference 16 times. The crop is where the first of them is worst; where nothing
+// differs, where most is to be seen.
+void desampling_faults(const std::filesystem::path& folder);
 
 }  // namespace tessera::bench

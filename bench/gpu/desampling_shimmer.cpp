@@ -1,5 +1,3 @@
-#include "bench/gpu/desampling_shimmer.h"
-
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -69,13 +67,6 @@ struct Variant {
   Sets sets;
 };
 
-Sets thresholds(double still, double fast1, double fast2, Sets more = {}) {
-  more.push_back(fmt::format("resolve.k_stat={}", still));
-  more.push_back(fmt::format("resolve.k_fast1={}", fast1));
-  more.push_back(fmt::format("resolve.k_fast2={}", fast2));
-  return adaptive(std::move(more));
-}
-
 // On the line between the two that save less and more than `saved`; below 0 where there are no such.
 std::pair<double, double> at_savings(std::vector<Flicker> points, double saved) {
   std::sort(points.begin(), points.end(), [](const Flicker& a, const Flicker& b) { return a.saved < b.saved; });
@@ -105,8 +96,9 @@ void shimmer(const std::filesystem::path& folder) {
       return f;
     };
     const Flicker plain = measure({"adaptive", adaptive()});
-    const std::vector<Flicker> by_thresholds = {plain, measure({"0.25 / 0.25 / 0.5", thresholds(0.25, 0.25, 0.5)}),
-                                                measure({"0.01 / 0.01 / 0.01", thresholds(0.01, 0.01, 0.01)})},
+    const std::vector<Flicker> by_thresholds = {plain,
+                                                measure({"0.25 / 0.25 / 0.5", adaptive(speeds(0.25, 0.25, 0.5))}),
+                                                measure({"0.01 / 0.01 / 0.01", adaptive(speeds(0.01, 0.01, 0.01))})},
                                by_tolerance = {
                                    plain, measure({"tolerance 0.05", adaptive({"resolve.discrepancy_tolerance=0.05"})}),
                                    measure({"tolerance 0.1", adaptive({"resolve.discrepancy_tolerance=0.1"})})};
@@ -122,54 +114,6 @@ void shimmer(const std::filesystem::path& folder) {
     }
   }
   write_file_atomically(folder / "shimmer.csv", csv);
-}
-
-namespace {
-
-std::string row_of(const Shot& shot, const Variant& variant, const Score& s) {
-  fmt::print("{}, {}: {:.1f} % of the reference's invocations, {:.2f} dB, worst frame {:.2f}, FLIP {:.4f}\n", shot.name,
-             variant.name, 100 * (1 - s.saved), s.psnr, s.worst_psnr(), s.flip);
-  std::fflush(stdout);
-  return fmt::format("{},{},{:.4f},{:.3f},{:.3f},{:.5f}\n", shot.name, variant.name, 1 - s.saved, s.psnr,
-                     s.worst_psnr(), s.flip);
-}
-
-constexpr const char* kRowHead = "capture,setting,invocations,psnr_db,worst_frame_db,flip\n";
-
-}  // namespace
-
-void splits(const std::filesystem::path& folder) {
-  std::string csv = kRowHead;
-  for (const Shot& shot : {Shot{"stroll", 0, 60, 640, 360}, Shot{"serpent", 12, 28, 640, 360}}) {
-    const scene::Capture capture = read_shipped(shot.name);
-    const Reference reference = render_reference(capture, shot);
-    for (const Variant& variant :
-         {Variant{"default", adaptive()}, Variant{"4 of 16 advected", adaptive({"resolve.advected_pixels=4"})},
-          Variant{"8 of 16 advected", adaptive({"resolve.advected_pixels=8"})},
-          Variant{"1 / 4 / 16", thresholds(1, 4, 16)},
-          Variant{"1 / 4 / 16 and 12 of 16 from 1", thresholds(1, 4, 16, {"resolve.k_fast0=1"})},
-          Variant{"blocks of 8x8", adaptive({"resolve.block=8"})},
-          Variant{"blocks of 16x16", adaptive({"resolve.block=16"})},
-          Variant{"12 of 16 everywhere", {"resolve.desampling=fixed_12"}},
-          Variant{"8 of 16 everywhere", {"resolve.desampling=fixed_8"}},
-          Variant{"4 of 16 everywhere", {"resolve.desampling=fixed_4"}}})
-      csv += row_of(shot, variant, score(capture, shot, variant.sets, reference));
-  }
-  write_file_atomically(folder / "splits.csv", csv);
-}
-
-void supersampling(const std::filesystem::path& folder) {
-  std::string csv = kRowHead;
-  for (const Shot& shot : {Shot{"stroll", 24, 32, 640, 360}, Shot{"serpent", 12, 20, 640, 360}}) {
-    const scene::Capture capture = read_shipped(shot.name);
-    const Reference reference = render_reference(capture, shot, false, {"shading.rate=sample"});
-    csv += row_of(shot, {"16 at edges", {}}, score(capture, shot, adaptive(), reference));
-    for (const char* groups : {"16", "24", "32"}) {
-      const Sets sets = adaptive({"resolve.supersampling=true", std::string("resolve.supersampled_groups=") + groups});
-      csv += row_of(shot, {fmt::format("{} of 32 at edges", groups), {}}, score(capture, shot, sets, reference));
-    }
-  }
-  write_file_atomically(folder / "supersampling.csv", csv);
 }
 
 }  // namespace tessera::bench

@@ -128,8 +128,8 @@ Result run(const Scene& scene, const VisibilityMethodSettings& method, int sampl
   job.frame = &frame;
   job.grid = &grid;
   job.pattern = &pattern;
-  job.visibility = method;
-  job.force_motion = true;  // at no motion, too
+  job.core.visibility = method;
+  job.forced.motion = true;  // at no motion, too
   TileCore core;
   Result result;
   HashSink sink;
@@ -144,7 +144,7 @@ Result run(const Scene& scene, const VisibilityMethodSettings& method, int sampl
     }
     result.hash += sink.hash;
   }
-  const CoreCounters counted = core.take_counters();
+  const CoreCounters counted = core.take_result().counters;
   result.core = counted.tilecore;
   result.stencil = counted.stencil;
   result.rays = counted.rays;

@@ -199,9 +199,9 @@ void print_claims(const scene::Capture& capture, int width, int height, int spp)
   const Compared coarse =
       render(capture, width, height, spp, Procedures::Path::kTessellated, Procedures::Mode::kInterval, 3.0, true);
   const auto& s = sampled.counters.sampling;
-  const auto& post = sampled.schemes[baselines::Scheme::kPostTessellation];
-  const auto& post3 = coarse.schemes[baselines::Scheme::kPostTessellation];
-  const auto& immediate = sampled.schemes[baselines::Scheme::kImmediate];
+  const auto& post = sampled.schemes[baselines::SchemeId::kPostTessellation];
+  const auto& post3 = coarse.schemes[baselines::SchemeId::kPostTessellation];
+  const auto& immediate = sampled.schemes[baselines::SchemeId::kImmediate];
   const double frame_bytes = static_cast<double>(
       sampled.counters.ledger.traffic(memory::Unit::kResolve, memory::Purpose::kFrameBuffer).written_bytes);
   const double own =

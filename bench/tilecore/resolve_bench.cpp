@@ -10,7 +10,6 @@
 #include "base/random.h"
 #include "bench/support/timing.h"
 #include "tilecore/resolve/advection.h"
-#include "tilecore/resolve/checkerboard.h"
 #include "tilecore/resolve/cubic_stencil.h"
 #include "tilecore/resolve/frame_compression.h"
 
@@ -32,7 +31,7 @@ struct Image {
   Image(int w, int h, int rate)
       : width(w),
         height(h),
-        pattern(dither_mask(rate, 0, {}, 0, 0)),
+        pattern(dither_mask(rate, 0, {})),
         color(static_cast<std::size_t>((w + 6) * (h + 6))),
         out(static_cast<std::size_t>(w * h)) {
     for (int y = 0; y < h + 6; ++y)
@@ -51,10 +50,10 @@ struct Image {
       for (int x = 0; x < width; x += 4, block += 16)
         body(BlockWindow{&color[static_cast<std::size_t>(y * (width + 6) + x)], width + 6, usable}, block);
   }
-  ReconstructionWork fill(Reconstruction kernel, bool packed, bool clamp) {
+  ReconstructionWork fill(Reconstruction kernel) {
     ReconstructionWork work;
     each_block([&](const BlockWindow& window, Vec4* block) {
-      benchmark::DoNotOptimize(reconstruct_block(kernel, packed, clamp, window, missing(), block, work));
+      benchmark::DoNotOptimize(reconstruct_block(kernel, window, missing(), block, work));
     });
     return work;
   }
@@ -71,20 +70,17 @@ struct Image {
   }
 };
 
-enum class Weights { kPacked, kDirect };
-
-void Fill(benchmark::State& state, Reconstruction kernel, int rate, Weights weights, bool clamp) {
-  const bool packed = weights == Weights::kPacked;
+void Fill(benchmark::State& state, Reconstruction kernel, int rate) {
   Image image(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)), rate);
-  const ReconstructionWork work = image.fill(kernel, packed, clamp);
+  const ReconstructionWork work = image.fill(kernel);
   if (image.error() > 0.03) state.SkipWithError("the image is not the smooth one");
-  if ((work.direct_pixels == 0) != packed) state.SkipWithError("the weights do not come from where they should");
+  if (work.direct_pixels != 0) state.SkipWithError("the weights do not come from where they should");
   std::vector<double> own, bilinear;
   for (auto _ : state) {
     const double begin = bench::now();
-    image.fill(kernel, packed, clamp);
+    image.fill(kernel);
     const double middle = bench::now();
-    image.fill(Reconstruction::kBilinear, packed, clamp);
+    image.fill(Reconstruction::kBilinear);
     const double end = bench::now();
     state.SetIterationTime(middle - begin);
     own.push_back(middle - begin);
@@ -98,21 +94,17 @@ void Fill(benchmark::State& state, Reconstruction kernel, int rate, Weights weig
 }
 #define TESSERA_FILL(name, ...) \
   BENCHMARK_CAPTURE(Fill, name, __VA_ARGS__)->UseManualTime()->Args({32, 32})->Args({1280, 720})
-TESSERA_FILL(Cubic8, Reconstruction::kCubic, 8, Weights::kPacked, false);
-TESSERA_FILL(Cubic4, Reconstruction::kCubic, 4, Weights::kPacked, false);
-TESSERA_FILL(Interpolating8, Reconstruction::kCubicInterpolating, 8, Weights::kPacked, false);
-TESSERA_FILL(Interpolating4, Reconstruction::kCubicInterpolating, 4, Weights::kPacked, false);
-TESSERA_FILL(CubicClamped8, Reconstruction::kCubic, 8, Weights::kPacked, true);
-TESSERA_FILL(CubicClamped4, Reconstruction::kCubic, 4, Weights::kPacked, true);
-TESSERA_FILL(CubicDirect8, Reconstruction::kCubic, 8, Weights::kDirect, false);
-TESSERA_FILL(CubicDirect4, Reconstruction::kCubic, 4, Weights::kDirect, false);
+TESSERA_FILL(Cubic8, Reconstruction::kCubic, 8);
+TESSERA_FILL(Cubic4, Reconstruction::kCubic, 4);
+TESSERA_FILL(Interpolating8, Reconstruction::kCubicInterpolating, 8);
+TESSERA_FILL(Interpolating4, Reconstruction::kCubicInterpolating, 4);
 
 void FillCheckerboard(benchmark::State& state) {
   Image image(32, 32, 8);
-  CheckerboardWork work;
+  ReconstructionWork work;
   const auto fill = [&] {
     image.each_block([&](const BlockWindow& window, Vec4* block) {
-      benchmark::DoNotOptimize(reconstruct_checkerboard(window, image.missing(), {}, block, work));
+      benchmark::DoNotOptimize(reconstruct_checkerboard(window, image.missing(), block, work));
     });
   };
   fill();

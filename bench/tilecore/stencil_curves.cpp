@@ -1,11 +1,11 @@
-// What reconstruction leaves of a smooth image and what it costs: error by wavelength, kernel and rate, taps and
-// time.
+// Measures what reconstruction leaves of a smooth image and what it costs: error by wavelength, kernel and rate, taps
+// and time.
 //
 //   tessera_stencil_curves OUT_FOLDER [ROUNDS]  writes stencil_error.csv, stencil_cost.csv, stencil_error_8.svg,
 //                                               stencil_error_4.svg, stencil_cost.svg
 //   tessera_stencil_curves --check              no times: do the orders hold that the plots are there to show?
 //
-// Kernels are named as in cubic_stencil.h; "exact" is kCubic without packed weights. Error: root mean square over the
+// Kernels are named as in cubic_stencil.h. Error: root mean square over the
 // missing pixels of sinusoids of amplitude 1 in 32 directions and 16 phases. All blocks are rendered by one pattern;
 // "rows" is the pair of squares that pattern_dither.h did not choose.
 #include <algorithm>
@@ -30,17 +30,15 @@ using namespace tilecore;
 struct Kernel {
   const char* name;
   Reconstruction kernel;
-  bool packed;
 };
 constexpr Kernel kKernels[] = {
-    {"nearest", Reconstruction::kNearest, true},
-    {"bilinear", Reconstruction::kBilinear, true},
-    {"cubic unscaled", Reconstruction::kCubicUnscaled, true},
-    {"cubic", Reconstruction::kCubic, true},
-    {"cubic, exact", Reconstruction::kCubic, false},
-    {"interpolating", Reconstruction::kCubicInterpolating, true},
+    {"nearest", Reconstruction::kNearest},
+    {"bilinear", Reconstruction::kBilinear},
+    {"cubic unscaled", Reconstruction::kCubicUnscaled},
+    {"cubic", Reconstruction::kCubic},
+    {"interpolating", Reconstruction::kCubicInterpolating},
 };
-constexpr std::size_t kBilinear = 1, kUnscaled = 2, kCubic = 3, kInterpolating = 5;
+constexpr std::size_t kBilinear = 1, kUnscaled = 2, kCubic = 3, kInterpolating = 4;
 
 struct Lattice {
   const char* name;
@@ -83,7 +81,7 @@ double root_mean_square_error(const Kernel& kernel, BlockMask pattern, double wa
         window.color[static_cast<std::size_t>(i)] = Vec4(static_cast<float>(truth(i % 10, i / 10)));
       std::array<Vec4, 16> out;
       ReconstructionWork work;
-      if (reconstruct_block(kernel.kernel, kernel.packed, false, window.view(), missing, out.data(), work) != 0)
+      if (reconstruct_block(kernel.kernel, window.view(), missing, out.data(), work) != 0)
         throw std::runtime_error("a block was not filled");
       for (int p = 0; p < 16; ++p) {
         if (!(missing >> p & 1)) continue;
@@ -115,7 +113,7 @@ std::vector<std::vector<Cost>> measure_costs(int rounds) {
         BlockMask unfilled = 0;
         const double begin = now();
         for (int b = 0; b < kBlocks; ++b)
-          unfilled |= reconstruct_block(kKernels[k].kernel, kKernels[k].packed, false, window.view(),
+          unfilled |= reconstruct_block(kKernels[k].kernel, window.view(),
                                         static_cast<BlockMask>(~kLattices[l].pattern), out.data(), work);
         const double seconds = now() - begin;
         if (unfilled != 0) throw std::runtime_error("a block was not filled");
@@ -173,7 +171,7 @@ void write_plots(const std::filesystem::path& folder, const Errors& errors,
       series.push_back({kKernels[k].name, kWavelengths, errors[l][k]});
     write_line_plot((folder / (l == 0 ? "stencil_error_8.svg" : "stencil_error_4.svg")).string(),
                     {fmt::format("Error of missing pixels, {} rendered", kLattices[l].name), "wavelength, pixels",
-                     "root mean square error (log)", true},
+                     "root mean square error (log)"},
                     series);
   }
   // Per kernel a line from half rate to quarter rate.
@@ -181,13 +179,12 @@ void write_plots(const std::filesystem::path& folder, const Errors& errors,
       static_cast<std::size_t>(std::find(kWavelengths.begin(), kWavelengths.end(), 8.0) - kWavelengths.begin());
   std::vector<Series> series;
   for (std::size_t k = 0; k < std::size(kKernels); ++k)
-    if (kKernels[k].packed)
-      series.push_back({kKernels[k].name,
-                        {costs[0][k].taps_per_pixel, costs[2][k].taps_per_pixel},
-                        {errors[0][k][at_8], errors[2][k][at_8]}});
+    series.push_back({kKernels[k].name,
+                      {costs[0][k].taps_per_pixel, costs[2][k].taps_per_pixel},
+                      {errors[0][k][at_8], errors[2][k][at_8]}});
   write_line_plot((folder / "stencil_cost.svg").string(),
                   {"Error at 8 pixels of wavelength; lower ends: 8 of 16 rendered, upper: 4", "taps per missing pixel",
-                   "root mean square error (log)", true},
+                   "root mean square error (log)"},
                   series);
 }
 

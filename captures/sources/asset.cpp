@@ -5,6 +5,7 @@
 
 #include "base/atomic_file.h"
 #include "base/image_codec.h"
+#include "captures/sources/jpeg_writer.h"
 
 namespace tessera::captures {
 namespace {

@@ -96,7 +96,7 @@ class GpuKeys(TypedDict, total=False):
     texture__texels_per_clk: float  # 0.000976562 to 65536 texels/clk. Bilinear lookups of a core's texture unit; a trilinear one is two.
     tilecore__blends_per_clk: float  # 0.000976562 to 65536 layers/clk. Blended layers of samples that a core composes.
     resolve__pixels_per_clk: float  # 0.000976562 to 65536 pixels/clk. Pixels that a core's resolve unit finishes.
-    resolve__operations_per_clk: float  # 0.000976562 to 65536 operations/clk. Operations of desampling: velocities, advected pixels, taps of stencils with 8-bit weights; a tap with float weights is four.
+    resolve__operations_per_clk: float  # 0.000976562 to 65536 operations/clk. Operations of desampling: velocities, advected pixels, taps of stencils.
     tilecore__memory_bytes: int  # 1024 to 1.07374e+09 bytes. On-chip tile memory of a core: as many tiles as fit with what their samples see are in work at once (the samples of one tested while another is shaded). A preset's grows to what one tile needs; less of one's own is refused.
     cache__line_bytes: int  # 16 to 256 bytes. Line of the texture caches and the L2: a block of 4x4 texels.
     texture__cache_bytes: int  # 256 to 1.67772e+07 bytes. Texture cache (L1) of a core.
@@ -181,8 +181,7 @@ class SettingsKeys(TypedDict, total=False):
     sampling__lens_points: int  # 0 to 65536 points. Distinct points of the lens that a frame is seen through; few of them show as overlaid sharp images. 0: a point of its own for every sample of the pattern, moved from block to block.
     tessellation__target_edge_pixels: float  # 0.25 to 64 pixels. Wanted length on screen of the sides of tessellated cells; smaller is more exact and slower.
     tessellation__displacement_bias: float  # -16 to 16 levels. Added to the level of the height map that vertices and normals are made from; 0 fits it to the tessellated cells, more is smoother, less aliases.
-    texture__basis_target: Literal["rgba8", "etc2", "astc"]  # What KTX2 textures become in memory: 4 bytes a texel; blocks of 4x4 texels, ETC2 of 8 bytes (16 with alpha); ASTC of 16. Images show what the blocks decode to.
-    texture__format: Literal["stored", "etc2", "astc-4x4", "astc-5x5", "astc-6x6", "astc-8x8", "astc-10x10", "astc-12x12"]  # What memory holds of textures, KTX2 or not: them as they are stored (texture.basis_target), or all encoded to blocks: ETC2 of 4x4 texels (8 bytes, 16 with alpha), ASTC of so many texels (16 bytes). Images show what the blocks decode to. Displacement maps stay as they are.
+    texture__format: Literal["stored", "etc2", "astc-4x4", "astc-5x5", "astc-6x6", "astc-8x8", "astc-10x10", "astc-12x12"]  # How memory holds textures. stored: PNG, JPEG and WebP images as texels of 4 bytes, KTX2 images as ASTC blocks of 4x4 texels. Else all are encoded to blocks: ETC2 of 4x4 texels (8 bytes, 16 with alpha), ASTC of so many texels (16 bytes). Images show what the blocks decode to. Displacement maps stay as they are stored.
     shading__rate: Literal["pixel", "primitive", "sample", "cache"]  # Pixel-shader invocations: once per pixel and primitive (multisampling) with adjacent triangles of a smooth surface merged (pixel) or not (primitive), once per visible sample, or once per cell of the surface about a pixel wide, while the shading cache holds it.
     shading__derivatives: Literal["analytic", "quad"]  # Derivatives of texture coordinates: the surface's own, or differences within quads of 2x2 invocations, which take helper invocations where a surface does not cover all four pixels. With shading.rate=cache analytic.
     shading__cell_pixels: float  # 0.125 to 16 pixels. With shading.rate=cache: wanted width of a shading cell on screen; smaller is sharper and slower.
@@ -207,50 +206,33 @@ class SettingsKeys(TypedDict, total=False):
     procedures__sparse_spacing: float  # 0.5 to 256 sub-pixels. Published maps: distance of the tuples of the sparse pass.
     procedures__refill: bool  # Look for holes between samples, tile by tile, and sample them again; for spacings too wide for the scatter.
     procedures__lanes: int  # 1 to 1024 lanes. Lanes of the emulated SIMD array.
-    resolve__desampling: Literal["off", "adaptive", "fixed_8", "fixed_4", "checkerboard", "fixed_12"]  # Which pixels are shaded: all; by motion, edges and history; half or a quarter of every block; half, alternating, filled from four neighbours; three quarters of every block. The others are advected or reconstructed.
-    resolve__k_stat: float  # 0 to 64 pixels/frame. Blocks slower than this take pixels from the previous frame (resolve.advected_pixels).
-    resolve__k_fast0: float  # 0 to 1e+06 pixels/frame. Blocks faster than this are shaded at 12 of 16 pixels; 0: none are.
-    resolve__k_fast1: float  # 0 to 1e+06 pixels/frame. Blocks faster than this are shaded at 8 of 16 pixels.
-    resolve__k_fast2: float  # 0 to 1e+06 pixels/frame. Blocks faster than this are shaded at 4 of 16 pixels.
-    resolve__k_cut: float  # 0 to 1e+06 pixels/frame. Where the camera's motion changes by more than this from one frame to the next, nothing is fast: a cut; 0: nothing is one.
+    resolve__desampling: Literal["off", "adaptive", "fixed_8", "fixed_4", "checkerboard"]  # Which pixels are shaded: all; by motion, edges and history; half or a quarter of every block; half, alternating, filled from four neighbours. The others are advected or reconstructed.
+    resolve__reuse_speed: float  # 0 to 64 pixels/frame. Blocks slower than this take pixels from the previous frame (resolve.advected_pixels).
+    resolve__half_rate_speed: float  # 0 to 1e+06 pixels/frame. Blocks faster than this are shaded at 8 of 16 pixels.
+    resolve__quarter_rate_speed: float  # 0 to 1e+06 pixels/frame. Blocks faster than this are shaded at 4 of 16 pixels.
+    resolve__cut_speed: float  # 0 to 1e+06 pixels/frame. Where the camera's motion changes by more than this from one frame to the next, nothing is fast: a cut; 0: nothing is one.
     resolve__hysteresis: float  # 0 to 0.5. Share of a threshold by which a speed must pass it before a block changes its regime.
     resolve__pattern_error: float  # 0 to 1. A fast block is shaded at a higher rate where the contrast of the previous frame in its place says that stencils would be wrong by more than this, of displayed values between 0 and 1; 0: nowhere.
-    resolve__block: int  # 4 to 16 pixels. Side of the blocks that decisions are made for: 4, 8 or 16. Patterns, records and stencils are those of 4x4 pixels; one edge in a block shades all of it.
     resolve__block_speed: Literal["mean", "max", "median", "min"]  # Which of its pixels' speeds a block goes by; max does not overlook a small fast object.
     resolve__edges: Literal["inverse_depth", "depth"]  # What the edge detector takes the Laplacian of; that of 1/z is zero on any plane.
     resolve__edge_threshold: float  # 0 to 10. An edge where the Laplacian is larger than this share of the value.
     resolve__edge_angle: float  # 0 to 180 degrees. An edge, too, where normals of the block, which follow from depth, differ by more than this; 0: none is.
-    resolve__edge_evidence: Literal["surface", "patch", "depth"]  # What makes an edge besides the Laplacian: samples of a block that see several drawables; or several base patches; or nothing.
     resolve__supersampling: bool  # Blocks with an edge are shaded at 32 instead of 16: the left and the right half of a pixel's samples do not share pixel-shader invocations (shading.rate=pixel).
-    resolve__k_blur: float  # 0 to 1e+06 pixels. In blocks with an edge whose points lens and motion spread by more than this, samples of all pixels share invocations by shading cell, as with shading.rate=cache; 0: in none.
-    resolve__advect_still_edges: bool  # Blocks with an edge of which every sample is at rest may be advected: the copies are exact.
-    resolve__advect_outlines: bool  # Slow blocks in which several surfaces meet may be advected: pixels that see one of them take over what it showed, the others are shaded.
-    resolve__advected_pixels: int  # 4 to 12 of 16 pixels. Of slow blocks so many pixels come from the previous frame, the others are shaded: 4, 8 or 12; at most 8 where several surfaces meet.
-    resolve__supersampled_groups: int  # 16 to 32 of 32. With resolve.supersampling: so many of a block's 32 half pixels are shaded, 16, 24 or 32; stencils of half pixels make the others from those of their surface.
+    resolve__advected_pixels: int  # 8 to 12 of 16 pixels. How many pixels of a slow block come from the previous frame, 8 or 12; the others are shaded. Always 8 where several surfaces meet.
     resolve__dither: Literal["counter", "seeded", "off"]  # How the pattern of a block changes from frame to frame: in turn, by a hash, not at all.
-    resolve__dither_per_block: bool  # Every block begins elsewhere in the order of patterns.
     resolve__advection: bool  # Slow blocks take pixels from the previous frame.
     resolve__advection_fetch: Literal["bilinear", "bicubic"]  # How the previous frame is read between its pixels.
     resolve__bfecc: bool  # Back and forth error compensation of advection.
-    resolve__depth_tolerance: float  # 0 to 1. Share of its depth by which a point may differ from what the previous frame shows in its place, besides what its surface goes deeper within a pixel.
-    resolve__discrepancy: Literal["rendered", "neighbours", "off"]  # How a block finds out that advection went wrong: what it would have given for rendered pixels, or advected pixels against their rendered neighbours.
-    resolve__discrepancy_tolerance: float  # 0 to 1. Relative difference of a pixel from which on it did.
-    resolve__discrepancy_same_frame: bool  # The advected pixels of such a block are shaded in the same frame, in warps of their own.
-    resolve__discrepancy_frames: int  # 1 to 15 frames. For which its neighbourhood is then rendered fully.
+    resolve__discrepancy: Literal["rendered", "off"]  # How a block finds out that reprojection went wrong: by what that would have given for rendered pixels. Its reprojected pixels are then shaded after all, and around it nothing is reused in the next frames.
+    resolve__discrepancy_tolerance: float  # 0 to 1. Reprojection went wrong where a pixel differs by more than this share.
+    resolve__discrepancy_frames: int  # 1 to 15 frames. For so many frames the blocks around one where it went wrong are shaded fully.
     resolve__reconstruction: Literal["cubic", "cubic_interpolating", "cubic_unscaled", "bilinear", "nearest"]  # How missing pixels are made from rendered ones: cubic stencils of 5x5 scaled to the samples, of 7x7 interpolating, unscaled; a tent; the nearest.
-    resolve__stencil_weights: Literal["packed", "float"]  # Weights from packed tables of 8 bits, or computed in single precision.
-    resolve__stencil_clamp: bool  # Reconstructed pixels stay within the range of the pixels that they are made from.
-    resolve__history_records: Literal["packed", "block", "pixel"]  # How depth and surface of pixels are kept for the next frame: by block of 4x4 where that sees one plane, packed without loss or not, or by pixel. Bytes alone differ.
     resolve__history_colors: Literal["frame_buffer", "apart"]  # Which colours of the previous frame are read: the frame buffer's, or those that were shaded, kept apart in single precision, 16 bytes a pixel.
-    resolve__history_l2: bool  # What is read of the previous frame goes through the L2, so that what tiles share is fetched once.
-    resolve__keep_blocks: bool  # Blocks that have the signature of the frame before are neither read nor written where the frame buffer holds them already; not with frame_buffer.transaction_elimination, whose signatures are of whole tiles.
     resolve__stencil_reach: Literal["tile", "neighbours"]  # Whether stencils stop at the tile's border, or read neighbouring tiles in a second pass.
-    resolve__border_lines: bool  # Where stencils stop at the tile's border, a tile's corners are shaded, and the lines of a quarter's samples go on to the border.
     resolve__foveation_r0: float  # 0 to 1e+06 pixels. Foveation: blocks farther than this from the focus get at most 8 samples; 0 is off.
     resolve__foveation_r1: float  # 0 to 1e+06 pixels. Foveation: blocks farther than this get at most 4; at least foveation_r0.
     resolve__focus_x: float  # 0 to 1 frame widths. Where the eye looks, from the left.
     resolve__focus_y: float  # 0 to 1 frame heights. Where the eye looks, from the top.
-    resolve__focus_track: str  # A CSV file of an eye that moves: seconds, frame widths, frame heights in each line, times increasing; straight from one to the next. Not set: focus_x and focus_y.
     resolve__focus_node: str  # Name of a node that the eye follows: where its origin is in the middle of the shutter; focus_x and focus_y where that is behind the camera.
     stereo__eye_separation: float  # 0 to 1e+06 scene units. Renders a second image for a right eye this far to the right of the camera, which is the left eye; 0 is one eye.
     stereo__far_depth: float  # 0 to 1e+09 scene units. With desampling the right eye takes pixels from the left where both see farther than this.

@@ -7,9 +7,9 @@
 #include <fmt/ranges.h>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "base/text.h"
 #include "replay/compare/comparison.h"
-#include "replay/csv_cell.h"
 
 namespace tessera::replay {
 namespace {

@@ -1,15 +1,10 @@
 #include "replay/pack/image_packer.h"
 
-#include <array>
 #include <map>
-#include <vector>
 
-#include "base/color.h"
 #include "base/image_codec.h"
 #include "base/ktx2/ktx2.h"
-#include "base/ktx2/ktx2_writer.h"
 #include "base/webp_codec.h"
-#include "shaders_cpp/texture.h"
 
 namespace tessera::replay {
 namespace {
@@ -17,7 +12,7 @@ namespace {
 using nlohmann::json;
 namespace gltf = scene::gltf;
 
-constexpr const char *kWebp = "EXT_texture_webp", *kBasis = "KHR_texture_basisu";
+constexpr const char* kWebp = "EXT_texture_webp";
 constexpr int kMaxWebpSide = 16383;
 
 // Images that displace surfaces: what a photograph may lose is a dent in a surface.
@@ -58,68 +53,13 @@ std::string as_webp(gltf::Bytes bytes, const WebpOptions& options) {
   return webp.size() < bytes.size() ? webp : "";
 }
 
-// What materials use an image for that no KTX2 image goes before.
-struct Uses {
-  bool color = false, data = false;
-};
-
-std::map<std::size_t, Uses> uses_of_images(const json& d) {
-  std::map<std::size_t, Uses> uses;
-  if (!d.contains("materials")) return uses;
-  const auto note = [&](const json& owner, const char* name, bool Uses::*use) {
-    if (!owner.contains(name)) return;
-    const json& texture = d["textures"][owner[name]["index"].get<std::size_t>()];
-    if (texture.contains("source") && gltf::find_extension(texture, kBasis) == nullptr)
-      uses[texture["source"].get<std::size_t>()].*use = true;
-  };
-  for (const json& material : d["materials"]) {
-    if (material.contains("pbrMetallicRoughness")) {
-      note(material["pbrMetallicRoughness"], "baseColorTexture", &Uses::color);
-      note(material["pbrMetallicRoughness"], "metallicRoughnessTexture", &Uses::data);
-    }
-    note(material, "emissiveTexture", &Uses::color);
-    note(material, "normalTexture", &Uses::data);
-    note(material, "occlusionTexture", &Uses::data);
-  }
-  return uses;
-}
-
-// RGBA8 of a level, as stored.
-std::vector<std::uint8_t> codes_of(const shaders::Texture& texture, int level, bool srgb) {
-  std::vector<std::uint8_t> codes;
-  for (int y = 0; y < texture.height(level); ++y)
-    for (int x = 0; x < texture.width(level); ++x) {
-      const Vec4 texel = texture.texel(level, x, y);
-      for (int c = 0; c < 4; ++c) codes.push_back(to_unorm8(srgb && c < 3 ? linear_to_srgb(texel[c]) : texel[c]));
-    }
-  return codes;
-}
-
-// The KTX2 bytes of an image, or nothing where it has to stay as it is.
-std::string as_ktx2(gltf::Bytes bytes, const Uses& uses, Ktx2Format format) {
-  DecodedImage decoded;
-  std::string fault;
-  if (uses.color == uses.data || !decode_image(bytes, ImageLimits{}, decoded, fault)) return "";
-  if (!std::holds_alternative<Image8>(decoded.pixels) || decoded.width() % 4 != 0 || decoded.height() % 4 != 0)
-    return "";
-  const shaders::Texture texture(decoded, uses.color ? shaders::ColorSpace::kSrgb : shaders::ColorSpace::kLinear);
-  std::vector<std::vector<std::uint8_t>> texels;
-  std::vector<ktx2::LevelToWrite> levels;
-  for (int level = 0; level < texture.level_count(); ++level) {
-    texels.push_back(codes_of(texture, level, uses.color));
-    levels.push_back({texture.width(level), texture.height(level), texels.back()});
-  }
-  return ktx2::write_ktx2(levels, {uses.color, !texture.opaque(), format == Ktx2Format::kEtc1s});
-}
-
-// The converted images' textures name them by the extension, and nothing else.
-void name_by_extension(json& d, const std::set<std::size_t>& converted, const char* extension) {
+// The converted images' textures name them by EXT_texture_webp, and nothing else.
+void name_by_extension(json& d, const std::set<std::size_t>& converted) {
   if (!d.contains("textures")) return;
   for (json& texture : d["textures"]) {
     if (!texture.contains("source") || !converted.contains(texture["source"].get<std::size_t>())) continue;
-    // An image of the kind that is there already stays the texture's.
-    if (gltf::find_extension(texture, extension) == nullptr)
-      texture["extensions"][extension]["source"] = texture["source"];
+    // A WebP image that is there already stays the texture's.
+    if (gltf::find_extension(texture, kWebp) == nullptr) texture["extensions"][kWebp]["source"] = texture["source"];
     texture.erase("source");
   }
 }
@@ -130,10 +70,9 @@ const char* mime_type_of(gltf::Bytes bytes) {
 
 }  // namespace
 
-ImageReport move_images(gltf::Document& document, json& d, BinaryChunk& chunk, const ImageOptions& options) {
-  if (!d.contains("images")) return {};
+std::size_t move_images(gltf::Document& document, json& d, BinaryChunk& chunk, const std::optional<WebpOptions>& webp) {
+  if (!d.contains("images")) return 0;
   const std::set<std::size_t> heights = height_images(d);
-  const std::map<std::size_t, Uses> uses = uses_of_images(d);
   std::set<std::size_t> converted;
   std::map<std::string, std::size_t> view_of_uri;
   for (std::size_t i = 0; i < d["images"].size(); ++i) {
@@ -142,14 +81,12 @@ ImageReport move_images(gltf::Document& document, json& d, BinaryChunk& chunk, c
     const std::string type = mime_type_of(bytes);
     if (type.empty()) document.root.at("images").at(i).refuse("is neither PNG, JPEG, WebP nor KTX2");
     std::string packed;
-    if (options.webp && !heights.contains(i)) packed = as_webp(bytes, *options.webp);
-    if (options.ktx2 != Ktx2Format::kNone && !heights.contains(i) && uses.contains(i))
-      packed = as_ktx2(bytes, uses.at(i), options.ktx2);
+    if (webp && !heights.contains(i)) packed = as_webp(bytes, *webp);
     image["mimeType"] = type;
     if (!packed.empty()) {
       converted.insert(i);
       const auto* first = reinterpret_cast<const std::uint8_t*>(packed.data());
-      image["mimeType"] = mime_type_of({first, packed.size()});
+      image["mimeType"] = mime_type(ImageFormat::kWebp);
       image["bufferView"] = chunk.add({first, packed.size()});
       image.erase("uri");
       continue;
@@ -163,9 +100,8 @@ ImageReport move_images(gltf::Document& document, json& d, BinaryChunk& chunk, c
     image["bufferView"] = at->second;
     image.erase("uri");
   }
-  const bool ktx2 = options.ktx2 != Ktx2Format::kNone;
-  name_by_extension(d, converted, ktx2 ? kBasis : kWebp);
-  return ktx2 ? ImageReport{0, converted.size()} : ImageReport{converted.size(), 0};
+  name_by_extension(d, converted);
+  return converted.size();
 }
 
 }  // namespace tessera::replay

@@ -15,25 +15,10 @@ struct WebpOptions {
   std::optional<int> quality = 80;  // [spec] gltf-transform's default
 };
 
-enum class Ktx2Format { kNone, kUastc, kEtc1s };
-
-// How images are written anew; at most one of them.
-struct ImageOptions {
-  std::optional<WebpOptions> webp;
-  Ktx2Format ktx2 = Ktx2Format::kNone;
-};
-
-struct ImageReport {
-  std::size_t webp = 0, ktx2 = 0;  // images that were converted
-};
-
-// Moves all images of `d` into the chunk; those that can become what the options ask for do, and their textures name
-// them by the extension. Heights of 16 bits and displacement textures stay as they are, and
-//   - for WebP (EXT_texture_webp, PNG and JPEG of 8 bits) images beyond its 16383 pixels a side, and those that it
-//     would make larger;
-//   - for KTX2 (KHR_texture_basisu, with all mip levels) images whose sides are not multiples of 4, that no material
-//     uses, or that are colours to one and data to another.
-ImageReport move_images(scene::gltf::Document& document, nlohmann::json& d, BinaryChunk& chunk,
-                        const ImageOptions& options);
+// Moves all images of `d` into the chunk. With `webp` it converts PNG and JPEG images of 8 bits, and their textures name
+// them by EXT_texture_webp; heights of 16 bits, displacement textures, images of more than 16383 pixels a side and those
+// that WebP would make larger stay as they are. Returns the number of images that it converted.
+std::size_t move_images(scene::gltf::Document& document, nlohmann::json& d, BinaryChunk& chunk,
+                        const std::optional<WebpOptions>& webp);
 
 }  // namespace tessera::replay

@@ -388,7 +388,7 @@ bool any_in_cluster_order(const json& d) {
 }
 
 // What the data now need: nothing that was unpacked, everything that was compressed.
-void list_extensions(json& d, const BinaryChunk& chunk, bool draco, const ImageReport& images) {
+void list_extensions(json& d, const BinaryChunk& chunk, bool draco, bool webp) {
   const auto need = [&](const char* name) {
     for (const char* list : {"extensionsUsed", "extensionsRequired"}) add_extension(d, list, name);
   };
@@ -402,8 +402,7 @@ void list_extensions(json& d, const BinaryChunk& chunk, bool draco, const ImageR
   else
     drop_extension(d, kClusters);
   if (draco) need(kDraco);
-  if (images.webp > 0) need("EXT_texture_webp");
-  if (images.ktx2 > 0) need("KHR_texture_basisu");
+  if (webp) need("EXT_texture_webp");
 }
 
 std::string glb_bytes(const json& d, const std::vector<std::uint8_t>& binary) {
@@ -500,10 +499,8 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   }
   report.compressed += draco;
   move_accessors(out, chunk, placed);
-  const ImageReport images = move_images(document, out, chunk, {options.webp, options.ktx2});
-  report.webp_images = images.webp;
-  report.ktx2_images = images.ktx2;
-  list_extensions(out, chunk, draco > 0, images);
+  report.webp_images = move_images(document, out, chunk, options.webp);
+  list_extensions(out, chunk, draco > 0, report.webp_images > 0);
   attach_settings(out, options);
   store_view(out, options.view, looked_at);
   move_environment(document, out, chunk);

@@ -22,7 +22,6 @@ struct PackOptions {
   PackMethod method = PackMethod::kAuto;
   QuantizationBits bits;  // of kMeshopt at most kMaxMeshoptBits each
   std::optional<WebpOptions> webp;
-  Ktx2Format ktx2 = Ktx2Format::kNone;  // of images; not with webp
   // Members that replace those of the asset's TESSERA_capture extension; null: none.
   nlohmann::json capture_settings;
   // TESSERA_lens for every camera.
@@ -38,7 +37,7 @@ struct PackOptions {
 struct PackReport {
   std::uint64_t bytes_in = 0, bytes_out = 0;  // all files of the asset / the .glb
   std::size_t primitives = 0, compressed = 0;
-  std::size_t webp_images = 0, ktx2_images = 0;
+  std::size_t webp_images = 0;
   SurfaceReport surfaces;
 };
 

@@ -8,7 +8,6 @@
 #include "base/json_text.h"
 #include "replay/frame_files.h"
 #include "replay/report/report.h"
-#include "replay/tile_map_files.h"
 
 namespace tessera::replay {
 

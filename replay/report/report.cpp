@@ -12,11 +12,10 @@
 #include "base/error.h"
 #include "base/json_text.h"
 #include "base/whole_file.h"
+#include "hardware/events.h"
 #include "replay/describe.h"
-#include "replay/report/page_files.h"
 #include "replay/report/page_parts.h"
 #include "replay/report/report.h"
-#include "replay/report/vega.h"
 
 namespace tessera::replay {
 namespace {
@@ -89,6 +88,16 @@ void write_page(const fs::path& file, const char* kind, json data, PageViews& vi
   write_file_atomically(file, page_text(std::move(data), "", std::move(scripts)));
 }
 
+// Charged events as the page's panels of units show them: the keys of their rates and energies.
+json events() {
+  json rows = json::array();
+  for (const hardware::Event event : hardware::kAllEvents) {
+    const hardware::EventRow& row = hardware::kEventTable[event];
+    rows.push_back({{"unit", unit_name(event)}, {"keys", {row.rate.key, row.energy.key}}});
+  }
+  return rows;
+}
+
 void check_modules() {
   if (const std::string missing = missing_for_reports(); !missing.empty()) throw SystemError("no report: " + missing);
 }
@@ -110,6 +119,7 @@ std::string missing_for_reports() {
 std::string page_text(json data, const std::string& nonce, std::string scripts) {
   data["counters"] = meanings({"counters"}, "name");
   data["keys"] = meanings({"settings", "gpu"}, "key");
+  data["events"] = events();
   const bool live = data.at("kind") == "view";
   std::string script = vega_script();
   for (const std::string_view name : kScripts) {

@@ -2,9 +2,9 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "base/json_text.h"
-#include "base/json_value.h"
 #include "base/whole_file.h"
 #include "replay/report/report.h"
 

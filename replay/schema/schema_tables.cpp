@@ -1,4 +1,4 @@
-#include "replay/schema/schema_tables.h"
+#include "replay/schema/schemas.h"
 
 #include <functional>
 #include <map>
@@ -58,7 +58,7 @@ json counters(bool of_baselines) {
 json baselines_table() {
   const json of_scheme = counters(true);
   json properties = json::object();
-  for (const std::string_view scheme : baselines::kSchemeNames) {
+  for (const auto& [scheme, make] : baselines::kSchemes) {
     properties[std::string(scheme)] = of_scheme;
     properties[std::string(scheme)]["description"] = fmt::format("Counters of the scheme {}.", scheme);
   }
@@ -237,6 +237,12 @@ const std::map<std::string, Table>& tables() {
            object["description"] = fmt::format("Where {} ran.", row["name"].get<std::string>());
            return object;
          });
+       }},
+      {"events",
+       [] {
+         json names = json::array();
+         for (const hardware::Event event : hardware::kAllEvents) names.push_back(name(event));
+         return json{{"enum", names}};
        }},
       {"ledger_units", [] { return words<memory::Unit>(memory::kUnitCount); }},
       {"ledger_purposes", [] { return words<memory::Purpose>(memory::kPurposeCount); }},

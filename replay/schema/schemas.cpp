@@ -8,7 +8,6 @@
 #include "base/error.h"
 #include "base/json_text.h"
 #include "base/key_table.h"
-#include "replay/schema/schema_tables.h"
 
 namespace tessera::replay {
 namespace {

@@ -10,7 +10,6 @@
 #include "base/former_keys.h"
 #include "base/key_table.h"
 #include "base/text.h"
-#include "replay/sweep/study_members.h"
 
 namespace tessera::replay {
 namespace {

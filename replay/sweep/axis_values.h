@@ -1,9 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include "base/key_table.h"
 #include "replay/sweep/study.h"
 #include "scene/gltf/place.h"
 
@@ -20,5 +24,14 @@ namespace tessera::replay {
 // InputError, and LimitError before a range of more than `max_steps` steps is made. The values of an open range are its
 // ends, to be checked.
 StudyAxis read_axis(const nlohmann::json& value, const scene::gltf::Place& place, std::uint64_t max_steps, bool open);
+
+// Refuses what is no object, and members of other names, naming the nearest.
+inline void check_members(const nlohmann::json& object, const scene::gltf::Place& place,
+                          const std::vector<std::string>& known) {
+  if (!object.is_object()) place.refuse("is not an object");
+  for (const auto& [name, value] : object.items())
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      place.at(name).refuse("{}", unknown_key_message(name, known));
+}
 
 }  // namespace tessera::replay

@@ -114,13 +114,19 @@ const std::vector<std::string>& known_columns() {
     names.insert(names.end(), model.begin(), model.end());
     const std::vector<std::string> others = other_columns();
     names.insert(names.end(), others.begin(), others.end());
-    for (const std::string_view scheme : baselines::kSchemeNames)
+    for (const auto& [scheme, make] : baselines::kSchemes)
       for (const auto& field : kCounterFields<baselines::BaselineCounters>)
         names.push_back(std::string(kBaseline) + std::string(scheme) + "." +
                         std::string(field.name.substr(kBaseline.size())));
     return names;
   }();
   return kKnown;
+}
+
+std::string current_column(std::string name) {
+  constexpr std::string_view kFormer = "baseline.pre-tessellation.", kNow = "baseline.tessera.";
+  if (name.starts_with(kFormer)) name.replace(0, kFormer.size(), kNow);
+  return name;
 }
 
 bool needs_baselines(const std::string& column) { return column.starts_with(kBaseline); }
@@ -139,7 +145,7 @@ std::vector<std::string> read_columns(const json& value, const Place& place) {
   std::vector<std::string> columns;
   for (std::size_t i = 0; i < value.size(); ++i) {
     if (!value[i].is_string()) place.at(i).refuse("is not a text");
-    const std::string& pattern = value[i].get_ref<const std::string&>();
+    const std::string pattern = current_column(value[i].get<std::string>());
     if (pattern.size() > 200) place.at(i).refuse("is longer than any column's name");
     if (std::count(pattern.begin(), pattern.end(), '*') > 4) place.at(i).refuse("has more than 4 '*'");
     bool found = false;

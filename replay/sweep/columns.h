@@ -20,6 +20,9 @@ namespace tessera::replay {
 //   baseline.SCHEME.EVENT                         another scheme's counter; SCHEME as in baselines.csv
 const std::vector<std::string>& known_columns();
 
+// The column that `name`, or a pattern, is an alias of, or itself: tables call tessera what they called pre-tessellation.
+std::string current_column(std::string name);
+
 bool needs_baselines(const std::string& column);
 
 // All columns, those of the baselines only when asked for; of the machine's model cycles, energy and area alone.

@@ -9,8 +9,8 @@
 #include <fmt/format.h>
 
 #include "base/key_table.h"
+#include "replay/sweep/axis_values.h"
 #include "replay/sweep/columns.h"
-#include "replay/sweep/study_members.h"
 
 namespace tessera::replay {
 namespace {

@@ -6,8 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "replay/sweep/differential_evolution.h"
 #include "replay/sweep/study.h"
+#include "replay/sweep/unit_samples.h"
 #include "scene/gltf/place.h"
 
 namespace tessera::replay {

@@ -10,7 +10,6 @@
 #include "base/json_text.h"
 #include "base/sha256.h"
 #include "base/whole_file.h"
-#include "gpu/focus_track.h"
 #include "gpu/record_file.h"
 #include "gpu/tile_memory.h"
 #include "replay/sweep/capture_library.h"
@@ -19,13 +18,6 @@ namespace tessera::replay {
 namespace {
 
 using nlohmann::json;
-
-// The bytes of a file that settings name.
-std::string file_hash(const std::string& file) {
-  Sha256 hash;
-  hash.add(read_whole_file(file, gpu::FocusTrack::kMaxBytes, file));
-  return hash.finish();
-}
 
 // What a render follows from, besides the machine and the settings. nlohmann sorts the keys, so the text is canonical.
 json common_inputs(const Study& study, const PointConfiguration& configuration, const std::string& capture_hash,
@@ -62,11 +54,8 @@ PointMaker::PointMaker(const Study& study, std::string program) : study_(study),
 SweepPoint PointMaker::make(std::size_t capture, const std::vector<std::uint32_t>& steps) const {
   SweepPoint point{capture, steps, "", "", ""};
   std::optional<PointConfiguration> configuration;
-  std::string track_hash;
   try {
     configuration = configure_point(study_, steps);
-    if (const std::string& track = configuration->settings.resolve.foveation.focus_track; !track.empty())
-      track_hash = hash_of_file(track);
     gpu::check_gpu(configuration->gpu);
     if (configuration->chosen_tile_memory) gpu::check_tile_memory(configuration->gpu, configuration->settings);
   } catch (const Error& error) {
@@ -79,23 +68,14 @@ SweepPoint PointMaker::make(std::size_t capture, const std::vector<std::uint32_t
   inputs["pictures"] = study_.images;
   inputs["gpu"] = gpu::gpu_json(made.gpu);
   inputs["settings"] = gpu::settings_json(made.settings);
-  // What a file holds, not where it is.
-  if (!track_hash.empty()) inputs["settings"]["resolve.focus_track"] = track_hash;
   // What is no machine is known by the values that were asked for.
   if (!configuration) inputs["values"] = point_values(study_, point);
   point.hash = sha256_name(json_text(inputs));
   function["function"] = gpu::functional_json(made.gpu, made.settings);
-  if (!track_hash.empty()) function["function"]["resolve.focus_track"] = track_hash;
   function["items"] = items_;
   const bool alone = study_.baselines || !point.fault.empty();
   point.function = alone ? point.hash : sha256_name(json_text(function));
   return point;
-}
-
-const std::string& PointMaker::hash_of_file(const std::string& file) const {
-  const auto [at, is_new] = files_.try_emplace(file);
-  if (is_new) at->second = file_hash(file);
-  return at->second;
 }
 
 std::vector<SweepPoint> expand_points(const Study& study, const std::string& program) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -35,13 +34,10 @@ class PointMaker {
   SweepPoint make(std::size_t capture, const std::vector<std::uint32_t>& steps) const;
 
  private:
-  const std::string& hash_of_file(const std::string& file) const;
-
   const Study& study_;
   std::string program_;
   std::vector<std::string> captures_;  // fingerprints
   bool items_ = false;
-  mutable std::map<std::string, std::string> files_;  // hashes of files that settings name, once for all points
 };
 
 // All points, or those chosen: capture by capture, the last axis fastest.

@@ -13,10 +13,9 @@
 #include "baselines/baseline_set.h"
 #include "gpu/device.h"
 #include "gpu/record_file.h"
+#include "replay/frame_files.h"
 #include "replay/machine_report.h"
 #include "replay/statistics.h"
-#include "replay/sweep/stopwatch.h"
-#include "replay/tile_map_files.h"
 #include "shaders_cpp/tone_map.h"
 
 namespace tessera::replay {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <filesystem>
@@ -66,5 +67,15 @@ void write_render_record(const SweepFolder& folder, const std::string& function,
                          const RenderedPoint& rendered);
 std::optional<RenderedPoint> read_render_record(const SweepFolder& folder, const std::string& function,
                                                 std::uint64_t max_bytes);
+
+// Wall clock since it was made.
+class Stopwatch {
+ public:
+  double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point start_ = Clock::now();
+};
 
 }  // namespace tessera::replay

@@ -8,7 +8,7 @@
 
 namespace tessera::replay {
 
-// A study with a goal: generations of candidates (differential_evolution.h), each the coordinates of a point along the
+// A study with a goal: generations of candidates (unit_samples.h), each the coordinates of a point along the
 // axes, made by run_sweep() and scored (goal.h). A candidate that fell on a point before is that point. Ends with as
 // many points as the goal wants, for each capture, or when kIdleGenerations in turn brought none that is new.
 //

@@ -272,9 +272,6 @@ PointConfiguration configure_point(const Study& study, const std::vector<std::ui
     gpu::set_key(*key, *value, point.settings, point.gpu);
     if (*key == "tilecore.memory_bytes") point.chosen_tile_memory = true;
   }
-  // As captures are found.
-  if (std::string& track = point.settings.resolve.foveation.focus_track; !track.empty())
-    track = beside(study.file, track).string();
   // A point that has chosen too little is not measured (expand_points).
   if (!point.chosen_tile_memory) gpu::grow_tile_memory(point.gpu, point.settings);
   return point;

@@ -7,7 +7,6 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "replay/sweep/rendered_point.h"
-#include "replay/sweep/stopwatch.h"
 
 namespace tessera::replay {
 namespace {

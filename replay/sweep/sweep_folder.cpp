@@ -17,7 +17,6 @@
 #include "base/error.h"
 #include "base/json_text.h"
 #include "base/whole_file.h"
-#include "replay/csv_cell.h"
 #include "replay/sweep/columns.h"
 #include "replay/sweep/goal.h"
 #include "replay/time_split.h"

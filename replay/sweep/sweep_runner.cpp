@@ -21,7 +21,6 @@
 #include "base/whole_file.h"
 #include "replay/progress.h"
 #include "replay/sweep/rendered_point.h"
-#include "replay/sweep/stopwatch.h"
 
 namespace tessera::replay {
 namespace {

@@ -1,10 +1,62 @@
 #include "replay/sweep/unit_samples.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
+#include "base/check.h"
+
 namespace tessera::replay {
+
+bool Score::better_than(const Score& other) const {
+  return violation != other.violation ? violation < other.violation : objective < other.objective;
+}
+
+DifferentialEvolution::DifferentialEvolution(std::size_t dimensions, std::size_t population, std::uint64_t seed)
+    : numbers_(seed ^ 0x6a09e667f3bcc908u),
+      candidates_(unit_samples(SampleMethod::kLatinHypercube, population, dimensions, seed)) {
+  TESSERA_CHECK(population >= 4 && dimensions >= 1, "a mutant has a target and three others");
+}
+
+std::vector<double> DifferentialEvolution::mutant_of(std::size_t target) {
+  std::array<std::size_t, 3> others{};
+  for (std::size_t k = 0; k < others.size(); ++k) {
+    const auto taken = [&](std::size_t member) {
+      return member == target || std::find(others.begin(), others.begin() + k, member) != others.begin() + k;
+    };
+    do others[k] = numbers_.below(members_.size());
+    while (taken(others[k]));
+  }
+  const std::vector<double>&base = members_[others[0]], &plus = members_[others[1]], &minus = members_[others[2]];
+  std::vector<double> mutant = members_[target];
+  const std::size_t always = numbers_.below(mutant.size());  // one coordinate at least is not the target's
+  for (std::size_t d = 0; d < mutant.size(); ++d) {
+    if (const bool crosses = numbers_.fraction() < kCrossover; !crosses && d != always) continue;
+    double at = base[d] + kWeight * (plus[d] - minus[d]);
+    if (at < 0) at = base[d] / 2;
+    if (at >= 1) at = (base[d] + 1) / 2;
+    mutant[d] = std::min(at, std::nextafter(1.0, 0.0));
+  }
+  return mutant;
+}
+
+void DifferentialEvolution::tell(std::span<const Score> scores) {
+  TESSERA_CHECK(scores.size() == candidates_.size(), "a score for each candidate");
+  if (members_.empty()) {
+    members_ = candidates_;
+    scores_.assign(scores.begin(), scores.end());
+  } else {
+    // As good is enough: the population moves over ground that is level.
+    for (std::size_t i = 0; i < members_.size(); ++i)
+      if (!scores_[i].better_than(scores[i])) {
+        members_[i] = candidates_[i];
+        scores_[i] = scores[i];
+      }
+  }
+  for (std::size_t i = 0; i < members_.size(); ++i) candidates_[i] = mutant_of(i);
+}
+
 namespace {
 
 // The fraction may round up to the interval's end.

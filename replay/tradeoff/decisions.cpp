@@ -5,7 +5,7 @@
 #include <numeric>
 #include <tuple>
 
-#include "replay/tradeoff/tradeoff_words.h"
+#include "replay/tradeoff/tradeoff_files.h"
 
 namespace tessera::replay {
 namespace {

@@ -153,43 +153,34 @@ std::vector<Knob> shading_knobs() {
 }
 
 std::vector<Knob> texture_knobs() {
-  const auto by_lines = [](Knob knob) {
-    return watching(std::move(knob), "texture.cache_misses", "lines that missed the texture cache");
-  };
-  return {
-      by_lines(knob("texture_format", "blocks of textures",
-                    values_of("texture.format", {"stored", "etc2", "astc-4x4", "astc-5x5", "astc-6x6", "astc-8x8",
-                                                 "astc-10x10", "astc-12x12"}),
-                    "stored", KnobNeed::kTextures)),
-      by_lines(knob("texture_blocks", "KTX2 textures in memory",
-                    values_of("texture.basis_target", {"rgba8", "etc2", "astc"}), "astc", KnobNeed::kBasisTextures))};
+  return {watching(knob("texture_format", "blocks of textures",
+                        values_of("texture.format", {"stored", "etc2", "astc-4x4", "astc-5x5", "astc-6x6", "astc-8x8",
+                                                     "astc-10x10", "astc-12x12"}),
+                        "stored", KnobNeed::kTextures),
+                   "texture.cache_misses", "lines that missed the texture cache")};
 }
 
 std::vector<Knob> resolve_knobs() {
   const KeyValues adaptive = {{"resolve.desampling", "adaptive"}};
   std::vector<KnobSetting> speeds;
   for (const double slow : {0.0, 0.25, 0.5, 1.0, 2.0})
-    speeds.push_back({fmt::format("below {} px", slow), {{"resolve.k_stat", slow}}});
+    speeds.push_back({fmt::format("below {} px", slow), {{"resolve.reuse_speed", slow}}});
   std::vector<KnobSetting> fast = {
-      {"8 of 16 from 2 px, 4 from 8 px", {{"resolve.k_fast1", 2}, {"resolve.k_fast2", 8}}},
-      {"8 of 16 from 4 px, 4 from 16 px", {{"resolve.k_fast1", 4}, {"resolve.k_fast2", 16}}},
-      {"8 of 16 from 8 px, 4 from 32 px", {{"resolve.k_fast1", 8}, {"resolve.k_fast2", 32}}},
-      {"never", {{"resolve.k_fast1", 1000000}, {"resolve.k_fast2", 1000000}}}};
+      {"8 of 16 from 2 px, 4 from 8 px", {{"resolve.half_rate_speed", 2}, {"resolve.quarter_rate_speed", 8}}},
+      {"8 of 16 from 4 px, 4 from 16 px", {{"resolve.half_rate_speed", 4}, {"resolve.quarter_rate_speed", 16}}},
+      {"8 of 16 from 8 px, 4 from 32 px", {{"resolve.half_rate_speed", 8}, {"resolve.quarter_rate_speed", 32}}},
+      {"never", {{"resolve.half_rate_speed", 1000000}, {"resolve.quarter_rate_speed", 1000000}}}};
   std::vector<KnobSetting> advection = {
       {"no advection", {{"resolve.advection", false}}},
       {"bilinear", {{"resolve.advection_fetch", "bilinear"}, {"resolve.bfecc", false}}},
       {"bicubic", {{"resolve.advection_fetch", "bicubic"}, {"resolve.bfecc", false}}},
       {"bilinear, BFECC", {{"resolve.advection_fetch", "bilinear"}, {"resolve.bfecc", true}}},
       {"bicubic, BFECC", {{"resolve.advection_fetch", "bicubic"}, {"resolve.bfecc", true}}}};
-  std::vector<KnobSetting> filters = {
-      {"nearest", {{"resolve.reconstruction", "nearest"}}},
-      {"bilinear", {{"resolve.reconstruction", "bilinear"}}},
-      {"cubic, float weights", {{"resolve.reconstruction", "cubic"}, {"resolve.stencil_weights", "float"}}},
-      {"cubic, 8-bit weights", {{"resolve.reconstruction", "cubic"}, {"resolve.stencil_weights", "packed"}}}};
-  Knob half = watching(knob("reconstruction", "reconstruction of 8 of 16", filters, "cubic, float weights"),
+  const std::vector<KnobSetting> filters = values_of("resolve.reconstruction", {"nearest", "bilinear", "cubic"});
+  Knob half = watching(knob("reconstruction", "reconstruction of 8 of 16", filters, "cubic"),
                        "timing.units.resolve.busy_cycles", "resolve cycles");
   half.context = {{"resolve.desampling", "fixed_8"}};
-  Knob quarter = watching(knob("reconstruction_4", "reconstruction of 4 of 16", filters, "cubic, float weights"),
+  Knob quarter = watching(knob("reconstruction_4", "reconstruction of 4 of 16", filters, "cubic"),
                           "timing.units.resolve.busy_cycles", "resolve cycles");
   quarter.context = {{"resolve.desampling", "fixed_4"}};
   return {
@@ -254,14 +245,6 @@ bool has_texture(const scene::Material& m) {
   const auto slots = m.slots();
   return std::any_of(slots.begin(), slots.end(), [](const auto* slot) { return slot->texture != nullptr; });
 }
-bool has_basis_texture(const scene::Material& m) {
-  const auto is_basis = [](const scene::TextureSource& source) {
-    return source.format == scene::TextureFormat::kKtx2Etc1s || source.format == scene::TextureFormat::kKtx2Uastc;
-  };
-  for (const scene::TextureSlot* slot : m.slots())
-    if (slot->texture != nullptr && is_basis(slot->source)) return true;
-  return m.displacement.has_value() && is_basis(m.displacement->source);
-}
 
 }  // namespace
 
@@ -310,10 +293,6 @@ std::string why_without_effect(const Knob& knob, const scene::FrameGeometry& fra
     case KnobNeed::kTextures:
       if (!any_drawable(frame, [](const scene::PosedDrawable& d) { return has_texture(*d.material); }))
         return "the capture has no textures";
-      break;
-    case KnobNeed::kBasisTextures:
-      if (!any_drawable(frame, [](const scene::PosedDrawable& d) { return has_basis_texture(*d.material); }))
-        return "the capture has no KTX2 textures";
       break;
     case KnobNeed::kMeshes:
       if (!any_drawable(frame, [](const scene::PosedDrawable& d) { return d.procedure == nullptr; }))

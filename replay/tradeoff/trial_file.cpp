@@ -8,7 +8,6 @@
 
 #include "base/atomic_file.h"
 #include "base/json_text.h"
-#include "base/json_value.h"
 #include "base/whole_file.h"
 
 namespace tessera::replay {

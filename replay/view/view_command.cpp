@@ -31,19 +31,11 @@ namespace fs = std::filesystem;
 class ViewCommand final : public Command {
  public:
   explicit ViewCommand(CLI::App& app) {
-    app.add_option("CAPTURE", start_.file, "The capture: any glTF 2.0 asset (.gltf or .glb)")
-        ->required()
-        ->type_name("FILE");
+    add_capture_argument(app, start_.file);
     app.add_option("--frame", frame_, "The frame to view (default: the capture's first)")->type_name("N");
     app.add_option("--size", start_.size, "Size of the image (default: the capture's, else 1280x720)")
         ->type_name("WxH");
-    app.add_option("--gpu", start_.gpu,
-                   fmt::format("The described machine: {} or a JSON file", fmt::join(gpu::preset_names(), ", ")))
-        ->type_name("PRESET|FILE")
-        ->capture_default_str();
-    app.add_option("--set", start_.sets, "What the view begins with; repeatable")
-        ->type_name("KEY=VALUE")
-        ->allow_extra_args(false);
+    add_machine_options(app, start_.gpu, start_.sets, "What the view begins with; repeatable");
     app.add_option("--warmup", start_.warmup,
                    "With resolve.desampling=adaptive: render so many frames before, so that it has a history")
         ->type_name("N");
@@ -52,12 +44,8 @@ class ViewCommand final : public Command {
         ->capture_default_str();
     app.add_option("--out", out_, "Keep each result there: view_NNNN.json (statistics), view_NNNN.png")
         ->type_name("DIR");
-    app.add_option("--threads", threads_, "Host threads (default: all). The result does not depend on it")
-        ->type_name("N");
-    app.add_option("--max-memory", max_memory_gib_,
-                   "Most memory that the capture with a frame of it, and the images, may take, in GiB")
-        ->type_name("GIB")
-        ->capture_default_str();
+    add_threads_option(app, threads_);
+    add_memory_option(app, max_memory_gib_);
     add_strict_flag(app, strict_);
     add_variant_option(app, start_.variant);
     add_view_options(app, start_.look, kViewGroup);
@@ -80,8 +68,7 @@ class ViewCommand final : public Command {
     if (const std::string missing = missing_for_reports(); !missing.empty()) throw SystemError("no page: " + missing);
     const ThreadLimit threads(static_cast<std::size_t>(threads_));
     scene::CaptureLimits limits;
-    limits.max_bytes =
-        static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 1073741824.0);
+    limits.max_bytes = memory_bytes(max_memory_gib_);
     limits.strict = strict_;
     limits.variant = start_.variant;
     std::optional<LongStep> step(std::in_place, "reading " + escape_control(start_.file), false);

@@ -14,12 +14,10 @@
 #include "gpu/image_bytes.h"
 #include "gpu/machine_model.h"
 #include "gpu/record_file.h"
-#include "replay/drawable_names.h"
+#include "replay/commands.h"
 #include "replay/frame_costs.h"
-#include "replay/reproduction.h"
+#include "replay/frame_files.h"
 #include "replay/statistics.h"
-#include "replay/tile_map_files.h"
-#include "replay/timeline_member.h"
 #include "shaders_cpp/tone_map.h"
 
 namespace tessera::replay {
@@ -63,7 +61,7 @@ struct ViewSession::Rendering {
   std::vector<timing::FrameWork> views;
   ViewImage image;
   DrawableNames names;
-  gpu::FrameShares shares;
+  gpu::CostAttribution shares;
   gpu::FrameTimeline timeline;  // of the left eye
 };
 
@@ -193,12 +191,12 @@ void ViewSession::time(const ViewPoint& point, bool stale) {
   gpu::CachesOfFrames caches;
   // What is moved for a tile does not hang on when.
   const std::vector<gpu::TileTraffic>& traffic = rendering_->shares.traffic;
-  std::optional<gpu::FrameShares> shares;
+  std::optional<gpu::CostAttribution> shares;
   gpu::FrameTimeline timeline;
   const auto each = [&](const timing::FrameWork& work, const gpu::ViewCost& view, const timing::WarmCaches& before) {
-    gpu::FrameShares of =
-        gpu::frame_shares(point.gpu, work, view.schedule, view.timing, view.energy,
-                          shares ? std::vector<gpu::TileTraffic>(traffic.size()) : traffic, before, false);
+    gpu::CostAttribution of =
+        gpu::attribute_costs(point.gpu, work, view.schedule, view.timing, view.energy,
+                             shares ? std::vector<gpu::TileTraffic>(traffic.size()) : traffic, before, false);
     if (shares) return shares->add(of);
     timeline = gpu::frame_timeline(point.gpu, work, view.schedule, view.timing);
     shares = std::move(of);
@@ -249,7 +247,7 @@ void ViewSession::render(const ViewPoint& point) {
   if (frame.right) views.push_back(std::move(*frame.right->work));
   gpu::FrameTimeline timeline =
       gpu::frame_timeline(point.gpu, views.front(), frame.model->schedule, frame.model->timing);
-  gpu::FrameShares shares = std::move(*frame.shares);
+  gpu::CostAttribution shares = std::move(*frame.shares);
   DrawableNames names(
       gpu::record_head("", device.assembly(), point.gpu, point.settings, point.request.width, point.request.height));
   frame.model->record = {};

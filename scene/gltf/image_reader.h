@@ -36,7 +36,7 @@ struct ImageAccount {
 // what is no such image, LimitError with the place for what is too large. May be called on any thread.
 ColorImage read_color_image(Bytes bytes, shaders::ColorSpace space, const ImageAccount& account);
 HeightImage read_height_image(Bytes bytes, const ImageAccount& account);
-// KTX2. Charged for all targets, of which a replay may want each, one after the other.
+// KTX2. Charged for its texels and for its blocks, of which a replay may want both.
 UnpackedBasis unpack_basis_image(Bytes bytes, const ImageAccount& account);
 
 }  // namespace tessera::scene::gltf

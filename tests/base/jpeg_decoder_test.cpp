@@ -17,6 +17,7 @@
 #include "base/error.h"
 #include "base/image_codec.h"
 #include "base/sha256.h"
+#include "captures/sources/jpeg_writer.h"
 #include "tests/support/heap_meter.h"
 #include "tests/support/process.h"
 
@@ -142,7 +143,7 @@ TEST(JpegDecoder, AnotherImageIsNotWithinQuantisation) {  // the twin of the law
 TEST(JpegDecoder, ReadsWhatAnotherEncoderWrote) {  // stb's
   for (const int channels : {1, 3}) {
     const Image8 image = ramps(40, 24, channels);
-    const std::string text = encode_jpeg(image, 100);
+    const std::string text = captures::encode_jpeg(image, 100);
     const Answer answer = decode({text.begin(), text.end()});
     ASSERT_TRUE(answer.accepted) << answer.fault;
     // stb writes grey as three channels.
@@ -276,8 +277,7 @@ TEST(JpegDecoder, WhatTheLibraryWouldOnlyWarnOfIsRefused) {
   EXPECT_NE(decode(ones).fault.find("Huffman code"), std::string::npos) << decode(ones).fault;
 }
 
-// ---- Tables that are missing or do not fit, which stb's decoder reads or writes outside of
-// -----------------------------
+// ---- Tables that are missing or do not fit ---------------------------------------------------------------------
 
 struct Mutation {
   const char* name;

@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "baselines/strip_code.h"
+#include "baselines/block_code.h"
 #include "baselines/tile_reference.h"
 #include "baselines/triangle_buffer.h"
 #include "gpu/configuration.h"

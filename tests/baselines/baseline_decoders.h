@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "baselines/strip_code.h"
+#include "baselines/block_code.h"
 #include "baselines/tile_reference.h"
 
 namespace tessera::test {

@@ -6,8 +6,8 @@
 #include <map>
 #include <set>
 
-#include "baselines/immediate.h"
 #include "baselines/post_tessellation.h"
+#include "baselines/tile_drawing.h"
 #include "gpu/configuration.h"
 #include "tests/baselines/baseline_decoders.h"
 #include "tests/baselines/patch_scenes.h"

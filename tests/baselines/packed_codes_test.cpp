@@ -4,10 +4,8 @@
 #include <bit>
 #include <map>
 
-#include "baselines/color_code.h"
+#include "baselines/block_code.h"
 #include "baselines/compressed_color.h"
-#include "baselines/grid_code.h"
-#include "baselines/position_code.h"
 #include "memory/lru_cache.h"
 #include "tests/baselines/baseline_decoders.h"
 #include "tests/support/captures.h"

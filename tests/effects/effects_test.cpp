@@ -180,7 +180,7 @@ TEST(Effects, AMovingSubPatchThatRanWithoutMotionWouldBeNoticed) {
   ASSERT_TRUE(binner.run(*frame, frontend::run_front_end(*frame, pyramids, gpu.front_end_spec()).sub_patches, cursor));
   const auto patches_seen = [&](bool forced_on, bool cleared) {
     tilecore::TileCore core;
-    job.force_motion = forced_on;
+    job.forced.motion = forced_on;
     std::vector<std::uint32_t> seen;
     for (binner::TileIndex t = 0; t < grid.tile_count(); ++t) {
       memory::Ledger ledger;

@@ -10,6 +10,7 @@
 #include "base/image_metrics.h"
 #include "base/radiance_codec.h"
 #include "base/webp_codec.h"
+#include "captures/sources/jpeg_writer.h"
 #include "shaders_cpp/tone_map.h"
 #include "tests/fuzz/document_mutator.h"
 #include "tests/fuzz/fuzz_target.h"
@@ -59,7 +60,7 @@ std::vector<std::string> images() {
     for (std::size_t i = 0; i < wide.values.size(); ++i) wide.values[i] = static_cast<std::uint16_t>(i * 1031);
     all.push_back(encode_png(image));
     all.push_back(encode_png(wide));
-    if (channels == 1 || channels == 3) all.push_back(encode_jpeg(image, 20 * channels));
+    if (channels == 1 || channels == 3) all.push_back(captures::encode_jpeg(image, 20 * channels));
   }
   return all;
 }

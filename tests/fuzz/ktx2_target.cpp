@@ -18,7 +18,7 @@ constexpr std::uint64_t kMaxPixels = 1 << 14, kMaxFittedPixels = 1 << 9;
 
 void decode(Bytes input) {
   if (input.empty()) return;
-  const auto target = static_cast<ktx2::BasisTarget>(input[0] % 3);
+  const auto target = static_cast<ktx2::BasisTarget>(input[0] % 2);
   const ImageLimits limits{.max_side = 1 << 12,
                            .max_pixels = target == ktx2::BasisTarget::kRgba32 ? kMaxPixels : kMaxFittedPixels};
   std::uint64_t charged = 0;
@@ -48,7 +48,7 @@ std::vector<std::string> textures() {
   for (const auto& entry : fs::directory_iterator(fs::path(TESSERA_SOURCE_DIR) / "tests" / "base" / "data")) {
     if (entry.path().extension() != ".ktx2") continue;
     const std::string text = test::read_text(entry.path());
-    for (const char target : {'\0', '\1', '\2'}) all.push_back(target + text);
+    for (const char target : {'\0', '\1'}) all.push_back(target + text);
   }
   return all;
 }

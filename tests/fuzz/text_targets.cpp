@@ -85,7 +85,7 @@ std::vector<std::string> studies() {
                       {"points", 20},
                       {"population", 8}};
   json ranges = small, machines = small;
-  ranges["axes"] = {{{"key", "resolve.k_stat"}, {"range", {{"from", 0.1}, {"to", 1}, {"step", 0.3}}}},
+  ranges["axes"] = {{{"key", "resolve.reuse_speed"}, {"range", {{"from", 0.1}, {"to", 1}, {"step", 0.3}}}},
                     {{"key", "size"}, {"values", {"8x8", "16x16"}}}};
   machines["gpu"] = "gpu.json";
   machines["axes"] = {{{"key", "gpu"}, {"values", {"small", "middle", "gpu.json"}}}};

@@ -176,9 +176,9 @@ TEST(Continuity, ThresholdsOfTheResolveUnitChangeBlocksOneByOne) {
   const auto image = [&](double speed) {
     RunSettings settings;
     settings.resolve.desampling = tilecore::Desampling::kAdaptive;
-    settings.resolve.rates.thresholds.still = 0;
-    settings.resolve.rates.thresholds.fast1 = speed;
-    settings.resolve.rates.thresholds.fast2 = 1000;
+    settings.resolve.rates.thresholds.reuse = 0;
+    settings.resolve.rates.thresholds.half_rate = speed;
+    settings.resolve.rates.thresholds.quarter_rate = 1000;
     Device renderer(capture, {}, settings, {kWidth, kHeight, {0, 0, kWidth, kHeight}, false});
     renderer.render(3);
     return renderer.render(4).targets.color;

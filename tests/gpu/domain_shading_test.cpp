@@ -39,7 +39,7 @@ GpuConfiguration machine(DomainShading domain, ShaderCosts costs = ShaderCosts::
 std::uint64_t vertices_of(const timing::FrameWork& work) {
   std::uint64_t vertices = 0;
   for (const timing::WorkRound& round : work.rounds)
-    for (const timing::TileWork& tile : round.tiles) vertices += tile.vertices;
+    for (const timing::TileWork& tile : round.tiles) vertices += tile.events[hardware::Event::kVertices];
   return vertices;
 }
 
@@ -51,15 +51,15 @@ TEST(DomainShading, RecordsNameTheShaderOfEachSubPatch) {
       for (std::size_t t = 0; t < round.tiles.size(); ++t) {
         std::uint64_t vertices = 0, of_tile = 0;
         for (const timing::SubPatchItem& item : round.items[t].sub_patches) {
-          vertices += item.vertices;
-          of_tile += std::uint64_t{item.vertices} * item.domain_texels;
+          vertices += item[hardware::Event::kVertices];
+          of_tile += std::uint64_t{item[hardware::Event::kVertices]} * item.domain_texels;
           heights += item.height_lines;
-          EXPECT_EQ(item.domain_clocks > 0, item.vertices > 0);
-          EXPECT_EQ(item.domain_registers > 0, item.vertices > 0);
+          EXPECT_EQ(item.domain_clocks > 0, item[hardware::Event::kVertices] > 0);
+          EXPECT_EQ(item.domain_registers > 0, item[hardware::Event::kVertices] > 0);
           EXPECT_TRUE(item.domain_texels > 0 || item.height_lines == 0);
         }
-        EXPECT_EQ(vertices, round.tiles[t].vertices);
-        EXPECT_EQ(of_tile, round.tiles[t].domain_texels);
+        EXPECT_EQ(vertices, round.tiles[t].events[hardware::Event::kVertices]);
+        EXPECT_EQ(of_tile, round.tiles[t].events[hardware::Event::kDomainTexels]);
         texels += of_tile;
       }
     EXPECT_EQ(texels > 0, heights > 0) << capture;
@@ -82,13 +82,14 @@ TEST(DomainShading, LanesShadeEveryVertexOnceAndPayByOperations) {
       for (const timing::WorkRound& round : work[0].rounds)
         for (const timing::TileItems& items : round.items)
           for (const timing::SubPatchItem& item : items.sub_patches)
-            clocks += static_cast<double>(item.vertices) * item.domain_clocks;
+            clocks += static_cast<double>(item[hardware::Event::kVertices]) * item.domain_clocks;
     }
     const auto more = [&](const char* of) { return lanes.energy.by_unit_nj.at(of) - unit.energy.by_unit_nj.at(of); };
-    EXPECT_NEAR(more("shader"), clocks * gpu.energy.shader_operation_pj * 1e-3, 1e-6 * clocks);
-    EXPECT_NEAR(more("texture"), static_cast<double>(domain.texels) * gpu.energy.texel_pj * 1e-3, 1e-3);
-    EXPECT_NEAR(more("tessellator"), -static_cast<double>(vertices_of(work[0])) * gpu.geometry_energy.vertex_pj * 1e-3,
+    EXPECT_NEAR(more("shader"), clocks * gpu.energy_pj[hardware::Event::kShaderClocks] * 1e-3, 1e-6 * clocks);
+    EXPECT_NEAR(more("texture"), static_cast<double>(domain.texels) * gpu.energy_pj[hardware::Event::kTexels] * 1e-3,
                 1e-3);
+    EXPECT_NEAR(more("tessellator"),
+                -static_cast<double>(vertices_of(work[0])) * gpu.energy_pj[hardware::Event::kVertices] * 1e-3, 1e-3);
     // With phases the same operations are work of the same lanes.
     GpuConfiguration phases = gpu;
     phases.queues.model = hardware::TimingModel::kPhases;
@@ -98,7 +99,8 @@ TEST(DomainShading, LanesShadeEveryVertexOnceAndPayByOperations) {
     const double twice =
         timing::stage_cycles(phases, work[0].rounds[0].tiles[0])[static_cast<std::size_t>(hardware::Stage::kShader)];
     EXPECT_NEAR(twice - busy,
-                static_cast<double>(work[0].rounds[0].tiles[0].vertices + work[0].rounds[0].tiles[0].surface_lanes) *
+                static_cast<double>(work[0].rounds[0].tiles[0].events[hardware::Event::kVertices] +
+                                    work[0].rounds[0].tiles[0].events[hardware::Event::kSurfaceLanes]) *
                     gpu.shader.surface_operations / static_cast<double>(gpu.shader.lanes),
                 1e-6);
   }

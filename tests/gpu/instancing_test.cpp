@@ -109,9 +109,9 @@ TEST(InstancedMemory, InstancesReadTheSameAddresses) {
     if (access.unit == memory::Unit::kFrontend && access.purpose == memory::Purpose::kPatchData) logged += access.bytes;
   EXPECT_EQ(logged, a.counters.ledger.traffic(memory::Unit::kFrontend, memory::Purpose::kPatchData).read_bytes);
   const auto values = counter_values(a.counters);
-  EXPECT_EQ(a.model->record.work.rounds[0].geometry.bounds, values.at("frontend.bounds_computed") +
-                                                                values.at("frontend.instance_groups_tested") +
-                                                                values.at("frontend.instances_tested"));
+  EXPECT_EQ(a.model->record.work.rounds[0].geometry.events[hardware::Event::kBounds],
+            values.at("frontend.bounds_computed") + values.at("frontend.instance_groups_tested") +
+                values.at("frontend.instances_tested"));
 }
 
 }  // namespace

@@ -209,8 +209,8 @@ TEST(PreviousDepth, EveryByteBelongsToTheMachineInTime) {
     EXPECT_EQ(frame.model->record.work.dram_bytes(), total.read_bytes + total.written_bytes);
     std::uint64_t reprojected = 0, tested = 0;
     for (const timing::WorkRound& round : frame.model->record.work.rounds) {
-      reprojected += round.geometry.depth_blocks;
-      tested += round.geometry.depth_tests;
+      reprojected += round.geometry.events[hardware::Event::kReprojectedBlocks];
+      tested += round.geometry.events[hardware::Event::kDepthTests];
     }
     EXPECT_EQ(reprojected, frame.counters.previous_depth.blocks_reprojected);
     EXPECT_EQ(tested, frame.counters.previous_depth.blocks_tested);

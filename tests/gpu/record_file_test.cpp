@@ -77,7 +77,7 @@ TEST(Record, FunctionalKeysChangeIt) {
 // Prices decide what the splitter does where it goes by cost: then they are no keys of timing alone.
 TEST(Record, PricesOfSplitsAreFunctionalWhereTheyDecide) {
   GpuConfiguration gpu, fast;
-  fast.rates.bounds_per_clk = 4;
+  fast.rates[hardware::Event::kBounds] = 4;
   EXPECT_EQ(functional_json(gpu, {}), functional_json(fast, {}));
   gpu.frontend.split_criterion = fast.frontend.split_criterion = frontend::SplitCriterion::kCost;
   EXPECT_NE(functional_json(gpu, {}), functional_json(fast, {}));
@@ -167,16 +167,26 @@ TEST_F(RecordFile, RefusesWhatIsCutOffOrDamaged) {  // RF2
     } catch (const LimitError&) {
     }
   }
-  for (const char* other : {"tessera.record/1\n", "tessera.record/2\n"}) {
+  for (const char* other : {"tessera.record/1\n", "tessera.record/2\n", "tessera.record/3\n"}) {
     test::write_text(file, other);
     try {
       read_all(file);
       ADD_FAILURE() << "a record of another version";
     } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr("another version"));
+      EXPECT_THAT(error.what(), HasSubstr("record it again"));
     }
   }
-  test::write_text(file, "tessera.record/3\n");
+  // An event that this machine does not charge.
+  std::string renamed = bytes;
+  renamed.replace(bytes.find("\"bounds\""), 8, "\"bouncs\"");
+  test::write_text(file, renamed);
+  try {
+    read_all(file);
+    ADD_FAILURE() << "a record of other events";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("record it again"));
+  }
+  test::write_text(file, "tessera.record/4\n");
   EXPECT_THROW(read_all(file), InputError);
   EXPECT_THROW(read_all(folder_ / "none"), InputError);
 }
@@ -190,7 +200,7 @@ TEST_F(RecordFile, RefusesWhatNoMachineDoes) {  // RF2
     const std::filesystem::path file = write({work});
     EXPECT_THROW(read_all(file), InputError);
   };
-  refused([](timing::FrameWork& w) { w.rounds[0].tiles[0].pixels = std::uint64_t{1} << 40; });
+  refused([](timing::FrameWork& w) { w.rounds[0].tiles[0].events[hardware::Event::kPixels] = std::uint64_t{1} << 40; });
   refused([](timing::FrameWork& w) { w.rounds[0].items[0].list_bytes = std::uint64_t{1} << 50; });
   refused([](timing::FrameWork& w) { w.rounds[0].geometry.written_bytes = w.rounds[0].geometry.dram_bytes + 1; });
   refused([](timing::FrameWork& w) { w.other_bytes = std::uint64_t{1} << 50; });

@@ -291,7 +291,8 @@ TEST(Transmission, ThePassesAreCharged) {
   ASSERT_EQ(frame.model->record.work.rounds.size(), 3u) << "what is behind, its levels, what transmits";
   std::uint64_t pixels = 0, operations = 0;
   for (const timing::WorkRound& round : frame.model->record.work.rounds)
-    for (const timing::TileWork& tile : round.tiles) pixels += tile.pixels, operations += tile.resolve_operations;
+    for (const timing::TileWork& tile : round.tiles)
+      pixels += tile.events[hardware::Event::kPixels], operations += tile.events[hardware::Event::kResolveOperations];
   EXPECT_EQ(pixels, static_cast<std::uint64_t>(2 * kWidth * kHeight)) << "kept, and finished";
   EXPECT_EQ(operations, reduced);
 }

@@ -26,7 +26,7 @@ TEST(Area, UnitsAddUpAndThoseOfCoresAreProportionalToThem) {  // AREA1
       EXPECT_DOUBLE_EQ(three.by_unit_mm2.at(unit), shared ? mm2 : 3 * mm2) << unit;
     }
   }
-  EXPECT_DOUBLE_EQ(three.by_unit_mm2.at("other_memories"), gpu.area.sram_mm2_per_kib * (256 + 12 * 16));
+  EXPECT_DOUBLE_EQ(three.by_unit_mm2.at("other_memories"), gpu.silicon.sram_mm2_per_kib * (256 + 12 * 16));
 }
 
 TEST(Area, IsThatOfItsPartsByHand) {  // AREA1
@@ -52,7 +52,7 @@ TEST(Area, UnitsThatAMachineLacksTakeNone) {
   EXPECT_NEAR(more({0, 0, true, false}, "binner"), 32 * 0.0001, 1e-12);
   EXPECT_EQ(more({0, 0, true, false}, "fixed_units"), 0);
   EXPECT_NEAR(more({0, 0, false, true}, "fixed_units"), 32 * 0.0001, 1e-12);
-  gpu.rates.vertices_per_clk = 2;
+  gpu.rates[Event::kVertices] = 2;
   const double unit = machine_area(gpu, {}).total_mm2();
   gpu.shader.domain = DomainShading::kLanes;
   EXPECT_NEAR(unit - machine_area(gpu, {}).total_mm2(), 0.12, 1e-12) << "transforms are as large as one vertex";

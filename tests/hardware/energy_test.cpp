@@ -10,8 +10,10 @@ namespace {
 
 EnergyEvents some_of_each() {
   EnergyEvents events;
-  events.bounds = 100, events.vertices = 1000, events.hits = 5000, events.depth_blocks = 30;
-  events.shader_invocations = 2000, events.texels = 8000, events.l2_lines = 600, events.pixels = 1024;
+  EventCounts& counts = events.counts;
+  counts[Event::kBounds] = 100, counts[Event::kVertices] = 1000, counts[Event::kHits] = 5000;
+  counts[Event::kDepthBlocks] = 30, counts[Event::kShaderInvocations] = 2000, counts[Event::kTexels] = 8000;
+  counts[Event::kL2Lines] = 600, counts[Event::kPixels] = 1024;
   events.dram_bytes = 100000;
   return events;
 }

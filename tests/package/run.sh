@@ -27,9 +27,12 @@ check_no_source_path() { # FOLDER
   ! grep -rlF "$source/" "$1" >&2 || fail "these files name the source tree"
 }
 
-# The manual page and the completions of bash and zsh are where these look for them, and work.
+# The manual page and the completions of bash and zsh are where these look for them, and work; each schema is there.
 check_shells() { # FOLDER that is /usr or a prefix
-  local share=$1/share page
+  local share=$1/share page name
+  for name in $("$1/bin/tessera" describe schema); do
+    "$1/bin/tessera" describe schema "$name" | cmp - "$share/tessera/schemas/$name.schema.json" || fail "no schema of $name"
+  done
   for file in man/man1/tessera.1 bash-completion/completions/tessera zsh/vendor-completions/_tessera; do
     [ -s "$share/$file" ] || fail "no $file in $share"
   done
@@ -55,7 +58,10 @@ install)
   rm -rf "$work"
   mkdir -p "$work"
   cp "$source/captures/eggs.glb" "$capture"
-  cmake --install "$build" --prefix "$prefix" >"$work/install.log"
+  # As the README has it, where ./tessera has built the program alone.
+  rm -f "$build"/lib/libtessera.so*
+  grep -qF '`cmake --install build/release`' "$source/README.md" || fail "the README installs otherwise"
+  cmake --install "$build" --prefix "$prefix" >"$work/install.log" || fail "see $work/install.log"
   check_no_source_path "$prefix"
   check_shells "$prefix"
   program_counters "$prefix/bin/tessera" >"$work/expected.txt"

@@ -489,13 +489,13 @@ TEST(BinningStudy, ItsTablesAreThoseOfReplays) {
     const auto said = [&](const char* column) { return std::stod(row.at(column)); };
     const nlohmann::json of = study_replay(static_cast<int>(said("tile")), 0, true)["baselines"];
     const auto value = [&](const char* scheme, const char* counter) { return of[scheme][counter].get<double>(); };
-    const double pre = value("pre-tessellation", "baseline.queue_bytes_peak"),
+    const double pre = value("tessera", "baseline.queue_bytes_peak"),
                  post = value("post-tessellation", "baseline.queue_bytes_peak");
     EXPECT_EQ(said("pre_queue_bytes"), pre);
     EXPECT_EQ(said("patch_whole_queue_bytes"), value("patch-whole", "baseline.queue_bytes_peak"));
     EXPECT_EQ(said("post_queue_bytes"), post);
     EXPECT_NEAR(said("post_over_pre_queues"), post / pre, 0.051);
-    EXPECT_EQ(said("pre_traffic_bytes"), value("pre-tessellation", "baseline.dram_bytes"));
+    EXPECT_EQ(said("pre_traffic_bytes"), value("tessera", "baseline.dram_bytes"));
     EXPECT_EQ(said("patch_whole_traffic_bytes"), value("patch-whole", "baseline.dram_bytes"));
     EXPECT_EQ(said("post_traffic_bytes"), value("post-tessellation", "baseline.dram_bytes"));
     EXPECT_NEAR(said("post_over_pre_traffic"), said("post_traffic_bytes") / said("pre_traffic_bytes"), 0.0051);
@@ -528,7 +528,7 @@ TEST(Readme, QueuesAreOneToTwoOrdersOfMagnitudeSmallerThanThoseOfTriangles) {
   for (const char* counter :
        {"baseline.queue_bytes_written", "baseline.queue_bytes_read", "baseline.queue_bytes_peak"}) {
     const double ratio =
-        schemes["post-tessellation"][counter].get<double>() / schemes["pre-tessellation"][counter].get<double>();
+        schemes["post-tessellation"][counter].get<double>() / schemes["tessera"][counter].get<double>();
     EXPECT_GE(ratio, 10) << counter;
     EXPECT_LE(ratio, 1000) << counter;
   }

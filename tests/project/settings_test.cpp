@@ -50,7 +50,6 @@ struct Three {
   double c;
 };
 static_assert(member_count<Three>() == 3);
-static_assert(member_count<hardware::GeometryPrices>() == 13);
 
 template <class... S>
 constexpr bool small_enough() {
@@ -64,9 +63,8 @@ static_assert(small_enough<
 static_assert(small_enough<gpu::GpuConfiguration, frontend::Settings, binner::TileSize, binner::ParameterBufferSettings,
                            binner::Settings, tilecore::TessellatorSettings, gpu::BaselineCaches, tilecore::CoreSettings,
                            tilecore::VisibilityMethodSettings, tilecore::ShadingCacheSettings,
-                           tilecore::FrameBufferSettings, hardware::Machine, hardware::TileCores, hardware::Throughputs,
-                           hardware::ReprojectionUnit, hardware::PixelShader, hardware::Caches,
-                           hardware::MemoryInterface, hardware::GeometryPrices, hardware::EnergyPrices>());
+                           tilecore::FrameBufferSettings, hardware::Machine, hardware::TileCores, hardware::PixelShader,
+                           hardware::Caches, hardware::MemoryInterface, hardware::OtherSilicon>());
 
 // ---- Words ------------------------------------------------------------------------------------------------------
 
@@ -93,12 +91,12 @@ template <WordEnum... E>
 constexpr bool all_words_fit() {
   return (words_fit<E>() && ...);
 }
-static_assert(all_words_fit<
-              tilecore::TemporalPattern, tilecore::TimeBits, tilecore::ShadingRate, tilecore::AttributePrecision,
-              gpu::EffectMode, gpu::EffectSwitch, tilecore::ProcedureSettings::Path, tilecore::ProcedureSettings::Mode,
-              tilecore::ProcedureSettings::Style, tilecore::Desampling, tilecore::BlockSpeed, tilecore::EdgeMeasure,
-              tilecore::EdgeEvidence, tilecore::DitherOrder, tilecore::Fetch, tilecore::DiscrepancyCheck,
-              tilecore::Reconstruction, tilecore::StencilWeights, tilecore::StencilReach>());
+static_assert(
+    all_words_fit<tilecore::TemporalPattern, tilecore::TimeBits, tilecore::ShadingRate, tilecore::AttributePrecision,
+                  gpu::EffectMode, gpu::EffectSwitch, tilecore::ProcedureSettings::Path,
+                  tilecore::ProcedureSettings::Mode, tilecore::ProcedureSettings::Style, tilecore::Desampling,
+                  tilecore::BlockSpeed, tilecore::EdgeMeasure, tilecore::DitherOrder, tilecore::Fetch,
+                  tilecore::DiscrepancyCheck, tilecore::Reconstruction, tilecore::StencilReach>());
 static_assert(all_words_fit<frontend::BoundMethod, frontend::SplitCriterion, binner::CoverageMethod, binner::FullPolicy,
                             tilecore::VisibilityMethod, tilecore::Traversal, tilecore::BranchNode,
                             tilecore::FrameBufferCompression, tilecore::FrameFormat>());

@@ -138,7 +138,7 @@ TEST(WhenItPays, ItsLinesFollowFromItsPoints) {
       const double both = cost == "traffic" ? kFinishedFrame : 0;
       for (const StudyRow& point : points)
         if (place_of(point) == place_of(row))
-          costs.push_back({std::stod(point.at("px2")), std::stod(point.at(cost + " pre-tessellation")) - both,
+          costs.push_back({std::stod(point.at("px2")), std::stod(point.at(cost + " tessera")) - both,
                            std::stod(point.at(cost + " " + column)) - both});
       EXPECT_EQ(said, sizes_where_ours_is_less(costs)) << cost << " " << place_of(row) << " " << column;
       ++lines;
@@ -185,7 +185,7 @@ std::string line_of_ranges(const std::vector<StudyRow>& points, const std::strin
     std::vector<double> ratios;
     for (const StudyRow& point : points)
       ratios.push_back((std::stod(point.at(cost + scheme)) - both) /
-                       (std::stod(point.at(std::string(cost) + "pre-tessellation")) - both));
+                       (std::stod(point.at(std::string(cost) + "tessera")) - both));
     const double most = *std::max_element(ratios.begin(), ratios.end());
     line << " " << std::setprecision(2) << *std::min_element(ratios.begin(), ratios.end()) << " to "
          << std::setprecision(most < 10 ? 2 : 1) << most << " |";

@@ -16,7 +16,7 @@
 
 #include "baselines/baseline_set.h"
 #include "baselines/geometry_pass.h"
-#include "baselines/immediate_frame.h"
+#include "baselines/immediate.h"
 #include "frontend/bounds/sub_patch_bounder.h"
 #include "frontend/patch_record.h"
 #include "gpu/device.h"
@@ -30,7 +30,7 @@ namespace tessera::replay {
 namespace {
 
 using baselines::BaselineCounters;
-using baselines::Scheme;
+using baselines::SchemeId;
 using nlohmann::json;
 using test::run_tessera;
 using testing::HasSubstr;
@@ -64,7 +64,7 @@ constexpr std::array<std::string_view, 6> kTriangleSchemes = {"post-tessellation
 class Baselines : public testing::TestWithParam<const char*> {
  protected:
   scene::Capture capture = scene::read_capture(test::shipped_capture(GetParam()));
-  const BaselineCounters& scheme(const Compared& result, Scheme s) { return (*result.baselines)[s]; }
+  const BaselineCounters& scheme(const Compared& result, SchemeId s) { return (*result.baselines)[s]; }
 };
 
 TEST_P(Baselines, DoNotDependOnThreads) {
@@ -85,7 +85,7 @@ TEST_P(Baselines, ChangeNeitherImageNorCounters) {
 
 TEST_P(Baselines, PreTessellationIsWhatTheReplayItselfDid) {
   const Compared r = render(capture, {});
-  const BaselineCounters& pre = scheme(r, Scheme::kPreTessellation);
+  const BaselineCounters& pre = scheme(r, SchemeId::kTessera);
   EXPECT_EQ(pre.entries, r.counters.binner.entries);
   EXPECT_EQ(pre.queue_bytes_peak, r.counters.binner.queue_bytes_peak);
   EXPECT_EQ(pre.domain_evaluations_cached, r.counters.tessellation.domain_evaluations);
@@ -123,7 +123,7 @@ TEST_P(Baselines, TriangleMachinesDoNotDependOnQueues) {
   levels.binner.coverage = binner::CoverageMethod::kRectangle;
   const json expected = baselines_json(*render(capture, {}).baselines);
   const Compared partial = render(capture, full);
-  EXPECT_EQ(scheme(partial, Scheme::kPreTessellation).buffer_overflows, partial.counters.binner.partial_renders);
+  EXPECT_EQ(scheme(partial, SchemeId::kTessera).buffer_overflows, partial.counters.binner.partial_renders);
   for (const Compared& r : {partial, render(capture, levels)}) {
     json got = baselines_json(*r.baselines);
     for (const std::string_view view : kTriangleSchemes) {
@@ -152,7 +152,7 @@ TEST_P(Baselines, TriangleMachinesDoNotDependOnThePreviousFrame) {
 
 TEST_P(Baselines, EveryTriangleIsKeptOrDroppedByOneTest) {
   const Compared r = render(capture, {});
-  const BaselineCounters &post = scheme(r, Scheme::kPostTessellation), &immediate = scheme(r, Scheme::kImmediate);
+  const BaselineCounters &post = scheme(r, SchemeId::kPostTessellation), &immediate = scheme(r, SchemeId::kImmediate);
   EXPECT_EQ(post.primitives, immediate.primitives);
   EXPECT_GE(post.tile_overlaps, post.primitives);
   EXPECT_LE(post.entries, post.tile_overlaps);
@@ -163,12 +163,12 @@ TEST_P(Baselines, EveryTriangleIsKeptOrDroppedByOneTest) {
 // what culling leaves, once.
 TEST_P(Baselines, EvaluationsAreThoseOfTheScheme) {
   const Compared r = render(capture, {});
-  const BaselineCounters &post = scheme(r, Scheme::kPostTessellation), &position = scheme(r, Scheme::kPostPosition);
+  const BaselineCounters &post = scheme(r, SchemeId::kPostTessellation), &position = scheme(r, SchemeId::kPostPosition);
   EXPECT_EQ(position.position_evaluations, post.domain_evaluations);
   EXPECT_LE(position.domain_evaluations, post.domain_evaluations);
   EXPECT_LT(position.queue_bytes_written, post.queue_bytes_written);
   EXPECT_LT(position.queue_bytes_read, post.queue_bytes_read);
-  for (const Scheme s : {Scheme::kDeferredVertex, Scheme::kVisibilityStream, Scheme::kControlList}) {
+  for (const SchemeId s : {SchemeId::kDeferredVertex, SchemeId::kVisibilityStream, SchemeId::kControlList}) {
     const BaselineCounters& c = scheme(r, s);
     EXPECT_EQ(c.position_evaluations, post.domain_evaluations);
     EXPECT_GE(c.domain_evaluations_cached, position.domain_evaluations);  // each that is kept, at least once
@@ -177,18 +177,18 @@ TEST_P(Baselines, EvaluationsAreThoseOfTheScheme) {
     EXPECT_LT(c.queue_bytes_written, position.queue_bytes_written);
     EXPECT_EQ(c.vertices_stored, 0u);
   }
-  const BaselineCounters &deferred = scheme(r, Scheme::kDeferredVertex), &control = scheme(r, Scheme::kControlList);
+  const BaselineCounters &deferred = scheme(r, SchemeId::kDeferredVertex), &control = scheme(r, SchemeId::kControlList);
   EXPECT_EQ(deferred.domain_evaluations_cached, control.domain_evaluations_cached);  // the same tiles, the same order
   EXPECT_EQ(control.entries, control.tile_overlaps);
-  EXPECT_LE(scheme(r, Scheme::kVisibilityStream).tile_overlaps, deferred.tile_overlaps);  // bins are larger
+  EXPECT_LE(scheme(r, SchemeId::kVisibilityStream).tile_overlaps, deferred.tile_overlaps);  // bins are larger
 }
 
 TEST_P(Baselines, AllButImmediateShadeWhatTheReplayShades) {
   const Compared r = render(capture, {});
   for (std::size_t s = 0; s + 1 < baselines::kSchemeCount; ++s)
     EXPECT_EQ(r.baselines->schemes[s].pixel_shader_invocations, r.counters.shading.pixel_shader_invocations)
-        << baselines::kSchemeNames[s];
-  EXPECT_GT(scheme(r, Scheme::kImmediate).pixel_shader_invocations, 0u);
+        << baselines::kSchemes[s].name;
+  EXPECT_GT(scheme(r, SchemeId::kImmediate).pixel_shader_invocations, 0u);
 }
 
 // What a replay with half of the buffer does is what the counters said that it would.
@@ -196,10 +196,10 @@ TEST_P(Baselines, TheSmallestBufferIsJustLargeEnough) {
   gpu::GpuConfiguration gpu;
   gpu.parameter_buffer.chunk_bytes = 64;
   const Compared r = render(capture, gpu);
-  const BaselineCounters& pre = scheme(r, Scheme::kPreTessellation);
+  const BaselineCounters& pre = scheme(r, SchemeId::kTessera);
   EXPECT_EQ(pre.smallest_buffer_bytes, pre.queue_bytes_peak);
-  EXPECT_EQ(scheme(r, Scheme::kPostTessellation).smallest_buffer_bytes,
-            scheme(r, Scheme::kPostTessellation).queue_bytes_peak);
+  EXPECT_EQ(scheme(r, SchemeId::kPostTessellation).smallest_buffer_bytes,
+            scheme(r, SchemeId::kPostTessellation).queue_bytes_peak);
   gpu.parameter_buffer.bytes = static_cast<std::int64_t>(pre.smallest_buffer_bytes);
   EXPECT_EQ(render(capture, gpu, 0, false).counters.binner.partial_renders, 0u);
   gpu.parameter_buffer.bytes -= 64;
@@ -252,7 +252,7 @@ std::uint64_t bounded_twice(const scene::Capture& capture) {
 
 TEST_P(Baselines, PatchWholeHasOnePrimitivePerPatchAndNoMore) {
   const Compared r = render(capture, {});
-  const BaselineCounters &whole = scheme(r, Scheme::kPatchWhole), &pre = scheme(r, Scheme::kPreTessellation);
+  const BaselineCounters &whole = scheme(r, SchemeId::kPatchWhole), &pre = scheme(r, SchemeId::kTessera);
   EXPECT_EQ(whole.primitives + whole.culled_frustum + whole.culled_backface, r.counters.frontend.base_patches);
   // A cluster that its aligned box does not drop is bounded again by its turned one.
   EXPECT_EQ(whole.bounding_operations, r.counters.frontend.base_patches + bounded_twice(capture));
@@ -345,7 +345,7 @@ struct Worked {
   gpu::FrameResult result;
   baselines::BaselineSet set;
   baselines::SchemeWorks works;
-  const timing::FrameWork& of(Scheme scheme) const { return works[static_cast<std::size_t>(scheme)]; }
+  const timing::FrameWork& of(SchemeId scheme) const { return works[static_cast<std::size_t>(scheme)]; }
 };
 
 Worked work_of(const scene::Capture& capture, const gpu::GpuConfiguration& gpu = {}, int samples = 4) {
@@ -385,7 +385,7 @@ TEST(SchemeCycles, BW1HoldsWithProcedures) {
 
 TEST_P(Baselines, PreTessellationTakesTheCyclesAndEnergyOfTheMachine) {
   const Worked w = work_of(capture);
-  const BaselineCounters& pre = w.set[Scheme::kPreTessellation];
+  const BaselineCounters& pre = w.set[SchemeId::kTessera];
   EXPECT_EQ(pre.cycles, static_cast<std::uint64_t>(std::ceil(w.result.model->timing.cycles)));
   EXPECT_EQ(pre.energy_nj, static_cast<std::uint64_t>(std::llround(w.result.model->energy.total_nj())));
   for (const BaselineCounters& scheme : w.set.schemes) {
@@ -394,44 +394,47 @@ TEST_P(Baselines, PreTessellationTakesTheCyclesAndEnergyOfTheMachine) {
   }
 }
 
+using hardware::Event;
+
 TEST_P(Baselines, BW2TiledSchemesShadeWhatTheMachineDoes) {
   const Worked w = work_of(capture);
-  const hardware::EnergyEvents machine = timing::energy_events(w.of(Scheme::kPreTessellation));
-  for (const Scheme s : {Scheme::kPostTessellation, Scheme::kPostPosition, Scheme::kDeferredVertex,
-                         Scheme::kVisibilityStream, Scheme::kControlList}) {
-    const hardware::EnergyEvents events = timing::energy_events(w.of(s));
-    EXPECT_EQ(events.shader_invocations, machine.shader_invocations);
-    EXPECT_EQ(events.texels, machine.texels);
-    EXPECT_EQ(events.compacted_samples, machine.compacted_samples);
-    EXPECT_EQ(events.blended_layers, machine.blended_layers);
-    EXPECT_EQ(events.pixels, machine.pixels);
+  const hardware::EventCounts machine = timing::energy_events(w.of(SchemeId::kTessera)).counts;
+  for (const SchemeId s : {SchemeId::kPostTessellation, SchemeId::kPostPosition, SchemeId::kDeferredVertex,
+                           SchemeId::kVisibilityStream, SchemeId::kControlList}) {
+    const hardware::EventCounts events = timing::energy_events(w.of(s)).counts;
+    EXPECT_EQ(events[Event::kShaderInvocations], machine[Event::kShaderInvocations]);
+    EXPECT_EQ(events[Event::kTexels], machine[Event::kTexels]);
+    EXPECT_EQ(events[Event::kCompactedSamples], machine[Event::kCompactedSamples]);
+    EXPECT_EQ(events[Event::kBlendedLayers], machine[Event::kBlendedLayers]);
+    EXPECT_EQ(events[Event::kPixels], machine[Event::kPixels]);
     // And what is theirs is what their counters say.
     const BaselineCounters& scheme = w.set[s];
-    EXPECT_EQ(events.triangles,
+    EXPECT_EQ(events[Event::kTriangles],
               scheme.primitives + scheme.culled_frustum + scheme.culled_backface + scheme.culled_zero_area);
-    EXPECT_EQ(events.vertices, scheme.position_evaluations + scheme.domain_evaluations_cached);
-    EXPECT_EQ(events.binned_entries, scheme.entries);
-    EXPECT_EQ(events.surface_evaluations, 0u);
-    EXPECT_GE(events.triangle_tests, events.hits);
+    EXPECT_EQ(events[Event::kVertices], scheme.position_evaluations + scheme.domain_evaluations_cached);
+    EXPECT_EQ(events[Event::kBinnedEntries], scheme.entries);
+    EXPECT_EQ(events[Event::kSurfaceEvaluations], 0u);
+    EXPECT_GE(events[Event::kTriangleTests], events[Event::kHits]);
   }
-  const hardware::EnergyEvents immediate = timing::energy_events(w.of(Scheme::kImmediate));
-  EXPECT_EQ(immediate.shader_invocations, w.set[Scheme::kImmediate].pixel_shader_invocations);
-  EXPECT_EQ(immediate.vertices, w.set[Scheme::kImmediate].domain_evaluations);
+  const hardware::EventCounts immediate = timing::energy_events(w.of(SchemeId::kImmediate)).counts;
+  EXPECT_EQ(immediate[Event::kShaderInvocations], w.set[SchemeId::kImmediate].pixel_shader_invocations);
+  EXPECT_EQ(immediate[Event::kVertices], w.set[SchemeId::kImmediate].domain_evaluations);
 }
 
 TEST(SchemeCycles, GeometryTakesAsLongAsItsSlowestUnit) {
   hardware::Machine gpu;
   gpu.cores.count = 2;
   gpu.set_latency_clk(10);
-  gpu.triangles.triangles_per_clk = 0.5;
+  gpu.rates[hardware::Event::kTriangles] = 0.5;
   timing::FrameWork work;
   work.rounds.emplace_back().geometry.patches = 1;
-  work.rounds[0].triangles = {100, 40};
+  timing::EventCounts& events = work.rounds[0].geometry.events;
+  events[hardware::Event::kVertices] = 100, events[hardware::Event::kTriangles] = 40;
   EXPECT_DOUBLE_EQ(timing::schedule_frame(gpu, work).cycles, 10 + 40 / 0.5);
-  work.rounds[0].triangles = {1000, 40};
+  events[hardware::Event::kVertices] = 1000;
   EXPECT_DOUBLE_EQ(timing::schedule_frame(gpu, work).cycles, 10 + 1000 / 2.0);
-  gpu.rates.bounds_per_clk = 0.25;
-  work.rounds[0].geometry.bounds = 1000;
+  gpu.rates[hardware::Event::kBounds] = 0.25;
+  events[hardware::Event::kBounds] = 1000;
   EXPECT_DOUBLE_EQ(timing::schedule_frame(gpu, work).cycles, 10 + 1000 / 0.25);
 }
 
@@ -447,13 +450,13 @@ TEST(SchemeCycles, DoNotDependOnHowTheMachineItselfIsTimed) {
 TEST(SchemeCycles, SetUpHoldsUpWhoBinsTriangles) {
   const scene::Capture capture = scene::read_capture(test::shipped_capture("vases"));
   gpu::GpuConfiguration slow;
-  slow.triangles.triangles_per_clk = 1.0 / 64;
+  slow.rates[hardware::Event::kTriangles] = 1.0 / 64;
   const Worked fast = work_of(capture), w = work_of(capture, slow);
-  for (const Scheme s : {Scheme::kPreTessellation, Scheme::kPatchWhole, Scheme::kImmediate})
+  for (const SchemeId s : {SchemeId::kTessera, SchemeId::kPatchWhole, SchemeId::kImmediate})
     EXPECT_EQ(w.set[s].cycles, fast.set[s].cycles);
-  const BaselineCounters& post = w.set[Scheme::kPostTessellation];
+  const BaselineCounters& post = w.set[SchemeId::kPostTessellation];
   EXPECT_GT(post.cycles, (post.primitives + post.culled_backface) * 64);
-  EXPECT_LT(fast.set[Scheme::kPostTessellation].cycles, post.cycles);
+  EXPECT_LT(fast.set[SchemeId::kPostTessellation].cycles, post.cycles);
 }
 
 TEST_P(Baselines, WithoutCachesNothingIsSavedAndUnlimitedOnesLeaveEachOnce) {
@@ -464,14 +467,14 @@ TEST_P(Baselines, WithoutCachesNothingIsSavedAndUnlimitedOnesLeaveEachOnce) {
   const Compared a = render(capture, none), b = render(capture, all);
   for (std::size_t s = 0; s < baselines::kSchemeCount; ++s) {
     EXPECT_EQ(a.baselines->schemes[s].dram_bytes, a.baselines->schemes[s].dram_bytes_uncached)
-        << baselines::kSchemeNames[s];
+        << baselines::kSchemes[s].name;
     EXPECT_EQ(a.baselines->schemes[s].domain_evaluations, a.baselines->schemes[s].domain_evaluations_cached)
-        << baselines::kSchemeNames[s];
+        << baselines::kSchemes[s].name;
     EXPECT_EQ(a.baselines->schemes[s].dram_bytes_uncached, b.baselines->schemes[s].dram_bytes_uncached)
-        << baselines::kSchemeNames[s];
-    EXPECT_LT(b.baselines->schemes[s].dram_bytes, a.baselines->schemes[s].dram_bytes) << baselines::kSchemeNames[s];
+        << baselines::kSchemes[s].name;
+    EXPECT_LT(b.baselines->schemes[s].dram_bytes, a.baselines->schemes[s].dram_bytes) << baselines::kSchemes[s].name;
   }
-  const BaselineCounters& immediate = scheme(b, Scheme::kImmediate);
+  const BaselineCounters& immediate = scheme(b, SchemeId::kImmediate);
   EXPECT_EQ(immediate.frame_bytes_read, 0u);
   EXPECT_LE(immediate.frame_bytes_written, 2u * 160 * 90 * 4 * 4 + 160 * 90 * 8 + 90 * 64 * 4);
 }
@@ -489,7 +492,7 @@ TEST(ImmediateBaseline, TouchesTheSamplesThatTheTileCoresHit) {
   gpu.baselines.cache_bytes = 1 << 30;
   gpu.baselines.immediate_color_compression = false;
   const Compared r = render(capture, gpu);
-  const BaselineCounters& immediate = (*r.baselines)[Scheme::kImmediate];
+  const BaselineCounters& immediate = (*r.baselines)[SchemeId::kImmediate];
   EXPECT_EQ(r.counters.shading.samples_visible, 160u * 90 * 4);
   EXPECT_EQ(immediate.frame_bytes_read, 0u);
   EXPECT_EQ(immediate.frame_bytes_written,
@@ -518,8 +521,7 @@ TEST(BaselinesOfACrowd, FourFifthsOfTheDomainEvaluationsAreAvoided) {
   gpu.tile.width = gpu.tile.height = 16;
   gpu.frontend.split_pixels = 32;
   const Compared r = render(capture, gpu, 0, true, settings);
-  const BaselineCounters &pre = (*r.baselines)[Scheme::kPreTessellation],
-                         &post = (*r.baselines)[Scheme::kPostTessellation];
+  const BaselineCounters &pre = (*r.baselines)[SchemeId::kTessera], &post = (*r.baselines)[SchemeId::kPostTessellation];
   const std::uint64_t patches = r.counters.frontend.base_patches;
   EXPECT_GE(r.counters.frontend.cells, patches * 16 * 16);
   EXPECT_GT(pre.culled_frustum, 0u);
@@ -547,7 +549,7 @@ TEST(BaselinesOption, PrintsATableAndWritesStatisticsAndCsv) {
       {"replay", shipped("flyby"), "--size", "64x36", "--frames", "0:2", "--baselines", "--out", out.path().string()});
   ASSERT_EQ(r.status, 0) << r.errors;
   const json stats = json::parse(test::read_text(out / "stats.json"));
-  for (const std::string_view name : baselines::kSchemeNames) {
+  for (const auto& [name, make] : baselines::kSchemes) {
     EXPECT_THAT(r.output, HasSubstr(std::string(name)));
     EXPECT_TRUE(stats["frames"][1]["baselines"].contains(std::string(name)));
   }

@@ -28,9 +28,9 @@ struct Machine {
   }
   // The three together: none may be above the next.
   Machine& thresholds(const char* still, const char* fast1, const char* fast2) {
-    return set(std::string("resolve.k_stat=") + still)
-        .set(std::string("resolve.k_fast1=") + fast1)
-        .set(std::string("resolve.k_fast2=") + fast2);
+    return set(std::string("resolve.reuse_speed=") + still)
+        .set(std::string("resolve.half_rate_speed=") + fast1)
+        .set(std::string("resolve.quarter_rate_speed=") + fast2);
   }
   gpu::Device renderer(const Capture& capture) const { return {capture, gpu, settings, request}; }
   std::vector<gpu::FrameResult> frames(const Capture& capture, int first, int last) const {

@@ -9,6 +9,7 @@
 #include "base/image_codec.h"
 #include "base/simd_targets.h"
 #include "tests/replay/desampling_replays.h"
+#include "tilecore/resolve/tile_border.h"
 
 namespace tessera::replay {
 namespace {
@@ -139,6 +140,10 @@ TEST(Desampling, ThreadsAndInstructionSetsChangeNothing) {
   }
 }
 
+std::uint64_t read_across_tiles(const gpu::FrameResult& r) {
+  return r.counters.ledger.traffic(memory::Unit::kResolve, memory::Purpose::kNeighbours).read_bytes;
+}
+
 // RU1, RU2. Stencils that stop at the tile's border know it: they are the failing twin.
 TEST(Desampling, WithStencilsThatReachNeighboursTilesDoNotShow) {
   const Capture capture = shipped("stroll");
@@ -150,7 +155,7 @@ TEST(Desampling, WithStencilsThatReachNeighboursTilesDoNotShow) {
     m.gpu.tile.width = m.gpu.tile.height = tile;
     auto frames = m.frames(capture, 40, 43);
     EXPECT_GT(counters(frames[2]).pixels_reconstructed, std::string(pattern_error) == "0" ? 1000u : 500u);
-    EXPECT_EQ(counters(frames[2]).blocks_deferred > 0, std::string(reach) == "neighbours");
+    EXPECT_EQ(read_across_tiles(frames[2]) > 0, std::string(reach) == "neighbours");
     return frames;
   };
   const auto small = images("neighbours", 8), large = images("neighbours", 64);
@@ -166,16 +171,9 @@ TEST(Desampling, WithStencilsThatReachNeighboursTilesDoNotShow) {
   EXPECT_NE(local_small[2].targets.color.values, local_large[2].targets.color.values);
   // Decisions do not know the tile either way.
   EXPECT_EQ(counters(local_small[1]).blocks_rate_8, counters(local_large[1]).blocks_rate_8);
-  // Nor do patterns, but for what is shaded on borders.
-  const auto left_out = [](const gpu::FrameResult& r) {
-    return counters(r).pixels_reconstructed + counters(r).pixels_forced + counters(r).pixels_on_borders;
-  };
-  EXPECT_EQ(left_out(local_small[1]), left_out(large[1]));
-  const auto reads = [](const gpu::FrameResult& r) {
-    return r.counters.ledger.traffic(memory::Unit::kResolve, memory::Purpose::kNeighbours).read_bytes;
-  };
-  EXPECT_GT(reads(small[2]), reads(large[2]));
-  EXPECT_EQ(reads(local_small[2]), 0u);
+  EXPECT_LT(counters(local_small[1]).pixels_reconstructed,
+            counters(large[1]).pixels_reconstructed);  // lines on borders
+  EXPECT_GT(read_across_tiles(small[2]), read_across_tiles(large[2]));
 }
 
 // Any tile, either reach, with back and forth error compensation and without. Where stencils stop at the tile's border,
@@ -229,7 +227,7 @@ TEST(Desampling, AStaticSceneIsExactAndAQuarterOfItIsShaded) {
   for (std::size_t f = 0; f < got.size(); ++f) {
     EXPECT_EQ(got[f].targets.color.values, expected.targets.color.values) << f;
     if (f == 0) continue;
-    EXPECT_EQ(counters(got[f]).velocity_evaluations, 0u);
+    EXPECT_EQ(counters(got[f]).velocity_operations, 0u);
     EXPECT_NEAR(static_cast<double>(got[f].counters.shading.pixel_shader_invocations) /
                     static_cast<double>(expected.counters.shading.pixel_shader_invocations),
                 0.25, 0.01);
@@ -268,7 +266,7 @@ TEST(Desampling, TheFirstFrameAFrameAfterAGapAndAChangedLightHaveNoHistory) {
   EXPECT_EQ(gap.effect_reasons.at("advection"), "the frame before was not rendered: there is no history");
   const auto eggs = Machine().thresholds("4", "4", "16").frames(shipped("eggs"), 14, 16);  // an ember carries a light
   EXPECT_EQ(eggs[1].effect_reasons.at("advection"),
-            "blocks slower than resolve.k_stat, out of reach of the lights that changed");
+            "blocks slower than resolve.reuse_speed, out of reach of the lights that changed");
   EXPECT_GT(counters(eggs[1]).light_tests, 0u);
 }
 
@@ -338,10 +336,9 @@ TEST(Desampling, ObjectsEnterAndLeaveTheFrameWithoutTrails) {
   Machine m;
   m.thresholds("8", "8", "8");
   const auto expected = plain().frames(slide.capture, 0, 60), got = m.frames(slide.capture, 0, 60);
-  std::uint64_t disoccluded = 0, outside = 0;
+  std::uint64_t disoccluded = 0;
   for (std::size_t f = 0; f < got.size(); ++f) {
     disoccluded += counters(got[f]).advections_disoccluded;
-    outside += counters(got[f]).advections_outside;
     EXPECT_LT(rmse(got[f].targets.color, expected[f].targets.color), 0.02) << f;
     // Background that it left is background again.
     for (std::size_t p = 0; p < 160 * 90; ++p)
@@ -350,7 +347,6 @@ TEST(Desampling, ObjectsEnterAndLeaveTheFrameWithoutTrails) {
       }
   }
   EXPECT_GT(disoccluded, 0u);
-  EXPECT_GT(outside, 0u);
 }
 
 // RU4, RU5. A quarter of the pixels is rendered whatever they see; an outline is narrower than the distance between them.
@@ -360,7 +356,15 @@ TEST(Desampling, PixelsThatSeeNothingOrHaveNoRenderedPixelOfTheirSurfaceBesideTh
   m.set("resolve.desampling=fixed_4");
   m.request.resolve_auxiliary = true;
   const auto expected = plain().frames(slide.capture, 8, 14), got = m.frames(slide.capture, 8, 14);
-  std::uint64_t empty = 0, forced = 0;
+  // A quarter, and lines that go on to the border of a tile.
+  const auto pattern = [](int f, int x, int y) {
+    const IntRect frame{0, 0, 160, 90}, tile{x & ~31, y & ~31, (x & ~31) + 32, (y & ~31) + 32},
+        block{x & ~3, y & ~3, (x & ~3) + 4, (y & ~3) + 4}, inside = block.intersect(frame);
+    const tilecore::BlockMask quarter = tilecore::dither_mask(4, static_cast<std::uint32_t>(8 + f), {});
+    return quarter | tilecore::border_line(quarter, tilecore::tile_borders(tile.intersect(frame), inside), 0, 0, 4,
+                                           inside.height());
+  };
+  std::uint64_t empty = 0, seen = 0, quarter = 0;
   for (std::size_t f = 0; f < got.size(); ++f) {
     const auto alpha = [&](int x, int y) { return expected[f].targets.color.at(x, y)[3]; };
     const auto shaded = [&](int x, int y) { return got[f].targets.origin.at(x, y)[0] == 0.0f; };
@@ -369,6 +373,9 @@ TEST(Desampling, PixelsThatSeeNothingOrHaveNoRenderedPixelOfTheirSurfaceBesideTh
         if (alpha(x, y) == 0.0f) {
           ++empty;
           ASSERT_TRUE(shaded(x, y)) << x << " " << y;
+        } else {
+          seen += shaded(x, y);
+          quarter += (pattern(static_cast<int>(f), x, y) >> (4 * (y & 3) + (x & 3)) & 1) != 0;
         }
         if (shaded(x, y)) continue;
         bool source = false;  // a rendered pixel of the same surface in the block
@@ -376,10 +383,9 @@ TEST(Desampling, PixelsThatSeeNothingOrHaveNoRenderedPixelOfTheirSurfaceBesideTh
           for (int i = x & ~3; i < (x & ~3) + 4; ++i) source = source || (shaded(i, j) && alpha(i, j) == alpha(x, y));
         ASSERT_TRUE(source) << x << " " << y;
       }
-    forced += counters(got[f]).pixels_forced;
   }
   EXPECT_GT(empty, 10000u);
-  EXPECT_GT(forced, 0u);
+  EXPECT_GT(seen, quarter);  // some are shaded that the pattern leaves out
 }
 
 // ---- Long runs --------------------------------------------------------------------------------------------------
@@ -454,6 +460,25 @@ TEST(Desampling, ColoursThatAreNotFiniteStayWhereTheShaderMadeThem) {
   const gpu::FrameResult got = r.render(1);
   EXPECT_EQ(got.targets.color.values, plain().renderer(capture).render(1).targets.color.values);
   EXPECT_GT(counters(got).advections_disoccluded, 0u);
+}
+
+// Negative lobes of stencils would fall below it (CubicStencil.BesideAFireflyLightTurnsNegative).
+TEST(Desampling, BesideHighlightsNothingIsDarkerThanBlack) {
+  Slide slide(0, 64, true);
+  Image8 dots(64, 64, 3);
+  for (int y = 0; y < 64; ++y)
+    for (int x = 0; x < 64; ++x)
+      for (std::size_t c = 0; c < 3; ++c) dots.at(x, y)[c] = x % 7 == 3 && y % 5 == 2 ? 255 : 20;
+  slide.capture.materials.back().base_color_texture.texture =
+      std::make_shared<shaders::Texture>(DecodedImage{dots}, shaders::ColorSpace::kSrgb);
+  const Image full = plain().renderer(slide.capture).render(0).targets.color,
+              got = Machine().set("resolve.desampling=fixed_8").renderer(slide.capture).render(0).targets.color;
+  std::size_t black = 0;
+  for (std::size_t i = 0; i < got.values.size(); ++i) {
+    ASSERT_GE(got.values[i], 0.0f);
+    black += got.values[i] == 0.0f && full.values[i] > 0.0f;
+  }
+  EXPECT_GT(black, 100u);
 }
 
 TEST(Desampling, SupersamplingShadesEdgesTwice) {
@@ -579,15 +604,12 @@ Capture strips_behind_glass(bool glass) {
 TEST(Desampling, WhatIsBlendedAtRestDoesNotComeFromTheOtherEyeWithTheMotionOfWhatIsBehind) {
   const auto second_frame = [](const Capture& capture, const char* desampling) {
     Machine m;
-    m.set(std::string("resolve.desampling=") + desampling)
-        .set("stereo.eye_separation=0.4")
-        .set("stereo.far_depth=20")
-        .set("resolve.edge_evidence=depth");
+    m.set(std::string("resolve.desampling=") + desampling).set("stereo.eye_separation=0.4").set("stereo.far_depth=20");
     return std::move(m.frames(capture, 0, 2)[1]);
   };
   const Capture glass = strips_behind_glass(true);
   const gpu::FrameResult full = second_frame(glass, "off"), got = second_frame(glass, "adaptive");
-  EXPECT_GT(got.right->counters.desampling.advections_unusable, 200u);
+  EXPECT_GT(got.right->counters.desampling.blocks_advected, 20u);  // but for their pixels behind the glass
   EXPECT_EQ(got.right->targets.color.values, full.right->targets.color.values);
   // The twin: without the pane the same blocks do come from the left eye.
   const gpu::FrameResult bare = second_frame(strips_behind_glass(false), "adaptive");
@@ -602,9 +624,6 @@ TEST(Desampling, CompressionChangesTrafficNotImages) {
   const auto bytes = [](const gpu::FrameResult& r) {
     return r.counters.ledger.traffic(memory::Unit::kResolve, memory::Purpose::kFrameBuffer).written_bytes;
   };
-  EXPECT_TRUE(absent(raw.counters.compression));
-  ASSERT_FALSE(absent(packed.counters.compression));
-  EXPECT_EQ(bytes(packed), packed.counters.compression.frame_bytes_compressed);
   EXPECT_LT(bytes(packed), bytes(raw));
 }
 

@@ -193,7 +193,7 @@ TEST(FrameCosts, ListsOfTilesNameWhatTheTilesDraw) {
 // More than are named: the rest has one row, and tiles' lists are cut with those that are seen most first.
 TEST(FrameCosts, OfManyDrawablesTheRestIsOneRow) {
   json head = {{"drawables", json::array()}};
-  gpu::FrameShares shares;
+  gpu::CostAttribution shares;
   shares.lists.resize(1);
   shares.traffic.resize(1);
   constexpr std::uint32_t kCount = 300;

@@ -9,7 +9,6 @@
 #include "gpu/dram_bursts.h"
 #include "replay/machine_report.h"
 #include "replay/selfcheck.h"
-#include "replay/selfcheck_sharing.h"
 #include "replay/statistics.h"
 #include "scene/capture_reader.h"
 #include "tests/support/captures.h"
@@ -112,44 +111,41 @@ TEST_P(MachineOf, EventsOfTilesAddUpToTheCounters) {
     timing::TileWork sum;
     timing::GeometryWork geometry;
     for (const timing::WorkRound& round : r.model->record.work.rounds) {
-      geometry.entries += round.geometry.entries;
-      geometry.bounds += round.geometry.bounds;
-      geometry.sampling_operations += round.geometry.sampling_operations;
-      for (const timing::TileWork& tile : round.tiles)
-        for (const auto member :
-             {&timing::TileWork::entries, &timing::TileWork::sort_steps, &timing::TileWork::sub_patches,
-              &timing::TileWork::vertices, &timing::TileWork::boxes, &timing::TileWork::box_tests,
-              &timing::TileWork::stencil_tests, &timing::TileWork::sampling_operations,
-              &timing::TileWork::triangle_tests, &timing::TileWork::shader_invocations, &timing::TileWork::pixels,
-              &timing::TileWork::blended_layers, &timing::TileWork::l2_lines, &timing::TileWork::resolve_operations})
-          sum.*member += tile.*member;
+      geometry.events += round.geometry.events;
+      for (const timing::TileWork& tile : round.tiles) sum.events += tile.events, sum.sub_patches += tile.sub_patches;
     }
-    EXPECT_EQ(geometry.entries, r.counters.binner.entries) << name;
+    EXPECT_EQ(geometry.events[hardware::Event::kBinnedEntries], r.counters.binner.entries) << name;
     const tilecore::SamplingCounters& sampling = r.counters.sampling;
-    EXPECT_EQ(geometry.bounds, r.counters.frontend.bounds_computed + r.counters.groups.groups_tested +
-                                   r.counters.instances.groups_tested + r.counters.instances.instances_tested +
-                                   sampling.interval_evaluations)
+    EXPECT_EQ(geometry.events[hardware::Event::kBounds],
+              r.counters.frontend.bounds_computed + r.counters.groups.groups_tested +
+                  r.counters.instances.groups_tested + r.counters.instances.instances_tested +
+                  sampling.interval_evaluations)
         << name;
-    EXPECT_EQ(geometry.sampling_operations, sampling.sparse_operations) << name;
-    EXPECT_EQ(sum.sampling_operations, sampling.operations) << name;
-    EXPECT_EQ(sum.stencil_tests, r.counters.stencil.tests) << name;
+    EXPECT_EQ(geometry.events[hardware::Event::kSamplingOperations], sampling.sparse_operations) << name;
+    EXPECT_EQ(sum.events[hardware::Event::kSamplingOperations], sampling.operations) << name;
+    EXPECT_EQ(sum.events[hardware::Event::kStencilTests], r.counters.stencil.tests) << name;
     const tilecore::DesamplingCounters& desampling = r.counters.desampling;
-    EXPECT_EQ(sum.resolve_operations, desampling.velocity_evaluations + desampling.pixels_advected +
-                                          desampling.stencil_taps + desampling.contrast_operations)
+    EXPECT_EQ(sum.events[hardware::Event::kResolveOperations],
+              desampling.velocity_operations + desampling.pixels_advected + desampling.stencil_taps +
+                  desampling.contrast_operations)
         << name;
-    EXPECT_EQ(sum.entries, r.counters.tilecore.entries_fetched) << name;
-    EXPECT_EQ(sum.sort_steps, r.counters.tilecore.sort_steps) << name;
+    EXPECT_EQ(sum.events[hardware::Event::kFetchedEntries], r.counters.tilecore.entries_fetched) << name;
+    EXPECT_EQ(sum.events[hardware::Event::kSortSteps], r.counters.tilecore.sort_steps) << name;
     EXPECT_EQ(sum.sub_patches, r.counters.tessellation.requests) << name;
-    EXPECT_EQ(sum.vertices, r.counters.tessellation.domain_evaluations) << name;
-    EXPECT_EQ(sum.boxes, r.counters.tilecore.boxes_built) << name;
-    EXPECT_EQ(sum.box_tests, r.counters.tilecore.box_tests + r.counters.tessellation.group_tests) << name;
-    EXPECT_EQ(sum.triangle_tests, r.counters.tilecore.triangle_tests + sampling.footprint_tests) << name;
-    EXPECT_EQ(sum.shader_invocations, r.counters.shading.pixel_shader_invocations) << name;
-    EXPECT_EQ(sum.pixels,
+    EXPECT_EQ(sum.events[hardware::Event::kVertices], r.counters.tessellation.domain_evaluations) << name;
+    EXPECT_EQ(sum.events[hardware::Event::kBoxes], r.counters.tilecore.boxes_built) << name;
+    EXPECT_EQ(sum.events[hardware::Event::kBoxTests],
+              r.counters.tilecore.box_tests + r.counters.tessellation.group_tests)
+        << name;
+    EXPECT_EQ(sum.events[hardware::Event::kTriangleTests],
+              r.counters.tilecore.triangle_tests + sampling.footprint_tests)
+        << name;
+    EXPECT_EQ(sum.events[hardware::Event::kShaderInvocations], r.counters.shading.pixel_shader_invocations) << name;
+    EXPECT_EQ(sum.events[hardware::Event::kPixels],
               r.counters.resolve.pixels_shaded + desampling.pixels_advected + desampling.pixels_reconstructed)
         << name;
-    EXPECT_EQ(sum.blended_layers, r.counters.shading.blended_layers) << name;
-    EXPECT_EQ(sum.l2_lines, r.counters.l2.requests + r.counters.l2.misses) << name;
+    EXPECT_EQ(sum.events[hardware::Event::kBlendedLayers], r.counters.shading.blended_layers) << name;
+    EXPECT_EQ(sum.events[hardware::Event::kL2Lines], r.counters.l2.requests + r.counters.l2.misses) << name;
   }
 }
 
@@ -392,7 +388,7 @@ TEST(SharedLines, AreThoseThatTwoCoresAskFor) {
   for (std::uint32_t tile = 0; tile < 2; ++tile) {
     timing::TileWork& of = round.tiles.emplace_back();
     of.tile = tile;
-    of.shader_invocations = of.shader_lanes = 64;
+    of.events[hardware::Event::kShaderInvocations] = of.events[hardware::Event::kShaderLanes] = 64;
     timing::TileItems& items = round.items.emplace_back();
     items.texel_lines = {7, 10 + tile, 20 + tile};
     items.warps.resize(2);

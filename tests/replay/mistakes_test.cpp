@@ -190,6 +190,8 @@ std::vector<Mistake> mistakes() {
        "cannot create the folder /proc/new"},
       {"PackOntoItself", {"pack", "vases.glb", "vases.glb"}, 2, "it is the input, which would be lost"},
       {"PackOntoItselfByALink", {"pack", "vases.glb", "link.glb"}, 2, "it is the input, which would be lost"},
+      {"PackAsKtx2", {"pack", "vases.glb", "new.glb", "--ktx2", "uastc"}, 2, "use --webp"},
+      {"PackAsKtx2WithoutFiles", {"pack", "--ktx2=etc1s"}, 2, "basisu or toktx"},
       {"RecordOntoTheCapture", replay({"--record", "vases.glb"}), 2, "it is the input, which would be lost"},
       {"MapOntoAnImage", {"compare", "a.png", "results/frame_0000.png", "--flip-map", "a.png"}, 2, "it is the input"},
   };

@@ -586,7 +586,7 @@ TEST(Program, HistoriesWarmUpsAndImagesOfTheResolveUnitNeedDesampling) {
         {"--warmup", "2"},
         {"--save-history", history},
         {"--set", on, "--warmup", "-1"},
-        {"--set", on, "--set", "resolve.k_stat=9"},
+        {"--set", on, "--set", "resolve.reuse_speed=9"},
         {"--set", on, "--set", "stereo.eye_separation=1", "--save-history", history}})
     EXPECT_EQ(replay(arguments).status, 2) << arguments[0] << " " << arguments[1];
   EXPECT_EQ(replay({"--set", on, "--history", history}).status, 3);

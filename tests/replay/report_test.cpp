@@ -14,7 +14,7 @@
 #include <sstream>
 
 #include "base/image_codec.h"
-#include "replay/report/page_files.h"
+#include "replay/report/page_parts.h"
 #include "tests/replay/report_pages.h"
 #include "tests/support/browser.h"
 #include "tests/support/captures.h"

@@ -39,7 +39,7 @@ TEST(ResolveFaults, ACutIsShadedFullyAndSoIsWhatFollows) {  // RU7
   const Comparison c(capture, 27, 33);
   EXPECT_GE(c.worst_psnr(0), 50);
   // The failing twin: what is fast may be coarse although nobody has followed it, or knows its contrast.
-  EXPECT_LT(Comparison(capture, 27, 33, {"resolve.k_cut=0", "resolve.pattern_error=0"}).worst_psnr(0), 40);
+  EXPECT_LT(Comparison(capture, 27, 33, {"resolve.cut_speed=0", "resolve.pattern_error=0"}).worst_psnr(0), 40);
 }
 
 // A textured board crosses the frame at 12 pixels a frame, and stands still from one frame to the next.
@@ -80,7 +80,7 @@ TEST(ResolveFaults, CreasesAreEdges) {
   const IntRect crop{208, 88, 432, 272};
   const Comparison c(capture, 3, 8, {}, crop);
   EXPECT_GE(c.worst_psnr(0), 53);
-  EXPECT_GT(c.back().counters.blocks_creased, 50u);
+  EXPECT_GT(c.back().counters.blocks_edge, 50u);
   EXPECT_GT(c.saved(1), 0.2);
   EXPECT_LT(Comparison(capture, 3, 8, {"resolve.edge_angle=0", "resolve.pattern_error=0"}, crop).worst_psnr(0),
             53);  // the failing twin
@@ -93,7 +93,7 @@ TEST(ResolveFaults, ALightThatMovesIsShadedWhereItReaches) {  // LR1
   const Comparison c(capture, 3, 9);
   EXPECT_GE(c.saved(1), 0.40);
   EXPECT_GE(c.worst_psnr(1), 42);
-  EXPECT_EQ(c.back().advection, "blocks slower than resolve.k_stat, out of reach of the lights that changed");
+  EXPECT_EQ(c.back().advection, "blocks slower than resolve.reuse_speed, out of reach of the lights that changed");
   EXPECT_GT(c.back().counters.light_tests, 0u);
 }
 

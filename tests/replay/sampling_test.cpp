@@ -12,7 +12,6 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
-#include "replay/sweep/differential_evolution.h"
 #include "replay/sweep/goal.h"
 #include "replay/sweep/points.h"
 #include "replay/sweep/study.h"
@@ -245,7 +244,7 @@ TEST(SampledStudy, FaultsAreNamedByTheirPlace) {
       {{{"axes", axes}}, "/axes/0/range: needs either 'step' or 'factor'; a range of any number is for studies with"},
       {on(range("clock.mhz", 200, 100)), "/axes/0/range: ends before it begins"},
       {on(range("clock.mhz", 200, 1000, "cubic")), "/axes/0/range/scale: is neither linear nor log"},
-      {on(range("resolve.k_stat", 0, 1, "log")), "/axes/0/range: a logarithmic range begins above 0"},
+      {on(range("resolve.reuse_speed", 0, 1, "log")), "/axes/0/range: a logarithmic range begins above 0"},
       {on(range("shader.lanes", 1.5, 4)), "/axes/0/range: ends of a range of whole numbers are whole"},
       {on(range("tile.width", 8, 4000)), "/axes/0/range/to: tile.width: '4000'"},
       {on({{"key", "clock.mhz"}, {"range", {{"from", 1}, {"to", 2}, {"step", 1}, {"scale", "log"}}}}),

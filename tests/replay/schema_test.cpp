@@ -28,22 +28,15 @@ namespace fs = std::filesystem;
 
 const fs::path kRoot = TESSERA_SOURCE_DIR;
 
-fs::path schema_file(const std::string& name) { return kRoot / "docs" / "schemas" / (name + ".schema.json"); }
-
 // ---- The schemas themselves -------------------------------------------------------------------------------------
 
-TEST(Schemas, FilesOfTheDocumentsAreWhatTheProgramPrints) {
+TEST(Schemas, TheProgramPrintsEachOfThem) {
   std::string names;
   for (const std::string& name : schema_names()) {
     names += name + "\n";
-    EXPECT_TRUE(fs::exists(schema_file(name)) && test::read_text(schema_file(name)) == schema_text(name))
-        << "run: tessera describe schema " << name << " > docs/schemas/" << name << ".schema.json";
-    EXPECT_EQ(run_tessera({"describe", "schema", name}).output, schema_text(name));
+    EXPECT_EQ(json::parse(run_tessera({"describe", "schema", name}).output), schema_json(name));
   }
   EXPECT_EQ(run_tessera({"describe", "schema"}).output, names);
-  std::size_t files = 0;
-  for (const auto& entry : fs::directory_iterator(kRoot / "docs" / "schemas")) files += entry.is_regular_file() ? 1 : 0;
-  EXPECT_EQ(files, schema_names().size()) << "no others";
 }
 
 TEST(Schemas, AnUnknownNameIsRefusedWithTheNearest) {
@@ -94,8 +87,14 @@ TEST(Schemas, ObjectsAreClosedAndEachMemberIsDescribed) {
 
 // ---- Against what the program writes and reads ------------------------------------------------------------------
 
+// What `tessera describe schema` prints is what documents are held against.
 class SchemaFiles : public testing::Test {
  protected:
+  void SetUp() override {
+    for (const std::string& name : schema_names())
+      test::write_text(schema_file(name), run_tessera({"describe", "schema", name}).output);
+  }
+  fs::path schema_file(const std::string& name) const { return folder_ / (name + ".schema.json"); }
   void run(std::vector<std::string> arguments) {
     const ProcessResult done = run_tessera(arguments);
     ASSERT_EQ(done.status, 0) << arguments[0] << ": " << done.errors;

@@ -107,41 +107,11 @@ TEST_F(Sweep, ARowPerPointAndFrameWithItsValuesAndColumns) {
   EXPECT_EQ(rows[5].at("status"), "ok");
 }
 
-// The name of a file says nothing of what it holds, nor where it is.
-TEST_F(Sweep, APointHangsOnTheBytesOfTheTrackThatItsEyeFollows) {
-  const auto hash_of = [&](const char* out) { return rows_of(text(std::string(out) + "/sweep.csv")).at(0).at("hash"); };
-  const auto study_of = [](const char* track) {
-    return json{{"title", "eye"},
-                {"captures", {test::shipped_capture("vases").string()}},
-                {"size", "64x36"},
-                {"settings",
-                 {{"resolve.desampling", "adaptive"},
-                  {"resolve.foveation_r0", 8},
-                  {"resolve.foveation_r1", 16},
-                  {"resolve.focus_track", track}}}};
-  };
-  test::write_text(folder_ / "eye.csv", "0,0.25,0.5\n");
-  test::write_text(folder_ / "same.csv", "0,0.25,0.5\n");
-  write_study(study_of("eye.csv"));
-  ASSERT_EQ(sweep("first", {"--quiet"}).status, 0);
-  write_study(study_of("same.csv"));
-  ASSERT_EQ(sweep("same", {"--quiet"}).status, 0);
-  test::write_text(folder_ / "eye.csv", "0,0.75,0.5\n");
-  write_study(study_of("eye.csv"));
-  ASSERT_EQ(sweep("second", {"--quiet"}).status, 0);
-  EXPECT_EQ(hash_of("same"), hash_of("first"));
-  EXPECT_NE(hash_of("second"), hash_of("first"));
-  // A file that is not there is a fault of its points, which names it.
-  write_study(study_of("none.csv"));
-  sweep("none", {"--quiet"});
-  EXPECT_THAT(text("none/sweep.csv"), HasSubstr("none.csv"));
-}
-
 // Points share the capture, threads and memory; none of that may show.
 TEST_F(Sweep, APointHasTheCountersOfItsReplay) {
   json study = small_study();
-  study["columns"] = {"frontend.*", "binner.*",   "tilecore.*", "resolve.*", "l2.*",
-                      "texture.*",  "sampling.*", "dram.*",     "baseline.*"};
+  study["columns"] = {"frontend.*", "binner.*",     "tilecore.*", "resolve.*", "l2.*",
+                      "texture.*",  "procedures.*", "dram.*",     "baseline.*"};
   study["zero_columns"] = true;
   write_study(study);
   ASSERT_EQ(sweep("out", {"--quiet", "--threads", "3"}).status, 0);

@@ -15,7 +15,7 @@
 #include "replay/sweep/columns.h"
 #include "replay/tradeoff/decisions.h"
 #include "replay/tradeoff/tradeoff.h"
-#include "replay/tradeoff/tradeoff_words.h"
+#include "replay/tradeoff/tradeoff_files.h"
 #include "replay/tradeoff/trial_file.h"
 #include "scene/capture_reader.h"
 #include "tests/support/captures.h"

@@ -1,5 +1,5 @@
 // Vega's modules are found where they are, at run time.
-#include "replay/report/vega.h"
+#include "replay/report/page_parts.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

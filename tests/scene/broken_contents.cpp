@@ -5,12 +5,14 @@
 #include <string>
 
 #include "base/image_codec.h"
+#include "captures/sources/jpeg_writer.h"
 #include "replay/pack/draco_encoder.h"
 #include "tests/scene/broken_captures.h"
 
 namespace tessera::test {
 namespace {
 
+using captures::encode_jpeg;
 using nlohmann::json;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();

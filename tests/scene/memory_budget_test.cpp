@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/image_codec.h"
 #include "base/webp_codec.h"
+#include "captures/sources/jpeg_writer.h"
 #include "replay/pack/draco_encoder.h"
 #include "scene/capture_reader.h"
 #include "tests/support/basis_asset.h"
@@ -25,6 +26,7 @@ namespace tessera::test {
 namespace {
 
 namespace fs = std::filesystem;
+using captures::encode_jpeg;
 using nlohmann::json;
 using scene::CaptureLimits;
 

@@ -11,6 +11,7 @@
 #include "base/image_codec.h"
 #include "base/parallel.h"
 #include "base/webp_codec.h"
+#include "captures/sources/jpeg_writer.h"
 #include "replay/pack/draco_encoder.h"
 #include "scene/capture_reader.h"
 #include "tests/support/basis_asset.h"
@@ -23,6 +24,7 @@
 namespace tessera::scene {
 namespace {
 
+using captures::encode_jpeg;
 using nlohmann::json;
 using test::GltfAsset;
 

@@ -21,9 +21,9 @@ int add_material(scene::Capture& capture, scene::Material material = {});
 int add_node(scene::Capture& capture, scene::Primitive primitive, const DVec3& translation = DVec3(0.0));
 // A camera at `eye` that looks along -z.
 void add_camera(scene::Capture& capture, const DVec3& eye, const scene::Camera& camera = {});
-// Moves a node linearly from where it is by `way` during the first second.
 // Adds a channel to the animation that plays.
 void play(scene::Capture& capture, const scene::AnimationChannel& channel);
+// Moves a node linearly from where it is by `way` during the first second.
 void add_motion(scene::Capture& capture, int node, const DVec3& way);
 // Turns a node by an angle about an axis during the first second.
 void add_turn(scene::Capture& capture, int node, const Vec3& axis, float angle);

@@ -21,11 +21,11 @@ MachineVisibility::Result MachineVisibility::run(const scene::FrameGeometry& fra
   job.frame = &frame;
   job.grid = &grid_;
   job.pattern = &pattern_;
-  job.force_motion = force_motion;
+  job.forced.motion = force_motion;
   job.kernels = kernels;
-  job.cull_occlusion = gpu_.tilecore.occlusion_culling;
-  job.visibility = gpu_.tilecore.visibility;
-  job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);
+  job.machine = &gpu_;
+  job.core.occlusion_culling = gpu_.tilecore.occlusion_culling;
+  job.core.visibility = gpu_.tilecore.visibility;
 
   frontend::FrontEndResult front_end = frontend::run_front_end(frame, pyramids, gpu_.front_end_spec());
   charge(result.stages.bound_seconds);
@@ -34,6 +34,7 @@ MachineVisibility::Result MachineVisibility::run(const scene::FrameGeometry& fra
   binner::Binner binner(gpu_.binner_spec(), grid_);
   binner::Binner::Cursor cursor;
   PerThread<std::uint64_t> queue_bytes_read;
+  PerThread<tilecore::TileCoreCounters> counters;
   const tilecore::TileOrder order(gpu_.tilecore.tile_order, grid_);
   tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator.cache_bytes), grid_, order);
   std::vector<std::vector<tilecore::TessellationRequest>> requests(tile_count);
@@ -52,17 +53,16 @@ MachineVisibility::Result MachineVisibility::run(const scene::FrameGeometry& fra
       tilecore::TileState& state = keep ? result.tiles[t] : states_.local();
       if (!keep) state.started = false;
       core.render_entries(job, tile, std::move(entries), state);
-      requests[t] = core.take_tessellations();
+      tilecore::TileResult tile_result = core.take_result();
+      requests[t] = std::move(tile_result.tessellations);
+      tessera::merge(counters.local(), tile_result.counters.tilecore);
     });
     for (const binner::TileIndex tile : order.tiles()) cache.use(tile, requests[tile]);
     charge(result.stages.tile_seconds);
     if (!done) binner.reset();
   }
   result.tessellation = cache.counters();
-  cores_.for_each([&](tilecore::TileCore& core) {
-    tessera::merge(result.counters, core.take_counters().tilecore);
-    core.take_ledger();
-  });
+  counters.for_each([&](const tilecore::TileCoreCounters& counted) { tessera::merge(result.counters, counted); });
   result.sub_patches = std::move(front_end.sub_patches);
   return result;
 }

@@ -47,7 +47,7 @@ struct PixelScene : TestFrame {
     job.frame = frame.get();
     job.grid = grid.get();
     job.pattern = &pattern;
-    job.has_background = true;
+    job.background = Vec3(0.0f);
   }
 
   std::vector<binner::QueueEntry> entries() const {
@@ -70,7 +70,7 @@ inline Rendering render(const PixelScene& scene) {
     core.render_entries(scene.job, t, scene.entries(), state);
     core.finish(scene.job, t, state, out.targets);
   }
-  out.counters = core.take_counters().shading;
+  out.counters = core.take_result().counters.shading;
   return out;
 }
 

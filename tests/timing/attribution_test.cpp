@@ -1,5 +1,6 @@
 // Cycles and energy of a frame split by drawables and tiles.
 #include "timing/attribution.h"
+#include "tests/timing/item.h"
 
 #include <gtest/gtest.h>
 
@@ -47,12 +48,13 @@ FrameWork two_drawables() {
   WorkRound& round = work.rounds.emplace_back();
   TileWork& tile = round.tiles.emplace_back();
   TileItems& items = round.items.emplace_back();
-  items.sub_patches = {{.triangle_lanes = 2000, .drawable = 1}, {.triangle_lanes = 1000, .drawable = 2}};
+  items.sub_patches = {item({{Event::kTriangleLanes, 2000}}, {.drawable = 1}),
+                       item({{Event::kTriangleLanes, 1000}}, {.drawable = 2})};
   items.warps = {{.lanes = 32, .clocks = 100, .registers = 1, .drawable = 2}};
-  tile.triangle_tests = tile.triangle_lanes = 3000;
+  tile.events[Event::kTriangleTests] = tile.events[Event::kTriangleLanes] = 3000;
   tile.sub_patches = 2;
-  tile.shader_invocations = tile.shader_lanes = 32;
-  tile.compacted_samples = 32;
+  tile.events[Event::kShaderInvocations] = tile.events[Event::kShaderLanes] = 32;
+  tile.events[Event::kCompactedSamples] = 32;
   return work;
 }
 
@@ -66,14 +68,14 @@ TEST(Attribution, SplitsUnitsByWhoKeptThemBusy) {
   const auto shares = attribute(gpu, work, timing, energy);
   ASSERT_EQ(shares.size(), 3u);
   const double tests = timing.events->path[bound_of(Stage::kTriangleTests)];
-  EXPECT_DOUBLE_EQ(tests, 3000 / gpu.rates.triangle_tests_per_clk);
+  EXPECT_DOUBLE_EQ(tests, 3000 / gpu.rates[Event::kTriangleLanes]);
   EXPECT_NEAR(shares.at(1).cycles, tests * 2 / 3, 1e-9);
   EXPECT_NEAR(shares.at(2).cycles, timing.cycles - tests * 2 / 3, 1e-9);
   EXPECT_EQ(shares.at(1).tests, 2000u);
   EXPECT_EQ(shares.at(2).invocations, 32u);
   const double leakage = energy.by_unit_nj.at("leakage") / timing.cycles;
   EXPECT_NEAR(shares.at(1).energy_nj,
-              2000 * gpu.geometry_energy.triangle_test_pj * 1e-3 + leakage * shares.at(1).cycles, 1e-9);
+              2000 * gpu.energy_pj[Event::kTriangleTests] * 1e-3 + leakage * shares.at(1).cycles, 1e-9);
   EXPECT_TRUE(adds_up(shares, work, timing, energy.total_nj()));
 }
 
@@ -91,7 +93,8 @@ TEST(Attribution, SplitsBytesByWhoAskedForThem) {
   round.items[0].warps.push_back({.lanes = 96, .clocks = 100, .registers = 1, .texel_lines = 1, .drawable = 1});
   round.items[0].texel_lines = {4};
   round.tiles[0].dram_bytes = {5 * line, line, 400};
-  round.tiles[0].shader_invocations = round.tiles[0].shader_lanes = round.tiles[0].compacted_samples = 128;
+  EventCounts& events = round.tiles[0].events;
+  events[Event::kShaderInvocations] = events[Event::kShaderLanes] = events[Event::kCompactedSamples] = 128;
   const FrameTiming timing = timing_of(gpu, work);
   const hardware::FrameEnergy energy = energy_of(gpu, work, timing);
   const auto shares = attribute(gpu, work, timing, energy);
@@ -118,25 +121,31 @@ RC_GTEST_PROP(Attribution, AddsUpToTheFrame, (std::uint32_t seed)) {  // AT1
   FrameWork work;
   for (std::uint32_t r = 1 + upto(1); r > 0; --r) {
     WorkRound& round = work.rounds.emplace_back();
-    if (random.coin()) round.geometry.patches = 5, round.geometry.bounds = upto(100), round.geometry.dram_bytes = 640;
+    if (random.coin())
+      round.geometry.patches = 5, round.geometry.events[Event::kBounds] = upto(100), round.geometry.dram_bytes = 640;
     for (std::uint32_t t = upto(6); t > 0; --t) {
       TileWork& tile = round.tiles.emplace_back();
       TileItems& items = round.items.emplace_back();
-      tile.tile = upto(20), tile.entries = upto(9), tile.pixels = upto(300), tile.hits = upto(100);
+      tile.tile = upto(20), tile.events[Event::kFetchedEntries] = upto(9), tile.events[Event::kPixels] = upto(300),
+      tile.events[Event::kHits] = upto(100);
       tile.dram_bytes = {upto(9999), upto(999), upto(99999)}, items.list_bytes = upto(100);
       for (std::uint32_t n = upto(5); n > 0; --n) {
         SubPatchItem& item = items.sub_patches.emplace_back();
-        item.drawable = upto(4), item.vertices = upto(50), item.boxes = upto(50), item.box_lanes = upto(500);
-        item.triangle_lanes = upto(500), item.alpha_tests = upto(9), item.domain_texels = 8 * upto(1);
-        tile.domain_texels += std::uint64_t{item.vertices} * item.domain_texels;
-        tile.vertices += item.vertices, tile.boxes += item.boxes, tile.alpha_tests += item.alpha_tests;
-        tile.box_lanes += item.box_lanes, tile.box_tests += item.box_lanes / 2;
-        tile.triangle_lanes += item.triangle_lanes, tile.triangle_tests += item.triangle_lanes / 2;
+        item.drawable = upto(4), item[Event::kVertices] = upto(50), item[Event::kBoxes] = upto(50),
+        item[Event::kBoxLanes] = upto(500);
+        item[Event::kTriangleLanes] = upto(500), item[Event::kAlphaTests] = upto(9), item.domain_texels = 8 * upto(1);
+        tile.events[Event::kDomainTexels] += std::uint64_t{item[Event::kVertices]} * item.domain_texels;
+        tile.events[Event::kVertices] += item[Event::kVertices], tile.events[Event::kBoxes] += item[Event::kBoxes],
+            tile.events[Event::kAlphaTests] += item[Event::kAlphaTests];
+        tile.events[Event::kBoxLanes] += item[Event::kBoxLanes],
+            tile.events[Event::kBoxTests] += item[Event::kBoxLanes] / 2;
+        tile.events[Event::kTriangleLanes] += item[Event::kTriangleLanes],
+            tile.events[Event::kTriangleTests] += item[Event::kTriangleLanes] / 2;
       }
       for (std::uint32_t n = upto(5); n > 0; --n) {
         items.warps.push_back({.lanes = 1 + upto(31), .clocks = 1 + upto(200), .registers = 8, .drawable = upto(4)});
-        tile.shader_lanes += 32, tile.shader_invocations += items.warps.back().lanes;
-        tile.compacted_samples += items.warps.back().lanes;
+        tile.events[Event::kShaderLanes] += 32, tile.events[Event::kShaderInvocations] += items.warps.back().lanes;
+        tile.events[Event::kCompactedSamples] += items.warps.back().lanes;
       }
     }
   }
@@ -165,7 +174,7 @@ TEST(Attribution, TilesSayWhatBoundsThem) {
   EXPECT_EQ(tiles[0].bound_by, bound_of(Stage::kDram));
   EXPECT_EQ(tiles[0].dram_bytes, 64u + (1 << 20));
   EXPECT_EQ(tiles[1].bound_by, bound_of(Stage::kTriangleTests));
-  const double tests = 3000 / gpu.rates.triangle_tests_per_clk;
+  const double tests = 3000 / gpu.rates[Event::kTriangleLanes];
   EXPECT_GT(tiles[1].bound_cycles, tests / 4);
   EXPECT_LE(tiles[1].bound_cycles, tests / 2 + 1e-9);
   EXPECT_DOUBLE_EQ(tiles[1].cycles, schedule.tiles[0].phases.back().end - schedule.tiles[0].phases.front().begin);
@@ -185,7 +194,7 @@ TEST(Attribution, TheBoundOfATileIsEstimatedByItsPath) {
   gpu.memory.latency_ns = 0;
   const FrameWork work = two_drawables();
   const Schedule schedule = simulate_events(gpu, work, nullptr, true).schedule;
-  const double tests = 3000 / gpu.rates.triangle_tests_per_clk;
+  const double tests = 3000 / gpu.rates[Event::kTriangleLanes];
   for (const TileBounds way : {TileBounds::kEstimated, TileBounds::kDoubled}) {
     const std::vector<TileShare> tiles = attribute_tiles(gpu, work, schedule, {}, way);
     ASSERT_EQ(tiles.size(), 1u);

@@ -1,5 +1,6 @@
 // Frames simulated item by item: machines whose time is known by hand, and laws that hold for all.
 #include "timing/events/event_model.h"
+#include "tests/timing/item.h"
 
 #include <gtest/gtest.h>
 
@@ -19,15 +20,7 @@ using hardware::Machine;
 Machine endless() {
   Machine gpu;
   gpu.cores.count = 1;
-  hardware::Throughputs& rates = gpu.rates;
-  for (double* rate :
-       {&rates.bounds_per_clk, &rates.binned_entries_per_clk, &rates.binned_tiles_per_clk,
-        &rates.fetched_entries_per_clk, &rates.sort_steps_per_clk, &rates.vertices_per_clk, &rates.transforms_per_clk,
-        &rates.boxes_per_clk, &rates.box_tests_per_clk, &rates.stencil_tests_per_clk,
-        &rates.sampling_operations_per_clk, &rates.triangle_tests_per_clk, &rates.alpha_tests_per_clk,
-        &rates.depth_blocks_per_clk, &rates.compacted_samples_per_clk, &rates.texels_per_clk, &rates.blends_per_clk,
-        &rates.resolved_pixels_per_clk, &rates.resolve_operations_per_clk})
-    *rate = 1e30;
+  gpu.rates.fill(1e30);
   gpu.shader.operations = gpu.shader.surface_operations = 0;
   gpu.set_bytes_per_clk(1e30);
   gpu.memory.gpu_share = 1;
@@ -51,9 +44,8 @@ OneTile sub_patches(const std::vector<SubPatchItem>& items) {
   OneTile one;
   one.items().sub_patches = items;
   for (const SubPatchItem& item : items) {
-    one.tile().vertices += item.vertices, one.tile().boxes += item.boxes, one.tile().box_lanes += item.box_lanes;
-    one.tile().stencil_tests += item.stencil_tests, one.tile().triangle_lanes += item.triangle_lanes;
-    one.tile().alpha_tests += item.alpha_tests, one.tile().depth_blocks += item.depth_blocks;
+    for (std::size_t e = 0; e < item.events.size(); ++e)
+      one.tile().events[hardware::kFirstItemEvent + e] += item.events[e];
     for (std::uint32_t k = 0; k < item.lines; ++k)
       one.items().lines.push_back(1000 + static_cast<std::uint32_t>(one.items().lines.size()));
   }
@@ -61,27 +53,28 @@ OneTile sub_patches(const std::vector<SubPatchItem>& items) {
 }
 
 TEST(EventModel, OneUnitThatTakesTimeTakesExactlyIts) {  // EM3
-  const OneTile one = sub_patches({{.vertices = 30}, {.vertices = 12}, {.vertices = 7}});
+  const OneTile one =
+      sub_patches({item({{Event::kVertices, 30}}), item({{Event::kVertices, 12}}), item({{Event::kVertices, 7}})});
   Machine gpu = endless();
-  gpu.rates.vertices_per_clk = 0.5;
+  gpu.rates[Event::kVertices] = 0.5;
   EXPECT_DOUBLE_EQ(one.cycles(gpu), 2 * 49.0);
 }
 
 TEST(EventModel, UnitsOfASubPatchArePipelined) {
-  std::vector<SubPatchItem> items(10, {.vertices = 4, .boxes = 6, .triangle_lanes = 2});
+  std::vector<SubPatchItem> items(10, item({{Event::kVertices, 4}, {Event::kBoxes, 6}, {Event::kTriangleLanes, 2}}));
   Machine gpu = endless();
-  gpu.rates.vertices_per_clk = gpu.rates.boxes_per_clk = gpu.rates.triangle_tests_per_clk = 1;
+  gpu.rates[Event::kVertices] = gpu.rates[Event::kBoxes] = gpu.rates[Event::kTriangleLanes] = 1;
   // The first item through all three, then one for each time that the slowest takes.
   EXPECT_DOUBLE_EQ(sub_patches(items).cycles(gpu), 4 + 6 + 2 + 9 * 6.0);
 }
 
 // Three units, the last slow for the first item: those before it fill their queues and wait.
 TEST(EventModel, ASlowUnitHoldsUpThoseBeforeIt) {
-  std::vector<SubPatchItem> items(6, {.vertices = 1, .boxes = 1, .box_lanes = 1});
-  items[0].box_lanes = 100;
-  items[5].vertices = 50;
+  std::vector<SubPatchItem> items(6, item({{Event::kVertices, 1}, {Event::kBoxes, 1}, {Event::kBoxLanes, 1}}));
+  items[0][Event::kBoxLanes] = 100;
+  items[5][Event::kVertices] = 50;
   Machine gpu = endless();
-  gpu.rates.vertices_per_clk = gpu.rates.boxes_per_clk = gpu.rates.box_tests_per_clk = 1;
+  gpu.rates[Event::kVertices] = gpu.rates[Event::kBoxes] = gpu.rates[Event::kBoxLanes] = 1;
   // With room for all, the last item's 50 vertices are evaluated while the first is tested: it ends at 1 + 1 + 100,
   // then come the tests of four more, and the last is there by then.
   gpu.queues.items = 64;
@@ -135,7 +128,7 @@ OneTile warps(std::uint32_t count, std::uint32_t lines_each, bool same_lines) {
     for (std::uint32_t k = 0; k < lines_each; ++k)
       one.items().texel_lines.push_back(same_lines ? k : 64 * one.items().warps.size() + k);
   }
-  one.tile().shader_invocations = one.tile().shader_lanes = 32 * count;
+  one.tile().events[Event::kShaderInvocations] = one.tile().events[Event::kShaderLanes] = 32 * count;
   return one;
 }
 
@@ -247,7 +240,7 @@ TEST(EventModel, EachCoreReadsItsOwnTexels) {
   gpu.shader.operations = 10;
   for (const std::int64_t cores : {1, 2, 4}) {
     gpu.cores.count = cores;
-    const EventCounts counts = simulate_events(gpu, one.work).counts;
+    const SimulationCounts counts = simulate_events(gpu, one.work).counts;
     EXPECT_EQ(counts.texture_misses, static_cast<std::uint64_t>(16 * cores));
     EXPECT_EQ(counts.memory.l2_misses, 16u);
   }
@@ -260,8 +253,8 @@ TEST(EventModel, WarmCachesHoldTheFrameBefore) {
   gpu.caches.l2_bytes = 8 << 20;
   gpu.caches.l2_ways = 16;
   WarmCaches caches;
-  const EventCounts first = simulate_events(gpu, one.work, &caches).counts,
-                    again = simulate_events(gpu, one.work, &caches).counts;
+  const SimulationCounts first = simulate_events(gpu, one.work, &caches).counts,
+                         again = simulate_events(gpu, one.work, &caches).counts;
   EXPECT_EQ(first.memory.l2_misses, 64u * 16u);
   EXPECT_GT(again.memory.l2_requests, 0u);
   EXPECT_EQ(again.memory.l2_misses, 0u);
@@ -270,10 +263,10 @@ TEST(EventModel, WarmCachesHoldTheFrameBefore) {
 
 TEST(EventModel, StoresWaitWhereTooManyBytesDo) {
   OneTile one;
-  one.tile().pixels = 1024;  // 16 blocks
+  one.tile().events[Event::kPixels] = 1024;  // 16 blocks
   one.items().written_bytes = 16 * 512;
   Machine gpu = endless();
-  gpu.rates.resolved_pixels_per_clk = 1;
+  gpu.rates[Event::kPixels] = 1;
   EXPECT_DOUBLE_EQ(one.cycles(gpu), 1024.0);
   gpu.set_bytes_per_clk(4);      // 128 clocks for what is resolved in 64
   gpu.queues.store_bytes = 512;  // a block waits while the next is resolved
@@ -319,8 +312,10 @@ TEST(EventModel, ThePathSaysWhereTheTimeWent) {  // EM4
   EXPECT_DOUBLE_EQ(path[Bound::kLatency], 3 * 50.0);
   // The slow unit has the path but for the first and the last item's way.
   gpu = endless();
-  gpu.rates.vertices_per_clk = gpu.rates.boxes_per_clk = gpu.rates.triangle_tests_per_clk = 1;
-  path = path_of(sub_patches(std::vector<SubPatchItem>(10, {.vertices = 4, .boxes = 6, .triangle_lanes = 2})), gpu);
+  gpu.rates[Event::kVertices] = gpu.rates[Event::kBoxes] = gpu.rates[Event::kTriangleLanes] = 1;
+  path = path_of(sub_patches(std::vector<SubPatchItem>(
+                     10, item({{Event::kVertices, 4}, {Event::kBoxes, 6}, {Event::kTriangleLanes, 2}}))),
+                 gpu);
   EXPECT_DOUBLE_EQ(path[bound_of(Stage::kBoxes)], 10 * 6.0);
   EXPECT_DOUBLE_EQ(path[bound_of(Stage::kTessellator)], 4.0);
   EXPECT_DOUBLE_EQ(path[bound_of(Stage::kTriangleTests)], 2.0);
@@ -392,13 +387,13 @@ TEST(EventModel, NamesWhatBounds) {
 }
 
 TEST(EventModel, FramesThatOverlapTakeTheLongerOfGeometryAndTiles) {
-  OneTile one = sub_patches({{.vertices = 400}});
+  OneTile one = sub_patches({item({{Event::kVertices, 400}})});
   GeometryWork& geometry = one.work.rounds[0].geometry;
   geometry.patches = 320;
   Machine gpu = endless();
-  gpu.rates.vertices_per_clk = gpu.rates.bounds_per_clk = 1;
+  gpu.rates[Event::kVertices] = gpu.rates[Event::kBounds] = 1;
   for (const std::uint64_t bounds : {100, 1000}) {
-    geometry.bounds = bounds;
+    geometry.events[Event::kBounds] = bounds;
     gpu.queues.overlap = hardware::FrameOverlap::kNone;
     EXPECT_NEAR(one.cycles(gpu), static_cast<double>(bounds) + 400, 1e-9);
     gpu.queues.overlap = hardware::FrameOverlap::kFrames;
@@ -420,24 +415,28 @@ Machine endless_with_lanes() {
 
 TEST(EventModel, VerticesTakeTheLanesInWarps) {  // EM3
   Machine gpu = endless_with_lanes();
-  gpu.rates.vertices_per_clk = 1e-3;  // of no account
+  gpu.rates[Event::kVertices] = 1e-3;  // of no account
   gpu.shader.lanes = 1;
   // One lane: each of the four warps has 32 times 50 operations, the last with four vertices too.
-  EXPECT_DOUBLE_EQ(sub_patches({{.vertices = 100}}).cycles(gpu), 4 * 32 * 50.0);
+  EXPECT_DOUBLE_EQ(sub_patches({item({{Event::kVertices, 100}})}).cycles(gpu), 4 * 32 * 50.0);
   gpu.shader.lanes = 16;
-  EXPECT_DOUBLE_EQ(sub_patches({{.vertices = 100}}).cycles(gpu), 4 * 2 * 50.0);
-  EXPECT_DOUBLE_EQ(sub_patches({{.vertices = 1}, {.vertices = 0}, {.vertices = 33}}).cycles(gpu), 3 * 2 * 50.0);
-  gpu.shader.costs = hardware::ShaderCosts::kCompiled;
+  EXPECT_DOUBLE_EQ(sub_patches({item({{Event::kVertices, 100}})}).cycles(gpu), 4 * 2 * 50.0);
   EXPECT_DOUBLE_EQ(
-      sub_patches({{.vertices = 64, .domain_clocks = 70}, {.vertices = 5, .domain_clocks = 9}}).cycles(gpu),
-      2 * (2 * 70 + 9.0));
+      sub_patches({item({{Event::kVertices, 1}}), item({{Event::kVertices, 0}}), item({{Event::kVertices, 33}})})
+          .cycles(gpu),
+      3 * 2 * 50.0);
+  gpu.shader.costs = hardware::ShaderCosts::kCompiled;
+  EXPECT_DOUBLE_EQ(sub_patches({item({{Event::kVertices, 64}}, {.domain_clocks = 70}),
+                                item({{Event::kVertices, 5}}, {.domain_clocks = 9})})
+                       .cycles(gpu),
+                   2 * (2 * 70 + 9.0));
 }
 
 // Twice the lanes, half the time; the twin: in a unit of their own vertices have nothing of them.
 TEST(EventModel, MoreLanesShadeVerticesSooner) {
   Machine gpu = endless_with_lanes();
-  gpu.rates.vertices_per_clk = 0.5;
-  const OneTile one = sub_patches(std::vector<SubPatchItem>(6, {.vertices = 90}));
+  gpu.rates[Event::kVertices] = 0.5;
+  const OneTile one = sub_patches(std::vector<SubPatchItem>(6, item({{Event::kVertices, 90}})));
   const auto cycles = [&](std::int64_t lanes, hardware::DomainShading domain) {
     gpu.shader.lanes = lanes, gpu.shader.domain = domain;
     return one.cycles(gpu);
@@ -450,32 +449,32 @@ TEST(EventModel, MoreLanesShadeVerticesSooner) {
 // Boxes are built while vertices of the next sub-patches are shaded, of no more than have a place.
 TEST(EventModel, TheBoxBuilderHoldsTheLanesUp) {
   Machine gpu = endless_with_lanes();
-  gpu.rates.boxes_per_clk = 1;
+  gpu.rates[Event::kBoxes] = 1;
   gpu.queues.items = 1;
-  std::vector<SubPatchItem> items(4, {.vertices = 32, .boxes = 10});
+  std::vector<SubPatchItem> items(4, item({{Event::kVertices, 32}, {Event::kBoxes, 10}}));
   EXPECT_DOUBLE_EQ(sub_patches(items).cycles(gpu), 4 * 50 + 10.0);
-  for (SubPatchItem& item : items) item.boxes = 1000;
-  items[3].vertices = 320;
+  for (SubPatchItem& item : items) item[Event::kBoxes] = 1000;
+  items[3][Event::kVertices] = 320;
   // Boxes of the first begin at 50. One sub-patch waits, one stays in the tessellator; the last comes in at 1050, when
   // boxes take the second, and has ten warps of 50.
   EXPECT_DOUBLE_EQ(sub_patches(items).cycles(gpu), 50 + 4 * 1000.0);
-  items[3].vertices = 32 * 50;
+  items[3][Event::kVertices] = 32 * 50;
   EXPECT_DOUBLE_EQ(sub_patches(items).cycles(gpu), 1050 + 50 * 50 + 1000.0);
 }
 
 TEST(EventModel, HeightsAreLookedUpByTheWarpsThatNeedThem) {
   Machine gpu = endless_with_lanes();
-  gpu.rates.texels_per_clk = 2;
+  gpu.rates[Event::kTexels] = 2;
   gpu.set_latency_clk(300);
   gpu.queues.texture_latency_clk = 20;
-  OneTile one = sub_patches({{.vertices = 32, .domain_texels = 8, .lines = 3, .height_lines = 2}});
+  OneTile one = sub_patches({item({{Event::kVertices, 32}}, {.domain_texels = 8, .lines = 3, .height_lines = 2})});
   // The record's line, a quarter of the warp; its two lines are there before the 32 x 8 lookups are done.
   gpu.set_latency_clk(100);
   EXPECT_DOUBLE_EQ(one.cycles(gpu), 100 + 50 * 0.25 + (128 + 20) + 50 * 0.75);
   // After them.
   gpu.set_latency_clk(1000);
   EXPECT_DOUBLE_EQ(one.cycles(gpu), 1000 + 50 * 0.25 + 1000 + 50 * 0.75);
-  const EventCounts counts = simulate_events(gpu, one.work).counts;
+  const SimulationCounts counts = simulate_events(gpu, one.work).counts;
   EXPECT_EQ(counts.texture_requests, 2u);
   EXPECT_EQ(counts.memory.l2_requests, 3u);
   EXPECT_EQ(counts.domain.texels, 256u);
@@ -484,7 +483,7 @@ TEST(EventModel, HeightsAreLookedUpByTheWarpsThatNeedThem) {
 // One tile has pixels alone, the next vertices, which come as soon as its list is there.
 OneTile pixels_then_vertices(std::uint32_t pixel_warps, std::uint32_t vertices) {
   OneTile two = warps(pixel_warps, 0, true);
-  const OneTile behind = sub_patches({{.vertices = vertices, .domain_registers = 64}});
+  const OneTile behind = sub_patches({item({{Event::kVertices, vertices}}, {.domain_registers = 64})});
   for (WarpItem& warp : two.items().warps) warp.registers = 16;
   two.work.tile_state_bytes = 1;
   two.work.rounds[0].tiles.push_back(behind.work.rounds[0].tiles[0]);
@@ -538,26 +537,28 @@ TEST(EventModel, LanesAreBusyWithVerticesAndPixels) {
 TEST(EventModel, HashingTakesItsBytesOverItsRate) {  // EM3
   OneTile one;
   one.work.rounds[0].geometry.patches = 320;
-  one.work.rounds[0].geometry.entries = 500;
-  one.work.rounds[0].geometry.hashed_bytes = 24000;
-  one.tile().pixels = 1024;
-  one.tile().hashed_bytes = 4096;
+  one.work.rounds[0].geometry.events[Event::kBinnedEntries] = 500;
+  one.work.rounds[0].geometry.events[Event::kHashedInputs] = 24000;
+  one.tile().events[Event::kPixels] = 1024;
+  one.tile().events[Event::kHashedColors] = 4096;
   Machine gpu = endless();
-  gpu.rates.binned_entries_per_clk = 1;
-  gpu.rates.resolved_pixels_per_clk = 4;
-  gpu.signatures.input_bytes_per_clk = 8;
-  gpu.signatures.color_bytes_per_clk = 2;
+  gpu.rates[Event::kBinnedEntries] = 1;
+  gpu.rates[Event::kPixels] = 4;
+  gpu.rates[Event::kHashedInputs] = 8;
+  gpu.rates[Event::kHashedColors] = 2;
   EXPECT_NEAR(one.cycles(gpu), 24000 / 8.0 + 4096 / 2.0, 1e-9);
   EXPECT_NEAR(schedule_frame(gpu, one.work).cycles, 24000 / 8.0 + 4096 / 2.0, 1e-9);
   // Fast enough, they take no time of their own.
-  gpu.signatures.input_bytes_per_clk = 64;
-  gpu.signatures.color_bytes_per_clk = 16;
+  gpu.rates[Event::kHashedInputs] = 64;
+  gpu.rates[Event::kHashedColors] = 16;
   EXPECT_NEAR(one.cycles(gpu), 500 + 256.0, 1e-9);
   EXPECT_NEAR(schedule_frame(gpu, one.work).cycles, 500 + 256.0, 1e-9);
   gpu = Machine();
   const auto nj = hardware::frame_energy(gpu, energy_events(one.work), 0, 0).by_unit_nj;
-  EXPECT_NEAR(nj.at("binner"), (500 * gpu.geometry_energy.entry_pj + 24000 * gpu.signatures.byte_pj) * 1e-3, 1e-9);
-  EXPECT_NEAR(nj.at("resolve"), (1024 * gpu.energy.resolved_pixel_pj + 4096 * gpu.signatures.byte_pj) * 1e-3, 1e-9);
+  EXPECT_NEAR(nj.at("binner"),
+              (500 * gpu.energy_pj[Event::kBinnedEntries] + 24000 * gpu.energy_pj[Event::kHashedInputs]) * 1e-3, 1e-9);
+  EXPECT_NEAR(nj.at("resolve"),
+              (1024 * gpu.energy_pj[Event::kPixels] + 4096 * gpu.energy_pj[Event::kHashedInputs]) * 1e-3, 1e-9);
 }
 
 // Lines of tables, one at a time or side by side, and then from the L2.
@@ -586,8 +587,9 @@ FrameWork random_frame(test::Random& random) {
   const auto upto = [&](int most) { return static_cast<std::uint32_t>(random.integer(0, most)); };
   for (int r = random.integer(1, 2); r > 0; --r) {
     WorkRound& round = work.rounds.emplace_back();
-    round.geometry.patches = upto(300), round.geometry.bounds = upto(900), round.geometry.entries = upto(2000);
-    round.geometry.tiles_tested = upto(4000), round.geometry.dram_bytes = 64 * upto(400);
+    round.geometry.patches = upto(300), round.geometry.events[Event::kBounds] = upto(900),
+    round.geometry.events[Event::kBinnedEntries] = upto(2000);
+    round.geometry.events[Event::kTestedTiles] = upto(4000), round.geometry.dram_bytes = 64 * upto(400);
     if (round.geometry.patches == 0) round.geometry = {};
     round.geometry.written_bytes = round.geometry.dram_bytes / 128 * 64;
     round.geometry.table_bytes = (round.geometry.dram_bytes - round.geometry.written_bytes) / 128 * 64;
@@ -595,20 +597,25 @@ FrameWork random_frame(test::Random& random) {
     for (int t = random.integer(0, 12); t > 0; --t) {
       TileWork& tile = round.tiles.emplace_back();
       TileItems& items = round.items.emplace_back();
-      tile.entries = upto(40), tile.sort_steps = upto(200);
+      tile.events[Event::kFetchedEntries] = upto(40), tile.events[Event::kSortSteps] = upto(200);
       for (std::uint32_t n = upto(12); n > 0; --n) {
-        SubPatchItem item{.vertices = upto(80), .transforms = upto(40)};
-        item.boxes = upto(80), item.box_lanes = upto(900), item.stencil_tests = upto(500);
-        item.triangle_lanes = upto(900), item.alpha_tests = upto(40), item.depth_blocks = upto(4);
+        SubPatchItem item = timing::item({{Event::kVertices, upto(80)}, {Event::kTransforms, upto(40)}});
+        item[Event::kBoxes] = upto(80), item[Event::kBoxLanes] = upto(900), item[Event::kStencilTests] = upto(500);
+        item[Event::kTriangleLanes] = upto(900), item[Event::kAlphaTests] = upto(40),
+        item[Event::kDepthBlocks] = upto(4);
         item.domain_clocks = upto(500), item.domain_registers = 1 + upto(100), item.domain_texels = 8 * upto(1);
         item.lines = upto(6), item.height_lines = item.lines / 2;
         for (std::uint32_t k = 0; k < item.lines; ++k) items.lines.push_back(upto(3000));
         if (random.coin()) item.texel_lines = upto(8);
         for (std::uint32_t k = 0; k < item.texel_lines; ++k) items.texel_lines.push_back(5000 + upto(600));
-        tile.vertices += item.vertices, tile.transforms += item.transforms, tile.boxes += item.boxes;
-        tile.box_lanes += item.box_lanes, tile.stencil_tests += item.stencil_tests;
-        tile.triangle_lanes += item.triangle_lanes, tile.alpha_tests += item.alpha_tests;
-        tile.depth_blocks += item.depth_blocks;
+        tile.events[Event::kVertices] += item[Event::kVertices],
+            tile.events[Event::kTransforms] += item[Event::kTransforms],
+            tile.events[Event::kBoxes] += item[Event::kBoxes];
+        tile.events[Event::kBoxLanes] += item[Event::kBoxLanes],
+            tile.events[Event::kStencilTests] += item[Event::kStencilTests];
+        tile.events[Event::kTriangleLanes] += item[Event::kTriangleLanes],
+            tile.events[Event::kAlphaTests] += item[Event::kAlphaTests];
+        tile.events[Event::kDepthBlocks] += item[Event::kDepthBlocks];
         items.sub_patches.push_back(item);
       }
       items.shading_lines = upto(10);
@@ -617,10 +624,11 @@ FrameWork random_frame(test::Random& random) {
         WarpItem warp{1 + upto(31), upto(1), 1 + upto(500), 1 + upto(100), 0, upto(12)};
         warp.texels = warp.texel_lines > 0 ? 32 + upto(200) : 0;
         for (std::uint32_t k = 0; k < warp.texel_lines; ++k) items.texel_lines.push_back(5000 + upto(600));
-        tile.shader_lanes += 32, tile.surface_lanes += warp.evaluates * 32, tile.texels += warp.texels;
+        tile.events[Event::kShaderLanes] += 32, tile.events[Event::kSurfaceLanes] += warp.evaluates * 32,
+            tile.events[Event::kTexels] += warp.texels;
         items.warps.push_back(warp);
       }
-      tile.pixels = upto(1024), tile.blended_layers = upto(300);
+      tile.events[Event::kPixels] = upto(1024), tile.events[Event::kBlendedLayers] = upto(300);
       items.list_bytes = 64 * upto(6), items.record_bytes = 64 * upto(6), items.load_bytes = 64 * upto(2);
       items.resolve_bytes = 64 * upto(2), items.written_bytes = 64 * upto(80);
     }
@@ -676,11 +684,11 @@ RC_GTEST_PROP(EventModel, BytesAndTilesAreConserved, (std::uint32_t seed)) {  //
       lines += items.lines.size();
       for (const SubPatchItem& item : items.sub_patches) {
         if (!on_lanes) continue;
-        domain.vertices += item.vertices, domain.warps += domain_warps(gpu, item);
-        domain.texels += std::uint64_t{item.vertices} * item.domain_texels;
+        domain.vertices += item[Event::kVertices], domain.warps += domain_warps(gpu, item);
+        domain.texels += std::uint64_t{item[Event::kVertices]} * item.domain_texels;
         // Without lookups nobody asks for heights.
         lines -= item.height_lines;
-        if (item.vertices > 0 && item.domain_texels > 0) texel_lines += item.height_lines;
+        if (item[Event::kVertices] > 0 && item.domain_texels > 0) texel_lines += item.height_lines;
       }
     }
   }

@@ -17,13 +17,7 @@ hardware::Machine instant_machine(std::int64_t cores = 1) {
   hardware::Machine gpu;
   gpu.cores.count = cores;
   gpu.cores.memory_bytes = 1 << 20;
-  using Rates = hardware::Throughputs;
-  for (double Rates::*rate :
-       {&Rates::bounds_per_clk, &Rates::binned_entries_per_clk, &Rates::binned_tiles_per_clk,
-        &Rates::fetched_entries_per_clk, &Rates::sort_steps_per_clk, &Rates::vertices_per_clk, &Rates::boxes_per_clk,
-        &Rates::box_tests_per_clk, &Rates::triangle_tests_per_clk, &Rates::alpha_tests_per_clk, &Rates::texels_per_clk,
-        &Rates::blends_per_clk, &Rates::resolved_pixels_per_clk})
-    gpu.rates.*rate = 1e30;
+  gpu.rates.fill(1e30);
   gpu.set_bytes_per_clk(1e30);
   gpu.shader.lanes = 1;
   gpu.shader.operations = 0;
@@ -41,8 +35,8 @@ FrameWork tiles(std::size_t count, std::uint64_t tests, std::uint64_t runs, std:
   for (std::size_t i = 0; i < count; ++i) {
     TileWork tile;
     tile.tile = static_cast<std::uint32_t>(i);
-    tile.triangle_tests = tile.triangle_lanes = tests;
-    tile.shader_invocations = tile.shader_lanes = runs;
+    tile.events[Event::kTriangleTests] = tile.events[Event::kTriangleLanes] = tests;
+    tile.events[Event::kShaderInvocations] = tile.events[Event::kShaderLanes] = runs;
     tile.dram_bytes[2] = bytes;
     work.rounds[0].tiles.push_back(tile);
   }
@@ -53,7 +47,7 @@ double cycles(const hardware::Machine& gpu, const FrameWork& work) { return sche
 
 TEST(Timing, OneSlowUnitTakesItsWorkOverItsThroughputAndIsWhatBoundsTheFrame) {
   hardware::Machine gpu = instant_machine();
-  gpu.rates.triangle_tests_per_clk = 4;
+  gpu.rates[Event::kTriangleLanes] = 4;
   const FrameWork work = tiles(10, 1000, 0, 0);
   EXPECT_DOUBLE_EQ(cycles(gpu, work), 10 * 1000 / 4.0);
   const FrameTiming timing = time_frame(gpu, work, schedule_frame(gpu, work));
@@ -65,7 +59,7 @@ TEST(Timing, OneSlowUnitTakesItsWorkOverItsThroughputAndIsWhatBoundsTheFrame) {
 // While a tile is shaded, the next one is tested: the slower phase of the two sets the pace, the other shows once.
 TEST(Timing, PhasesOfConsecutiveTilesOverlap) {
   hardware::Machine gpu = instant_machine();
-  gpu.rates.triangle_tests_per_clk = 1;
+  gpu.rates[Event::kTriangleLanes] = 1;
   gpu.shader.operations = 1;
   EXPECT_DOUBLE_EQ(cycles(gpu, tiles(10, 300, 100, 0)), 10 * 300 + 100);
   EXPECT_DOUBLE_EQ(cycles(gpu, tiles(10, 100, 300, 0)), 100 + 10 * 300);
@@ -79,7 +73,7 @@ TEST(Timing, PhasesOfConsecutiveTilesOverlap) {
 // The failing twin: a core whose memory holds one tile cannot overlap anything.
 TEST(Timing, ACoreWithRoomForOneTileDoesOnePhaseAfterTheOther) {
   hardware::Machine gpu = instant_machine();
-  gpu.rates.triangle_tests_per_clk = 1;
+  gpu.rates[Event::kTriangleLanes] = 1;
   gpu.shader.operations = 1;
   gpu.cores.memory_bytes /= 2;
   EXPECT_DOUBLE_EQ(cycles(gpu, tiles(10, 300, 100, 0)), 10 * (300 + 100));
@@ -88,7 +82,7 @@ TEST(Timing, ACoreWithRoomForOneTileDoesOnePhaseAfterTheOther) {
 TEST(Timing, EqualTilesOnEqualCoresTakeAnEqualShare) {
   for (const std::int64_t cores : {1, 2, 4, 8}) {
     hardware::Machine gpu = instant_machine(cores);
-    gpu.rates.triangle_tests_per_clk = 1;
+    gpu.rates[Event::kTriangleLanes] = 1;
     const FrameWork work = tiles(16, 500, 0, 0);
     const Schedule schedule = schedule_frame(gpu, work);
     EXPECT_DOUBLE_EQ(schedule.cycles, 16 * 500 / static_cast<double>(cores));
@@ -96,7 +90,7 @@ TEST(Timing, EqualTilesOnEqualCoresTakeAnEqualShare) {
   }
   // One tile too many keeps one core while the others wait.
   hardware::Machine gpu = instant_machine(4);
-  gpu.rates.triangle_tests_per_clk = 1;
+  gpu.rates[Event::kTriangleLanes] = 1;
   const FrameWork work = tiles(17, 500, 0, 0);
   EXPECT_DOUBLE_EQ(cycles(gpu, work), 5 * 500);
   EXPECT_DOUBLE_EQ(time_frame(gpu, work, schedule_frame(gpu, work)).cores_busy, 17 * 500 / 4.0);
@@ -118,9 +112,9 @@ TEST(Timing, AFrameThatMovesMoreThanTheMemoryCanTakesItsBytesOverTheRate) {
 TEST(Timing, WhoNeedsLittleOfTheMemoryIsNotSlowedByWhoNeedsMuch) {
   hardware::Machine gpu = instant_machine(2);
   gpu.set_bytes_per_clk(4);
-  gpu.rates.triangle_tests_per_clk = 1;
+  gpu.rates[Event::kTriangleLanes] = 1;
   FrameWork work = tiles(2, 0, 0, 0);
-  work.rounds[0].tiles[0].triangle_lanes = 1000;
+  work.rounds[0].tiles[0].events[Event::kTriangleLanes] = 1000;
   work.rounds[0].tiles[0].dram_bytes[0] = 1000;
   work.rounds[0].tiles[1].dram_bytes[0] = 3000;
   const Schedule schedule = schedule_frame(gpu, work);
@@ -144,18 +138,18 @@ TEST(Timing, LatencyShowsOnceWhereTilesOverlapAndEveryTimeWhereTheyDoNot) {
 
 TEST(Timing, SortingATilesListComesOnTopOfReadingIt) {
   hardware::Machine gpu = instant_machine();
-  gpu.rates.fetched_entries_per_clk = 0.5;
-  gpu.rates.sort_steps_per_clk = 4;
+  gpu.rates[Event::kFetchedEntries] = 0.5;
+  gpu.rates[Event::kSortSteps] = 4;
   FrameWork work = tiles(1, 0, 0, 0);
   TileWork& tile = work.rounds[0].tiles[0];
-  tile.entries = 100;
-  tile.sort_steps = 700;
+  tile.events[Event::kFetchedEntries] = 100;
+  tile.events[Event::kSortSteps] = 700;
   tile.sub_patches = 1;
   EXPECT_DOUBLE_EQ(cycles(gpu, work), 200 + 175);
-  EXPECT_EQ(energy_events(work).sort_steps, 700u);
+  EXPECT_EQ(energy_events(work).counts[Event::kSortSteps], 700u);
   const hardware::FrameEnergy energy = hardware::frame_energy(gpu, energy_events(work), 0, 0);
   EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("entry_fetch"),
-                   (100 * gpu.geometry_energy.entry_pj + 700 * gpu.geometry_energy.sort_step_pj) * 1e-3);
+                   (100 * gpu.pj(Event::kFetchedEntries) + 700 * gpu.energy_pj[Event::kSortSteps]) * 1e-3);
 }
 
 // n equal items through units that need c1, c2, c3 for all of them, by moving every item by hand.
@@ -182,17 +176,24 @@ FrameWork random_frame(std::mt19937& random, std::size_t count) {
   work.tile_state_bytes = 80 << 10;
   for (int r = 0; r < 2; ++r) {
     WorkRound round;
-    round.geometry = {random() % 1000 + 1, random() % 5000, random() % 9000, random() % 20000, random() % 100000, 0};
+    round.geometry.patches = random() % 1000 + 1;
+    for (const auto& [event, most] : {std::pair{Event::kBounds, 5000},
+                                      {Event::kReprojectedBlocks, 9000},
+                                      {Event::kDepthTests, 20000},
+                                      {Event::kSamplingOperations, 100000}})
+      round.geometry.events[event] = random() % static_cast<unsigned>(most);
     for (std::size_t i = 0; i < count; ++i) {
       TileWork t;
       t.tile = static_cast<std::uint32_t>(i);
-      for (const auto member :
-           {&TileWork::entries, &TileWork::sub_patches, &TileWork::vertices, &TileWork::boxes, &TileWork::box_tests,
-            &TileWork::triangle_tests, &TileWork::hits, &TileWork::box_lanes, &TileWork::triangle_lanes,
-            &TileWork::depth_blocks, &TileWork::compacted_samples, &TileWork::surface_lanes, &TileWork::alpha_tests,
-            &TileWork::shader_invocations, &TileWork::shader_lanes, &TileWork::texels, &TileWork::l2_lines,
-            &TileWork::blended_layers, &TileWork::pixels})
-        t.*member = random() % 3 == 0 ? 0 : random() % 5000;
+      const auto some = [&] { return random() % 3 == 0 ? 0 : random() % 5000; };
+      t.events[Event::kFetchedEntries] = some();
+      t.sub_patches = some();
+      for (const Event event :
+           {Event::kVertices, Event::kBoxes, Event::kBoxTests, Event::kTriangleTests, Event::kHits, Event::kBoxLanes,
+            Event::kTriangleLanes, Event::kDepthBlocks, Event::kCompactedSamples, Event::kSurfaceLanes,
+            Event::kAlphaTests, Event::kShaderInvocations, Event::kShaderLanes, Event::kTexels, Event::kL2Lines,
+            Event::kBlendedLayers, Event::kPixels})
+        t.events[event] = some();
       for (std::uint64_t& bytes : t.dram_bytes) bytes = random() % 3 == 0 ? 0 : random() % 50000;
       round.tiles.push_back(t);
     }
@@ -264,14 +265,14 @@ FrameTiming timing_of(const hardware::Machine& gpu, const FrameWork& work) {
 
 TEST(Timing, NamesWhatIsNoSingleUnits) {
   hardware::Machine gpu = instant_machine(2);
-  gpu.rates.triangle_tests_per_clk = gpu.rates.box_tests_per_clk = 1;
+  gpu.rates[Event::kTriangleLanes] = gpu.rates[Event::kBoxLanes] = 1;
   gpu.shader.operations = 1;
   // Tests and shading keep a core busy alike: neither gains much alone.
   EXPECT_EQ(timing_of(gpu, tiles(40, 300, 300, 0)).bound_by, Bound::kTileCores);
   // One tile that takes as long as a hundred others.
   gpu.cores.count = 4;
   FrameWork work = tiles(40, 10, 0, 0);
-  work.rounds[0].tiles.back().triangle_lanes = 4000;
+  work.rounds[0].tiles.back().events[Event::kTriangleLanes] = 4000;
   const FrameTiming uneven = timing_of(gpu, work);
   EXPECT_EQ(uneven.bound_by, Bound::kImbalance);
   EXPECT_NEAR(uneven.bound_cycles, uneven.cycles - (39 * 10 + 4000) / 4.0, 10);
@@ -282,21 +283,21 @@ TEST(Timing, NamesWhatIsNoSingleUnits) {
   EXPECT_EQ(timing_of(gpu, work).bound_by, Bound::kLatency);
   // Front end and binner take turns of patches.
   gpu = instant_machine();
-  gpu.rates.bounds_per_clk = gpu.rates.binned_entries_per_clk = 1;
+  gpu.rates[Event::kBounds] = gpu.rates[Event::kBinnedEntries] = 1;
   work = tiles(1, 10, 0, 0);
   work.rounds[0].geometry.patches = 1;
-  work.rounds[0].geometry.bounds = work.rounds[0].geometry.entries = 1000;
+  work.rounds[0].geometry.events[Event::kBounds] = work.rounds[0].geometry.events[Event::kBinnedEntries] = 1000;
   EXPECT_EQ(timing_of(gpu, work).bound_by, Bound::kGeometry);
 }
 
 // The next frame's geometry beside this one's tiles: the longer of the two sets the pace.
 TEST(Timing, FramesThatOverlapTakeTheLongerOfGeometryAndTiles) {
   hardware::Machine gpu = instant_machine();
-  gpu.rates.triangle_tests_per_clk = gpu.rates.bounds_per_clk = 1;
+  gpu.rates[Event::kTriangleLanes] = gpu.rates[Event::kBounds] = 1;
   FrameWork work = tiles(4, 100, 0, 0);
   work.rounds[0].geometry.patches = 10;
   for (const std::uint64_t bounds : {100, 1000}) {
-    work.rounds[0].geometry.bounds = bounds;
+    work.rounds[0].geometry.events[Event::kBounds] = bounds;
     gpu.queues.overlap = hardware::FrameOverlap::kNone;
     const FrameTiming alone = timing_of(gpu, work);
     EXPECT_DOUBLE_EQ(alone.cycles, static_cast<double>(bounds) + 400);
@@ -322,7 +323,7 @@ TEST(Timing, AnEmptyFrameTakesNoTimeAndNothingBoundsIt) {
 
 TEST(Timing, FramesAddUpAndTheUnitWithMostToSaveBoundsThemTogether) {
   hardware::Machine gpu = instant_machine();
-  gpu.rates.triangle_tests_per_clk = 1;
+  gpu.rates[Event::kTriangleLanes] = 1;
   gpu.shader.operations = 1;
   FrameTiming total;
   for (const auto& [tests, runs] : {std::pair{1000, 0}, {0, 3000}, {1500, 0}}) {
@@ -338,14 +339,15 @@ TEST(Energy, IsEventsTimesTheirEnergyAndBitsAndLeakage) {
   hardware::Machine gpu;
   FrameWork work;
   work.rounds.emplace_back();
-  work.rounds[0].geometry.bounds = 7;
+  work.rounds[0].geometry.events[Event::kBounds] = 7;
   work.rounds[0].tiles.resize(2);
-  work.rounds[0].tiles[0].shader_invocations = 3;
-  work.rounds[0].tiles[1].shader_invocations = 4;
+  work.rounds[0].tiles[0].events[Event::kShaderInvocations] = 3;
+  work.rounds[0].tiles[1].events[Event::kShaderInvocations] = 4;
   work.rounds[0].tiles[1].dram_bytes[1] = 1000;
   const hardware::FrameEnergy energy = frame_energy(gpu, energy_events(work), 8500, 6);
-  EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("frontend"), 7 * gpu.geometry_energy.bound_pj / 1000);
-  EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("shader"), 7 * gpu.shader.operations * gpu.energy.shader_operation_pj / 1000);
+  EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("frontend"), 7 * gpu.energy_pj[Event::kBounds] / 1000);
+  EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("shader"),
+                   7 * gpu.shader.operations * gpu.energy_pj[Event::kShaderClocks] / 1000);
   EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("dram"), 8000 * 12.5 / 1000);
   EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("leakage"),
                    60e-3 * 10e-6 * 1e9);  // 6 mm2 of 10 mW each, for 8500 cycles of 850 MHz
@@ -361,16 +363,14 @@ TEST(Energy, UnitsAddUpToTheTotalAndNoEventIsChargedTwice) {
   double sum = 0;
   for (const auto& [unit, nj] : before.by_unit_nj) sum += nj;
   EXPECT_EQ(sum, before.total_nj());
-  for (const auto member :
-       {&TileWork::entries, &TileWork::vertices, &TileWork::boxes, &TileWork::box_tests, &TileWork::triangle_tests,
-        &TileWork::hits, &TileWork::alpha_tests, &TileWork::shader_invocations, &TileWork::texels, &TileWork::l2_lines,
-        &TileWork::blended_layers, &TileWork::pixels}) {
+  for (const Event event : hardware::kAllEvents) {
+    if (gpu.pj(event) == 0) continue;
     FrameWork more = work;
-    more.rounds[0].tiles[0].*member += 1000;
+    more.rounds[0].tiles[0].events[event] += 1000;
     int changed = 0;
     for (const auto& [unit, nj] : frame_energy(gpu, energy_events(more), 1e6, 6).by_unit_nj)
       changed += nj != before.by_unit_nj.at(unit) ? 1 : 0;
-    EXPECT_EQ(changed, 1);
+    EXPECT_EQ(changed, 1) << name(event);
   }
 }
 

@@ -24,7 +24,7 @@ TileItems random_items(test::Random& random) {
   };
   for (int k = random.integer(0, 4); k > 0; --k) {
     SubPatchItem& item = items.sub_patches.emplace_back();
-    item.vertices = number(), item.box_lanes = number(), item.depth_blocks = number();
+    item[Event::kVertices] = number(), item[Event::kBoxLanes] = number(), item[Event::kDepthBlocks] = number();
     item.domain_clocks = number(), item.domain_registers = number(), item.domain_texels = number();
     item.lines = add_lines(items.lines), item.height_lines = item.lines / 2,
     item.texel_lines = add_lines(items.texel_lines);
@@ -45,15 +45,12 @@ FrameWork random_work(test::Random& random) {
   FrameWork work;
   for (int r = random.integer(0, 3); r > 0; --r) {
     WorkRound& round = work.rounds.emplace_back();
-    round.geometry = {number(), number(), number(), number(), number(), number(),
-                      number(), number(), number(), number(), number(), number()};
+    for (std::uint64_t& count : round.geometry.events) count = number();
+    round.geometry.patches = number(), round.geometry.dram_bytes = number(), round.geometry.table_bytes = number();
     for (int t = random.integer(0, 5); t > 0; --t) {
       TileWork& tile = round.tiles.emplace_back();
       tile.tile = static_cast<std::uint32_t>(number());
-      tile.entries = number(), tile.sort_steps = number(), tile.vertices = number(), tile.domain_texels = number(),
-      tile.box_lanes = number();
-      tile.texels = number(), tile.pixels = number(), tile.resolve_operations = number();
-      tile.hashed_bytes = number();
+      for (std::uint64_t& count : tile.events) count = number();
       for (std::uint64_t& bytes : tile.dram_bytes) bytes = number();
     }
     if (random.coin())
@@ -75,7 +72,8 @@ RC_GTEST_PROP(WorkCode, IsReadBackAsItWas, (std::uint32_t seed)) {  // WC1
   for (std::size_t r = 0; r < work.rounds.size(); ++r)
     for (std::size_t t = 0; t < work.rounds[r].tiles.size(); ++t) {
       RC_ASSERT(again.rounds[r].tiles[t].tile == work.rounds[r].tiles[t].tile);
-      RC_ASSERT(again.rounds[r].tiles[t].resolve_operations == work.rounds[r].tiles[t].resolve_operations);
+      RC_ASSERT(again.rounds[r].tiles[t].events[Event::kResolveOperations] ==
+                work.rounds[r].tiles[t].events[Event::kResolveOperations]);
     }
 }
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <optional>
 
-#include "tilecore/resolve/agreeing_texels.h"
 #include "tilecore/resolve/block_pixels.h"
 
 namespace tessera::tilecore {
@@ -17,7 +16,7 @@ struct Place {
   float fx, fy;
 };
 
-// Of what fits an int; the oldest x86-64 has no instruction for it, and std::floor is a call there.
+// For values that fit an int; the oldest x86-64 has no instruction for it, and std::floor is a call there.
 float floor_of(float v) {
   const auto whole = static_cast<float>(static_cast<int>(v));
   return whole > v ? whole - 1.0f : whole;
@@ -162,7 +161,7 @@ AdvectedPixel advect_pixel(int x, int y, float depth, std::uint32_t patch, const
   const auto place = place_at(x, y, offset);
   if (!place) return {Advection::kOutsideFrame, {}};
   ++work.fetches;
-  const StoredImage surface{history, depth, DepthTolerance{settings.depth_tolerance, slope}.at(depth), patch};
+  const StoredImage surface{history, depth, depth_limit(depth, slope), patch};
   AdvectedPixel result{Advection::kTaken, {}};
   if (settings.fetch == Fetch::kBicubic) {
     result.outcome = fetch(surface, *place, catmull_rom_weights(place->fx), catmull_rom_weights(place->fy),

@@ -46,17 +46,12 @@ struct AdvectionSettings {
   bool bfecc = false;
   // Bicubic only: each channel stays in the range of the four texels around the place.
   bool clamp_to_range = true;
-  // A texel whose depth differs from the pixel's by more than this share of the pixel's, and by more than the surface
-  // itself goes deeper within a pixel, shows something else.
-  float depth_tolerance = 0.002f;  // [assumed]
 };
 
-// How far a texel's depth may be from a pixel's: a share of the pixel's, and the depth by which the surface changes
-// from pixel to pixel around it.
-struct DepthTolerance {
-  float share = 0, slope = 0;
-  float at(float depth) const { return share * std::abs(depth) + slope; }
-};
+// How far a texel's depth may be from a pixel's, else it shows something else: by a share of the pixel's depth and by
+// `slope`, by which the surface's depth changes from pixel to pixel around it.
+inline constexpr float kDepthTolerance = 0.002f;  // [assumed]
+inline float depth_limit(float depth, float slope) { return kDepthTolerance * std::abs(depth) + slope; }
 
 enum class Advection {
   kTaken,
@@ -66,7 +61,6 @@ enum class Advection {
   kOtherPatch,        // ... belongs to another patch
   kNonFinite,         // ... holds NaN or infinity
 };
-inline constexpr std::size_t kAdvectionCount = 6;
 
 struct AdvectedPixel {
   Advection outcome;
@@ -76,7 +70,7 @@ struct AdvectedPixel {
 // Motion beyond this leaves every frame, and whole pixels of it still fit an int.
 inline constexpr float kLongestMotion = 1 << 20;
 
-// What was read, so that it can be charged: a texel of the history is a colour, a depth and a patch.
+// Counts of what was read; a texel of the history is a colour, a depth and a patch.
 struct AdvectionWork {
   std::uint64_t fetches = 0;             // places looked at in the history
   std::uint64_t history_texels = 0;      // texels of the history read for them; those with weight 0 are not
@@ -86,7 +80,7 @@ struct AdvectionWork {
 };
 
 // The colour of pixel (x, y), which is in velocity.region and now shows `patch` at `depth` (positive) on a surface of
-// `slope` (of DepthTolerance).
+// `slope` (of depth_limit()).
 //
 // Invariants (cited by the tests):
 //   ADV1  A velocity of zero copies the texel bit for bit, with BFECC and with every fetch: one texel is read, and its
@@ -115,7 +109,20 @@ struct PlainAdvection {
   IntRect texels;           // that were read for them
 };
 PlainAdvection advect_plain_pixels(const BlockOfPixels& block, std::uint16_t wanted, const HistoryView& history,
-                                   DepthTolerance tolerance, Vec4* out, std::ptrdiff_t out_stride, AdvectionWork& work);
+                                   float slope, Vec4* out, std::ptrdiff_t out_stride, AdvectionWork& work);
+
+// ---- Inside advection.cpp -------------------------------------------------------------------------------------
+
+// Texels `above` and the next one, and the two below them; weights of all but the first, and not 0.
+struct FourTexels {
+  std::ptrdiff_t above;
+  float w1, w2, w3;
+};
+
+// The mean of four texels that all have the pixel's patch, no depth further from its than `limit` (finite), and finite
+// colours; false: they have not, and `out` stays.
+bool fetch_agreeing_texels(const HistoryView& history, const FourTexels& texels, std::uint32_t patch, float depth,
+                           float limit, Vec4* out);
 
 }  // namespace tessera::tilecore
 

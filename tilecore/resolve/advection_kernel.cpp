@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tilecore/resolve/agreeing_texels.h"
+#include "tilecore/resolve/advection.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "tilecore/resolve/advection_kernel.cpp"
@@ -56,14 +56,13 @@ struct BlockPlaces {
   float nearest = 0, farthest = 0, least_limit = 0;  // of their depths and limits
   bool one_patch = true;                             // that of the block's first pixel
 
-  HWY_INLINE BlockPlaces(const BlockOfPixels& block, std::uint16_t wanted, const IntRect& region,
-                         DepthTolerance tolerance) {
+  HWY_INLINE BlockPlaces(const BlockOfPixels& block, std::uint16_t wanted, const IntRect& region, float slope) {
     const D d;
     const DI di;
     Bounds bounds;
     for (int j = 0; j < 4; ++j)
       if ((wanted >> (4 * j) & 15) != 0)
-        for (std::size_t i = 0; i < 4; i += hn::Lanes(d)) place(block, j, i, wanted, region, tolerance, bounds);
+        for (std::size_t i = 0; i < 4; i += hn::Lanes(d)) place(block, j, i, wanted, region, slope, bounds);
     if (plain == 0) return;
     texels = {hn::GetLane(hn::MinOfLanes(di, bounds.left)), hn::GetLane(hn::MinOfLanes(di, bounds.top)),
               hn::GetLane(hn::MaxOfLanes(di, bounds.right)) + 2, hn::GetLane(hn::MaxOfLanes(di, bounds.bottom)) + 2};
@@ -88,9 +87,9 @@ struct BlockPlaces {
     }
   };
 
-  // Those of row j from pixel i on.
+  // Places the pixels of row j from pixel i on.
   HWY_INLINE void place(const BlockOfPixels& block, int j, std::size_t i, std::uint16_t wanted, const IntRect& region,
-                        DepthTolerance tolerance, Bounds& bounds) {
+                        float slope, Bounds& bounds) {
     const D d;
     const DI di;
     const hn::RebindToUnsigned<D> du;
@@ -111,7 +110,7 @@ struct BlockPlaces {
                               hn::And(hn::And(hn::Ne(weight1, zero), hn::Ne(weight2, zero)), hn::Ne(weight3, zero)));
     const M inside = hn::And(both_within(tx, region.x0, region.x1), both_within(ty, region.y0, region.y1));
     const V depth = hn::LoadU(d, block.depth + from),
-            may_differ = hn::Add(hn::Mul(hn::Set(d, tolerance.share), hn::Abs(depth)), hn::Set(d, tolerance.slope));
+            may_differ = hn::Add(hn::Mul(hn::Set(d, kDepthTolerance), hn::Abs(depth)), hn::Set(d, slope));
     const M finite = hn::Eq(hn::Sub(may_differ, may_differ), zero),
             usable = hn::RebindMask(d, hn::Ne(hn::PromoteTo(di, hn::LoadU(du8, block.usable + from)), hn::Zero(di)));
     const M asked = hn::RebindMask(d, hn::Ne(hn::And(hn::Set(di, wanted >> to), hn::Load(di, kBits)), hn::Zero(di)));
@@ -157,8 +156,8 @@ bool FetchAgreeingTexels(const HistoryView& history, const FourTexels& texels, s
   return true;
 }
 
-// Whether every texel agrees with every plain pixel, as far as that can be told of all at once: no depth is further from
-// any of theirs than the least limit, since differences are rounded in order of their size.
+// Whether every texel agrees with every plain pixel, as far as that can be told of all at once: no depth is further
+// from any of theirs than the least limit, since differences are rounded in order of their size.
 HWY_INLINE bool all_agree(const HistoryView& history, const BlockPlaces& places, std::uint32_t of_patch) {
   const IntRect& rect = places.texels;
   const int width = rect.width();
@@ -193,9 +192,9 @@ HWY_INLINE Channels fetch_unchecked(const HistoryView& history, const FourTexels
 }
 
 PlainAdvection AdvectPlainPixels(const BlockOfPixels& block, std::uint16_t wanted, const HistoryView& history,
-                                 DepthTolerance tolerance, Vec4* out, std::ptrdiff_t out_stride, AdvectionWork& work) {
+                                 float slope, Vec4* out, std::ptrdiff_t out_stride, AdvectionWork& work) {
   PlainAdvection result;
-  const BlockPlaces places(block, wanted, history.region, tolerance);
+  const BlockPlaces places(block, wanted, history.region, slope);
   if (places.plain == 0) return result;
   const auto texels_of = [&](std::size_t p) HWY_ATTR {
     return FourTexels{history.index(places.x[p], places.y[p]), places.w1[p], places.w2[p], places.w3[p]};
@@ -251,9 +250,8 @@ bool fetch_agreeing_texels(const HistoryView& history, const FourTexels& texels,
 }
 
 PlainAdvection advect_plain_pixels(const BlockOfPixels& block, std::uint16_t wanted, const HistoryView& history,
-                                   DepthTolerance tolerance, Vec4* out, std::ptrdiff_t out_stride,
-                                   AdvectionWork& work) {
-  return HWY_DYNAMIC_DISPATCH(AdvectPlainPixels)(block, wanted, history, tolerance, out, out_stride, work);
+                                   float slope, Vec4* out, std::ptrdiff_t out_stride, AdvectionWork& work) {
+  return HWY_DYNAMIC_DISPATCH(AdvectPlainPixels)(block, wanted, history, slope, out, out_stride, work);
 }
 
 }  // namespace tessera::tilecore

@@ -1,4 +1,4 @@
-#include "tilecore/resolve/any_stencils.h"
+#include "tilecore/resolve/stencil_kernels.h"
 
 #include <algorithm>
 #include <bit>
@@ -15,11 +15,6 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::tilecore::HWY_NAMESPACE {
-
-// The value before and after clamping: an infinite tap shows in the first, but the second may hide it.
-struct FilledPixel {
-  Channels plain, clamped;
-};
 
 struct WeightedTap {
   const Vec4* color;
@@ -38,19 +33,11 @@ struct TapList {
     if (count > 0 && weight > taps[0].weight) std::swap(taps[0], taps[count]);
     ++count;
   }
-  FilledPixel sum(bool clamp) const {
+  Channels sum() const {
     const Channels base = load(taps[0].color);
-    Channels difference = splat<4>(0.0f), low = base, high = base;
-    for (std::size_t i = 1; i < count; ++i) {
-      const Channels c = load(taps[i].color);
-      difference = difference + (c - base) * taps[i].weight;
-      low = lower(low, c), high = upper(high, c);
-    }
-    // A lone tap is copied, -0 too.
-    FilledPixel r{base + difference, base};
-    if (count == 1) r.plain = base;
-    r.clamped = clamp ? lower(upper(r.plain, low), high) : r.plain;
-    return r;
+    Channels difference = splat<4>(0.0f);
+    for (std::size_t i = 1; i < count; ++i) difference = difference + (load(taps[i].color) - base) * taps[i].weight;
+    return count == 1 ? base : base + difference;  // a lone tap is copied, -0 too
   }
 };
 
@@ -126,30 +113,25 @@ TapList kernel_taps(const WindowView& view, Reconstruction kernel, int pixel) {
   return taps;
 }
 
-FilledPixel fill_directly(const WindowView& view, Reconstruction kernel, bool clamp, int pixel,
-                          ReconstructionWork& work) {
+Channels fill_directly(const WindowView& view, Reconstruction kernel, int pixel, ReconstructionWork& work) {
   ++work.direct_pixels;
   const bool nearest = kernel == Reconstruction::kNearest;
   const TapList taps = nearest ? TapList() : kernel_taps(view, kernel, pixel);
   if (taps.holds) {
     work.taps += taps.count;
-    return taps.sum(clamp);
+    return taps.sum();
   }
   work.fallbacks += !nearest;
   const TapList near = nearest_taps(view, pixel, nearest);
   work.taps += near.count;
-  FilledPixel r = near.sum(clamp);
+  Channels r = near.sum();
   // Without a tap that is not finite the stencil might hold: let the result tell of it.
-  for (std::size_t i = 0; i < taps.count; ++i)
-    r.plain = r.plain + (load(taps.taps[i].color) - load(taps.taps[i].color));
-  if (!clamp) r.clamped = r.plain;
+  for (std::size_t i = 0; i < taps.count; ++i) r = r + (load(taps.taps[i].color) - load(taps.taps[i].color));
   return r;
 }
 
 // TapList::sum() without the list: stencils have their largest weight first.
-template <bool Clamp>
-FilledPixel fill_from_table(const WindowView& view, const StencilIndexEntry& entry, int pixel,
-                            ReconstructionWork& work) {
+Channels fill_from_table(const WindowView& view, const StencilIndexEntry& entry, int pixel, ReconstructionWork& work) {
   const Stencil& s = kStencils[entry.stencil];
   const float scale = 1.0f / static_cast<float>(s.unit());
   const Vec4* center = view.at(pixel % 4 + kWindowMargin, pixel / 4 + kWindowMargin);
@@ -159,30 +141,22 @@ FilledPixel fill_from_table(const WindowView& view, const StencilIndexEntry& ent
   };
   work.taps += s.count;
   const Channels base = load(place(0));
-  Channels difference = splat<4>(0.0f), low = base, high = base;
-  for (std::size_t i = 1; i < s.count; ++i) {
-    const Channels c = load(place(i));
-    difference = difference + (c - base) * (static_cast<float>(s.taps[i].weight) * scale);
-    if constexpr (Clamp) low = lower(low, c), high = upper(high, c);
-  }
-  // A lone tap is copied, -0 too.
-  FilledPixel r{s.count == 1 ? base : base + difference, base};
-  r.clamped = Clamp ? lower(upper(r.plain, low), high) : r.plain;
-  return r;
+  Channels difference = splat<4>(0.0f);
+  for (std::size_t i = 1; i < s.count; ++i)
+    difference = difference + (load(place(i)) - base) * (static_cast<float>(s.taps[i].weight) * scale);
+  return s.count == 1 ? base : base + difference;  // a lone tap is copied, -0 too
 }
 
-bool FillAny(const WindowView& view, const FillPlan& plan, bool clamp, BlockMask pixels, Vec4* out16,
-             ReconstructionWork& work) {
+bool FillAny(const WindowView& view, const FillPlan& plan, BlockMask pixels, Vec4* out16, ReconstructionWork& work) {
   Channels zeros = splat<4>(0.0f);  // stays +0 while all results are finite
   for (unsigned left = pixels; left != 0; left &= left - 1) {
     const int p = std::countr_zero(left);
     const StencilIndexEntry entry =
         plan.pattern ? mirrored_entry(plan.kernel, plan.border, *plan.pattern, p) : StencilIndexEntry{};
-    const FilledPixel r = entry.stencil == kNoStencil ? fill_directly(view, plan.kernel, clamp, p, work)
-                          : clamp                     ? fill_from_table<true>(view, entry, p, work)
-                                                      : fill_from_table<false>(view, entry, p, work);
-    zeros = zeros + (r.plain - r.plain);
-    store(r.clamped, out16 + p);
+    const Channels r =
+        entry.stencil == kNoStencil ? fill_directly(view, plan.kernel, p, work) : fill_from_table(view, entry, p, work);
+    zeros = zeros + (r - r);
+    store(r, out16 + p);
   }
   return is_finite(zeros);
 }
@@ -195,9 +169,8 @@ namespace tessera::tilecore {
 
 HWY_EXPORT(FillAny);
 
-bool fill_any(const WindowView& view, const FillPlan& plan, bool clamp, BlockMask pixels, Vec4* out16,
-              ReconstructionWork& work) {
-  return HWY_DYNAMIC_DISPATCH(FillAny)(view, plan, clamp, pixels, out16, work);
+bool fill_any(const WindowView& view, const FillPlan& plan, BlockMask pixels, Vec4* out16, ReconstructionWork& work) {
+  return HWY_DYNAMIC_DISPATCH(FillAny)(view, plan, pixels, out16, work);
 }
 
 }  // namespace tessera::tilecore

@@ -33,7 +33,7 @@ struct MeasuredContrast {
 MeasuredContrast measure_contrast(const Vec4* colors, std::ptrdiff_t stride, BlockMask known,
                                   std::uint64_t& operations);
 
-// What reconstruction at `samples` of 16 pixels is predicted to be wrong by, root mean square over the block.
+// The predicted error of reconstruction at `samples` of 16 pixels, root mean square over the block.
 // [measured] at sliding noise and checkers (tests/replay/resolve_patterns_test.cpp).
 float predicted_error(int samples, float contrast);
 

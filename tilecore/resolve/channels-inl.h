@@ -64,18 +64,6 @@ HWY_INLINE Floats<N> operator*(Floats<N> a, float b) {
   return a;
 }
 
-// a < b ? a : b and a < b ? b : a, zeros of either sign included; NaN gives one of the two, which one is the target's.
-template <std::size_t N>
-HWY_INLINE Floats<N> lower(Floats<N> a, Floats<N> b) {
-  for (std::size_t i = 0; i < a.kParts; ++i) a.part[i] = hn::Min(a.part[i], b.part[i]);
-  return a;
-}
-template <std::size_t N>
-HWY_INLINE Floats<N> upper(Floats<N> a, Floats<N> b) {
-  for (std::size_t i = 0; i < a.kParts; ++i) a.part[i] = hn::Max(b.part[i], a.part[i]);
-  return a;
-}
-
 // x - x is 0 or NaN.
 template <std::size_t N>
 HWY_INLINE bool is_finite(Floats<N> v) {

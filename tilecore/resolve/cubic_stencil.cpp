@@ -3,10 +3,9 @@
 #include <bit>
 #include <cstring>
 
-#include "tilecore/resolve/any_stencils.h"
 #include "tilecore/resolve/block_pixels.h"
 #include "tilecore/resolve/cubic_weights.h"
-#include "tilecore/resolve/interior_stencils.h"
+#include "tilecore/resolve/stencil_kernels.h"
 #include "tilecore/resolve/stencil_lookup.h"
 #include "tilecore/resolve/tile_border.h"
 
@@ -111,8 +110,8 @@ std::optional<unsigned> border_of(const UsableRows& rows, const PatternRows& pat
   return border;
 }
 
-FillPlan plan_of(Reconstruction kernel, bool packed_weights, const UsableRows& usable, unsigned corner) {
-  const auto pattern = packed_weights ? pattern_of(kernel, corner) : std::nullopt;
+FillPlan plan_of(Reconstruction kernel, const UsableRows& usable, unsigned corner) {
+  const auto pattern = pattern_of(kernel, corner);
   if (!pattern) return {kernel, std::nullopt};
   const auto border = border_of(usable, PatternRows(corner), kernel_reach(kernel));
   return border ? FillPlan{kernel, pattern, *border} : FillPlan{kernel, std::nullopt};
@@ -120,11 +119,11 @@ FillPlan plan_of(Reconstruction kernel, bool packed_weights, const UsableRows& u
 
 // Fills those of `missing` again that took NaN or infinity from their surroundings, now without such pixels; returns
 // those that have nothing else. The others stay as they are.
-BlockMask fill_again(const WindowView& view, const FillPlan& plan, bool clamp, BlockMask missing, Vec4* out16,
+BlockMask fill_again(const WindowView& view, const FillPlan& plan, BlockMask missing, Vec4* out16,
                      ReconstructionWork& work) {
   std::array<Vec4, 16> plain;
   ReconstructionWork done_before;
-  fill_any(view, plan, false, missing, plain.data(), done_before);
+  fill_any(view, plan, missing, plain.data(), done_before);
   UsableRows finite = view.usable;
   bool any = false;
   for (int y = 0; y < kWindowSide; ++y) {
@@ -142,24 +141,24 @@ BlockMask fill_again(const WindowView& view, const FillPlan& plan, bool clamp, B
     if (!is_finite(plain[static_cast<std::size_t>(std::countr_zero(left))]))
       spoilt = static_cast<BlockMask>(spoilt | (left & -left));
   if (!any) return spoilt;
-  fill_any({view.window, finite}, {plan.kernel, std::nullopt}, clamp, spoilt, out16, work);
+  fill_any({view.window, finite}, {plan.kernel, std::nullopt}, spoilt, out16, work);
   return 0;
 }
 
 }  // namespace
 
-BlockMask reconstruct_block(Reconstruction kernel, bool packed_weights, bool clamp, const BlockWindow& window,
-                            BlockMask missing, Vec4* out16, ReconstructionWork& work) {
+BlockMask reconstruct_block(Reconstruction kernel, const BlockWindow& window, BlockMask missing, Vec4* out16,
+                            ReconstructionWork& work) {
   const RowWords words(window.usable, missing);
   if (!words.any()) return missing;
   bool finite = true;
   // 1. Most blocks lie amid others of their rate.
-  const auto pattern = packed_weights ? pattern_of(kernel, words.corner()) : std::nullopt;
+  const auto pattern = pattern_of(kernel, words.corner());
   const bool interior = pattern && is_interior(words, PatternRows(words.corner()), kernel_reach(kernel));
   if (interior) {
     const Vec4* first = window.first_pixel + kWindowMargin * window.row_stride + kWindowMargin;
     const InteriorFill fill = fill_interior(
-        kernel, {*pattern, clamp, missing, missing == left_out_by(words.corner()), first, window.row_stride, out16});
+        kernel, {*pattern, missing, missing == left_out_by(words.corner()), first, window.row_stride, out16});
     work.taps += fill.taps;
     finite = fill.finite;
     if (finite) {
@@ -170,11 +169,79 @@ BlockMask reconstruct_block(Reconstruction kernel, bool packed_weights, bool cla
   // 2. Any others, and what took NaN or infinity from its surroundings.
   const UsableRows usable = without_missing(window.usable, missing);
   const WindowView view{window, usable};
-  const FillPlan plan =
-      interior ? FillPlan{kernel, pattern, 0} : plan_of(kernel, packed_weights, usable, words.corner());
-  if (!interior) finite = fill_any(view, plan, clamp, missing, out16, work);
-  const BlockMask unfilled = finite ? BlockMask{0} : fill_again(view, plan, clamp, missing, out16, work);
+  const FillPlan plan = interior ? FillPlan{kernel, pattern, 0} : plan_of(kernel, usable, words.corner());
+  if (!interior) finite = fill_any(view, plan, missing, out16, work);
+  const BlockMask unfilled = finite ? BlockMask{0} : fill_again(view, plan, missing, out16, work);
   work.pixels += pixel_count(static_cast<BlockMask>(missing & ~unfilled));
+  return unfilled;
+}
+
+std::optional<Stencil> table_stencil(Reconstruction kernel, BlockMask pattern, unsigned border, int pixel) {
+  const auto mirrored = pattern_of(kernel, corner_of(pattern));
+  if (!mirrored) return std::nullopt;
+  const StencilIndexEntry entry = mirrored_entry(kernel, border, *mirrored, pixel);
+  if (entry.stencil == kNoStencil) return std::nullopt;
+  return stencil_of(entry);
+}
+
+StencilTableSize stencil_table_size() {
+  return {generated::kStencils, generated::kStencilBits, std::size(generated::kStencilIndex)};
+}
+
+// ---- Checkerboard -----------------------------------------------------------------------------------------------
+
+namespace {
+
+// The up to four neighbours that may be used.
+struct Cross {
+  std::array<Vec4, 4> color;
+  std::size_t count = 0;
+
+  // Differences from the first: a flat colour is exact.
+  Vec4 mean() const {
+    Vec4 sum(0.0f);
+    for (std::size_t i = 1; i < count; ++i) sum += color[i] - color[0];
+    return color[0] + sum / static_cast<float>(count);
+  }
+};
+
+bool is_usable(const BlockWindow& window, BlockMask missing, int x, int y) {
+  const int bx = x - kWindowMargin, by = y - kWindowMargin;
+  if (bx >= 0 && bx < 4 && by >= 0 && by < 4 && (missing >> (4 * by + bx) & 1)) return false;
+  return window.usable[static_cast<std::size_t>(y)] >> x & 1;
+}
+
+Cross gather(const BlockWindow& window, BlockMask missing, int x, int y, ReconstructionWork& work) {
+  constexpr int kSteps[4][2] = {{0, -1}, {-1, 0}, {1, 0}, {0, 1}};
+  Cross cross;
+  for (const auto& step : kSteps) {
+    const int nx = x + step[0], ny = y + step[1];
+    if (!is_usable(window, missing, nx, ny)) continue;
+    ++work.taps;
+    const Vec4& color = window.first_pixel[ny * window.row_stride + nx];
+    if (is_finite(color))
+      cross.color[cross.count++] = color;
+    else
+      ++work.non_finite_pixels;
+  }
+  return cross;
+}
+
+}  // namespace
+
+BlockMask reconstruct_checkerboard(const BlockWindow& window, BlockMask missing, Vec4* out16,
+                                   ReconstructionWork& work) {
+  BlockMask unfilled = 0;
+  for (int p = 0; p < 16; ++p) {
+    if (!(missing >> p & 1)) continue;
+    const Cross cross = gather(window, missing, p % 4 + kWindowMargin, p / 4 + kWindowMargin, work);
+    if (cross.count == 0) {
+      unfilled = static_cast<BlockMask>(unfilled | 1u << p);
+      continue;
+    }
+    ++work.pixels;
+    out16[p] = cross.mean();
+  }
   return unfilled;
 }
 

@@ -13,7 +13,7 @@ namespace tessera::tilecore {
 // Fills the pixels of a 4x4 block that were not rendered from rendered ones around them:
 //   c = sum of w(dx, dy) * colour / sum of w(dx, dy) over the usable pixels, w(dx, dy) = k(dx) * k(dy),
 // with k the cubic of Mitchell and Netravali 1988, "Reconstruction filters in computer graphics", as US 2015/0379692
-// uses it for blocks that were rendered at 4, 8 or 12 samples. Formulas: resolve/cubic_weights.h; packed tables:
+// uses it for blocks that were rendered at 4 or 8 samples. Formulas: resolve/cubic_weights.h; packed tables:
 // resolve/packed_stencil.h.
 enum class Reconstruction {
   kCubic,               // 5x5, distances times 2/3, B = C = 1/3: the default
@@ -54,20 +54,28 @@ struct ReconstructionWork {
 //   CS1  A flat colour comes back as itself, to one unit in the last place.
 //   CS2  What is not usable has no influence: neither its colour nor, non-finite ones, its being there.
 //   CS3  The result is finite wherever it is filled, as long as the usable finite colours are below 2^125 in magnitude.
-//   CS4  clamp_to_range: each channel lies in the range of the pixels that entered it.
-//   CS5  packed_weights: pixels whose surroundings are one of the patterns of pattern_dither.h, whole or cut at the
-//        block's own borders on any sides (a tile's), take 8-bit weights from tables that were made when the program
-//        was built. They sum to one exactly; each is within one unit of its last place of the exact weight. All others,
-//        and all when false, evaluate the kernel directly and divide by the sum of weights. Where what is usable lies
-//        more on one side than on the other, weights are tilted, so that ramps come back (stencil_tilt.h). At borders
-//        tables expect the lines of tile_border.h.
-//   CS6  Where the weights' sum falls below half of the sum of their magnitudes (lopsided surroundings let the negative
+//   CS4  Pixels whose surroundings are one of the patterns of pattern_dither.h, whole or cut at the block's own borders
+//        on any sides (a tile's), take 8-bit weights from tables that were made when the program was built. They sum to
+//        one exactly; each is within one unit of its last place of the exact weight. All others evaluate the kernel
+//        directly and divide by the sum of weights. Where what is usable lies more on one side than on the other,
+//        weights are tilted, so that ramps come back (stencil_tilt.h). At borders tables expect the lines of
+//        tile_border.h.
+//   CS5  Where the weights' sum falls below half of the sum of their magnitudes (lopsided surroundings let the negative
 //        lobes win), or no pixel within the kernel's reach is usable, the mean of the nearest usable pixels of the
 //        window stands in.
-//   CS7  The same bits on every host; no allocation.
-[[nodiscard]] BlockMask reconstruct_block(Reconstruction reconstruction, bool packed_weights, bool clamp_to_range,
-                                          const BlockWindow& window, BlockMask missing, Vec4* out16,
-                                          ReconstructionWork& work);
+//   CS6  The same bits on every host; no allocation.
+[[nodiscard]] BlockMask reconstruct_block(Reconstruction reconstruction, const BlockWindow& window, BlockMask missing,
+                                          Vec4* out16, ReconstructionWork& work);
+
+// Checkerboard rendering as a baseline: checkerboard_mask() says which half of the pixels is shaded; here the others
+// get the mean of their usable neighbours above, left, right and below. (Published renderers also move the previous
+// frame's pixel along and clamp it to those neighbours, and filter along edges by object id: El Mansouri, "Rendering
+// Rainbow Six Siege", GDC 2016; Wihlidal, "4K checkerboard in Battlefield 1 and Mass Effect Andromeda", GDC 2017.)
+//
+// Fills the pixels of `missing` in out16[4*y + x]; returns those that have no usable neighbour. Usable bits of missing
+// pixels are ignored.
+[[nodiscard]] BlockMask reconstruct_checkerboard(const BlockWindow& window, BlockMask missing, Vec4* out16,
+                                                 ReconstructionWork& work);
 
 }  // namespace tessera::tilecore
 

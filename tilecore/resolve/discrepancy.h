@@ -9,19 +9,17 @@
 
 namespace tessera::tilecore {
 
-// How a block finds out that advection went wrong in it. What it finds keeps the next frames from advecting around it.
+// How a block finds out that reprojection went wrong in it. Then its reprojected pixels are shaded in the same frame (US
+// 2015/0379692 [0045]), and a disocclusion flag keeps the next frames from reusing pixels around it ([0044]).
 enum class DiscrepancyCheck {
-  kRendered,    // what advection would have given for the rendered pixels, against what they are.
-                // Deviation from the note and better: it compares like with like, so texture is no discrepancy, and the
-                // block is fetched anyway
-  kNeighbours,  // advected pixels against the range of their rendered neighbours in the block, as published
+  kRendered,  // compares what reprojection would have given for the rendered pixels with what they are: like with like,
+              // so that texture is no discrepancy
   kOff,
 };
 
 struct DiscrepancySettings {
   DiscrepancyCheck check = DiscrepancyCheck::kRendered;
   float tolerance = 0.025f;  // [measured] relative difference of a pixel; 0.05 shimmers more than half as checkerboard
-  bool same_frame = true;    // the block's advected pixels are then shaded, too
   int frames = 1;            // for which the neighbourhood is rendered fully; at most 15
 };
 
@@ -36,16 +34,11 @@ float largest_difference(const Vec4* a16, const Vec4* b, std::ptrdiff_t b_stride
 inline constexpr float kDifferenceFloor = 0.1f;
 inline constexpr float kLargestDifference = 1e30f;  // that is told from infinity
 
-// Whether the advected pixels of a block stand out of their rendered neighbours above, left, right and below in it, on
-// average by more than the tolerance. Colours are [4*y + x]; pixels without rendered neighbours do not vote.
-bool stands_out(const Vec4* colors, BlockMask advected, BlockMask rendered, float tolerance);
-
 }  // namespace tessera::tilecore
 
 namespace tessera {
 
 template <>
-inline constexpr auto kEnumWords<tilecore::DiscrepancyCheck> = std::to_array<std::string_view>({"rendered",
-                                                                                                "neighbours", "off"});
+inline constexpr auto kEnumWords<tilecore::DiscrepancyCheck> = std::to_array<std::string_view>({"rendered", "off"});
 
 }  // namespace tessera

@@ -7,12 +7,11 @@
 
 namespace tessera::tilecore {
 
-// What a user chooses of it, for frames of any size.
+// The settings of foveation, for frames of any size.
 struct FoveationSettings {
   double r0 = 0, r1 = 0;                // pixels; r0 = 0: off
   double focus_x = 0.5, focus_y = 0.5;  // of the frame
-  // Where it moves: a file of times and places, or a node that it follows; one of them at most.
-  std::string focus_track, focus_node;
+  std::string focus_node;               // the focus follows it; "": it rests
 
   bool on() const { return r0 > 0; }
 };

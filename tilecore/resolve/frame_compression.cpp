@@ -25,7 +25,7 @@ std::uint16_t half_of_code(std::uint16_t code) {
 
 constexpr std::uint32_t mask_of(unsigned bits) { return (1u << bits) - 1; }
 
-// Of a residual modulo 2^bits, in as many bits.
+// Folds a residual modulo 2^bits into as many bits.
 std::uint16_t zigzag(std::uint32_t residual, unsigned bits) {
   const std::uint32_t mask = mask_of(bits), r = residual & mask;
   return static_cast<std::uint16_t>(((r << 1) ^ (r >> (bits - 1) != 0 ? mask : 0)) & mask);

@@ -73,7 +73,7 @@ void decompress_block(const CompressedBlock& block, const BlockShape& shape, std
 // Bytes of payload that compress_block() would give, without writing them: for the ledger.
 std::size_t compressed_block_bytes(std::span<const std::uint16_t> codes, const BlockShape& shape,
                                    std::size_t burst_bytes);
-// Of blocks of half floats, four rows high.
+// For blocks of half floats, four rows high.
 inline CompressedBlock compress_block(std::span<const std::uint16_t> halves, int width, int height,
                                       std::size_t burst_bytes) {
   return compress_block(halves, BlockShape{width, height}, burst_bytes);
@@ -94,7 +94,7 @@ constexpr std::size_t block_header_bytes(std::size_t blocks, std::size_t burst_b
 // IEEE 754 binary16 bits of a float, rounded to nearest, ties to even; beyond 65519 infinity; NaN stays NaN, quiet.
 std::uint16_t half_bits(float value);
 
-// What the halves of colours stand for: as_halves() of x has the half_bits() of x.
+// The values that the halves of colours stand for: as_halves() of x has the half_bits() of x.
 void as_halves(std::span<const Vec4> colors, Vec4* out);
 
 // One pixel of the finished frame.

@@ -18,7 +18,7 @@ enum class FrameFormat : std::uint8_t { kRgba8, kRgb10a2, kRgba16f };
 
 // Bytes per pixel of the finished frame in memory.
 constexpr std::uint64_t frame_pixel_bytes(FrameFormat format) { return format == FrameFormat::kRgba16f ? 8 : 4; }
-// Of the default format.
+// The bytes of a pixel of the default format.
 inline constexpr std::uint64_t kFramePixelBytes = frame_pixel_bytes(FrameFormat::kRgba16f);
 
 // A pixel in memory: red, green, blue, coverage, each in its channel's lowest bits.
@@ -52,7 +52,7 @@ class PixelCoder {
   bool quantises() const { return format_ != FrameFormat::kRgba16f; }
 
   PixelCode code(const Vec4& color) const;
-  // What an image holds of a pixel that was stored.
+  // The colour that an image has of a stored pixel.
   Vec4 stored(const Vec4& color) const { return quantises() ? color_of(code(color)) : color; }
 
  private:

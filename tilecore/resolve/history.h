@@ -12,51 +12,52 @@
 
 namespace tessera::tilecore {
 
-// How far some places of a frame lie from where they were a frame ago, in pixels (camera_motion.h).
+// How far some places of a frame lie from where they were a frame ago, in pixels (motion_field.h).
 struct CameraMotion {
   bool known = false;
   std::array<Vec2, 9> pixels{};
   bool operator==(const CameraMotion&) const = default;
 };
 
-// What one frame leaves to the next: all state that the resolve unit carries between frames. With it and the capture a
-// replay may go on at any frame. (Where vertices were follows from the frame's number.)
+// The state that one frame leaves to the next: all that the resolve unit carries between frames. With it and the
+// capture a replay may go on at any frame. (Where vertices were follows from the frame's number.)
 //
 // Arrays of pixels hold a value per pixel of the region, row by row; arrays of blocks one per block of 4x4 pixels.
 // Blocks lie on multiples of four pixels of the whole frame, whatever the region.
 //
 // The emulated machine keeps `color` as the frame buffer, in its format, and beside it what is where: for each block a
-// surface and its plane; where a block sees several surfaces, or one that is not plane enough, a record of each pixel as
-// well (packed_records.h). `depth` is what these records say. What is read between pixels is `rounded`; a pixel that is
-// copied has the same code either way, and the emulator keeps the colour that was shaded.
+// surface and its plane; where a block sees several surfaces, or one that is not plane enough, a record of each pixel
+// as well (packed_records.h). `depth` is what these records say. What is read between pixels is `rounded`; a pixel that
+// is copied has the same code either way, and the emulator keeps the colour that was shaded.
 //
 // There are two frame buffers, with their records: one is read while the other is written. `stay` says of which blocks
-// the machine knows the signature, and whether what lies in the other buffer is the same (kept_blocks.h).
+// the machine knows the signature, and whether what lies in the other buffer is the same (unchanged_blocks.h).
 struct History {
   static constexpr std::uint64_t kSurfaceBytes = 8;  // depth and surface of a pixel
-  // Of a block: a surface, 1/z, its gradient in 24 bits each, and which of the pixels were reconstructed.
+  // A block has a surface, 1/z, its gradient in 24 bits each, and which of the pixels were reconstructed.
   static constexpr std::uint64_t kPlaneBytes = 16;
-  static constexpr std::uint64_t kPixelRecordsBytes = 16 * kSurfaceBytes;
   // Regime, whether anything is seen, and frames of rejects, or of a block without any `stay`.
   static constexpr std::uint64_t kBlockBytes = 1;
   static constexpr std::uint64_t kContrastBytes = 1;  // of a block
   static constexpr float kPlaneError = 1.0f / 4096;   // share of its depth by which a plane may miss a pixel
-  static constexpr std::uint8_t kRecordPerPixel = 128, kNothingSeen = 64;  // in `memory`
+  static constexpr std::uint8_t kRegime = 63, kNothingSeen = 64;  // in `memory`
 
   IntRect region;
   std::int64_t frame = kNone;  // that it was filled by
   std::vector<Vec4> color;     // linear RGB and coverage, as resolved
-  // Of the sample nearest to the pixel's middle; infinity. Negative: the colour was reconstructed from other pixels.
+  // The depth of the sample nearest to the pixel's middle; infinity. Negative: the colour was reconstructed from other
+  // pixels.
   std::vector<float> depth;
   std::vector<std::uint32_t> surface;  // as PixelSurfaces::surface
 
   CameraMotion camera;                 // since the frame before; unknown after the first
-  std::vector<std::uint8_t> memory;    // per block: BlockDecision::memory(), kRecordPerPixel, kNothingSeen
+  std::vector<std::uint8_t> memory;    // per block: BlockDecision::memory() in kRegime, kNothingSeen
   std::vector<std::uint8_t> reject;    // per block: frames for which nothing is advected here
   std::vector<std::uint8_t> contrast;  // per block: block_contrast.h
   enum Stay : std::uint8_t { kUnknown, kSigned, kSettled };  // kSettled: signed, and as in the frame before
   std::vector<std::uint8_t> stay;                            // per block
-  // What blocks of the compressed frame buffer (stored_block()) and cells of packed records take; empty: they are none.
+  // Bytes of blocks of the compressed frame buffer (stored_block()) and of cells of packed records; empty: there are
+  // none.
   std::vector<std::uint16_t> payload, cells;
 
   // `color` as the frame buffer has it; empty: it is the same. Follows from `color`, and is not saved.

@@ -21,7 +21,7 @@ IntRect touched(IntRect pixels, int width, int height) {
 }  // namespace
 
 HistoryMemory::HistoryMemory(const HistoryStorage& how, const ResolveSettings& settings, IntRect region)
-    : how_(how), colors_(settings.colors), records_(settings.records), region_(region) {
+    : how_(how), colors_(settings.colors), region_(region) {
   const BlockShape shape = stored_block(how.coder.format());
   blocks_ = touched(region, 4, 4);
   tiles_ = touched(region, how.tile_width, how.tile_height);
@@ -43,18 +43,7 @@ HistoryMemory::HistoryMemory(const HistoryStorage& how, const ResolveSettings& s
     states_at_ = behind(0, pixels * how.coder.pixel_bytes());
   }
   records_at_ = behind(states_at_, in_tiles(4, 4) * History::kBlockBytes);
-  switch (records_) {
-    case HistoryRecords::kPacked:
-      signatures_at_ = behind(records_at_, cell_count() * kCellBytes);
-      break;
-    case HistoryRecords::kBlock:
-      pixels_at_ = behind(records_at_, blocks * History::kPlaneBytes);
-      signatures_at_ = behind(pixels_at_, blocks * History::kPixelRecordsBytes);
-      break;
-    case HistoryRecords::kPixel:
-      signatures_at_ = behind(records_at_, pixels * History::kSurfaceBytes);
-      break;
-  }
+  signatures_at_ = behind(records_at_, cell_count() * kCellBytes);
   squares_ = touched(blocks_, kContrastSide, kContrastSide);
   contrast_at_ = behind(signatures_at_, blocks * kSignatureBytes);
 }
@@ -106,16 +95,11 @@ void HistoryMemory::touch_colors(const History& of, IntRect pixels, TouchedBurst
 
 void HistoryMemory::touch_records(const History& of, IntRect pixels, TouchedBursts& out) const {
   if (pixels.empty()) return;
-  if (records_ == HistoryRecords::kPixel) return touch_pixel_records(pixels, out);
   const IntRect touched_blocks = touched(pixels, 4, 4);
   for (int row = touched_blocks.y0; row < touched_blocks.y1; ++row)
     for (int column = touched_blocks.x0; column < touched_blocks.x1; ++column) {
       const std::size_t b = blocks_.index(column, row);
       if (of.empty_block(b)) continue;
-      if (records_ == HistoryRecords::kBlock) {
-        touch_record(column, row, (of.memory[b] & History::kRecordPerPixel) == 0, out);
-        continue;
-      }
       const std::size_t number = cell(cell_column(column), cell_row(row));
       touch_cell(number, of.cells.size() == cell_count() ? of.cells[number] : kUnknownCellBytes, out);
     }
@@ -130,12 +114,6 @@ void HistoryMemory::touch_states(IntRect blocks, TouchedBursts& out) const {
 
 void HistoryMemory::touch_signature(int column, int row, TouchedBursts& out) const {
   out.touch(signatures_at_ + blocks_.index(column, row) * kSignatureBytes, kSignatureBytes);
-}
-
-void HistoryMemory::touch_record(int column, int row, bool plane, TouchedBursts& out) const {
-  const std::size_t b = blocks_.index(column, row);
-  out.touch(records_at_ + b * History::kPlaneBytes, History::kPlaneBytes);
-  if (!plane) out.touch(pixels_at_ + b * History::kPixelRecordsBytes, History::kPixelRecordsBytes);
 }
 
 void HistoryMemory::touch_cell(std::size_t number, std::uint64_t bytes, TouchedBursts& out) const {

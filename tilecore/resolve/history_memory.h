@@ -13,11 +13,11 @@
 
 namespace tessera::tilecore {
 
-// What of the previous frame tiles ask for, each byte once for a tile.
+// Bytes of the previous frame that tiles ask for, each once for a tile, and that they write for the next.
 struct HistoryCounters {
   std::uint64_t color_bytes = 0, record_bytes = 0, state_bytes = 0, signature_bytes = 0;
   std::uint64_t records_written = 0, states_written = 0, signatures_written = 0;
-  std::uint64_t blocks_signed = 0, blocks_kept = 0, wrong_blocks = 0, hashed_bytes = 0;
+  std::uint64_t blocks_kept = 0, wrong_blocks = 0, hashed_bytes = 0;
 };
 
 // The machine that keeps it.
@@ -35,7 +35,7 @@ struct HistoryStorage {
 //   colours     the frame buffer: pixels row by row, or blocks at their places and then their headers, tile by tile
 //               (tile_store.h); or pixels of 16 bytes (HistoryColors::kApart)
 //   states      History::kBlockBytes a block, tile by tile
-//   records     cells (packed_records.h); or planes, then records of pixels, of blocks row by row; or those of pixels
+//   records     cells (packed_records.h)
 //   signatures  kSignatureBytes a block, row by row
 //   contrast    History::kContrastBytes a block, in squares of 8x8 blocks: what a tile of 32x32 pixels writes is a burst
 //
@@ -56,11 +56,7 @@ class HistoryMemory {
   void touch_states(IntRect blocks, TouchedBursts& out) const;
   void touch_signature(int column, int row, TouchedBursts& out) const;
   void touch_contrast(IntRect blocks, TouchedBursts& out) const;
-  // To be written: a block's records, and a cell of `bytes`.
-  void touch_record(int column, int row, bool plane, TouchedBursts& out) const;
-  void touch_pixel_records(IntRect pixels, TouchedBursts& out) const {
-    out.touch({region_, History::kSurfaceBytes, records_at_}, pixels);
-  }
+  // A cell of `bytes` that is to be written.
   void touch_cell(std::size_t cell, std::uint64_t bytes, TouchedBursts& out) const;
 
   // Blocks that pixels lie in.
@@ -81,7 +77,7 @@ class HistoryMemory {
     const int in_tile = tile / 4, cells = (in_tile + kCellSide - 1) / kCellSide;
     return block / in_tile * cells + block % in_tile / kCellSide;
   }
-  // Of an array tile by tile, of which each tile has `columns` by `rows`.
+  // Index in an array that lies tile by tile, of which each tile has `columns` by `rows`.
   std::uint64_t by_tile(int column, int row, int columns, int rows) const {
     const std::uint64_t tile = tiles_.index(column / columns, row / rows);
     return (tile * static_cast<std::uint64_t>(rows) + static_cast<std::uint64_t>(row % rows)) *
@@ -92,9 +88,8 @@ class HistoryMemory {
 
   HistoryStorage how_;
   HistoryColors colors_;
-  HistoryRecords records_;
   IntRect region_, blocks_, tiles_, stored_, cells_, squares_;
-  std::uint64_t headers_at_ = 0, states_at_ = 0, records_at_ = 0, pixels_at_ = 0, signatures_at_ = 0, contrast_at_ = 0;
+  std::uint64_t headers_at_ = 0, states_at_ = 0, records_at_ = 0, signatures_at_ = 0, contrast_at_ = 0;
 };
 
 }  // namespace tessera::tilecore
@@ -122,8 +117,6 @@ inline constexpr auto kCounterFields<tilecore::HistoryCounters> =
          "Likewise bytes of blocks, and their contrast.", ""},
         {"resolve.history_signatures_written", &tilecore::HistoryCounters::signatures_written, Combine::kSum, "bytes",
          "Likewise signatures of blocks.", ""},
-        {"resolve.blocks_signed", &tilecore::HistoryCounters::blocks_signed, Combine::kSum, "blocks",
-         "With resolve.keep_blocks: blocks at rest whose signature was written, as they are new or differ.", ""},
         {"resolve.blocks_kept", &tilecore::HistoryCounters::blocks_kept, Combine::kSum, "blocks",
          "Blocks that were neither read nor written: the frame buffer holds them.", ""},
         {"resolve.wrong_blocks", &tilecore::HistoryCounters::wrong_blocks, Combine::kSum, "blocks",

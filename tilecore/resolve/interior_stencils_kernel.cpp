@@ -1,4 +1,4 @@
-#include "tilecore/resolve/interior_stencils.h"
+#include "tilecore/resolve/stencil_kernels.h"
 
 #include <bit>
 
@@ -48,62 +48,44 @@ struct PixelTaps {
   HWY_INLINE Channels at(int dx, int dy) const { return load(center + dy * stride + dx); }
 };
 
-// The value before and after clamping: an infinite tap shows in the first, but the second may hide it.
-struct Result {
-  Channels plain, clamped;
-};
-
-template <Stencil S, bool Clamp>
-HWY_INLINE Result apply(const InteriorBlock& block, int pixel) {
-  const PixelTaps taps{block.first + (pixel / 4) * block.stride + pixel % 4, block.stride};
-  Result r;
-  r.plain = r.clamped = weighted_sum<S>(taps);
-  if constexpr (Clamp) {
-    Channels low = taps.at(S.taps[0].dx, S.taps[0].dy), high = low;
-    for (std::size_t i = 1; i < S.count; ++i) {
-      const Channels c = taps.at(S.taps[i].dx, S.taps[i].dy);
-      low = lower(low, c), high = upper(high, c);
-    }
-    r.clamped = lower(upper(r.plain, low), high);
-  }
-  return r;
+template <Stencil S>
+HWY_INLINE Channels apply(const InteriorBlock& block, int pixel) {
+  return weighted_sum<S>(PixelTaps{block.first + (pixel / 4) * block.stride + pixel % 4, block.stride});
 }
 
 // Patterns repeat every two rows, so pixels p and p + 8 have the same stencil: both before anything is stored, since
 // they share taps and sums of taps.
-template <Stencil S, bool Clamp>
+template <Stencil S>
 InteriorFill fill_pixels(const InteriorBlock& block, BlockMask pixels) {
   Channels zeros = splat<4>(0.0f);  // stays +0 while all results are finite
   const unsigned pairs = pixels & pixels >> 8;
   for (unsigned left = pairs; left != 0; left &= left - 1) {
     const int p = std::countr_zero(left);
-    const Result above = apply<S, Clamp>(block, p), below = apply<S, Clamp>(block, p + 8);
-    zeros = zeros + ((above.plain - above.plain) + (below.plain - below.plain));
-    store(above.clamped, block.out16 + p);
-    store(below.clamped, block.out16 + p + 8);
+    const Channels above = apply<S>(block, p), below = apply<S>(block, p + 8);
+    zeros = zeros + ((above - above) + (below - below));
+    store(above, block.out16 + p);
+    store(below, block.out16 + p + 8);
   }
   for (unsigned left = pixels & ~(pairs | pairs << 8); left != 0; left &= left - 1) {
     const int p = std::countr_zero(left);
-    const Result r = apply<S, Clamp>(block, p);
-    zeros = zeros + (r.plain - r.plain);
-    store(r.clamped, block.out16 + p);
+    const Channels r = apply<S>(block, p);
+    zeros = zeros + (r - r);
+    store(r, block.out16 + p);
   }
   return {S.count * pixel_count(pixels), is_finite(zeros)};
 }
 
-template <Reconstruction K, bool Clamp>
+template <Reconstruction K>
 InteriorFill fill_each(const InteriorBlock& block) {
   const MirroredPattern& p = block.pattern;
-  if (p.table_pattern == 1) return fill_pixels<stencil_of(index_entry(K, 0, 1, 1)), Clamp>(block, block.missing);
-  if constexpr (has_table(K, 2))
-    if (p.table_pattern == 2) return fill_pixels<stencil_of(index_entry(K, 0, 2, 0)), Clamp>(block, block.missing);
+  if (p.table_pattern == 1) return fill_pixels<stencil_of(index_entry(K, 0, 1, 1))>(block, block.missing);
   const int x = p.mirror & 1, y = p.mirror >> 1;
   const auto among = [&](int dx, int dy) {
     return static_cast<BlockMask>(block.missing & sparse_square(x ^ dx, y ^ dy));
   };
-  const InteriorFill beside = fill_pixels<stencil_of(index_entry(K, 0, 0, 1)), Clamp>(block, among(1, 0)),
-                     below = fill_pixels<stencil_of(index_entry(K, 0, 0, 4)), Clamp>(block, among(0, 1)),
-                     across = fill_pixels<stencil_of(index_entry(K, 0, 0, 5)), Clamp>(block, among(1, 1));
+  const InteriorFill beside = fill_pixels<stencil_of(index_entry(K, 0, 0, 1))>(block, among(1, 0)),
+                     below = fill_pixels<stencil_of(index_entry(K, 0, 0, 4))>(block, among(0, 1)),
+                     across = fill_pixels<stencil_of(index_entry(K, 0, 0, 5))>(block, among(1, 1));
   return {beside.taps + below.taps + across.taps, beside.finite && below.finite && across.finite};
 }
 
@@ -187,27 +169,9 @@ InteriorFill fill_quarter(const Rows& rows) {
   return {4 * (kBeside.count + kBelow.count + kAcross.count), is_finite((beside + below) + across)};
 }
 
-// Of the square that begins at (X, Y) alone.
-template <Reconstruction K, int X, int Y>
-InteriorFill fill_square(const Rows& rows) {
-  constexpr Stencil kAll = stencil_of(index_entry(K, 0, 2, 0));
-  return {4 * kAll.count, is_finite(fill_class<kAll, X, Y>(rows))};
-}
-
 template <Reconstruction K>
 InteriorFill fill_whole(const InteriorBlock& block) {
   const Rows rows(block);
-  if constexpr (has_table(K, 2))
-    if (block.pattern.table_pattern == 2) switch (block.pattern.mirror) {
-        case 0:
-          return fill_square<K, 0, 0>(rows);
-        case 1:
-          return fill_square<K, 1, 0>(rows);
-        case 2:
-          return fill_square<K, 0, 1>(rows);
-        default:
-          return fill_square<K, 1, 1>(rows);
-      }
   if (block.pattern.table_pattern == 1) return block.pattern.mirror & 1 ? fill_half<K, 0>(rows) : fill_half<K, 1>(rows);
   switch (block.pattern.mirror) {
     case 0:
@@ -225,7 +189,7 @@ InteriorFill fill_whole(const InteriorBlock& block) {
 
 template <Reconstruction K>
 InteriorFill fill_whole(const InteriorBlock& block) {
-  return fill_each<K, false>(block);
+  return fill_each<K>(block);
 }
 
 #endif
@@ -234,7 +198,7 @@ InteriorFill fill_whole(const InteriorBlock& block) {
 
 template <Reconstruction K>
 InteriorFill fill_pattern(const InteriorBlock& block) {
-  return block.clamp ? fill_each<K, true>(block) : block.whole ? fill_whole<K>(block) : fill_each<K, false>(block);
+  return block.whole ? fill_whole<K>(block) : fill_each<K>(block);
 }
 
 InteriorFill FillInterior(Reconstruction kernel, const InteriorBlock& block) {

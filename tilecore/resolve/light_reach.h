@@ -21,7 +21,7 @@ inline constexpr float kUnseenLight = 1.0f / 256;
 class LightReach {
  public:
   LightReach() = default;
-  // Of frames of one assembly; `now` may be seen with any projection.
+  // Both frames are of one assembly; `now` may be seen with any projection.
   LightReach(const scene::FrameGeometry& now, const scene::FrameGeometry& then);
 
   bool none() const { return volumes_.empty() && !everywhere_; }

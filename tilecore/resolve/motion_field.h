@@ -7,6 +7,7 @@
 
 #include "base/vec.h"
 #include "scene/frame_geometry.h"
+#include "tilecore/resolve/history.h"
 #include "tilecore/resolve/light_reach.h"
 #include "tilecore/shading/surface.h"
 
@@ -35,14 +36,14 @@ class MotionField {
 
   Kind kind(std::uint32_t drawable) const { return motions_[drawable].kind; }
   bool all_still() const { return all_still_; }
-  // What lies behind everything is seen through every sample as it was.
+  // Every sample sees what lies behind everything as it was.
   bool camera_rests() const { return camera_rests_; }
   // False: values of its material are animated and differ, or its vertices stay where they are and their normals or
-  // tangents do not. Where vertices move as well, their normals turn with them; what a colour taken over then gets wrong
-  // is for the discrepancy check to find.
+  // tangents do not. Where vertices move as well, their normals turn with them; what a colour taken over then gets
+  // wrong is for the discrepancy check to find.
   bool same_shading(std::uint32_t drawable) const { return motions_[drawable].same_shading; }
-  // For which share of the time between the frames the shutter is open in `now`; 0: it is not, or the frames are the same
-  // moment.
+  // For which share of the time between the frames the shutter is open in `now`; 0: it is not, or the frames are the
+  // same moment.
   float shutter() const { return shutter_; }
   // Lights are part of what the pixel shader is told; where one that changed reaches, colours may not be taken over.
   const LightReach& lights() const { return lights_; }
@@ -99,5 +100,14 @@ class MotionField {
   LightReach lights_;
   bool all_still_ = true, camera_rests_ = false, orthographic_ = false;
 };
+
+// By how many pixels each of History::kCameraPlaces places of the previous frame, `then`, is elsewhere in `now` because
+// the camera moved: what rests there in the scene, at the depth that `history` has. Infinite: behind the eye now.
+CameraMotion camera_motion(const scene::FrameGeometry& now, const scene::FrameGeometry& then, const History& history);
+
+// Whether the camera's motion is another than it was, by more than `pixels` in most places: a cut, or it stops or
+// starts. The eye has followed nothing that moves now, so that it sees coarser shading of it. Not where either is
+// unknown.
+bool is_cut(const CameraMotion& before, const CameraMotion& now, float pixels);
 
 }  // namespace tessera::tilecore

@@ -40,7 +40,7 @@ std::uint32_t unzigzag24(std::uint32_t code) {
   return (code >> 1 ^ ((code & 1) != 0 ? kGradientMask : 0u)) & kGradientMask;
 }
 
-// What is known of a cell before block `b`.
+// The prediction from the cell's blocks before block `b`.
 struct PlanePrediction {
   float value = 0, by_x = 0, by_y = 0;
 };

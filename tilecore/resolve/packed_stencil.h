@@ -95,17 +95,12 @@ struct GridSymmetry {
 enum BorderSide : unsigned { kLeftBorder = 1, kRightBorder = 2, kTopBorder = 4, kBottomBorder = 8 };
 inline constexpr unsigned kBorderCases = 16;
 
-// Three patterns are enough: the others are their mirror images (see pattern_of()).
-inline constexpr std::array<BlockMask, 3> kTablePatterns = {sparse_square(0, 0), kPairOrder[0], kTripleOrder[0]};
-// Whether a kernel's stencils of a pattern have no more taps than their count can say: between twelve samples a 7x7 one
-// has up to 24. There it is evaluated directly.
-constexpr bool has_table(Reconstruction kernel, std::size_t table_pattern) {
-  return kernel != Reconstruction::kNearest && !(kernel == Reconstruction::kCubicInterpolating && table_pattern == 2);
-}
+// Two patterns are enough: the others are their mirror images (see pattern_of()).
+inline constexpr std::array<BlockMask, 2> kTablePatterns = {sparse_square(0, 0), kPairOrder[0]};
 // Kernels with weights; kNearest has none.
 inline constexpr std::size_t kTableKernels = 4;
 
-// What the generator writes for each kernel, border case, pattern and pixel.
+// The generator writes one for each kernel, border case, pattern and pixel.
 struct StencilIndexEntry {
   std::uint16_t stencil = 0xffff;  // 0xffff: the pixel is rendered, or has no stencil that holds, or no table
   GridSymmetry symmetry;           // from the stored stencil to the pixel's
@@ -122,11 +117,11 @@ constexpr unsigned mirrored_border(unsigned border, unsigned mirror) {
   return border;
 }
 
-// The stencil that reconstruct_block() uses with packed weights, largest weight first; none where it evaluates
-// directly. `pattern`: one of kSquareOrder, kPairOrder or kTripleOrder. `border`: a sum of BorderSide.
+// The stencil that reconstruct_block() uses, largest weight first; none where it evaluates
+// directly. `pattern`: one of kSquareOrder or kPairOrder. `border`: a sum of BorderSide.
 std::optional<Stencil> table_stencil(Reconstruction kernel, BlockMask pattern, unsigned border, int pixel);
 
-// What the tables take in a machine that keeps them: all stencils, and one index entry of 16 bits per kernel, border
+// The size of the tables in a machine that keeps them: all stencils, and one index entry of 16 bits per kernel, border
 // case, table pattern and pixel.
 struct StencilTableSize {
   std::size_t stencils, stencil_bits, index_entries;

@@ -10,15 +10,15 @@
 namespace tessera::tilecore {
 
 // Which pixels of a block are rendered, and in which frame. What of US 2015/0379692 is here and where the rest is:
-//   [0028]         blocks of 4x4, 16x16 "or other size": resolve.block (joint_decision.h): decisions of 4x4, 8x8, 16x16
-//   [0033] [0060]  rates of 4*s samples, made of s squares: 4, 8, 12, 16 of 4x4; one threshold of speed for each
-//                  (rate_selector.h). 2 of 16 is no such rate
+//   [0028]         blocks of 4x4, as in all of its figures; "16x16, or other size" saves less
+//   [0033] [0060]  rates of 4*s samples, made of s squares: 4, 8 and 16 of 4x4; a threshold of speed for each
+//                  (rate_selector.h)
 //   [0034] [0040]  a modulo-k counter, every pixel once in k frames, or by chance: here
-//   [0043]         "other ratios" of advected and rendered pixels: resolve.advected_pixels, 4, 8 or 12 of 16
-//   [0045]         a discrepancy that is used in the same frame: discrepancy.h
+//   [0043]         "other ratios" of advected and rendered pixels: resolve.advected_pixels, 8 or 12 of 16
+//   [0044] [0045]  a discrepancy that the next frame uses, and the same frame: discrepancy.h
 //   [0053] [0062]  stencils by pixel and sampling mask, a count, weights of 8 bits, offsets of 3: packed_stencil.h
-//   [0064]         stencils confined to a block, and those of 32 samples on 16 pixels: half_pixel_stencil.h
-//   [0073] [0074]  stereo; a focus, here one that may move: foveation.h
+//   [0064]         stencils confined to a tile (tile_border.h); 32 samples on 16 pixels: resolve.supersampling
+//   [0073] [0074]  stereo; a focus, which may move here: foveation.h
 
 // Which pixels of a 4x4 block are rendered: bit 4*y + x is pixel (x, y) of the block.
 using BlockMask = std::uint16_t;
@@ -31,9 +31,6 @@ enum class DitherOrder { kCounter, kSeeded, kOff };
 struct DitherSettings {
   DitherOrder order = DitherOrder::kCounter;
   std::uint32_t seed = 0;
-  // False: all blocks of a frame and rate share a pattern, so that samples are evenly spaced across blocks. True: each
-  // block begins elsewhere in the order (kCounter) or draws its own (kSeeded).
-  bool per_block = false;
 };
 
 // The sparse square {0,2}x{0,2} shifted by (x, y), each 0 or 1: all that four samples in a block can be.
@@ -53,11 +50,6 @@ inline constexpr std::array<BlockMask, 2> kPairOrder = {
     static_cast<BlockMask>(sparse_square(0, 0) | sparse_square(1, 1)),
     static_cast<BlockMask>(sparse_square(1, 0) | sparse_square(0, 1))};
 
-// Twelve samples: all but a square, in the squares' own order.
-inline constexpr std::array<BlockMask, 4> kTripleOrder = {
-    static_cast<BlockMask>(~kSquareOrder[0] & kFullBlock), static_cast<BlockMask>(~kSquareOrder[1] & kFullBlock),
-    static_cast<BlockMask>(~kSquareOrder[2] & kFullBlock), static_cast<BlockMask>(~kSquareOrder[3] & kFullBlock)};
-
 // Four samples of a block that moves and takes over the others: one in each row and column, so that what no longer shows
 // along a row, an edge that a surface makes before itself, has a witness (discrepancy.h). Squares leave every second row
 // without one.
@@ -69,29 +61,22 @@ constexpr BlockMask one_in_each_row(unsigned shift) {
 inline constexpr std::array<BlockMask, 4> kWitnessOrder = {one_in_each_row(0), one_in_each_row(2), one_in_each_row(1),
                                                            one_in_each_row(3)};
 
-// Pixels of a block to render at `rate` samples per block: 4, 8, 12 or 16 (checked). (block_x, block_y) count blocks from
-// the frame's corner and matter only when settings.per_block.
+// Pixels of a block to render at `rate` samples per block: 4, 8 or 16 (checked). All blocks of a frame and rate
+// share a pattern, so that samples are evenly spaced across blocks.
 //
 // Invariants (cited by the tests):
 //   PD1  exactly `rate` bits are set; four are a sparse square, or with `witnesses` one in each row and column, eight a
-//        pair of squares, twelve three;
+//        pair of squares;
 //   PD2  with kCounter every pixel is rendered rate/4 times in any four frames in a row, and once at least in any
-//        ceil(16/rate), per block too, across the wrap of the frame number too, while `witnesses` stays what it is;
-//   PD3  without per_block the block's place does not matter.
-inline BlockMask dither_mask(int rate, std::uint32_t frame, const DitherSettings& settings, int block_x, int block_y,
-                             bool witnesses = false) {
-  TESSERA_CHECK(rate == 4 || rate == 8 || rate == 12 || rate == 16, "a block is rendered at 4, 8, 12 or 16 samples");
+//        ceil(16/rate), across the wrap of the frame number too, while `witnesses` stays what it is.
+inline BlockMask dither_mask(int rate, std::uint32_t frame, const DitherSettings& settings, bool witnesses = false) {
+  TESSERA_CHECK(rate == 4 || rate == 8 || rate == 16, "a block is rendered at 4, 8 or 16 samples");
   if (rate == 16) return kFullBlock;
-  const auto place = settings.per_block ? hash32(settings.seed, static_cast<std::uint32_t>(block_x),
-                                                 static_cast<std::uint32_t>(block_y), 1)
-                                        : 0u;
   // 2^32 is a multiple of the period, so the frame number may wrap.
-  const std::uint32_t step = settings.order == DitherOrder::kSeeded
-                                 ? hash32(settings.seed, frame, place, 2)
-                                 : (settings.order == DitherOrder::kOff ? 0 : frame) + place;
-  return rate == 4   ? (witnesses ? kWitnessOrder : kSquareOrder)[step % 4]
-         : rate == 8 ? kPairOrder[step % 2]
-                     : kTripleOrder[step % 4];
+  const std::uint32_t step = settings.order == DitherOrder::kSeeded ? hash32(settings.seed, frame, 0, 2)
+                             : settings.order == DitherOrder::kOff  ? 0
+                                                                    : frame;
+  return rate == 4 ? (witnesses ? kWitnessOrder : kSquareOrder)[step % 4] : kPairOrder[step % 2];
 }
 
 // Half the pixels, alternating from frame to frame: what checkerboard rendering shades.

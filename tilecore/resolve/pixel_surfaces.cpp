@@ -28,7 +28,7 @@ std::uint8_t stillness(const MotionField* motion, std::uint32_t drawable) {
                                    (motion->same_shading(drawable) ? PixelSurfaces::kSameShading : 0));
 }
 
-// Of samples of one drawable: which of them lie behind a step in depth; 0: there is none.
+// The samples of one drawable that lie behind a step in depth, a bit each; 0: there is no step.
 std::uint32_t behind_step(const float* z, std::size_t count) {
   const auto [nearest, farthest] = std::minmax_element(z, z + count);
   if (!(*farthest - *nearest > PixelSurfaces::kDepthStep * *nearest)) return 0;
@@ -38,7 +38,7 @@ std::uint32_t behind_step(const float* z, std::size_t count) {
   return behind;
 }
 
-// Of pixels of four samples each: how many from the first on, at most `most`, see `patch` alone; four at a time.
+// How many pixels of four samples each see `patch` alone, from the first on and at most `most`; four at a time.
 std::size_t pixels_that_see(std::uint32_t patch, const std::uint32_t* samples, std::size_t most) {
   std::size_t pixels = 0;
   for (; pixels + 4 <= most; pixels += 4) {

@@ -9,8 +9,8 @@
 
 namespace tessera::tilecore {
 
-// What the pixels of a tile see, drawn from their samples before anything is shaded: the input of all decisions of the
-// resolve unit. Arrays hold a value per pixel, row by row.
+// The surfaces that the pixels of a tile see, drawn from their samples before anything is shaded: the input of all
+// decisions of the resolve unit. Arrays hold a value per pixel, row by row.
 //
 //   depth     of the sample nearest to the pixel's middle; infinity where that sees nothing opaque
 //   patch     base patch of that sample; TileState::kNoPatch where there is none
@@ -39,7 +39,7 @@ struct PixelSurfaces {
   const MotionField* still_in = nullptr;
   std::uint64_t samples_with_layers = 0;
 
-  // Drops the state's hidden layers. `motion` null: there is no earlier frame, nothing counts as still.
+  // Drops the state's hidden layers. `motion` nullptr: there is no earlier frame, nothing counts as still.
   void gather(const scene::FrameGeometry& frame, const TileSamples& samples, TileState& state,
               const MotionField* motion);
 

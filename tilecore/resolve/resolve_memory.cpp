@@ -1,8 +1,10 @@
-// What the resolve unit keeps in memory, reads of it and leaves as it is.
+// The resolve unit and memory: blocks that stay as they are, reads and writes of the history.
 #include <algorithm>
+#include <cmath>
 #include <span>
 
 #include "base/round_up.h"
+#include "tilecore/resolve/block_contrast.h"
 #include "tilecore/resolve/block_pixels.h"
 #include "tilecore/resolve/frame_compression.h"
 #include "tilecore/resolve/resolve_unit.h"
@@ -54,17 +56,16 @@ void ResolveUnit::compare_with_signature(ResolveFrame& resolve, const Memory& me
   resolve.next->stay[b] = as_before || as_fetched ? History::kSettled : History::kSigned;
   block.kept = as_before && then.stay[b] == History::kSettled && !open && resolve.written[b] == 0;
   if (as_before) return;
-  ++history_counters_.blocks_signed;
   history_counters_.hashed_bytes += (all - shaded) * memory.coder.pixel_bytes();
   signatures_written_.push_back({block.pixels.x0 / 4, block.pixels.y0 / 4});
 }
 
-void ResolveUnit::find_kept_blocks(ResolveFrame& resolve, const Memory& memory, bool open) {
+void ResolveUnit::find_unchanged_blocks(ResolveFrame& resolve, const Memory& memory, bool open) {
   signatures_read_.clear(), signatures_written_.clear();
   const IntRect& tile = surfaces_.pixels;
-  kept_.blocks = {tile.x0 / 4, tile.y0 / 4, (tile.x1 - 1) / 4 + 1, (tile.y1 - 1) / 4 + 1};
-  kept_.kept.assign(blocks_.size(), 0);
-  kept_.any = false;
+  unchanged_.blocks = {tile.x0 / 4, tile.y0 / 4, (tile.x1 - 1) / 4 + 1, (tile.y1 - 1) / 4 + 1};
+  unchanged_.kept.assign(blocks_.size(), 0);
+  unchanged_.any = false;
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     Block& block = blocks_[i];
     resolve.next->stay[resolve.next->block(block.pixels.x0, block.pixels.y0)] = History::kUnknown;
@@ -72,18 +73,18 @@ void ResolveUnit::find_kept_blocks(ResolveFrame& resolve, const Memory& memory, 
       compare_with_signature(resolve, memory, block, open);
     else if (resolve.keeps_blocks && block.discrepant && block.copied)  // its signature was asked first
       signatures_read_.push_back({block.pixels.x0 / 4, block.pixels.y0 / 4, 0, 0});
-    kept_.kept[i] = block.kept;
-    kept_.any = kept_.any || block.kept;
+    unchanged_.kept[i] = block.kept;
+    unchanged_.any = unchanged_.any || block.kept;
   }
   // A block of the compressed frame buffer is written whole or not at all.
-  if (memory.compressed && kept_.any) {
+  if (memory.compressed && unchanged_.any) {
     const BlockShape shape = stored_block(memory.coder.format());
     const int columns = shape.width / 4, rows = shape.height / 4;
     for (Block& block : blocks_) {
       const int column = block.pixels.x0 / 4 / columns * columns, row = block.pixels.y0 / 4 / rows * rows;
-      block.kept = block.kept && kept_.all({column, row, column + columns, row + rows});
+      block.kept = block.kept && unchanged_.all({column, row, column + columns, row + rows});
     }
-    for (std::size_t i = 0; i < blocks_.size(); ++i) kept_.kept[i] = blocks_[i].kept;
+    for (std::size_t i = 0; i < blocks_.size(); ++i) unchanged_.kept[i] = blocks_[i].kept;
   }
   for (const Block& block : blocks_) {
     if (block.copied && !block.kept) {
@@ -97,27 +98,23 @@ void ResolveUnit::find_kept_blocks(ResolveFrame& resolve, const Memory& memory, 
 
 // ---- Traffic ----------------------------------------------------------------------------------------------------
 
-// Sends what was touched to the L2, or charges it.
-std::uint64_t ResolveUnit::read_touched(const Memory& memory, bool by_lines, std::uint32_t first_line) {
-  const std::uint64_t unit = by_lines ? memory.line_bytes : memory.burst_bytes;
+// Sends what was touched to the L2.
+std::uint64_t ResolveUnit::read_touched(const Memory& memory, std::uint32_t first_line) {
   std::uint64_t count = 0;
   for (const TouchedBursts::Run& run : touched_.runs()) {
     count += run.end - run.first;
-    for (std::uint64_t line = run.first; by_lines && line < run.end; ++line)
+    for (std::uint64_t line = run.first; line < run.end; ++line)
       lines_.push_back(first_line + static_cast<std::uint32_t>(line));
   }
-  if (!by_lines) touched_.read(ledger_, memory::Unit::kResolve, memory::Purpose::kHistory);
-  return count * unit;
+  return count * memory.line_bytes;
 }
 
 void ResolveUnit::read_history(const ResolveFrame& resolve, const Memory& memory, const HistoryReads& reads) {
   const HistoryMemory places(memory, resolve.settings, reads.history.region);
-  const bool by_lines = resolve.settings.history_l2;
-  const std::uint64_t unit = by_lines ? memory.line_bytes : memory.burst_bytes;
   const auto of_each = [&](std::span<const IntRect> rects, const auto& touch) {
-    touched_.start(unit);
+    touched_.start(memory.line_bytes);
     for (const IntRect& rect : rects) touch(rect);
-    return read_touched(memory, by_lines, reads.first_line);
+    return read_touched(memory, reads.first_line);
   };
   history_counters_.state_bytes +=
       of_each(reads.states, [&](IntRect blocks) { places.touch_states(blocks.intersect(places.blocks()), touched_); });
@@ -132,7 +129,7 @@ void ResolveUnit::read_history(const ResolveFrame& resolve, const Memory& memory
 BlockRecord ResolveUnit::record_of(const Block& block) const {
   BlockRecord out;
   out.exists = block.exists;
-  out.reconstructed = block.marked();
+  out.reconstructed = block.reconstructed;
   out.plane = block.plane;
   out.value = block.plane_value, out.by_x = block.plane_by_x, out.by_y = block.plane_by_y;
   if (block.plane) {
@@ -149,7 +146,7 @@ BlockRecord ResolveUnit::record_of(const Block& block) const {
 // Packs the tile's records cell by cell.
 void ResolveUnit::write_cells(ResolveFrame& resolve, const HistoryMemory& places, const Memory& memory) {
   History& next = *resolve.next;
-  const IntRect& tile = kept_.blocks;
+  const IntRect& tile = unchanged_.blocks;
   std::array<std::uint8_t, kCellBytes> packed;
   for (int y0 = tile.y0, y1 = 0; y0 < tile.y1; y0 = y1) {
     for (y1 = y0 + 1; y1 < tile.y1 && places.cell_row(y1) == places.cell_row(y0);) ++y1;
@@ -162,25 +159,15 @@ void ResolveUnit::write_cells(ResolveFrame& resolve, const HistoryMemory& places
       const std::size_t number = places.cell(places.cell_column(x0), places.cell_row(y0)),
                         bytes = pack_records(std::span(cell).first(n), static_cast<std::size_t>(x1 - x0), packed);
       next.cells[number] = static_cast<std::uint16_t>(round_up(bytes, memory.burst_bytes));
-      if (!kept_.all({x0, y0, x1, y1})) places.touch_cell(number, bytes, touched_);
+      if (!unchanged_.all({x0, y0, x1, y1})) places.touch_cell(number, bytes, touched_);
     }
   }
 }
 
 void ResolveUnit::write_records(ResolveFrame& resolve, const HistoryMemory& places, const Memory& memory) {
   touched_.start(memory.burst_bytes);
-  if (resolve.settings.records == HistoryRecords::kPacked) {
-    resolve.next->cells.resize(places.cell_count());
-    write_cells(resolve, places, memory);
-  } else {
-    for (const Block& block : blocks_) {
-      if (block.kept) continue;
-      if (resolve.settings.records == HistoryRecords::kPixel)
-        places.touch_pixel_records(block.pixels, touched_);
-      else if (block.seen != 0)
-        places.touch_record(block.pixels.x0 / 4, block.pixels.y0 / 4, block.plane, touched_);
-    }
-  }
+  resolve.next->cells.resize(places.cell_count());
+  write_cells(resolve, places, memory);
   history_counters_.records_written += write_touched(memory);
 }
 
@@ -196,14 +183,14 @@ void ResolveUnit::charge(ResolveFrame& resolve, const Memory& memory) {
   using memory::Unit;
   const ResolveSettings& settings = resolve.settings;
   const HistoryMemory places(memory, settings, resolve.next->region);
-  const IntRect& tile = kept_.blocks;
+  const IntRect& tile = unchanged_.blocks;
   if (resolve.previous.history != nullptr) {
     // Decisions look at the blocks around; what is reprojected may lie farther away.
     const int around = advects(settings) ? 1 : 0;
     std::vector<IntRect> states;
     if (reads_blocks(settings))
       states.push_back({tile.x0 - around, tile.y0 - around, tile.x1 + around, tile.y1 + around});
-    if (settings.rates.thresholds.still * (1.0f + settings.rates.thresholds.hysteresis) > kNearMotion)
+    if (settings.rates.thresholds.reuse * (1.0f + settings.rates.thresholds.hysteresis) > kNearMotion)
       for (const IntRect& rect : looked_at_) states.push_back(HistoryMemory::blocks_of(rect));
     read_history(resolve, memory, {*resolve.previous.history, states, signatures_read_, looked_at_, fetched_, 0});
   }
@@ -229,11 +216,82 @@ void ResolveUnit::charge(ResolveFrame& resolve, const Memory& memory) {
   touched_.start(memory.burst_bytes);
   for (const IntRect& block : signatures_written_) places.touch_signature(block.x0, block.y0, touched_);
   history_counters_.signatures_written += write_touched(memory);
-  if (reads_contrast(settings)) charge_contrast(places, memory, settings.history_l2);
+  if (reads_contrast(settings)) charge_contrast(places, memory);
   if (!reads_blocks(settings)) return;
   touched_.start(memory.burst_bytes);
   places.touch_states(tile, touched_);
   history_counters_.states_written += write_touched(memory);
+}
+
+// ---- Contrast of blocks, from frame to frame ---------------------------------------------------------------------
+
+// The largest of the bytes of the blocks that the block lay in; what nobody looked at, an edge, is left out.
+float ResolveUnit::contrast_before(const History& history, Block& block) {
+  const IntRect& pixels = block.pixels;
+  const Vec2 motion = velocity_.velocity()[surfaces_.index(std::min((pixels.x0 & ~3) + 2, pixels.x1 - 1),
+                                                           std::min((pixels.y0 & ~3) + 2, pixels.y1 - 1))];
+  constexpr float kFarthest = 1 << 20;
+  if (!(std::abs(motion.x) < kFarthest && std::abs(motion.y) < kFarthest)) return contrast_of(kUnknownContrast);
+  const int left = pixels.x0 - static_cast<int>(std::floor(motion.x + 0.5f)),
+            top = pixels.y0 - static_cast<int>(std::floor(motion.y + 0.5f));
+  const IntRect there = history.region.intersect({left, top, left + pixels.width(), top + pixels.height()});
+  if (there.x0 >= there.x1 || there.y0 >= there.y1) return contrast_of(kUnknownContrast);
+  const IntRect blocks = HistoryMemory::blocks_of(there);
+  contrast_rects_.push_back(blocks);
+  for (int y = blocks.y0; y < blocks.y1; ++y)
+    for (int x = blocks.x0; x < blocks.x1; ++x)
+      block.last_contrast = std::max(block.last_contrast, history.contrast[history.block(4 * x, 4 * y)]);
+  return contrast_of(block.last_contrast);
+}
+
+void ResolveUnit::keep_contrast(ResolveFrame& resolve) {
+  if (!reads_contrast(resolve.settings)) return;
+  History& next = *resolve.next;
+  const History* then = resolve.previous.history;
+  for (const Block& block : blocks_) {
+    std::uint8_t& kept = next.contrast[next.block(block.pixels.x0, block.pixels.y0)];
+    kept = kUnknownContrast;
+    if (block.rests()) {  // what a kept block leaves, and what others at rest leave, is the same
+      kept = then->contrast[then->block(block.pixels.x0, block.pixels.y0)];
+      continue;
+    }
+    if (!block.leaves_contrast || block.exists != kFullBlock) continue;
+    const MeasuredContrast measured =
+        measure_contrast(&colors_[surfaces_.index(block.pixels.x0, block.pixels.y0)], surfaces_.pixels.width(),
+                         static_cast<BlockMask>(block.rendered | block.advected), counters_.contrast_operations);
+    kept = contrast_code(measured.contrast / block.left_by_blur);
+    // A sixteenth of what was known is forgotten in each frame that cannot see it.
+    if (!measured.known_enough)
+      kept = std::max(kept, static_cast<std::uint8_t>(block.last_contrast - block.last_contrast / 16));
+  }
+}
+
+// A square whose blocks are all kept is neither read nor written; blocks at rest in another are read before it is
+// written.
+void ResolveUnit::charge_contrast(const HistoryMemory& places, const Memory& memory) {
+  constexpr int kSide = HistoryMemory::kContrastSide;
+  const IntRect& tile = unchanged_.blocks;
+  written_contrast_.clear();
+  for (int y = tile.y0 / kSide * kSide; y < tile.y1; y += kSide)
+    for (int x = tile.x0 / kSide * kSide; x < tile.x1; x += kSide) {
+      const IntRect blocks = tile.intersect({x, y, x + kSide, y + kSide});
+      if (unchanged_.all(blocks)) continue;
+      written_contrast_.push_back(blocks);
+      if (any_rests(blocks)) contrast_rects_.push_back(blocks);
+    }
+  touched_.start(memory.line_bytes);
+  for (const IntRect& blocks : contrast_rects_) places.touch_contrast(blocks, touched_);
+  history_counters_.state_bytes += read_touched(memory, 0);
+  touched_.start(memory.burst_bytes);
+  for (const IntRect& blocks : written_contrast_) places.touch_contrast(blocks, touched_);
+  history_counters_.states_written += write_touched(memory);
+}
+
+bool ResolveUnit::any_rests(const IntRect& blocks) const {
+  for (int y = blocks.y0; y < blocks.y1; ++y)
+    for (int x = blocks.x0; x < blocks.x1; ++x)
+      if (blocks_[unchanged_.blocks.index(x, y)].rests()) return true;
+  return false;
 }
 
 }  // namespace tessera::tilecore

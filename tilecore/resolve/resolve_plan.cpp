@@ -5,23 +5,22 @@
 #include <cmath>
 #include <cstring>
 
-#include "tilecore/pixel_runs.h"
 #include "tilecore/resolve/block_contrast.h"
 #include "tilecore/resolve/block_pixels.h"
-#include "tilecore/resolve/joint_decision.h"
 #include "tilecore/resolve/resolve_unit.h"
 #include "tilecore/resolve/tile_border.h"
+#include "tilecore/tile_state.h"
 
 namespace tessera::tilecore {
 namespace {
 
-// Of a motion that was found usable, so that it fits an int.
+// For a motion that was found usable, so that it fits an int.
 int ceiling(float v) {
   const int whole = static_cast<int>(v);
   return whole + (static_cast<float>(whole) < v ? 1 : 0);
 }
 
-// Of four channels, for the distance of a pixel's samples from where they rest [by hand].
+// Operations on four channels for the distance of a pixel's samples from where they rest [by hand].
 constexpr std::uint64_t kBlurOperations = 4;
 
 std::uint32_t dither_number(const ResolveFrame& resolve) {
@@ -40,16 +39,12 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& 
   velocity_.start(frame, samples, state, surfaces_, resolve.previous.motion);
   if (resolve.other_eye.motion != nullptr)
     eye_velocity_.start(frame, samples, state, surfaces_, resolve.other_eye.motion);
-  runs_.assign(surfaces_.depth.size(), 1);
+  pixel_rates_.assign(surfaces_.depth.size(), kTogether);
   colors_.resize(surfaces_.depth.size());
   records_.resize(surfaces_.depth.size());
   fetched_.clear(), eye_fetched_.clear(), looked_at_.clear(), eye_looked_at_.clear(), contrast_rects_.clear();
   vertex_bytes_ = 0;
-  fills_.clear();
-  assembly_ = frame.assembly;
-  half_pattern_ = half_pattern(resolve.settings.rates.supersampled, dither_number(resolve));
   blocks_.clear();
-  const bool jointly = resolve.settings.rates.block != 4 && resolve.settings.desampling == Desampling::kAdaptive;
   const IntRect& tile = surfaces_.pixels;
   for (int y = tile.y0 & ~3; y < tile.y1; y += 4)
     for (int x = tile.x0 & ~3; x < tile.x1; x += 4) {
@@ -57,31 +52,21 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& 
       block.pixels = tile.intersect({x, y, x + 4, y + 4});
       record(frame.projection.orthographic, block);
       decide(resolve, block);
-      if (!jointly) fetch_ahead(resolve, block);
+      fetch_ahead(resolve, block);
       blocks_.push_back(block);
     }
-  if (jointly) decide_jointly(resolve);
   // Once all velocities of the tile are there.
   for (Block& block : blocks_) plan_block(resolve, block);
   for (VelocityBuffer* velocity : {&velocity_, &eye_velocity_}) {
     const VelocityBuffer::Work work = velocity->take_work();
-    counters_.velocity_evaluations += work.evaluations;
     counters_.velocity_operations += work.operations;
     vertex_bytes_ += work.vertex_bytes;
   }
 }
 
-bool ResolveUnit::is_outline(const ResolveSettings& settings, const Block& block) const {
+bool ResolveUnit::is_outline(const Block& block) const {
   const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0);
-  if (settings.evidence != EdgeEvidence::kDepth &&
-      (!block.uniform || ((surfaces_.surface[first] & PixelSurfaces::kMixed) != 0 && surfaces_.layered[first] == 0)))
-    return true;
-  bool differs = false;
-  if (settings.evidence == EdgeEvidence::kPatch)
-    for_each_pixel(block.pixels, [&](int x, int y) {
-      differs = differs || surfaces_.patch[surfaces_.index(x, y)] != surfaces_.patch[first];
-    });
-  return differs;
+  return !block.uniform || ((surfaces_.surface[first] & PixelSurfaces::kMixed) != 0 && surfaces_.layered[first] == 0);
 }
 
 bool ResolveUnit::is_edge(const ResolveFrame& resolve, Block& block) {
@@ -95,7 +80,6 @@ bool ResolveUnit::is_edge(const ResolveFrame& resolve, Block& block) {
       !resolve.creases.detect(&surfaces_.depth[first], stride, block.pixels.x0, block.pixels.y0))
     return false;
   block.creased = true;
-  ++counters_.blocks_creased;
   return true;
 }
 
@@ -120,8 +104,8 @@ float ResolveUnit::blur_of(const Block& block) const {
   return std::isfinite(least) ? least : 0.0f;
 }
 
-// What is there, and whether it is one surface, at rest; how near it comes is asked for only where another eye may see
-// it.
+// Finds out what is there, and whether it is one surface, at rest; how near it comes is asked for only where another
+// eye may see it.
 void ResolveUnit::look_at_pixels(const ResolveFrame& resolve, Block& block, float& nearest) const {
   const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0);
   const std::uint32_t surface = surfaces_.surface[first];
@@ -261,40 +245,35 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   block.still = block.still && resolve.previous.motion != nullptr;
   if (block.seen == 0) return;
   if (settings.desampling != Desampling::kAdaptive) {
-    block.decision = {settings.desampling == Desampling::kFixed4    ? 4
-                      : settings.desampling == Desampling::kFixed12 ? 12
-                                                                    : 8,
-                      false};
+    block.decision = {settings.desampling == Desampling::kFixed4 ? 4 : 8, false};
     if (resolve.auxiliary) velocity_.evaluate(block.pixels, settings.block_speed, false);
     return;
   }
-  BlockEvidence& evidence = block.evidence;
+  BlockEvidence evidence;
   evidence.still = block.still;
   evidence.cut = resolve.cut;
   const History* history = resolve.previous.history;
   if (history != nullptr && reads_blocks(settings))
-    evidence.last_samples = history->memory[history->block(block.pixels.x0, block.pixels.y0)] &
-                            ~(History::kRecordPerPixel | History::kNothingSeen);
+    evidence.last_samples = history->memory[history->block(block.pixels.x0, block.pixels.y0)] & History::kRegime;
   if (history != nullptr && advects(settings)) {
     const bool rejected = history->rejected_around(block.pixels.x0, block.pixels.y0);
-    counters_.blocks_distrusted += rejected;
+    counters_.history_rejected += rejected;
     evidence.advection_allowed = !rejected && block.same_shading && !is_relit(*resolve.previous.motion, block);
   }
   // Where all is still edges do not decide.
-  const bool copies = block.still && evidence.advection_allowed && settings.rates.advect_still_edges;
-  if (!copies || resolve.auxiliary) find_edge(resolve, block);
-  evidence.edge = block.edge && !copies;
-  if (evidence.edge && settings.rates.blur > 0 && state_->keeps_rest) {
-    evidence.blur = blur_of(block);
-    counters_.velocity_operations += 16 * kBlurOperations;
+  const bool copies = block.still && evidence.advection_allowed;
+  if (!copies || resolve.auxiliary) {
+    block.outline = is_outline(block);
+    block.edge = is_edge(resolve, block);
   }
-  evidence.outline = block.outline && evidence.advection_allowed && settings.rates.advect_outlines;
+  evidence.edge = block.edge && !copies;
+  evidence.outline = block.outline && evidence.advection_allowed;
   const bool needed = !evidence.edge || evidence.outline;
   if (needed || resolve.auxiliary) {
     const VelocityBuffer::Block motion = velocity_.evaluate(block.pixels, settings.block_speed, needed);
     evidence.velocity_usable = motion.usable;
     evidence.speed = motion.speed;
-    const bool may_be_fast = needed && motion.usable && motion.speed > settings.rates.thresholds.still;
+    const bool may_be_fast = needed && motion.usable && motion.speed > settings.rates.thresholds.reuse;
     if (const float shutter = may_be_fast ? resolve.previous.motion->shutter() : 0.0f; shutter > 0) {
       // Samples see what they see, on average, half of the shutter's way from where that was at shutter open.
       evidence.blurred_speed = state_->keeps_rest ? 2.0f * blur_of(block) / shutter : 0.0f;
@@ -302,8 +281,7 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
       block.left_by_blur = left_by_blur(std::min(motion.speed, evidence.blurred_speed) * shutter);
     }
     if (reads_contrast(settings) && !evidence.edge) {
-      const SpeedThresholds& t = settings.rates.thresholds;
-      const float least = 0.5f * (t.fast0 > 0 ? t.fast0 : t.fast1);  // what is slower will hardly be fast in a frame
+      const float least = 0.5f * settings.rates.thresholds.half_rate;  // what is slower will hardly be fast in a frame
       block.leaves_contrast = !motion.usable || motion.speed >= least;
       if (motion.usable && motion.speed >= least && history != nullptr)
         evidence.contrast = contrast_before(*history, block) * block.left_by_blur;
@@ -312,62 +290,16 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   const Vec2 middle(static_cast<float>(block.pixels.x0 & ~3) + 2.0f, static_cast<float>(block.pixels.y0 & ~3) + 2.0f);
   evidence.max_samples = resolve.foveation.max_samples(middle);
   counters_.blocks_foveated += evidence.max_samples < 16 ? 1 : 0;
-  if (settings.rates.block == 4) settle(resolve, block, evidence, nearest);
-  block.nearest = nearest;
-}
-
-void ResolveUnit::find_edge(const ResolveFrame& resolve, Block& block) {
-  block.outline = is_outline(resolve.settings, block);
-  block.edge = is_edge(resolve, block);
-  block.edge_known = true;
-}
-
-// One decision for all blocks of 4x4 in a larger one, as far as the tile has them.
-void ResolveUnit::decide_jointly(const ResolveFrame& resolve) {
-  const int side = resolve.settings.rates.block;
-  const IntRect& tile = surfaces_.pixels;
-  for (int y = tile.y0 & -side; y < tile.y1; y += side)
-    for (int x = tile.x0 & -side; x < tile.x1; x += side) {
-      parts_.clear();
-      for (const IntRect whole{x, y, x + side, y + side}; Block & block : blocks_)
-        if (block.seen != 0 && block.pixels.intersect(whole) == block.pixels) parts_.push_back(&block);
-      if (!parts_.empty()) settle_jointly(resolve);
-    }
-  for (const Block& block : blocks_) fetch_ahead(resolve, block);
-}
-
-void ResolveUnit::settle_jointly(const ResolveFrame& resolve) {
-  const ResolveSettings& settings = resolve.settings;
-  const bool still = std::all_of(parts_.begin(), parts_.end(), [](const Block* b) { return b->evidence.still; });
-  std::array<BlockEvidence, 16> evidence;
-  for (std::size_t p = 0; p < parts_.size(); ++p) {
-    Block& part = *parts_[p];
-    // What would have been copied may now be reconstructed: its edges count.
-    if (!still && part.evidence.still && part.evidence.advection_allowed && settings.rates.advect_still_edges) {
-      if (!part.edge_known) find_edge(resolve, part);
-      part.evidence.edge = part.edge;
-      part.evidence.outline = part.outline && settings.rates.advect_outlines;
-    }
-    evidence[p] = part.evidence;
-  }
-  const BlockEvidence all = join(std::span(evidence).first(parts_.size()), settings.block_speed);
-  for (Block* part : parts_) settle(resolve, *part, all, part->nearest);
+  settle(resolve, block, evidence, nearest);
 }
 
 void ResolveUnit::settle(const ResolveFrame& resolve, Block& block, const BlockEvidence& evidence, float nearest) {
   const ResolveSettings& settings = resolve.settings;
   block.decision = select_rate(settings.rates, evidence);
-  if (evidence.contrast > 0 && !block.decision.advect) {
-    BlockEvidence plain = evidence;
-    plain.contrast = 0;
-    counters_.blocks_patterned += block.decision.samples > select_rate(settings.rates, plain).samples;
-  }
-  block.blurred = block.decision.blurred;
-  counters_.blocks_blurred += block.blurred;
   if (block.decision.advect) block.slope = slope_of(block);
-  // What the other eye sees far away it sees where this one does. Velocities of what is at rest are those since the
+  // The other eye sees what is far away where this one does. Velocities of what is at rest are those since the
   // last frame, zero.
-  const bool smooth = !block.edge || block.creased || (block.outline && settings.rates.advect_outlines);
+  const bool smooth = !block.edge || block.creased || block.outline;
   if (resolve.other_eye.history != nullptr && smooth && !block.still && nearest > resolve.other_eye_depth &&
       !block.decision.advect) {
     eye_velocity_.evaluate(block.pixels, settings.block_speed, true);
@@ -380,7 +312,6 @@ void ResolveUnit::settle(const ResolveFrame& resolve, Block& block, const BlockE
 void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
   const ResolveSettings& settings = resolve.settings;
   if (block.seen == 0) {
-    ++counters_.blocks_empty;
     block.rendered = block.exists;
     return;
   }
@@ -388,14 +319,12 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
   const int rate = std::min(16, block.decision.samples);
   BlockMask pattern = settings.desampling == Desampling::kCheckerboard
                           ? checkerboard_mask(number)
-                          : dither_mask(rate, number, settings.dither, block.pixels.x0 / 4, block.pixels.y0 / 4,
-                                        block.decision.advect && !block.still);
+                          : dither_mask(rate, number, settings.dither, block.decision.advect && !block.still);
   if (rate < 16 && !block.decision.advect && settings.desampling != Desampling::kCheckerboard &&
-      settings.reach == StencilReach::kTile && settings.border_lines) {
+      settings.reach == StencilReach::kTile) {
     const int x = block.pixels.x0 & 3, y = block.pixels.y0 & 3;
     const BlockMask lines = border_line(pattern, tile_borders(surfaces_.pixels, block.pixels), x, y,
                                         x + block.pixels.width(), y + block.pixels.height());
-    counters_.pixels_on_borders += pixel_count(static_cast<BlockMask>(block.seen & lines));
     pattern = static_cast<BlockMask>(pattern | lines);
   }
   const auto missing = static_cast<BlockMask>(block.seen & ~pattern);
@@ -407,7 +336,6 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
       try_advection(resolve, block, missing);
   } else if (missing != 0) {
     block.reconstructed = reconstructible(settings, block, missing);
-    counters_.pixels_forced += pixel_count(static_cast<BlockMask>(missing & ~block.reconstructed));
     block.rendered = static_cast<BlockMask>(block.exists & ~block.reconstructed);
   }
   switch (block.decision.samples) {
@@ -416,9 +344,6 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
       break;
     case 8:
       ++counters_.blocks_rate_8;
-      break;
-    case 12:
-      ++counters_.blocks_rate_12;
       break;
     case 32:
       ++counters_.blocks_rate_32;
@@ -429,19 +354,18 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
   }
   counters_.blocks_advected += block.decision.advect;
   counters_.blocks_edge += block.edge && !block.decision.advect;
-  if (block.rendered == block.exists && block.decision.samples != 32 && !block.blurred) return;  // runs are 1 already
-  const std::uint8_t groups = block.blurred ? kByCell : block.decision.samples == 32 ? kHalvesApart : kTogether;
+  if (block.rendered == block.exists && block.decision.samples != 32) return;  // all are kTogether already
+  const PixelRate rate_of_rendered = block.decision.samples == 32 ? kHalvesApart : kTogether;
   if (block.exists == kFullBlock) {
     for (int j = 0; j < 4; ++j) {
-      const std::uint32_t runs = row_bytes(block.rendered >> (4 * j) & 15u) * groups;
-      std::memcpy(&runs_[surfaces_.index(block.pixels.x0, block.pixels.y0 + j)], &runs, sizeof runs);
+      const std::uint32_t row = row_bytes(block.rendered >> (4 * j) & 15u) * rate_of_rendered;
+      std::memcpy(&pixel_rates_[surfaces_.index(block.pixels.x0, block.pixels.y0 + j)], &row, sizeof row);
     }
   } else {
     for_each_pixel(block.pixels, [&](int x, int y) {
-      runs_[surfaces_.index(x, y)] = (block.rendered & block_bit(x, y)) != 0 ? groups : std::uint8_t{kSkipped};
+      pixel_rates_[surfaces_.index(x, y)] = (block.rendered & block_bit(x, y)) != 0 ? rate_of_rendered : kSkipped;
     });
   }
-  if (block.decision.samples == 32 && half_pattern_ != kAllHalves) plan_halves(block);
 }
 
 BlockMask ResolveUnit::reconstructible(const ResolveSettings& settings, const Block& block, BlockMask missing) const {
@@ -480,8 +404,7 @@ BlockMask ResolveUnit::advect_plain(const ResolveFrame& resolve, const Block& bl
                              &velocity.velocity()[first],
                              &velocity.usable()[first],
                              surfaces_.pixels.width()};
-  const PlainAdvection plain = advect_plain_pixels(pixels, wanted, view, {settings.depth_tolerance, block.slope}, out,
-                                                   out_stride, advection_work_);
+  const PlainAdvection plain = advect_plain_pixels(pixels, wanted, view, block.slope, out, out_stride, advection_work_);
   if (plain.taken != 0) {
     (block.from_other_eye ? eye_fetched_ : fetched_).push_back(plain.texels);
     (block.from_other_eye ? eye_looked_at_ : looked_at_).push_back(plain.texels);
@@ -504,8 +427,8 @@ void ResolveUnit::try_advection(const ResolveFrame& resolve, Block& block, Block
   });
 }
 
-// Those of `wanted` of a block at rest that the history has as they would be shaded (ADV1 of advection.h): their samples
-// saw the same surfaces in the same places, and what it keeps of them was not reconstructed.
+// Returns those of `wanted` of a block at rest that the history has as they would be shaded (ADV1 of advection.h):
+// their samples saw the same surfaces in the same places, and what it keeps of them was not reconstructed.
 BlockMask ResolveUnit::kept_pixels(const History& history, const Block& block, BlockMask wanted, Vec4* out16) const {
   BlockMask kept = 0;
   for_each_pixel(block.pixels, [&](int x, int y) {
@@ -544,7 +467,7 @@ bool ResolveUnit::advect(const ResolveFrame& resolve, const Block& block, const 
   const AdvectedPixel result =
       advect_pixel(x, y, velocity.then_depth()[pixel], surfaces_.surface[pixel], view, velocity.view(block.pixels),
                    resolve.settings.advection, block.slope, advection_work_);
-  // What was looked at was read, whatever it showed; colours only where records agree.
+  // Records that were looked at were read, whatever they showed; colours only where records agree.
   if (result.outcome != Advection::kUnusableVelocity && result.outcome != Advection::kOutsideFrame) {
     const Vec2 v = velocity.velocity()[pixel];
     const int left = x - ceiling(v.x), top = y - ceiling(v.y),
@@ -559,13 +482,8 @@ bool ResolveUnit::advect(const ResolveFrame& resolve, const Block& block, const 
     out = result.color;
     return true;
   }
-  if (!count) return false;
-  if (result.outcome == Advection::kOutsideFrame)
-    ++counters_.advections_outside;
-  else if (result.outcome == Advection::kUnusableVelocity)
-    ++counters_.advections_unusable;
-  else
-    ++counters_.advections_disoccluded;
+  counters_.advections_disoccluded +=
+      count && result.outcome != Advection::kOutsideFrame && result.outcome != Advection::kUnusableVelocity;
   return false;
 }
 

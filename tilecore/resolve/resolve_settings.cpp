@@ -12,37 +12,30 @@ Keys<ResolveSettings> rate_keys() {
   keys.add(Keys<ResolveSettings>{
       {"resolve.desampling", &ResolveSettings::desampling,
        "Which pixels are shaded: all; by motion, edges and history; half or a quarter of every block; half, "
-       "alternating, filled from four neighbours; three quarters of every block. "
-       "The others are advected or reconstructed."},
+       "alternating, filled from four neighbours. The others are advected or reconstructed."},
   });
   keys.add(&ResolveSettings::rates,
            Keys<RateSettings>().add(
                &RateSettings::thresholds,
                Keys<SpeedThresholds>{
-                   {"resolve.k_stat", &SpeedThresholds::still, "pixels/frame", 0, 64,
+                   {"resolve.reuse_speed", &SpeedThresholds::reuse, "pixels/frame", 0, 64,
                     "Blocks slower than this take pixels from the previous frame (resolve.advected_pixels)."},
-                   {"resolve.k_fast0", &SpeedThresholds::fast0, "pixels/frame", 0, 1e6,
-                    "Blocks faster than this are shaded at 12 of 16 pixels; 0: none are."},
-                   {"resolve.k_fast1", &SpeedThresholds::fast1, "pixels/frame", 0, 1e6,
+                   {"resolve.half_rate_speed", &SpeedThresholds::half_rate, "pixels/frame", 0, 1e6,
                     "Blocks faster than this are shaded at 8 of 16 pixels."},
-                   {"resolve.k_fast2", &SpeedThresholds::fast2, "pixels/frame", 0, 1e6,
+                   {"resolve.quarter_rate_speed", &SpeedThresholds::quarter_rate, "pixels/frame", 0, 1e6,
                     "Blocks faster than this are shaded at 4 of 16 pixels."},
-                   {"resolve.k_cut", &SpeedThresholds::cut, "pixels/frame", 0, 1e6,
+                   {"resolve.cut_speed", &SpeedThresholds::cut, "pixels/frame", 0, 1e6,
                     "Where the camera's motion changes by more than this from one frame to the next, nothing is fast: "
                     "a cut; 0: nothing is one."},
                    {"resolve.hysteresis", &SpeedThresholds::hysteresis, "", 0, 0.5,
                     "Share of a threshold by which a speed must pass it before a block changes its regime."},
                }));
-  keys.add(
-      &ResolveSettings::rates,
-      Keys<RateSettings>{
-          {"resolve.pattern_error", &RateSettings::pattern_error, "", 0, 1,
-           "A fast block is shaded at a higher rate where the contrast of the previous frame in its place says "
-           "that stencils would be wrong by more than this, of displayed values between 0 and 1; 0: nowhere."},
-          {"resolve.block", &RateSettings::block, "pixels", 4, 16,
-           "Side of the blocks that decisions are made for: 4, 8 or 16. Patterns, records and stencils are those of "
-           "4x4 pixels; one edge in a block shades all of it."},
-      });
+  keys.add(&ResolveSettings::rates,
+           Keys<RateSettings>{
+               {"resolve.pattern_error", &RateSettings::pattern_error, "", 0, 1,
+                "A fast block is shaded at a higher rate where the contrast of the previous frame in its place says "
+                "that stencils would be wrong by more than this, of displayed values between 0 and 1; 0: nowhere."},
+           });
   keys.add(Keys<ResolveSettings>{
       {"resolve.block_speed", &ResolveSettings::block_speed,
        "Which of its pixels' speeds a block goes by; max does not overlook a small fast object."},
@@ -57,9 +50,6 @@ Keys<ResolveSettings> rate_keys() {
   keys.add(Keys<ResolveSettings>{
       {"resolve.edge_angle", &ResolveSettings::edge_angle, "degrees", 0, 180,
        "An edge, too, where normals of the block, which follow from depth, differ by more than this; 0: none is."},
-      {"resolve.edge_evidence", &ResolveSettings::evidence,
-       "What makes an edge besides the Laplacian: samples of a block that see several drawables; or several base "
-       "patches; or nothing."},
   });
   keys.add(
       &ResolveSettings::rates,
@@ -68,20 +58,9 @@ Keys<ResolveSettings> rate_keys() {
            "Blocks with an edge are shaded at 32 instead of 16: the left and the right half of a pixel's samples "
            "do not "
            "share pixel-shader invocations (shading.rate=pixel)."},
-          {"resolve.k_blur", &RateSettings::blur, "pixels", 0, 1e6,
-           "In blocks with an edge whose points lens and motion spread by more than this, samples of all pixels share "
-           "invocations by shading cell, as with shading.rate=cache; 0: in none."},
-          {"resolve.advect_still_edges", &RateSettings::advect_still_edges,
-           "Blocks with an edge of which every sample is at rest may be advected: the copies are exact."},
-          {"resolve.advect_outlines", &RateSettings::advect_outlines,
-           "Slow blocks in which several surfaces meet may be advected: pixels that see one of them take over what "
-           "it showed, the others are shaded."},
-          {"resolve.advected_pixels", &RateSettings::advected, "of 16 pixels", 4, 12,
-           "Of slow blocks so many pixels come from the previous frame, the others are shaded: 4, 8 or 12; at most 8 "
+          {"resolve.advected_pixels", &RateSettings::advected, "of 16 pixels", 8, 12,
+           "How many pixels of a slow block come from the previous frame, 8 or 12; the others are shaded. Always 8 "
            "where several surfaces meet."},
-          {"resolve.supersampled_groups", &RateSettings::supersampled, "of 32", 16, 32,
-           "With resolve.supersampling: so many of a block's 32 half pixels are shaded, 16, 24 or 32; stencils of half "
-           "pixels make the others from those of their surface."},
       });
   return keys;
 }
@@ -92,8 +71,6 @@ Keys<ResolveSettings> pixel_keys() {
            Keys<DitherSettings>{
                {"resolve.dither", &DitherSettings::order,
                 "How the pattern of a block changes from frame to frame: in turn, by a hash, not at all."},
-               {"resolve.dither_per_block", &DitherSettings::per_block,
-                "Every block begins elsewhere in the order of patterns."},
            });
   keys.add(Keys<ResolveSettings>{
       {"resolve.advection", &ResolveSettings::advect, "Slow blocks take pixels from the previous frame."},
@@ -103,49 +80,27 @@ Keys<ResolveSettings> pixel_keys() {
       Keys<AdvectionSettings>{
           {"resolve.advection_fetch", &AdvectionSettings::fetch, "How the previous frame is read between its pixels."},
           {"resolve.bfecc", &AdvectionSettings::bfecc, "Back and forth error compensation of advection."},
-          {"resolve.depth_tolerance", &AdvectionSettings::depth_tolerance, "", 0, 1,
-           "Share of its depth by which a point may differ from what the previous frame shows in its place, besides "
-           "what "
-           "its surface goes deeper within a pixel."},
       });
   keys.add(
       &ResolveSettings::discrepancy,
       Keys<DiscrepancySettings>{
           {"resolve.discrepancy", &DiscrepancySettings::check,
-           "How a block finds out that advection went wrong: what it would have given for rendered pixels, or advected "
-           "pixels against their rendered neighbours."},
+           "How a block finds out that reprojection went wrong: by what that would have given for rendered pixels. Its "
+           "reprojected pixels are then shaded after all, and around it nothing is reused in the next frames."},
           {"resolve.discrepancy_tolerance", &DiscrepancySettings::tolerance, "", 0, 1,
-           "Relative difference of a pixel from which on it did."},
-          {"resolve.discrepancy_same_frame", &DiscrepancySettings::same_frame,
-           "The advected pixels of such a block are shaded in the same frame, in warps of their own."},
+           "Reprojection went wrong where a pixel differs by more than this share."},
           {"resolve.discrepancy_frames", &DiscrepancySettings::frames, "frames", 1, 15,
-           "For which its neighbourhood is then rendered fully."},
+           "For so many frames the blocks around one where it went wrong are shaded fully."},
       });
   keys.add(Keys<ResolveSettings>{
       {"resolve.reconstruction", &ResolveSettings::reconstruction,
        "How missing pixels are made from rendered ones: cubic stencils of 5x5 scaled to the samples, of 7x7 "
        "interpolating, unscaled; a tent; the nearest."},
-      {"resolve.stencil_weights", &ResolveSettings::weights,
-       "Weights from packed tables of 8 bits, or computed in single precision."},
-      {"resolve.stencil_clamp", &ResolveSettings::clamp_to_range,
-       "Reconstructed pixels stay within the range of the pixels that they are made from."},
-      {"resolve.history_records", &ResolveSettings::records,
-       "How depth and surface of pixels are kept for the next frame: by block of 4x4 where that sees one plane, packed "
-       "without loss or not, or by pixel. Bytes alone differ."},
       {"resolve.history_colors", &ResolveSettings::colors,
        "Which colours of the previous frame are read: the frame buffer's, or those that were shaded, kept apart in "
        "single precision, 16 bytes a pixel."},
-      {"resolve.history_l2", &ResolveSettings::history_l2,
-       "What is read of the previous frame goes through the L2, so that what tiles share is fetched once."},
-      {"resolve.keep_blocks", &ResolveSettings::keep_blocks,
-       "Blocks that have the signature of the frame before are neither read nor written where the frame buffer holds "
-       "them already; not with frame_buffer.transaction_elimination, whose signatures are of whole tiles."},
       {"resolve.stencil_reach", &ResolveSettings::reach,
        "Whether stencils stop at the tile's border, or read neighbouring tiles in a second pass."},
-      {"resolve.border_lines", &ResolveSettings::border_lines,
-       "Where stencils stop at the tile's border, a tile's corners are shaded, and the lines of a quarter's samples go "
-       "on "
-       "to the border."},
   });
   keys.add(
       &ResolveSettings::foveation,
@@ -156,9 +111,6 @@ Keys<ResolveSettings> pixel_keys() {
            "Foveation: blocks farther than this get at most 4; at least foveation_r0."},
           {"resolve.focus_x", &FoveationSettings::focus_x, "frame widths", 0, 1, "Where the eye looks, from the left."},
           {"resolve.focus_y", &FoveationSettings::focus_y, "frame heights", 0, 1, "Where the eye looks, from the top."},
-          {"resolve.focus_track", &FoveationSettings::focus_track,
-           "A CSV file of an eye that moves: seconds, frame widths, frame heights in each line, times increasing; "
-           "straight from one to the next. Not set: focus_x and focus_y."},
           {"resolve.focus_node", &FoveationSettings::focus_node,
            "Name of a node that the eye follows: where its origin is in the middle of the shutter; focus_x and focus_y "
            "where that is behind the camera."},
@@ -166,15 +118,11 @@ Keys<ResolveSettings> pixel_keys() {
   return keys;
 }
 
-// A focus that moves steers foveation alone.
 void check_focus(const ResolveSettings& settings) {
-  const FoveationSettings& eye = settings.foveation;
-  if (eye.focus_track.empty() && eye.focus_node.empty()) return;
-  if (!eye.focus_track.empty() && !eye.focus_node.empty())
-    throw UsageError("resolve.focus_track and resolve.focus_node: an eye follows one of them");
-  if (!eye.on() || settings.desampling != Desampling::kAdaptive)
-    throw UsageError(std::string(eye.focus_track.empty() ? "resolve.focus_node" : "resolve.focus_track") +
-                     " steers foveation, which is off: set resolve.desampling=adaptive and resolve.foveation_r0");
+  if (settings.foveation.focus_node.empty()) return;
+  if (!settings.foveation.on() || settings.desampling != Desampling::kAdaptive)
+    throw UsageError(
+        "resolve.focus_node steers foveation, which is off: set resolve.desampling=adaptive and resolve.foveation_r0");
 }
 
 }  // namespace
@@ -183,16 +131,12 @@ Keys<ResolveSettings> resolve_keys() { return rate_keys().add(pixel_keys()); }
 
 void check_resolve(const ResolveSettings& settings) {
   const SpeedThresholds& speeds = settings.rates.thresholds;
-  if (speeds.still > speeds.fast1 || speeds.fast1 > speeds.fast2)
-    throw UsageError("resolve.k_stat, resolve.k_fast1 and resolve.k_fast2 must not fall in this order");
+  if (speeds.reuse > speeds.half_rate || speeds.half_rate > speeds.quarter_rate)
+    throw UsageError(
+        "resolve.reuse_speed, resolve.half_rate_speed and resolve.quarter_rate_speed must not fall in this order");
   if (settings.foveation.on() && settings.foveation.r1 < settings.foveation.r0)
     throw UsageError("resolve.foveation_r1 must be at least resolve.foveation_r0");
-  if (speeds.fast0 > 0 && (speeds.fast0 < speeds.still || speeds.fast0 > speeds.fast1))
-    throw UsageError("resolve.k_fast0 must lie between resolve.k_stat and resolve.k_fast1, or be 0");
-  if (settings.rates.advected % 4 != 0) throw UsageError("resolve.advected_pixels must be 4, 8 or 12");
-  if (settings.rates.supersampled % 8 != 0) throw UsageError("resolve.supersampled_groups must be 16, 24 or 32");
-  if (const int side = settings.rates.block; side != 4 && side != 8 && side != 16)
-    throw UsageError("resolve.block must be 4, 8 or 16");
+  if (settings.rates.advected % 4 != 0) throw UsageError("resolve.advected_pixels must be 8 or 12");
   check_focus(settings);
 }
 

@@ -21,28 +21,10 @@ enum class Desampling {
   kFixed8,        // half of every block, edges included: a yardstick
   kFixed4,        // a quarter of every block
   kCheckerboard,  // half, alternating, filled from the four neighbours whatever they show: the usual baseline
-  kFixed12,       // three quarters of every block
 };
-
-// What beside the Laplacian of depth makes an edge.
-enum class EdgeEvidence {
-  kSurface,  // samples of the block see different drawables (which differ in material, or move apart)
-  kPatch,    // or different base patches
-  kDepth,    // nothing
-};
-
-// Weights of stencils: from packed tables of 8 bits, or computed in single precision.
-enum class StencilWeights { kPacked, kFloat };
 
 // Whether stencils stop at the tile's border, or read pixels of neighbouring tiles in a second pass.
 enum class StencilReach { kTile, kNeighbours };
-
-// How the machine keeps depth and surface of pixels for the next frame; images are the same.
-enum class HistoryRecords {
-  kPacked,  // as kBlock, in cells of 16 blocks, each with a lossless code
-  kBlock,   // by block where that sees one plane, else by pixel as well
-  kPixel,   // 8 bytes a pixel
-};
 
 // Which colours of the previous frame are read.
 enum class HistoryColors {
@@ -58,21 +40,15 @@ struct ResolveSettings {
   BlockSpeed block_speed = BlockSpeed::kMean;
   EdgeSettings edges;
   double edge_angle = 15;  // [measured] 20 saves 0.3 % more of `stroll`, at equal PSNR
-  EdgeEvidence evidence = EdgeEvidence::kSurface;
   DitherSettings dither;
   bool advect = true;
   AdvectionSettings advection;
   DiscrepancySettings discrepancy;
   Reconstruction reconstruction = Reconstruction::kCubic;
-  StencilWeights weights = StencilWeights::kPacked;
-  bool clamp_to_range = false;
   StencilReach reach = StencilReach::kTile;
-  bool border_lines = true;  // with kTile: lines of samples go on to the tile's border (tile_border.h)
   FoveationSettings foveation;
-  HistoryRecords records = HistoryRecords::kPacked;
   HistoryColors colors = HistoryColors::kFrameBuffer;
-  bool keep_blocks = true;  // [measured] docs/resolve.md: never more bytes
-  bool history_l2 = true;   // [measured] likewise
+  bool skip_unchanged = true;  // blocks that stay as they are (unchanged_blocks.h); no key: false for tests alone
 };
 Keys<ResolveSettings> resolve_keys();
 
@@ -81,7 +57,7 @@ void check_resolve(const ResolveSettings& settings);
 
 // Whether blocks may take pixels from the previous frame, and so want its records (depth and surface of each pixel).
 constexpr bool advects(const ResolveSettings& s) {
-  return s.desampling == Desampling::kAdaptive && s.advect && s.rates.thresholds.still > 0;
+  return s.desampling == Desampling::kAdaptive && s.advect && s.rates.thresholds.reuse > 0;
 }
 // Whether decisions want the contrast that the previous frame left of each block.
 constexpr bool reads_contrast(const ResolveSettings& s) {
@@ -97,16 +73,8 @@ constexpr bool reads_blocks(const ResolveSettings& s) {
 namespace tessera {
 
 template <>
-inline constexpr auto kEnumWords<tilecore::Desampling> =
-    std::to_array<std::string_view>({"off", "adaptive", "fixed_8", "fixed_4", "checkerboard", "fixed_12"});
-template <>
-inline constexpr auto kEnumWords<tilecore::EdgeEvidence> = std::to_array<std::string_view>({"surface", "patch",
-                                                                                            "depth"});
-template <>
-inline constexpr auto kEnumWords<tilecore::StencilWeights> = std::to_array<std::string_view>({"packed", "float"});
-template <>
-inline constexpr auto kEnumWords<tilecore::HistoryRecords> = std::to_array<std::string_view>({"packed", "block",
-                                                                                              "pixel"});
+inline constexpr auto kEnumWords<tilecore::Desampling> = std::to_array<std::string_view>({"off", "adaptive", "fixed_8",
+                                                                                          "fixed_4", "checkerboard"});
 template <>
 inline constexpr auto kEnumWords<tilecore::HistoryColors> = std::to_array<std::string_view>({"frame_buffer", "apart"});
 template <>

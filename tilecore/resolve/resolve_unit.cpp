@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "tilecore/resolve/block_pixels.h"
-#include "tilecore/resolve/checkerboard.h"
+#include "tilecore/resolve/cubic_stencil.h"
 #include "tilecore/resolve/cubic_weights.h"
 #include "tilecore/resolve/frame_compression.h"
 #include "tilecore/resolve/multisample_resolve.h"
@@ -65,18 +65,15 @@ bool ResolveUnit::check(ResolveFrame& resolve, std::span<const Vec3> color, std:
   bool again = false;
   for (Block& block : blocks_) {
     average_samples(block, block.rendered, color, coverage);
-    if (block.half_made != 0) fill_halves(block, color, coverage);
     const std::size_t b = next.block(block.pixels.x0, block.pixels.y0);
-    next.memory[b] = static_cast<std::uint8_t>(block.decision.memory() | (block.plane ? 0 : History::kRecordPerPixel) |
-                                               (block.seen == 0 ? History::kNothingSeen : 0));
+    next.memory[b] = static_cast<std::uint8_t>(block.decision.memory() | (block.seen == 0 ? History::kNothingSeen : 0));
     const std::uint8_t before = previous != nullptr ? previous->reject[b] : std::uint8_t{0};
     next.reject[b] = before > 0 ? static_cast<std::uint8_t>(before - 1) : std::uint8_t{0};
     if (block.advected == 0 || block.from_other_eye || !is_discrepant(resolve, block)) continue;
     ++counters_.blocks_discrepant;
     block.discrepant = true;
     next.reject[b] = static_cast<std::uint8_t>(settings.frames);
-    if (!settings.same_frame) continue;
-    if (!again) runs_again_.assign(runs_.size(), 0);
+    if (!again) reshade_mask_.assign(pixel_rates_.size(), 0);
     again = true;
     shade_again(block);
   }
@@ -84,11 +81,10 @@ bool ResolveUnit::check(ResolveFrame& resolve, std::span<const Vec3> color, std:
 }
 
 void ResolveUnit::shade_again(Block& block) {
-  counters_.pixels_shaded_again += pixel_count(block.advected);
   block.again = std::exchange(block.advected, BlockMask{0});
   block.rendered = static_cast<BlockMask>(block.rendered | block.again);
   for_each_pixel(block.pixels,
-                 [&](int x, int y) { runs_again_[surfaces_.index(x, y)] = (block.again & block_bit(x, y)) != 0; });
+                 [&](int x, int y) { reshade_mask_[surfaces_.index(x, y)] = (block.again & block_bit(x, y)) != 0; });
 }
 
 bool ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage,
@@ -110,13 +106,12 @@ bool ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
         {block.pixels.x0 - margin, block.pixels.y0 - margin, block.pixels.x1 + margin, block.pixels.y1 + margin});
     if (resolve.settings.reach == StencilReach::kNeighbours && wanted.intersect(tile) != wanted) {
       resolve.deferred[b] = block.edge ? 2 : 1;
-      ++counters_.blocks_deferred;
       open = true;
     } else {
       reconstruct(resolve, block, {colors_.data(), records_.data(), surfaces_.surface.data(), tile});
     }
   }
-  find_kept_blocks(resolve, memory, open);
+  find_unchanged_blocks(resolve, memory, open);
   for (int y = tile.y0; y < tile.y1; ++y) {
     const Vec4* row = &colors_[surfaces_.index(tile.x0, y)];
     const auto pixels = static_cast<std::size_t>(tile.width());
@@ -166,11 +161,10 @@ void ResolveUnit::keep_records(ResolveFrame& resolve) const {
     std::copy_n(&surfaces_.surface[from], n, &next.surface[to]);
   }
   for (const Block& block : blocks_) {
-    const BlockMask marked = block.marked();
-    if (marked == 0) continue;
+    if (block.reconstructed == 0) continue;
     for_each_pixel(block.pixels, [&](int x, int y) {
       float& depth = next.depth[next.pixel(x, y)];
-      if ((marked & block_bit(x, y)) != 0) depth = -depth;
+      if ((block.reconstructed & block_bit(x, y)) != 0) depth = -depth;
     });
   }
 }
@@ -186,10 +180,8 @@ void ResolveUnit::resolve_pixels(ResolveFrame& resolve, const FrameTargets& targ
       const std::size_t to = next.pixel(block.pixels.x0, y);
       const unsigned row = static_cast<unsigned>(4 * (y & 3) + shift);
       const unsigned advected = block.advected >> row, reconstructed = block.reconstructed >> row;
-      const unsigned by_cell = block.blurred ? static_cast<unsigned>(block.rendered) >> row : 0u;
       const std::uint32_t origin = row_bytes(advected) * static_cast<std::uint32_t>(PixelOrigin::kAdvected) +
-                                   row_bytes(reconstructed) * static_cast<std::uint32_t>(PixelOrigin::kReconstructed) +
-                                   row_bytes(by_cell) * static_cast<std::uint32_t>(PixelOrigin::kByCell);
+                                   row_bytes(reconstructed) * static_cast<std::uint32_t>(PixelOrigin::kReconstructed);
       std::memcpy(&resolve.origin[to], &origin, static_cast<std::size_t>(width));
     }
     pixels_shaded_ += pixel_count(block.rendered);
@@ -201,11 +193,6 @@ void ResolveUnit::resolve_pixels(ResolveFrame& resolve, const FrameTargets& targ
 bool ResolveUnit::is_discrepant(const ResolveFrame& resolve, const Block& block) {
   const DiscrepancySettings& settings = resolve.settings.discrepancy;
   if (settings.check == DiscrepancyCheck::kOff) return false;
-  if (settings.check == DiscrepancyCheck::kNeighbours) {
-    Vec4 colors[16];
-    for_each_pixel(block.pixels, [&](int x, int y) { colors[4 * (y & 3) + (x & 3)] = colors_[surfaces_.index(x, y)]; });
-    return stands_out(colors, block.advected, block.rendered, settings.tolerance);
-  }
   const auto looked_at = static_cast<BlockMask>(block.rendered & block.exists);
   Vec4 there[16];
   const BlockMask taken = block.still ? kept_pixels(*resolve.previous.history, block, looked_at, there)
@@ -221,7 +208,7 @@ bool ResolveUnit::is_discrepant(const ResolveFrame& resolve, const Block& block)
   return largest_difference(there, rendered, stride, taken) > settings.tolerance;
 }
 
-// What advection would have given for `wanted`, which are rendered; returns those for which it gives anything.
+// Finds what reprojection would have given for `wanted`, which are rendered; returns those for which it gives anything.
 BlockMask ResolveUnit::advectable(const ResolveFrame& resolve, const Block& block, BlockMask wanted, Vec4* there) {
   BlockMask taken = advect_plain(resolve, block, velocity_, wanted, there, 4);
   if (taken == wanted) return taken;
@@ -262,8 +249,7 @@ std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveF
     for (int x = left; x < right; ++x) {
       const std::size_t pixel = first + static_cast<std::size_t>(x - left),
                         record = first_record + static_cast<std::size_t>(x - left);
-      const auto origin = static_cast<PixelOrigin>(resolve.origin[pixel]);
-      bool use = (origin == PixelOrigin::kShaded || origin == PixelOrigin::kByCell) &&
+      bool use = resolve.origin[pixel] == static_cast<std::uint8_t>(PixelOrigin::kShaded) &&
                  (any_surface || records.surface[record] == surface);
       if (plane && use && !any_surface) {
         const float z = std::abs(records.depth[record]),
@@ -296,18 +282,13 @@ void ResolveUnit::reconstruct(ResolveFrame& resolve, const Block& block, const R
     left = static_cast<BlockMask>(left & ~missing);
     const BlockWindow window{first, stride, usable_window(resolve, block, surface, records)};
     Vec4 out[16];
-    BlockMask unfilled = 0;
-    if (settings.desampling == Desampling::kCheckerboard) {
-      CheckerboardWork work;
-      unfilled = reconstruct_checkerboard(window, missing, {}, out, work);
-      reconstruction_work_.taps += work.taps;
-    } else {
-      unfilled = reconstruct_block(settings.reconstruction, settings.weights == StencilWeights::kPacked,
-                                   settings.clamp_to_range, window, missing, out, reconstruction_work_);
-    }
+    const BlockMask unfilled =
+        settings.desampling == Desampling::kCheckerboard
+            ? reconstruct_checkerboard(window, missing, out, reconstruction_work_)
+            : reconstruct_block(settings.reconstruction, window, missing, out, reconstruction_work_);
     for_each_pixel(block.pixels, [&](int x, int y) {
       const BlockMask bit = block_bit(x, y);
-      // Nothing finite around: black, and not another NaN. Beside a highlight a stencil may fall below it: black, too.
+      // Black where nothing finite is around, not another NaN; and where a stencil falls below it beside a highlight.
       if ((missing & bit) != 0)
         records.color[records.index(x, y)] =
             (unfilled & bit) != 0 ? Vec4(0.0f, 0.0f, 0.0f, 1.0f) : not_negative(out[4 * (y & 3) + (x & 3)]);

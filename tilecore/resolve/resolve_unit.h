@@ -11,16 +11,15 @@
 #include "base/rect.h"
 #include "memory/ledger.h"
 #include "tilecore/frame_targets.h"
-#include "tilecore/resolve/crease_detector.h"
+#include "tilecore/resolve/edge_detector.h"
 #include "tilecore/resolve/frame_format.h"
-#include "tilecore/resolve/half_pixel_stencil.h"
 #include "tilecore/resolve/history.h"
 #include "tilecore/resolve/history_memory.h"
-#include "tilecore/resolve/kept_blocks.h"
 #include "tilecore/resolve/motion_field.h"
 #include "tilecore/resolve/pixel_surfaces.h"
 #include "tilecore/resolve/resolve_settings.h"
 #include "tilecore/resolve/touched_bursts.h"
+#include "tilecore/resolve/unchanged_blocks.h"
 #include "tilecore/resolve/velocity_buffer.h"
 #include "tilecore/tile_state.h"
 #include "tilecore/visibility/sample_pattern.h"
@@ -28,25 +27,21 @@
 namespace tessera::tilecore {
 
 struct DesamplingCounters {
-  std::uint64_t blocks_rate_4 = 0, blocks_rate_8 = 0, blocks_rate_12 = 0, blocks_rate_16 = 0, blocks_rate_32 = 0;
-  std::uint64_t blocks_advected = 0, blocks_empty = 0, blocks_edge = 0, blocks_distrusted = 0, blocks_discrepant = 0,
-                blocks_deferred = 0, blocks_foveated = 0, blocks_creased = 0, blocks_blurred = 0;
-  std::uint64_t half_pixels_reconstructed = 0;
-  std::uint64_t pixels_advected = 0, pixels_reconstructed = 0, pixels_forced = 0, pixels_shaded_again = 0;
-  std::uint64_t advections_outside = 0, advections_disoccluded = 0, advections_unusable = 0;
-  std::uint64_t velocity_evaluations = 0, velocity_operations = 0, stencil_taps = 0, light_tests = 0;
-  std::uint64_t blocks_patterned = 0, pixels_on_borders = 0, contrast_operations = 0;
+  std::uint64_t blocks_rate_4 = 0, blocks_rate_8 = 0, blocks_rate_16 = 0, blocks_rate_32 = 0;
+  std::uint64_t blocks_advected = 0, blocks_edge = 0, blocks_foveated = 0, history_rejected = 0, blocks_discrepant = 0;
+  std::uint64_t pixels_advected = 0, pixels_reconstructed = 0, advections_disoccluded = 0;
+  std::uint64_t velocity_operations = 0, stencil_taps = 0, light_tests = 0, contrast_operations = 0;
   std::uint64_t samples_skipped = 0, invocations_saved = 0;
 };
 
 // Where advected pixels come from: an earlier frame, or this frame for the other eye.
 struct AdvectionSource {
-  const History* history = nullptr;  // null: there is none
+  const History* history = nullptr;  // nullptr: there is none
   const MotionField* motion = nullptr;
 };
 
-// What the tile cores of one frame share about its resolve; read only but for `next` and `origin`, in which tiles write
-// disjoint pixels.
+// The tile cores of one frame share this about its resolve; they only read it but for `next` and `origin`, in which
+// tiles write disjoint pixels.
 struct ResolveFrame {
   ResolveSettings settings;
   Foveation foveation;        // of frames of this size
@@ -65,7 +60,7 @@ struct ResolveFrame {
   std::vector<std::uint8_t>
       deferred;  // per block of the region: to be filled in the second pass; 1, or 2 when it has an edge
 };
-enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed, kByCell };
+enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed };
 
 // Decides which pixels of a tile are shaded and fills the others. Works on resolved pixels, by blocks of 4x4 that lie
 // on multiples of four pixels of the frame. Keeps its scratch memory; one instance per thread.
@@ -79,14 +74,12 @@ enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed, kByC
 //   RU1  Decisions of a block depend on its own pixels and on the history alone: not on the tile, its neighbours, or
 //        threads.
 //   RU2  With StencilReach::kNeighbours neither do images; without, stencils stop at the tile's border.
-//   RU3  A pixel that is shaded has the colour that it has without desampling, bit for bit; but in blurred blocks, whose
-//        samples see what they would see and share invocations by shading cell.
+//   RU3  A pixel that is shaded has the colour that it has without desampling, bit for bit.
 //   RU4  A pixel that sees nothing is never skipped: it costs no pixel-shader invocation.
 //   RU5  A pixel that neither advection nor a rendered pixel of its surface in the block can give is shaded.
 //   RU6  What the history keeps of a pixel is what the image shows. Nothing is kept, or charged, that nobody reads. A
 //        block that stays as it is is neither read nor written, and the image is the same.
-//   RU7  A reconstructed pixel, or one shaded by cell, is never taken over: the history marks it. One of which half was
-//        shaded may be.
+//   RU7  A reconstructed pixel is never taken over: the history marks it.
 class ResolveUnit {
  public:
   // How traffic is charged, and what it keeps lies in memory.
@@ -95,19 +88,19 @@ class ResolveUnit {
   void plan(const ResolveFrame& resolve, const scene::FrameGeometry& frame, const TileSamples& samples,
             TileState& state);
 
-  // Of the tile planned last: what the shader takes of each pixel, as PixelRuns.
-  std::span<const std::uint8_t> runs() const { return runs_; }
+  // The PixelRate of each pixel of the tile planned last.
+  std::span<const std::uint8_t> pixel_rates() const { return pixel_rates_; }
 
-  // `color` and `coverage`: spp values per pixel; those of pixels with runs() == 0 are not read. True: what was taken over
-  // is not what is there; the pixels with runs_again() == 1 are to be shaded, before complete() is called.
+  // `color` and `coverage`: spp values per pixel; those of skipped pixels are not read. True: what was taken over is
+  // not what is there; the pixels with reshade_mask() == 1 are to be shaded, before complete() is called.
   bool check(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage);
-  std::span<const std::uint8_t> runs_again() const { return runs_again_; }
+  std::span<const std::uint8_t> reshade_mask() const { return reshade_mask_; }
 
   // The image of `targets` is then ready for the TileStore. True: finish_deferred() has pixels left to fill.
   bool complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage,
                 const Memory& memory, FrameTargets& targets);
-  // Of the tile completed last.
-  const KeptBlocks& kept() const { return kept_; }
+  // The blocks of the tile completed last.
+  const UnchangedBlocks& unchanged() const { return unchanged_; }
   // Since the last call: lines of the L2 that were asked for, from 0 on in a memory of their own.
   std::vector<std::uint32_t> take_lines() { return std::exchange(lines_, {}); }
 
@@ -128,52 +121,41 @@ class ResolveUnit {
  private:
   struct Block {
     IntRect pixels;
-    BlockEvidence evidence;
     BlockDecision decision;
     BlockMask rendered = 0, advected = 0, reconstructed = 0;
-    BlockMask again = 0;      // advected at first
-    BlockMask half_made = 0;  // half of which is reconstructed: fills_[first_fill] on
-    std::size_t first_fill = 0, fills = 0;
+    BlockMask again = 0;             // advected at first
     BlockMask exists = 0, seen = 0;  // inside the tile; showing anything
     bool uniform = false;            // all pixels show the same surfaces
-    bool edge_known = false, edge = false, outline = false, creased = false, blurred = false, still = false,
-         same_shading = false, from_other_eye = false;
+    bool edge = false, outline = false, creased = false, still = false, same_shading = false, from_other_eye = false;
     bool plane = false;  // a record of the whole block says where its pixels are
     bool leaves_contrast = false;
     std::uint8_t last_contrast = 0;  // as the frame before has it in its place
     float left_by_blur = 1;          // of contrast, by this frame's shutter
     float plane_value = 0, plane_by_x = 0, plane_by_y = 0;
-    float slope = 0;      // of DepthTolerance
-    float nearest = 0;    // what another eye may see of it
+    float slope = 0;      // of depth_limit()
     bool copied = false;  // at rest; what is not shaded is copied
     BlockMask lost = 0;   // not copied, as the history has something else
     bool discrepant = false, kept = false;
-    // Pixels that nobody may take over.
-    BlockMask marked() const { return blurred ? exists : reconstructed; }
     // Shows what the frame before showed there.
     bool rests() const { return copied && !discrepant && lost == 0; }
   };
 
   void plan_block(const ResolveFrame& resolve, Block& block);
   void decide(const ResolveFrame& resolve, Block& block);
-  void decide_jointly(const ResolveFrame& resolve);
-  // Of parts_.
-  void settle_jointly(const ResolveFrame& resolve);
   void settle(const ResolveFrame& resolve, Block& block, const BlockEvidence& evidence, float nearest);
-  void find_edge(const ResolveFrame& resolve, Block& block);
   void fetch_ahead(const ResolveFrame& resolve, const Block& block) const;
   // Whether it sees several surfaces.
-  bool is_outline(const ResolveSettings& settings, const Block& block) const;
+  bool is_outline(const Block& block) const;
   bool is_edge(const ResolveFrame& resolve, Block& block);
   float blur_of(const Block& block) const;
   bool is_relit(const MotionField& motion, const Block& block);
   float slope_of(const Block& block) const;
-  // Of the frame before, where the block comes from. What motion is known of the block is in velocity_.
+  // The contrast of the previous frame where the block comes from, by its motion in velocity_.
   float contrast_before(const History& history, Block& block);
   void keep_contrast(ResolveFrame& resolve);
-  void charge_contrast(const HistoryMemory& places, const Memory& memory, bool by_lines);
+  void charge_contrast(const HistoryMemory& places, const Memory& memory);
   bool any_rests(const IntRect& blocks) const;
-  // Those of the missing pixels that have a rendered pixel of their surface in the block.
+  // The missing pixels that have a rendered pixel of their surface in the block.
   BlockMask reconstructible(const ResolveSettings& settings, const Block& block, BlockMask missing) const;
   void try_advection(const ResolveFrame& resolve, Block& block, BlockMask missing);
   void copy_still(const ResolveFrame& resolve, Block& block, BlockMask missing);
@@ -183,23 +165,6 @@ class ResolveUnit {
   bool advect(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, int x, int y, Vec4& out,
               bool count);
   BlockMask kept_pixels(const History& history, const Block& block, BlockMask wanted, Vec4* out16) const;
-  // ---- Supersampled blocks (half_pixel_plan.cpp) ----
-  // What all samples of a half pixel see; kNoSurface where they see several drawables, or nothing, or blended layers.
-  struct HalfSurface {
-    std::uint32_t drawable = kNoSurface, patch = 0;
-    float depth = 0;
-  };
-  // A half pixel that is made from others, of its surface.
-  struct HalfFill {
-    std::uint8_t place;
-    HalfMask usable;
-  };
-  static constexpr std::uint32_t kNoSurface = 0xFFFFFFFFu;
-  HalfSurface surface_of_half(int x, int y, bool right) const;
-  // Decides which halves of a block at 32 samples are rendered, and how the others are made.
-  void plan_halves(Block& block);
-  void fill_halves(const Block& block, std::span<const Vec3> color, std::span<const float> coverage);
-
   BlockMask advectable(const ResolveFrame& resolve, const Block& block, BlockMask wanted, Vec4* there);
   void average_samples(const Block& block, BlockMask pixels, std::span<const Vec3> color,
                        std::span<const float> coverage);
@@ -225,7 +190,7 @@ class ResolveUnit {
   void record(bool orthographic, Block& block);
   bool may_stay(const ResolveFrame& resolve, const Block& block) const;
   void compare_with_signature(ResolveFrame& resolve, const Memory& memory, Block& block, bool open);
-  void find_kept_blocks(ResolveFrame& resolve, const Memory& memory, bool open);
+  void find_unchanged_blocks(ResolveFrame& resolve, const Memory& memory, bool open);
   struct HistoryReads {
     const History& history;
     std::span<const IntRect> states, signatures;  // of blocks
@@ -233,7 +198,7 @@ class ResolveUnit {
     std::uint32_t first_line;
   };
   static constexpr std::uint32_t kOtherEyeLine = 1u << 28;  // what it keeps lies behind what this one does
-  std::uint64_t read_touched(const Memory& memory, bool by_lines, std::uint32_t first_line);
+  std::uint64_t read_touched(const Memory& memory, std::uint32_t first_line);
   std::uint64_t write_touched(const Memory& memory);
   void read_history(const ResolveFrame& resolve, const Memory& memory, const HistoryReads& reads);
   BlockRecord record_of(const Block& block) const;
@@ -246,20 +211,14 @@ class ResolveUnit {
   const TileState* state_ = nullptr;
   VelocityBuffer velocity_, eye_velocity_;
   std::vector<Block> blocks_;
-  std::vector<HalfFill> fills_;
-  HalfMask half_pattern_ = kAllHalves;  // of the frame in hand
-  const scene::Assembly* assembly_ = nullptr;
-  std::vector<Vec3> half_colors_;  // of a pixel's samples
-  std::vector<float> half_coverage_;
-  std::vector<Block*> parts_;  // of a larger block, for which one decision is made
-  std::vector<std::uint8_t> runs_, runs_again_;
+  std::vector<std::uint8_t> pixel_rates_, reshade_mask_;
   std::vector<Vec4> colors_;    // per pixel of the tile: the advected ones' from plan() on, then all
   std::vector<float> records_;  // depth of each pixel, as the history keeps it
-  // Of the histories, for this tile: pixels whose records, and of which the colours were read.
+  // Pixels of the histories whose records (looked at) and whose colours (fetched) were read for this tile.
   std::vector<IntRect> looked_at_, eye_looked_at_, fetched_, eye_fetched_;
   std::vector<IntRect> signatures_read_, signatures_written_;  // column and row of blocks
   std::vector<IntRect> contrast_rects_, written_contrast_;     // of blocks
-  KeptBlocks kept_;
+  UnchangedBlocks unchanged_;
   TouchedBursts touched_;
   std::vector<std::uint32_t> lines_;
   std::uint64_t vertex_bytes_ = 0;  // of the other frames' vertices, for velocities of this tile
@@ -286,61 +245,26 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
      "Blocks of 4x4 pixels of which 4 were to be shaded.", ""},
     {"resolve.blocks_rate_8", &tilecore::DesamplingCounters::blocks_rate_8, Combine::kSum, "blocks",
      "Blocks of which 8 pixels were to be shaded.", ""},
-    {"resolve.blocks_rate_12", &tilecore::DesamplingCounters::blocks_rate_12, Combine::kSum, "blocks",
-     "Blocks of which 12 pixels were to be shaded.", ""},
     {"resolve.blocks_rate_16", &tilecore::DesamplingCounters::blocks_rate_16, Combine::kSum, "blocks",
      "Blocks that were shaded fully.", ""},
     {"resolve.blocks_rate_32", &tilecore::DesamplingCounters::blocks_rate_32, Combine::kSum, "blocks",
      "Blocks that were shaded at two groups of samples per pixel.", ""},
     {"resolve.blocks_advected", &tilecore::DesamplingCounters::blocks_advected, Combine::kSum, "blocks",
-     "Of blocks_rate_4, blocks_rate_8 and blocks_rate_12, those whose other pixels come from the previous frame or the "
-     "other eye.",
-     ""},
-    {"resolve.blocks_empty", &tilecore::DesamplingCounters::blocks_empty, Combine::kSum, "blocks",
-     "Blocks that see nothing; they have no rate.", ""},
+     "Of blocks_rate_4 and blocks_rate_8, those whose other pixels come from the previous frame or the other eye.", ""},
     {"resolve.blocks_foveated", &tilecore::DesamplingCounters::blocks_foveated, Combine::kSum, "blocks",
      "Blocks with surfaces that foveation limits to fewer than 16 samples.", ""},
     {"resolve.blocks_edge", &tilecore::DesamplingCounters::blocks_edge, Combine::kSum, "blocks",
      "Blocks with an edge that is rendered fully, or twice: what is advected nevertheless is not counted.", ""},
-    {"resolve.blocks_creased", &tilecore::DesamplingCounters::blocks_creased, Combine::kSum, "blocks",
-     "Of blocks_edge, those in which depth has no edge but its normals differ by more than resolve.edge_angle.", ""},
-    {"resolve.blocks_blurred", &tilecore::DesamplingCounters::blocks_blurred, Combine::kSum, "blocks",
-     "Blocks with an edge that lens and motion blur by more than resolve.k_blur: their samples share invocations by "
-     "shading cell.",
-     ""},
-    {"resolve.blocks_patterned", &tilecore::DesamplingCounters::blocks_patterned, Combine::kSum, "blocks",
-     "Fast blocks that were shaded at a higher rate for their contrast in the frame before, or since that is unknown.",
-     ""},
-    {"resolve.blocks_distrusted", &tilecore::DesamplingCounters::blocks_distrusted, Combine::kSum, "blocks",
+    {"resolve.history_rejected", &tilecore::DesamplingCounters::history_rejected, Combine::kSum, "blocks",
      "Blocks where nothing was advected because it had gone wrong around them.", ""},
     {"resolve.blocks_discrepant", &tilecore::DesamplingCounters::blocks_discrepant, Combine::kSum, "blocks",
      "Blocks where what was advected differed from what is there.", ""},
-    {"resolve.blocks_deferred", &tilecore::DesamplingCounters::blocks_deferred, Combine::kSum, "blocks",
-     "Blocks that were filled in a second pass, from neighbouring tiles too.", ""},
     {"resolve.pixels_advected", &tilecore::DesamplingCounters::pixels_advected, Combine::kSum, "pixels",
      "Pixels taken from the previous frame or the other eye.", ""},
     {"resolve.pixels_reconstructed", &tilecore::DesamplingCounters::pixels_reconstructed, Combine::kSum, "pixels",
      "Pixels made from rendered neighbours.", ""},
-    {"resolve.half_pixels_reconstructed", &tilecore::DesamplingCounters::half_pixels_reconstructed, Combine::kSum,
-     "half pixels", "Half pixels of supersampled blocks made from others, with resolve.supersampled_groups below 32.",
-     ""},
-    {"resolve.pixels_forced", &tilecore::DesamplingCounters::pixels_forced, Combine::kSum, "pixels",
-     "Pixels shaded although their block's rate leaves them out: no rendered pixel of the block shows their surface.",
-     ""},
-    {"resolve.pixels_on_borders", &tilecore::DesamplingCounters::pixels_on_borders, Combine::kSum, "pixels",
-     "Pixels shaded although their block's rate leaves them out: stencils stop at the tile's border, to which lines of "
-     "samples go on.",
-     ""},
-    {"resolve.pixels_shaded_again", &tilecore::DesamplingCounters::pixels_shaded_again, Combine::kSum, "pixels",
-     "With resolve.discrepancy_same_frame: advected pixels of those blocks, shaded after all.", ""},
-    {"resolve.advections_outside", &tilecore::DesamplingCounters::advections_outside, Combine::kSum, "pixels",
-     "Pixels shaded because advection pointed out of the frame.", ""},
     {"resolve.advections_disoccluded", &tilecore::DesamplingCounters::advections_disoccluded, Combine::kSum, "pixels",
      "Pixels shaded because the previous frame shows another surface or depth in their place.", ""},
-    {"resolve.advections_unusable", &tilecore::DesamplingCounters::advections_unusable, Combine::kSum, "pixels",
-     "Pixels shaded because their motion is unknown.", ""},
-    {"resolve.velocity_evaluations", &tilecore::DesamplingCounters::velocity_evaluations, Combine::kSum, "pixels",
-     "Pixels whose motion was computed; what is still needs none.", ""},
     {"resolve.velocity_operations", &tilecore::DesamplingCounters::velocity_operations, Combine::kSum, "operations",
      "Operations of four channels for that: 5 for a point of a rigid drawable (a matrix and a division), 15 for one of "
      "a "

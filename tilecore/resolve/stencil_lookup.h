@@ -47,8 +47,9 @@ struct MirroredPattern {
 };
 
 // By which of the pixels (0, 0), (1, 0), (0, 1), (1, 1) are rendered, bit 0 first; all patterns repeat every two
-// pixels.
-constexpr std::optional<MirroredPattern> mirrored_pattern(unsigned corner) {
+// pixels. Nothing for other patterns and for kNearest, which has no table.
+constexpr std::optional<MirroredPattern> pattern_of(Reconstruction kernel, unsigned corner) {
+  if (kernel == Reconstruction::kNearest) return std::nullopt;
   switch (corner) {
     case 1:
       return MirroredPattern{0, 0};
@@ -62,22 +63,9 @@ constexpr std::optional<MirroredPattern> mirrored_pattern(unsigned corner) {
       return MirroredPattern{1, 0};
     case 6:
       return MirroredPattern{1, 1};
-    case 14:
-      return MirroredPattern{2, 0};
-    case 13:
-      return MirroredPattern{2, 1};
-    case 11:
-      return MirroredPattern{2, 2};
-    case 7:
-      return MirroredPattern{2, 3};
     default:
       return std::nullopt;
   }
-}
-// Nothing, too, where the kernel has no table.
-constexpr std::optional<MirroredPattern> pattern_of(Reconstruction kernel, unsigned corner) {
-  const auto found = mirrored_pattern(corner);
-  return found && has_table(kernel, found->table_pattern) ? found : std::nullopt;
 }
 constexpr unsigned corner_of(BlockMask pattern) { return (pattern & 3u) | (pattern >> 2 & 12u); }
 

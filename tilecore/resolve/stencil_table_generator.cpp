@@ -179,13 +179,11 @@ struct Tables {
   Tables() {
     for (const Reconstruction kernel : kKernels)
       for (unsigned border = 0; border < kBorderCases; ++border)
-        for (std::size_t n = 0; n < kTablePatterns.size(); ++n)
-          for (int p = 0; p < 16; ++p) {
-            const BlockMask pattern = kTablePatterns[n];
-            index.push_back(is_rendered(pattern, border, p % 4, p / 4) || !has_table(kernel, n)
+        for (const BlockMask pattern : kTablePatterns)
+          for (int p = 0; p < 16; ++p)
+            index.push_back(is_rendered(pattern, border, p % 4, p / 4)
                                 ? StencilIndexEntry{}
                                 : entry(exact_stencil(kernel, pattern, border, p % 4, p / 4)));
-          }
   }
 };
 

@@ -22,8 +22,8 @@ constexpr unsigned tile_borders(const IntRect& tile, const IntRect& block) {
          (block.y0 == tile.y0 ? kTopBorder : 0u) | (block.y1 == tile.y1 ? kBottomBorder : 0u);
 }
 
-// What is to be rendered besides `pattern` (pattern_dither.h) in a block of which columns [x0, x1) and rows [y0, y1)
-// exist.
+// The pixels that are rendered besides `pattern` (pattern_dither.h) in a block of which columns [x0, x1) and rows [y0,
+// y1) exist.
 constexpr BlockMask border_line(BlockMask pattern, unsigned borders, int x0 = 0, int y0 = 0, int x1 = 4, int y1 = 4) {
   unsigned columns = 0, rows = 0;  // that have a sample
   for (int i = 0; i < 4; ++i) {

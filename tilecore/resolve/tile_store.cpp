@@ -116,10 +116,9 @@ std::uint64_t TileStore::compressed_bytes(const FrameStore& how, const Tile& til
       raw, compressed_block_bytes(std::span(codes).first(4 * shape.pixels()), shape, tile.burst_bytes));
 }
 
-TileStore::Plan TileStore::plan_compressed(const FrameStore& how, const Tile& tile) {
+void TileStore::plan_compressed(const FrameStore& how, const Tile& tile) {
   const BlockShape shape = stored_block(how.coder.format());
   const IntRect all = touched_blocks(shape, tile.region), blocks = touched_blocks(shape, tile.pixels);
-  Plan plan;
   transfers_.clear();
   for (int row = blocks.y0; row < blocks.y1; ++row)
     for (int column = blocks.x0; column < blocks.x1; ++column) {
@@ -127,66 +126,46 @@ TileStore::Plan TileStore::plan_compressed(const FrameStore& how, const Tile& ti
                           (row + 1) * shape.height};
       const std::uint64_t bytes = compressed_bytes(how, tile, block);
       if (tile.payloads != nullptr) (*tile.payloads)[all.index(column, row)] = static_cast<std::uint16_t>(bytes);
-      if (tile.kept != nullptr && tile.kept->any &&
-          tile.kept->all({block.x0 / 4, block.y0 / 4, block.x1 / 4, block.y1 / 4}))
+      if (tile.unchanged != nullptr && tile.unchanged->any &&
+          tile.unchanged->all({block.x0 / 4, block.y0 / 4, block.x1 / 4, block.y1 / 4}))
         continue;
       transfers_.push_back({all.index(column, row) * shape.raw_bytes(), bytes});
-      plan.bytes += bytes;
-      plan.raw_blocks += bytes >= shape.raw_bytes() || tile.open;
     }
-  return plan;
 }
 
-std::uint64_t TileStore::plan_rows(const FrameStore& how, const Tile& tile) {
+void TileStore::plan_rows(const FrameStore& how, const Tile& tile) {
   const std::uint64_t pixel_bytes = how.coder.pixel_bytes(),
                       row_bytes = static_cast<std::uint64_t>(tile.pixels.width()) * pixel_bytes;
-  std::uint64_t bytes = 0;
   transfers_.clear();
-  for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y) {
-    // A tile's row of pixels is contiguous in memory.
+  for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y)  // a tile's row of pixels is contiguous in memory
     transfers_.push_back({tile.region.index(tile.pixels.x0, y) * pixel_bytes, row_bytes});
-    bytes += memory::burst_bytes(transfers_.back().offset, row_bytes, tile.burst_bytes);
-  }
-  return bytes;
 }
 
-std::uint64_t TileStore::plan_changed_rows(const FrameStore& how, const Tile& tile) {
+void TileStore::plan_changed_rows(const FrameStore& how, const Tile& tile) {
   touched_.start(tile.burst_bytes);
-  const KeptBlocks& kept = *tile.kept;
+  const UnchangedBlocks& kept = *tile.unchanged;
   for (int row = kept.blocks.y0; row < kept.blocks.y1; ++row)
     for (int column = kept.blocks.x0; column < kept.blocks.x1; ++column)
       if (!kept.at(column, row))
         touched_.touch({tile.region, how.coder.pixel_bytes(), 0},
                        tile.pixels.intersect({4 * column, 4 * row, 4 * column + 4, 4 * row + 4}));
-  std::uint64_t bytes = 0;
   transfers_.clear();
-  for (const TouchedBursts::Run& run : touched_.runs()) {
+  for (const TouchedBursts::Run& run : touched_.runs())
     transfers_.push_back({run.first * tile.burst_bytes, (run.end - run.first) * tile.burst_bytes});
-    bytes += transfers_.back().bytes;
-  }
-  return bytes;
 }
 
 TileStore::Outcome TileStore::store(const FrameStore& how, const Tile& tile, Image& color, memory::Ledger& ledger) {
   bool changed = false;
   if (how.coder.quantises() || how.compressed || how.before != nullptr) changed = find_codes(how, tile, color);
-  const bool keeps = tile.kept != nullptr && tile.kept->any;
-  std::uint64_t bytes = keeps && !how.compressed ? plan_changed_rows(how, tile) : plan_rows(how, tile);
-  const bool eliminated = how.before != nullptr && matches(how, tile);
-  if (how.compressed) {
-    const std::uint64_t raw = bytes;
-    const Plan plan = plan_compressed(how, tile);
-    bytes = plan.bytes;
-    if (!eliminated) {
-      compression_.frame_blocks += transfers_.size();
-      compression_.frame_blocks_raw += plan.raw_blocks;
-      compression_.frame_bytes_raw += raw;
-      compression_.frame_bytes_compressed += bytes;
-    }
-  }
-  if (eliminated) {
+  const bool keeps = tile.unchanged != nullptr && tile.unchanged->any;
+  if (how.compressed)
+    plan_compressed(how, tile);
+  else if (keeps)
+    plan_changed_rows(how, tile);
+  else
+    plan_rows(how, tile);
+  if (how.before != nullptr && matches(how, tile)) {
     ++counters_.tiles_not_written;
-    counters_.bytes_not_written += bytes;
     return {false, keep_what_is_there(how, tile, color) || changed};
   }
   for (const Transfer& transfer : transfers_)

@@ -11,27 +11,19 @@
 #include "base/rect.h"
 #include "memory/ledger.h"
 #include "tilecore/resolve/frame_format.h"
-#include "tilecore/resolve/kept_blocks.h"
 #include "tilecore/resolve/touched_bursts.h"
+#include "tilecore/resolve/unchanged_blocks.h"
 
 namespace tessera::tilecore {
 
-struct CompressionCounters {
-  std::uint64_t frame_blocks = 0;
-  std::uint64_t frame_blocks_raw = 0;
-  std::uint64_t frame_bytes_raw = 0;
-  std::uint64_t frame_bytes_compressed = 0;
-};
-
 struct StoreCounters {
   std::uint64_t tiles_not_written = 0;
-  std::uint64_t bytes_not_written = 0;
   std::uint64_t wrong_matches = 0;
   std::uint64_t signature_bytes = 0;
 };
 
-// What the frame buffer of a view holds, and signatures of the colours that were written there last. Tiles use disjoint
-// parts of it.
+// The colours that the frame buffer of a view holds, and signatures of the colours that were written there last. Tiles
+// use disjoint parts of it.
 struct StoredFrame {
   std::vector<std::optional<std::uint64_t>> signatures;  // by tile; none: of colours that are not known
   Image color;                                           // as FrameTargets::color
@@ -46,7 +38,7 @@ struct FrameStore {
   PixelCoder coder;
   bool compressed = false;
   int signature_bits = 64;
-  StoredFrame* before = nullptr;  // transaction elimination; null: every tile is written
+  StoredFrame* before = nullptr;  // transaction elimination; nullptr: every tile is written
 
   std::uint64_t signature_bytes() const { return static_cast<std::uint64_t>(signature_bits + 7) / 8; }
 };
@@ -60,10 +52,10 @@ constexpr std::uint64_t kept_bits(std::uint64_t signature, int bits) {
 //   colours -> code of the format -> signature: as in the frame before? nothing is written
 //                                 -> blocks, compressed each on its own -> bursts, and a header for each block
 //
-// Without compression a tile's pixels lie row by row in the frame; with it, blocks (stored_block()) have a place each, of
-// as many bytes as their pixels take, and their headers an array behind them, tile by tile: the recorder charges that,
-// as bursts of it are shared by tiles. Blocks that the region cuts are filled up with copies of their nearest pixels and
-// take no more than the rows of them that exist.
+// Without compression a tile's pixels lie row by row in the frame; with it, blocks (stored_block()) have a place each,
+// of as many bytes as their pixels take, and their headers an array behind them, tile by tile: the recorder charges
+// that, as bursts of it are shared by tiles. Blocks that the region cuts are filled up with copies of their nearest
+// pixels and take no more than the rows of them that exist.
 //
 // Invariants (cited by the tests):
 //   PS1  What a tile moves does not depend on other tiles.
@@ -80,8 +72,8 @@ class TileStore {
     std::uint64_t burst_bytes = 64;
     // A second pass will change pixels of it: it is stored raw, and has no signature.
     bool open = false;
-    const KeptBlocks* kept = nullptr;  // null: none is
-    // What each block of a compressed frame takes is left there, row by row, where it is not null.
+    const UnchangedBlocks* unchanged = nullptr;  // nullptr: none is
+    // If not nullptr, store() leaves there the bytes of each block of a compressed frame, row by row.
     std::vector<std::uint16_t>* payloads = nullptr;
   };
 
@@ -92,10 +84,9 @@ class TileStore {
   // `color`: of the region; it then holds what is stored.
   Outcome store(const FrameStore& how, const Tile& tile, Image& color, memory::Ledger& ledger);
 
-  CompressionCounters take_compression() { return std::exchange(compression_, {}); }
   StoreCounters take_counters() { return std::exchange(counters_, {}); }
 
-  // What the pixels of a frame take in memory with their headers, for the map of addresses.
+  // Bytes of the pixels of a frame in memory with their headers, for the map of addresses.
   static std::uint64_t frame_bytes(const FrameStore& how, IntRect region);
   // Where the headers begin there, and how many a tile has.
   static std::uint64_t header_offset(const FrameStore& how, IntRect region);
@@ -107,13 +98,10 @@ class TileStore {
   bool matches(const FrameStore& how, const Tile& tile);
   // True: the image was wrong.
   bool keep_what_is_there(const FrameStore& how, const Tile& tile, Image& color);
-  struct Plan {
-    std::uint64_t bytes = 0, raw_blocks = 0;
-  };
-  // Both fill transfers_ with what a tile moves.
-  Plan plan_compressed(const FrameStore& how, const Tile& tile);
-  std::uint64_t plan_rows(const FrameStore& how, const Tile& tile);
-  std::uint64_t plan_changed_rows(const FrameStore& how, const Tile& tile);
+  // Each fills transfers_ with what a tile moves.
+  void plan_compressed(const FrameStore& how, const Tile& tile);
+  void plan_rows(const FrameStore& how, const Tile& tile);
+  void plan_changed_rows(const FrameStore& how, const Tile& tile);
   std::uint64_t compressed_bytes(const FrameStore& how, const Tile& tile, IntRect block);
 
   struct Transfer {
@@ -122,7 +110,6 @@ class TileStore {
   std::vector<PixelCode> codes_;  // of the tile in hand, row by row
   std::vector<Transfer> transfers_;
   TouchedBursts touched_;
-  CompressionCounters compression_;
   StoreCounters counters_;
 };
 
@@ -131,24 +118,7 @@ class TileStore {
 namespace tessera {
 
 template <>
-inline constexpr bool kAbsentWhenIdle<tilecore::CompressionCounters> = true;
-template <>
 inline constexpr bool kAbsentWhenIdle<tilecore::StoreCounters> = true;
-
-template <>
-inline constexpr auto kCounterFields<tilecore::CompressionCounters> =
-    std::to_array<CounterField<tilecore::CompressionCounters>>({
-        {"resolve.frame_blocks", &tilecore::CompressionCounters::frame_blocks, Combine::kSum, "blocks",
-         "Blocks of finished pixels that were written, 256 bytes raw, with frame_buffer.compression.", ""},
-        {"resolve.frame_blocks_raw", &tilecore::CompressionCounters::frame_blocks_raw, Combine::kSum, "blocks",
-         "Of these, stored as they are: no shorter code, or more to come in a second pass.", ""},
-        {"resolve.frame_bytes_raw", &tilecore::CompressionCounters::frame_bytes_raw, Combine::kSum, "bytes",
-         "What they would take without compression, in bursts.", ""},
-        {"resolve.frame_bytes_compressed", &tilecore::CompressionCounters::frame_bytes_compressed, Combine::kSum,
-         "bytes", "What they take, headers included, in bursts.",
-         "Arm AFBC, Qualcomm UBWC: write bandwidth of the display buffer"},
-    });
-TESSERA_COUNTERS_COVER(tilecore::CompressionCounters);
 
 template <>
 inline constexpr auto kCounterFields<tilecore::StoreCounters> = std::to_array<CounterField<tilecore::StoreCounters>>({
@@ -156,8 +126,6 @@ inline constexpr auto kCounterFields<tilecore::StoreCounters> = std::to_array<Co
      "Tiles whose colours have the signature of what lies in the frame buffer, with "
      "frame_buffer.transaction_elimination.",
      "MaliFragTileKill (FRAG_TRANS_ELIM)"},
-    {"resolve.bytes_not_written", &tilecore::StoreCounters::bytes_not_written, Combine::kSum, "bytes",
-     "What their pixels would have taken, in bursts; headers of blocks not counted.", ""},
     {"resolve.wrong_matches", &tilecore::StoreCounters::wrong_matches, Combine::kSum, "tiles",
      "Of these tiles, those whose pixels are others nevertheless: the image is wrong there.", ""},
     {"resolve.signature_bytes", &tilecore::StoreCounters::signature_bytes, Combine::kSum, "bytes",

@@ -25,11 +25,6 @@ std::span<const TouchedBursts::Run> TouchedBursts::runs() {
   return spans_;
 }
 
-void TouchedBursts::read(memory::Ledger& ledger, memory::Unit unit, memory::Purpose purpose) {
-  for (const Run& run : runs())
-    ledger.read_at(unit, purpose, run.first * burst_bytes_, (run.end - run.first) * burst_bytes_, burst_bytes_);
-}
-
 void TouchedBursts::write(memory::Ledger& ledger, memory::Unit unit, memory::Purpose purpose) {
   for (const Run& run : runs())
     ledger.write_at(unit, purpose, run.first * burst_bytes_, (run.end - run.first) * burst_bytes_, burst_bytes_);

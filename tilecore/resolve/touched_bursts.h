@@ -37,7 +37,6 @@ class TouchedBursts {
   };
   std::span<const Run> runs();
 
-  void read(memory::Ledger& ledger, memory::Unit unit, memory::Purpose purpose);
   void write(memory::Ledger& ledger, memory::Unit unit, memory::Purpose purpose);
 
  private:

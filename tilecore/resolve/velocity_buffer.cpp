@@ -52,7 +52,6 @@ void VelocityBuffer::start(const scene::FrameGeometry& frame, const TileSamples&
 }
 
 void VelocityBuffer::count_point(std::size_t pixel) {
-  ++work_.evaluations;
   const std::uint32_t patch = surfaces_->patch[pixel];
   if (patch == TileState::kNoPatch) return;
   const scene::PosedDrawable& drawable = frame_->drawable_of(patch);
@@ -138,7 +137,7 @@ VelocityBuffer::Block VelocityBuffer::evaluate(IntRect block, BlockSpeed statist
   std::array<float, 16> speeds;
   int count = 0;
   if (std::uint32_t usable = 0; !out.still && evaluate_rigid(block, speeds, usable)) {
-    if (counted) work_.evaluations += 16, work_.operations += 16 * kRigidOperations;
+    if (counted) work_.operations += 16 * kRigidOperations;
     out.usable = usable == 0xffffu;
     out.speed = statistic_of(speeds, 16, statistic);
     return out;

@@ -34,18 +34,18 @@ class VelocityBuffer {
   // it; false: an image does.
   Block evaluate(IntRect block, BlockSpeed statistic, bool counted);
 
-  // Of the tile, row by row. Unusable, with velocity zero, where nothing was evaluated.
+  // Values of the tile, row by row. Unusable, with velocity zero, where nothing was evaluated.
   const std::vector<Vec2>& velocity() const { return velocity_; }
   const std::vector<std::uint8_t>& usable() const { return usable_; }
   const std::vector<float>& then_depth() const { return then_depth_; }  // of the point in the other frame
-  // Of `block` alone: what a decision may read, whatever the tile has around it.
+  // The view of `block` alone, which is what a decision may read, whatever the tile has around it.
   VelocityView view(IntRect block) const {
     const std::size_t first = surfaces_->index(block.x0, block.y0);
     return {&velocity_[first], &usable_[first], block, surfaces_->pixels.width()};
   }
 
   struct Work {
-    std::uint64_t evaluations = 0, operations = 0;
+    std::uint64_t operations = 0;
     std::uint64_t vertex_bytes = 0;  // of the other frame, that were read for them
   };
   Work take_work() { return std::exchange(work_, {}); }
@@ -53,8 +53,8 @@ class VelocityBuffer {
  private:
   MotionField::Step evaluate_pixel(std::size_t pixel);
   void count_point(std::size_t pixel);
-  // All of a whole block that sees one rigid drawable and nothing blended, where bit i of `usable` is pixel i; false: it
-  // is another.
+  // All of a whole block that sees one rigid drawable and nothing blended, where bit i of `usable` is pixel i; false:
+  // it is another.
   bool evaluate_rigid(IntRect block, std::array<float, 16>& speeds, std::uint32_t& usable);
   bool rests(IntRect block) const;
 

@@ -23,20 +23,20 @@ bool sees_opaque(const std::uint32_t* patch, int spp) {
 
 }  // namespace
 
-void DeferredShader::begin(const TileJob& job, const TileSamples& samples, std::span<const std::uint8_t> runs) {
-  runs_ = runs;
+void DeferredShader::begin(const TileJob& job, const TileSamples& samples, std::span<const std::uint8_t> rates) {
+  rates_ = rates;
   pixel_invocations_.assign(samples.count / static_cast<std::size_t>(samples.spp), 0);
   pixel_normal_.assign(pixel_invocations_.size(), Vec3(0.0f));
-  if (job.shading == ShadingRate::kCache ? !again_ : std::find(runs.begin(), runs.end(), kByCell) != runs.end()) {
-    cells_.start(*job.frame, job.shading_cell_pixels);
-    cache_.empty(job.shading_cache_entries);
+  if (job.shading.rate == ShadingRate::kCache && !again_) {
+    cells_.start(*job.frame, static_cast<float>(job.shading.cell_pixels));
+    cache_.empty(static_cast<std::size_t>(job.shading_cache.entries));
   }
   known_assembly_ = nullptr;
   view_rays_.clear();
   for (std::size_t s = 0; s <= job.frame->segments.size(); ++s)
     view_rays_.emplace_back(job.frame->segment(static_cast<int>(s)));
   // Cells that the cache holds keep their points; nothing else is asked for again.
-  if (job.shading != ShadingRate::kCache || !again_) points_.clear();
+  if (job.shading.rate != ShadingRate::kCache || !again_) points_.clear();
   kept_ = points_.size();
   invocations_.clear();
   pixel_of_invocation_.clear();
@@ -44,8 +44,8 @@ void DeferredShader::begin(const TileJob& job, const TileSamples& samples, std::
 }
 
 void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileState& state,
-                           std::span<const std::uint8_t> runs, shaders::RadianceImage* behind) {
-  begin(job, samples, runs);
+                           std::span<const std::uint8_t> rates, shaders::RadianceImage* behind) {
+  begin(job, samples, rates);
   collect_opaque(job, samples, state);
   opaque_ = invocations_.size();
   collect_layers(job, samples, state);
@@ -56,15 +56,15 @@ void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileS
 }
 
 void DeferredShader::shade_again(const TileJob& job, const TileSamples& samples, TileState& state,
-                                 std::span<const std::uint8_t> again) {
+                                 std::span<const std::uint8_t> mask) {
   std::swap(first_color_, sample_color_), std::swap(first_coverage_, sample_coverage_);
   std::swap(first_normal_, pixel_normal_), std::swap(first_invocations_, pixel_invocations_);
   again_ = true;
-  shade(job, samples, state, again);
+  shade(job, samples, state, mask);
   again_ = false;
   const auto spp = static_cast<std::size_t>(samples.spp);
-  for (std::size_t pixel = 0; pixel < again.size(); ++pixel) {
-    if (again[pixel] == 0) continue;
+  for (std::size_t pixel = 0; pixel < mask.size(); ++pixel) {
+    if (mask[pixel] == 0) continue;
     std::copy_n(&sample_color_[pixel * spp], spp, &first_color_[pixel * spp]);
     std::copy_n(&sample_coverage_[pixel * spp], spp, &first_coverage_[pixel * spp]);
     first_normal_[pixel] = pixel_normal_[pixel], first_invocations_[pixel] = pixel_invocations_[pixel];
@@ -115,7 +115,7 @@ std::uint32_t DeferredShader::ask_for(const TileJob& job, const Invocation& invo
 void DeferredShader::run_warps(const TileJob& job) {
   points_.resize(kept_ + invocations_.size());
   pixel_shader_.shade(*job.frame, job.lighting, invocations_, std::span(points_).subspan(kept_), &textures_,
-                      job.warp_lanes);
+                      job.warp_lanes());
   counters_.warps += pixel_shader_.take_warps();
   const PixelShader::SurfaceWork again = pixel_shader_.take_surface_work();
   counters_.surface_warps += again.warps;
@@ -124,7 +124,7 @@ void DeferredShader::run_warps(const TileJob& job) {
 
 void DeferredShader::set_partners(const TileJob& job, const TileSamples& samples, std::size_t pixel, bool rests,
                                   Invocation& out) const {
-  if (job.derivatives != ShadingDerivatives::kQuad || job.shading == ShadingRate::kCache) return;
+  if (job.shading.derivatives != ShadingDerivatives::kQuad || job.shading.rate == ShadingRate::kCache) return;
   // What moves or is defocused has a quad of its own; still, its place in it is that of its pixel on screen.
   const auto width = static_cast<std::size_t>(samples.pixels.width());
   out.partner_x = rests && pixel % width % 2 == 1 ? -1 : 1;
@@ -148,7 +148,7 @@ std::uint32_t DeferredShader::ask_for_cell(const TileJob& job, const SurfaceLoca
 
 void DeferredShader::collect_opaque(const TileJob& job, const TileSamples& samples, const TileState& state) {
   sample_point_.assign(samples.count, kNone);
-  const bool quads = job.derivatives == ShadingDerivatives::kQuad && job.shading != ShadingRate::kCache;
+  const bool quads = job.shading.derivatives == ShadingDerivatives::kQuad && job.shading.rate != ShadingRate::kCache;
   const int side = quads ? 2 : 1;
   // Block by block, so that neighbours in both directions find the shading cache warm.
   const int width = samples.pixels.width(), height = samples.pixels.height();
@@ -167,17 +167,15 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
   std::array<std::size_t, 4> pixels;
   std::array<bool, 4> split;
   std::size_t count = 0;
-  bool halves = false;  // some are left out
   for (int y = y0; y < std::min(y0 + side, samples.pixels.height()); ++y)
     for (int x = x0; x < std::min(x0 + side, samples.pixels.width()); ++x) {
       const auto pixel = static_cast<std::size_t>(y * samples.pixels.width() + x);
-      if (runs_of(pixel) == 0) {
+      if (rate_of(pixel) == kSkipped) {
         if (!again_) skip_pixel(job, samples, state, pixel);
-      } else if (by_cell(job, pixel)) {
+      } else if (job.shading.rate == ShadingRate::kCache) {
         collect_cells(job, samples, state, pixel);
       } else {
-        halves = halves || runs_of(pixel) > kHalvesApart;
-        split[count] = runs_of(pixel) >= kHalvesApart, pixels[count++] = pixel;
+        split[count] = rate_of(pixel) == kHalvesApart, pixels[count++] = pixel;
       }
     }
   if (count == 0) return;
@@ -188,21 +186,13 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
   else
     counters_.samples_visible += merger.visible();
   counters_.fragments_merged += merger.merged();
-  if (job.derivatives == ShadingDerivatives::kQuad) {
+  if (job.shading.derivatives == ShadingDerivatives::kQuad) {
     counters_.quads += merger.quads();
     counters_.helper_invocations += 4 * merger.quads() - merger.runs().size();
   }
   const auto first_point = static_cast<std::uint32_t>(kept_ + invocations_.size());
-  point_of_run_.clear();
-  std::size_t runs_left_out = 0, samples_left_out = 0;
   for (const FragmentMerger::Run& run : merger.runs()) {
     const std::size_t s = run.sample, pixel = pixels[run.pixel];
-    if (halves) {
-      const bool out = runs_of(pixel) == (in_right_half(samples.x[s]) ? kLeftHalf : kRightHalf);
-      point_of_run_.push_back(out ? kLeftOut : static_cast<std::uint32_t>(kept_ + invocations_.size()));
-      runs_left_out += out;
-      if (out) continue;
-    }
     const std::uint32_t patch = state.patch[s];
     // In place: a copy would wait for what has just been written.
     Invocation& asked = add_invocation(job, patch, pixel);
@@ -220,13 +210,10 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
       const std::uint32_t run = merger.run_of(p, k);
       if (run == FragmentMerger::kNoRun) continue;
       if (!again_) count_visible(job, state.patch[first + k]);
-      sample_point_[first + k] = halves ? point_of_run_[run] : first_point + run;
-      samples_left_out += sample_point_[first + k] == kLeftOut;
+      sample_point_[first + k] = first_point + run;
     }
   }
-  skipped_.samples += samples_left_out, skipped_.invocations += runs_left_out;
-  counters_.pixel_shader_invocations_saved +=
-      (merger.visible() - samples_left_out) - (merger.runs().size() - runs_left_out);
+  counters_.pixel_shader_invocations_saved += merger.visible() - merger.runs().size();
 }
 
 void DeferredShader::skip_pixel(const TileJob& job, const TileSamples& samples, const TileState& state,
@@ -239,7 +226,7 @@ void DeferredShader::skip_pixel(const TileJob& job, const TileSamples& samples, 
   const std::size_t visible = merger_of_fragments_.visible();
   counters_.samples_visible += visible;
   skipped_.samples += visible;
-  skipped_.invocations += job.shading == ShadingRate::kCache ? visible : merger_of_fragments_.runs().size();
+  skipped_.invocations += job.shading.rate == ShadingRate::kCache ? visible : merger_of_fragments_.runs().size();
 }
 
 void DeferredShader::collect_cells(const TileJob& job, const TileSamples& samples, const TileState& state,
@@ -268,26 +255,21 @@ void DeferredShader::color_samples(const TileJob& job, const TileSamples& sample
       sample_coverage_[s] = point == kNone ? 0.0f : 1.0f;
       if (point == kNone) {
         // Samples of skipped pixels have no colour.
-        if (runs_of(pixel) != 0) behind_.push_back(static_cast<std::uint32_t>(s));
-        continue;
-      }
-      if (point == kLeftOut) {
-        sample_color_[s] = Vec3(0.0f);
+        if (rate_of(pixel) != kSkipped) behind_.push_back(static_cast<std::uint32_t>(s));
         continue;
       }
       sample_color_[s] = points_[point].color;
-      if (by_cell(job, pixel)) pixel_normal_[pixel] += points_[point].normal;
+      if (job.shading.rate == ShadingRate::kCache) pixel_normal_[pixel] += points_[point].normal;
     }
-  if (job.has_background) {
-    for (const std::uint32_t s : behind_) sample_color_[s] = job.background;
+  if (job.background) {
+    for (const std::uint32_t s : behind_) sample_color_[s] = *job.background;
   } else {
     // What is behind everything turns with the camera, segment by segment.
     const int segments = static_cast<int>(job.frame->segments.size());
     for (int segment = std::min(segments, 1); segment <= segments; ++segment) color_background(job, samples, segment);
   }
-  if (job.shading == ShadingRate::kCache) return;
-  for (std::size_t i = 0; i < opaque_; ++i)
-    if (!by_cell(job, pixel_of_invocation_[i])) pixel_normal_[pixel_of_invocation_[i]] += points_[kept_ + i].normal;
+  if (job.shading.rate == ShadingRate::kCache) return;
+  for (std::size_t i = 0; i < opaque_; ++i) pixel_normal_[pixel_of_invocation_[i]] += points_[kept_ + i].normal;
 }
 
 void DeferredShader::color_background(const TileJob& job, const TileSamples& samples, int segment) {
@@ -333,7 +315,7 @@ void DeferredShader::color_background(const TileJob& job, const TileSamples& sam
       for (auto& values : view_points_) values[lane] = values[count - 1];
     view_rays_[static_cast<std::size_t>(segment)].background(
         {x.data(), y.data(), t.data(), lens_u.data(), lens_v.data()}, count, around, lookups, colors.data());
-    if (told) pixel_shader_.look_up(lookups, ImageLookup::kMirrored, count, textures_, job.warp_lanes);
+    if (told) pixel_shader_.look_up(lookups, ImageLookup::kMirrored, count, textures_, job.warp_lanes());
     for (std::size_t i = 0; i < count; ++i) sample_color_[seen[i]] = colors[i];
   }
 }
@@ -357,7 +339,7 @@ void DeferredShader::collect_layers(const TileJob& job, const TileSamples& sampl
     while (end < state.layers.size() && state.layers[end].sample / spp == pixel) ++end;
     const std::span<const TileState::Layer> layers = std::span(state.layers).subspan(begin, end - begin);
     share_layers(job, samples, layers);
-    if (runs_of(pixel) == 0) {
+    if (rate_of(pixel) == kSkipped) {
       if (again_) continue;
       skipped_.samples += layers.size();
       skipped_.invocations += shared_layers_.size();
@@ -381,7 +363,7 @@ void DeferredShader::blend_layers(const TileJob& job, const TileState& state) {
       blended_.push_back({point.color * point.alpha, point.alpha, layer.z, layer.patch, layer.triangle});
     }
     if (blended_.empty()) continue;
-    counters_.blend_overflows += merger_.merge(blended_, job.blend_layers);
+    counters_.blend_overflows += merger_.merge(blended_, job.blend_layers());
     for (const BlendedLayer& layer : blended_) {
       sample_color_[s] = sample_color_[s] * (1.0f - layer.alpha) + layer.color;
       sample_coverage_[s] = sample_coverage_[s] * (1.0f - layer.alpha) + layer.alpha;
@@ -391,7 +373,7 @@ void DeferredShader::blend_layers(const TileJob& job, const TileState& state) {
 
 void DeferredShader::share_layers(const TileJob& job, const TileSamples& samples,
                                   std::span<const TileState::Layer> layers) {
-  const bool shares = job.shading == ShadingRate::kPixel || job.shading == ShadingRate::kPrimitive;
+  const bool shares = job.shading.rate == ShadingRate::kPixel || job.shading.rate == ShadingRate::kPrimitive;
   shared_layers_.clear();
   shared_of_.clear();
   for (const TileState::Layer& layer : layers) {
@@ -416,7 +398,7 @@ std::uint32_t DeferredShader::ask_for_layer(const TileJob& job, const TileSample
                                             const TileState::Layer& layer, SharedLayer& shared, std::size_t pixel) {
   const SurfaceLocation at{layer.patch, layer.triangle, layer.b1, layer.b2,
                            time_seen(*job.frame, layer.patch, samples.t(layer.sample))};
-  if (job.shading == ShadingRate::kCache) return ask_for_cell(job, at, pixel);
+  if (job.shading.rate == ShadingRate::kCache) return ask_for_cell(job, at, pixel);
   if (shared.point != kNone) {
     ++counters_.pixel_shader_invocations_saved;
     return shared.point;
@@ -426,7 +408,7 @@ std::uint32_t DeferredShader::ask_for_layer(const TileJob& job, const TileSample
   Invocation asked{at, light_time};
   set_partners(job, samples, pixel, rests, asked);
   shared.point = ask_for(job, asked, pixel);
-  if (job.derivatives == ShadingDerivatives::kQuad) add_layer_quad(job, samples, layer, shared.point);
+  if (job.shading.derivatives == ShadingDerivatives::kQuad) add_layer_quad(job, samples, layer, shared.point);
   return shared.point;
 }
 
@@ -441,7 +423,7 @@ void DeferredShader::add_layer_quad(const TileJob& job, const TileSamples& sampl
   const auto spp = static_cast<std::uint32_t>(samples.spp), width = static_cast<std::uint32_t>(samples.pixels.width()),
              pixel = layer.sample / spp, block = pixel / width / 2 * ((width + 1) / 2) + pixel % width / 2;
   layer_quads_.push_back(
-      {block, layer.patch, layer.triangle, job.shading == ShadingRate::kSample ? layer.sample % spp : 0, point});
+      {block, layer.patch, layer.triangle, job.shading.rate == ShadingRate::kSample ? layer.sample % spp : 0, point});
 }
 
 void DeferredShader::number_layer_quads() {

@@ -11,7 +11,6 @@
 #include "base/counter.h"
 #include "tilecore/drawable_counts.h"
 #include "tilecore/frame_targets.h"
-#include "tilecore/pixel_runs.h"
 #include "tilecore/shading/fragment_merger.h"
 #include "tilecore/shading/layer_merge.h"
 #include "tilecore/shading/pixel_shader.h"
@@ -51,17 +50,14 @@ class DeferredShader {
  public:
   // Colours every sample of the tile. `state` is what all entries of the tile left; its layers are sorted and those
   // behind what is opaque are dropped. The shading cache is empty when the tile begins.
-  // `runs`, unless empty, says of each pixel what is shaded of it, as PixelRuns: with kHalvesApart each run is taken near
-  // the middle of its half (with shading.rate=pixel or primitive; per sample and from the cache, this is the same as
-  // kTogether). kLeftHalf and kRightHalf: for pixels without blended layers, at shading.rate=pixel or primitive, without
-  // quads; samples of the other half that see something opaque have no colour. kByCell: as with shading.rate=cache, in a
-  // cache that is empty when the tile begins.
-  void shade(const TileJob& job, const TileSamples& samples, TileState& state, std::span<const std::uint8_t> runs = {},
+  // `rates`, unless empty, has a PixelRate for each pixel: with kHalvesApart each invocation is taken near the middle of
+  // its half (with shading.rate=pixel or primitive; per sample and from the cache, this is the same as kTogether).
+  void shade(const TileJob& job, const TileSamples& samples, TileState& state, std::span<const std::uint8_t> rates = {},
              shaders::RadianceImage* behind = nullptr);
-  // Right after shade(), of the same tile: shades those of its skipped pixels for which `again` is 1, as if they had not
+  // Right after shade(), for the same tile: shades those of its skipped pixels for which `mask` is 1, as if they had not
   // been skipped. Their shader invocations are warps of their own.
   void shade_again(const TileJob& job, const TileSamples& samples, TileState& state,
-                   std::span<const std::uint8_t> again);
+                   std::span<const std::uint8_t> mask);
   // Leaves in `behind` the pixels of what is opaque, each the mean of its samples, as shade() does if it is not null.
   void shade_opaque(const TileJob& job, const TileSamples& samples, const TileState& state,
                     shaders::RadianceImage& behind);
@@ -120,19 +116,16 @@ class DeferredShader {
       return block == o.block && patch == o.patch && triangle == o.triangle && sample == o.sample;
     }
   };
-  static constexpr std::uint32_t kNone = 0xFFFFFFFFu, kLeftOut = 0xFFFFFFFEu;
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
   static constexpr std::size_t kBackgroundBatch = 256;
 
-  void begin(const TileJob& job, const TileSamples& samples, std::span<const std::uint8_t> runs);
+  void begin(const TileJob& job, const TileSamples& samples, std::span<const std::uint8_t> rates);
   void keep_behind(const TileSamples& samples, shaders::RadianceImage& image) const;
   // First which invocations there are, then all of them in warps, then what samples see of them.
   void collect_opaque(const TileJob& job, const TileSamples& samples, const TileState& state);
   // Pixels that are shaded together: one, or the 2x2 of a quad.
   void collect_block(const TileJob& job, const TileSamples& samples, const TileState& state, int x, int y, int side);
-  int runs_of(std::size_t pixel) const { return runs_.empty() ? 1 : runs_[pixel]; }
-  bool by_cell(const TileJob& job, std::size_t pixel) const {
-    return job.shading == ShadingRate::kCache || runs_of(pixel) == kByCell;
-  }
+  std::uint8_t rate_of(std::size_t pixel) const { return rates_.empty() ? std::uint8_t{kTogether} : rates_[pixel]; }
   // What a pixel sees that was skipped and now is shaded.
   void unskip(std::size_t samples, std::size_t invocations) {
     skipped_.samples -= samples, skipped_.invocations -= invocations;
@@ -179,8 +172,8 @@ class DeferredShader {
   std::vector<float> sample_coverage_;
   std::vector<Vec3> pixel_normal_;  // sums over the pixel's shaded points, or over its samples' cells
   std::vector<std::uint32_t> pixel_invocations_;
-  std::span<const std::uint8_t> runs_;  // of the tile in hand
-  bool again_ = false;                  // in shade_again(): other pixels have been counted
+  std::span<const std::uint8_t> rates_;  // of the tile in hand
+  bool again_ = false;                   // in shade_again(): other pixels have been counted
   Skipped skipped_;
   std::vector<Vec3> first_color_, first_normal_;  // of shade(), for shade_again()
   std::vector<float> first_coverage_;
@@ -194,8 +187,7 @@ class DeferredShader {
   std::vector<ShadedPoint> points_;
   std::size_t kept_ = 0, opaque_ = 0;
   std::uint32_t quads_ = 0;                  // of the tile
-  std::vector<std::uint32_t> sample_point_;  // number of the opaque point that a sample sees; kNone; kLeftOut
-  std::vector<std::uint32_t> point_of_run_;  // in collect_block(), where halves are left out
+  std::vector<std::uint32_t> sample_point_;  // number of the opaque point that a sample sees; kNone
   std::vector<std::uint32_t> layer_point_;   // as state.layers; kNone where the pixel is skipped
   std::vector<ViewRays> view_rays_;          // of the whole shutter, of its segments
   std::vector<std::uint32_t> behind_;        // samples that see nothing opaque

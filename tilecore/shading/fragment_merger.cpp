@@ -71,7 +71,7 @@ void FragmentMerger::know(const TileJob& job, std::uint32_t patch) {
 bool FragmentMerger::group_alike(const TileJob& job, const TileSamples& samples, const TileState& state,
                                  std::size_t first) {
   const std::uint32_t patch = state.patch[first], triangle = state.triangle[first];
-  if (patch == TileState::kNoPatch || job.shading == ShadingRate::kSample) return false;
+  if (patch == TileState::kNoPatch || job.shading.rate == ShadingRate::kSample) return false;
   for (std::size_t s = first + 1; s < first + spp_; ++s)
     if (state.triangle[s] != triangle || state.patch[s] != patch || state.positive[s] != state.positive[first])
       return false;
@@ -105,7 +105,7 @@ void FragmentMerger::add_sample(const TileJob& job, const TileSamples& samples, 
   const bool right = split && samples.x[s] - floor_of_place(samples.x[s]) >= 0.5f, positive = state.positive[s] != 0;
   const float dx = x - cell_x - (split ? (right ? 0.75f : 0.25f) : 0.5f), dy = y - cell_y - 0.5f,
               distance2 = dx * dx + dy * dy;
-  std::size_t f = job.shading == ShadingRate::kSample ? fragments_.size() : first_of_pixel;
+  std::size_t f = job.shading.rate == ShadingRate::kSample ? fragments_.size() : first_of_pixel;
   const auto same = [&](const Fragment& o) {
     return o.triangle == triangle && o.patch == patch && o.cell_x == cell_x && o.cell_y == cell_y && o.right == right &&
            o.positive == positive && o.segment == segment;
@@ -136,12 +136,12 @@ bool FragmentMerger::belong_together(const TileJob& job, Fragment& a, Fragment& 
   if (a.pixel != b.pixel) {
     // Of one quad: the same primitive's, and with merging its neighbours', at one time and through one lens point.
     if (!a.rests) return false;
-    if (job.shading == ShadingRate::kSample) return a.triangle == b.triangle && a.sample % spp_ == b.sample % spp_;
+    if (job.shading.rate == ShadingRate::kSample) return a.triangle == b.triangle && a.sample % spp_ == b.sample % spp_;
   } else if (a.cell_x != b.cell_x || a.cell_y != b.cell_y) {
     return false;
   }
-  if (a.triangle == b.triangle) return job.shading != ShadingRate::kSample;
-  if (job.shading != ShadingRate::kPixel || a.triangle >= SurfaceLocation::kLine ||
+  if (a.triangle == b.triangle) return job.shading.rate != ShadingRate::kSample;
+  if (job.shading.rate != ShadingRate::kPixel || a.triangle >= SurfaceLocation::kLine ||
       b.triangle >= SurfaceLocation::kLine || !is_smooth(job.frame->drawable_of(a.patch)))
     return false;
   for (Fragment* f : {&a, &b})

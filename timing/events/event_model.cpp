@@ -151,7 +151,7 @@ class StoreUnit {
   void begin(const TileWork& work, const TileItems& items, std::uint64_t address, double cycles, double now) {
     items_ = &items;
     address_ = address;
-    blocks_ = std::max<std::uint64_t>(work.pixels / kStoredPixels, 1);
+    blocks_ = std::max<std::uint64_t>(work.events[Event::kPixels] / kStoredPixels, 1);
     each_ = cycles / static_cast<double>(blocks_);
     resolved_ = written_ = 0;
     resolving_ = false;
@@ -275,7 +275,7 @@ class EventSimulation {
     memory_.write_bytes(Places::kOther + read, work_.other_written_bytes, group, begin);
     memory_.close_group(group, begin);
     for (bool done = false; !done;) {
-      const Event event = events_.pop();
+      const SimulationEvent event = events_.pop();
       done = event.kind == EventKind::kGeometryWritten;
       if (!done) handle(event);
       end_ = std::max(end_, event.time);
@@ -341,7 +341,7 @@ class EventSimulation {
     return out_.schedule.tiles[first_ + *cores_[core]->busy[p]].phases[p];
   }
 
-  void handle(const Event& e) {
+  void handle(const SimulationEvent& e) {
     const double now = e.time;
     switch (e.kind) {
       case EventKind::kMemory:
@@ -500,7 +500,7 @@ class EventSimulation {
   }
 
   void collect() {
-    EventCounts& counts = out_.counts;
+    SimulationCounts& counts = out_.counts;
     counts.memory = memory_.counts();
     counts.events = events_.count();
     counts.path = events_.path();
@@ -591,7 +591,7 @@ Bound likely_bound(const hardware::Machine& gpu, const FrameWork& work) {
     for (std::size_t s = 0; s < kStageCount; ++s) busy[s] += cycles[s] / instances;
   };
   for (const WorkRound& round : work.rounds) {
-    add(geometry_cycles(gpu, round), 1);
+    add(stage_cycles(gpu, round.geometry), 1);
     for (const TileWork& tile : round.tiles) add(stage_cycles(gpu, tile), static_cast<double>(gpu.cores.count));
   }
   busy[static_cast<std::size_t>(Stage::kDram)] = static_cast<double>(work.dram_bytes()) / memory_rate(gpu);
@@ -629,7 +629,7 @@ TimedEvents time_events(const hardware::Machine& gpu, const FrameWork& work, War
   return out;
 }
 
-void EventCounts::accumulate(const EventCounts& frame) {
+void SimulationCounts::accumulate(const SimulationCounts& frame) {
   memory.l2_requests += frame.memory.l2_requests;
   memory.l2_misses += frame.memory.l2_misses;
   memory.read_bytes += frame.memory.read_bytes;

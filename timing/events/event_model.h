@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "hardware/machine.h"
-#include "timing/events/event_counts.h"
 #include "timing/events/request_cache.h"
+#include "timing/events/simulation_counts.h"
 #include "timing/timing_model.h"
 #include "timing/work.h"
 
@@ -21,7 +21,7 @@ struct WarmCaches {
 struct EventSchedule {
   Schedule schedule;
   StageCycles busy{};  // as FrameTiming::busy
-  EventCounts counts;
+  SimulationCounts counts;
 };
 
 // Whether a record has what events are made of.
@@ -38,7 +38,7 @@ bool has_items(const FrameWork& work);
 //   EM4  The parts of the path add up to the frame.
 //   EM5  The parts of a tile's path add up to the cycles from the core taking it to its last pixel.
 // `caches`, unless null: what they hold of the frame before, replaced by what this one leaves. `record_path`: fills
-// EventCounts::path and TileSchedule::path, in which a wait for a phase that works on another tile goes to what that one
+// SimulationCounts::path and TileSchedule::path, in which a wait for a phase that works on another tile goes to what that one
 // spends there. `limit`: a frame that takes longer need not be simulated to its end; then only its cycles, which are
 // more than `limit`, mean anything.
 EventSchedule simulate_events(const hardware::Machine& gpu, const FrameWork& work, WarmCaches* caches = nullptr,

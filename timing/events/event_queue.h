@@ -36,14 +36,16 @@ enum class EventKind : std::uint8_t {
   kGeometryWritten  // the memory has taken what the binner wrote of a block
 };
 
-struct Event {
+struct SimulationEvent {
   double time = 0;
   std::uint64_t order = 0;  // of those at one time: from kOthers on, the one that was asked for first
   std::uint32_t what = 0, path = 0;
   std::uint32_t who = 0;
   EventKind kind{};
 
-  bool before(const Event& other) const { return time != other.time ? time < other.time : order < other.order; }
+  bool before(const SimulationEvent& other) const {
+    return time != other.time ? time < other.time : order < other.order;
+  }
 };
 
 // Events by time; each with the path that led to it, where they are recorded.
@@ -67,8 +69,8 @@ class EventQueue {
     add({std::max(time, now_), order, what, recording_ ? keep(*path) : 0, who, kind});
   }
   bool empty() const { return heap_.empty(); }
-  Event pop() {
-    const Event event = heap_.front(), last = heap_.back();
+  SimulationEvent pop() {
+    const SimulationEvent event = heap_.front(), last = heap_.back();
     heap_.pop_back();
     if (!heap_.empty()) sink(last);
     now_ = event.time;
@@ -92,7 +94,7 @@ class EventQueue {
  private:
   static constexpr std::size_t kChildren = 4;  // half as many levels as two, and brothers lie in two cache lines
 
-  void add(const Event& event) {
+  void add(const SimulationEvent& event) {
     std::size_t at = heap_.size();
     heap_.push_back(event);
     for (; at > 0 && event.before(heap_[(at - 1) / kChildren]); at = (at - 1) / kChildren)
@@ -100,7 +102,7 @@ class EventQueue {
     heap_[at] = event;
   }
   // Fills the top.
-  void sink(const Event& event) {
+  void sink(const SimulationEvent& event) {
     const std::size_t size = heap_.size();
     std::size_t at = 0;
     for (std::size_t first = 1; first < size; first = at * kChildren + 1) {
@@ -125,7 +127,7 @@ class EventQueue {
   }
 
   static constexpr std::uint64_t kOthers = std::uint64_t{1} << 63;
-  std::vector<Event> heap_;
+  std::vector<SimulationEvent> heap_;
   double now_ = 0;
   std::uint64_t next_ = kOthers;
   bool recording_;

@@ -8,9 +8,9 @@
 
 #include "hardware/machine.h"
 #include "memory/dram_front.h"
-#include "timing/events/event_counts.h"
 #include "timing/events/event_queue.h"
 #include "timing/events/request_cache.h"
+#include "timing/events/simulation_counts.h"
 
 namespace tessera::timing {
 

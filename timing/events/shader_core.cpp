@@ -13,8 +13,8 @@ ShaderCore::Rates ShaderCore::rates_of(const hardware::Machine& gpu) {
           gpu.shader.surface_operations,
           static_cast<double>(gpu.shader.lanes),
           static_cast<std::uint32_t>(gpu.shader.warp_lanes),
-          gpu.rates.texels_per_clk,
-          static_cast<double>(gpu.shader.warp_lanes) / gpu.rates.compacted_samples_per_clk,
+          gpu.per_clk(Event::kTexels),
+          static_cast<double>(gpu.shader.warp_lanes) / gpu.per_clk(Event::kCompactedSamples),
           static_cast<std::size_t>(gpu.queues.max_warps),
           static_cast<double>(gpu.queues.register_bytes),
           static_cast<double>(gpu.queues.registers),
@@ -53,9 +53,9 @@ void ShaderCore::shade_vertices(std::uint32_t number, const SubPatchItem& item, 
   }
   const std::uint32_t place = free_vertices_.back();
   free_vertices_.pop_back();
-  const std::uint32_t warps = (item.vertices + rates_.warp_lanes - 1) / rates_.warp_lanes;
+  const std::uint32_t warps = (item[Event::kVertices] + rates_.warp_lanes - 1) / rates_.warp_lanes;
   vertices_[place] = {number, &item, height_lines, warps};
-  domain_.vertices += item.vertices;
+  domain_.vertices += item[Event::kVertices];
   domain_.warps += warps;
   to_launch_.push_back(place);
   launch(now);
@@ -211,7 +211,7 @@ void ShaderCore::look_heights_up(std::uint32_t warp) {
   const auto first_of = [&](std::uint64_t place) {
     return static_cast<std::uint32_t>(of.item->height_lines * place / of.warps);
   };
-  const std::uint32_t lanes = std::min(rates_.warp_lanes, of.item->vertices - d.place * rates_.warp_lanes),
+  const std::uint32_t lanes = std::min(rates_.warp_lanes, (*of.item)[Event::kVertices] - d.place * rates_.warp_lanes),
                       first = first_of(d.place);
   domain_.texels += std::uint64_t{lanes} * of.item->domain_texels;
   textures_.submit(of.height_lines + first, first_of(d.place + 1) - first,

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "hardware/machine.h"
-#include "timing/events/event_counts.h"
 #include "timing/events/event_queue.h"
 #include "timing/events/memory_path.h"
+#include "timing/events/simulation_counts.h"
 #include "timing/events/texture_path.h"
 #include "timing/items.h"
 

@@ -12,6 +12,18 @@ namespace {
 constexpr std::array kStages = {Stage::kTessellator, Stage::kBoxes,         Stage::kBoxTests,   Stage::kStencil,
                                 Stage::kSampling,    Stage::kTriangleTests, Stage::kAlphaTests, Stage::kCoarseDepth};
 
+constexpr std::size_t unit_of(hardware::Event event) {
+  return static_cast<std::size_t>(std::find(kStages.begin(), kStages.end(), *hardware::kEventTable[event].unit) -
+                                  kStages.begin());
+}
+
+constexpr bool rows_follow_the_units() {
+  for (std::size_t e = hardware::kFirstItemEvent; e + 1 < hardware::kFirstItemEvent + hardware::kItemEventCount; ++e)
+    if (unit_of(static_cast<hardware::Event>(e)) > unit_of(static_cast<hardware::Event>(e + 1))) return false;
+  return true;
+}
+static_assert(rows_follow_the_units(), "events of sub-patches stand in the order of the units that take them");
+
 }  // namespace
 
 VisibilityPipe::VisibilityPipe(const hardware::Machine& gpu, std::uint32_t core, EventQueue& events,
@@ -22,29 +34,25 @@ VisibilityPipe::VisibilityPipe(const hardware::Machine& gpu, std::uint32_t core,
       memory_(others.memory),
       textures_(others.textures),
       lanes_(others.lanes),
-      on_lanes_(gpu.shader.domain == hardware::DomainShading::kLanes),
+      on_lanes_(gpu.shades_on_lanes()),
       ring_(static_cast<std::uint32_t>(gpu.queues.items)),
       max_lines_(gpu.queues.fetched_lines) {
-  const hardware::Throughputs& rates = gpu.rates;
-  per_event_ = {on_lanes_ ? 0 : 1 / rates.vertices_per_clk,
-                1 / rates.boxes_per_clk,
-                1 / rates.box_tests_per_clk,
-                1 / rates.stencil_tests_per_clk,
-                1 / rates.sampling_operations_per_clk,
-                1 / rates.triangle_tests_per_clk,
-                1 / rates.alpha_tests_per_clk,
-                1 / rates.depth_blocks_per_clk};
-  transform_clk_ = 1 / rates.transforms_per_clk;
-  fetch_clk_ = 1 / rates.fetched_entries_per_clk;
-  sort_clk_ = 1 / rates.sort_steps_per_clk;
+  for (std::size_t e = 0; e < hardware::kItemEventCount; ++e) {
+    const auto event = static_cast<Event>(hardware::kFirstItemEvent + e);
+    const bool shaded = on_lanes_ && event == Event::kVertices;  // not here
+    per_event_[e] = shaded ? 0 : gpu.clocks(event, 1);
+    end_of_unit_[unit_of(event)] = e + 1;
+  }
+  fetch_clk_ = gpu.clocks(Event::kFetchedEntries, 1);
+  sort_clk_ = gpu.clocks(Event::kSortSteps, 1);
   for (std::vector<Moment>& starts : starts_) starts.resize(ring_);
 }
 
 double VisibilityPipe::cycles(std::size_t unit, const SubPatchItem& item) const {
-  const std::array<std::uint32_t, kUnits> events = {
-      item.vertices,       item.boxes,       item.box_lanes,   item.stencil_tests, item.sampling_operations,
-      item.triangle_lanes, item.alpha_tests, item.depth_blocks};
-  return events[unit] * per_event_[unit] + (unit == 0 ? item.transforms * transform_clk_ : 0);
+  double clk = 0;
+  for (std::size_t e = unit == 0 ? 0 : end_of_unit_[unit - 1]; e < end_of_unit_[unit]; ++e)
+    clk += item.events[e] * per_event_[e];
+  return clk;
 }
 
 VisibilityPipe::Moment VisibilityPipe::moment(double now) {
@@ -110,8 +118,8 @@ void VisibilityPipe::list_read(double now) {
     return;
   }
   // Nothing leaves the sorter before the last entry is in it.
-  const double entries = static_cast<double>(work_->entries) * fetch_clk_;
-  fetch_free_ = now + entries + static_cast<double>(work_->sort_steps) * sort_clk_;
+  const double entries = static_cast<double>(work_->events[Event::kFetchedEntries]) * fetch_clk_;
+  fetch_free_ = now + entries + static_cast<double>(work_->events[Event::kSortSteps]) * sort_clk_;
   if (count_ == 0) {
     events_.push(fetch_free_, Stage::kFetch, EventKind::kTested, core_);
     return;
@@ -166,7 +174,7 @@ void VisibilityPipe::start_domain() {
 void VisibilityPipe::domain_start(std::uint32_t item, double now) {
   ++started_;
   const SubPatchItem& work = items_->sub_patches[item];
-  if (work.vertices == 0) {
+  if (work[Event::kVertices] == 0) {
     shaded_[item] = moment(now);
   } else {
     const std::uint32_t* heights = items_->lines.data() + first_line_[item] + fetched_lines(work);
@@ -239,7 +247,7 @@ void VisibilityPipe::finish_alpha(std::uint32_t item, const Moment& left_tests) 
 void VisibilityPipe::alpha_start(std::uint32_t item, double) {
   const SubPatchItem& work = items_->sub_patches[item];
   textures_.submit(items_->texel_lines.data() + first_texel_line_[item], work.texel_lines,
-                   work.alpha_tests / gpu_.rates.texels_per_clk, EventKind::kAlphaRead, item);
+                   work[Event::kAlphaTests] / gpu_.per_clk(Event::kTexels), EventKind::kAlphaRead, item);
 }
 
 void VisibilityPipe::alpha_read(std::uint32_t item, double now) {

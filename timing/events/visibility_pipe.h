@@ -89,8 +89,9 @@ class VisibilityPipe {
   TexturePath& textures_;
   ShaderCore& lanes_;
   bool on_lanes_;
-  std::array<double, kUnits> per_event_{};  // cycles of one event of the unit
-  double transform_clk_ = 0, fetch_clk_ = 0, sort_clk_ = 0;
+  std::array<double, hardware::kItemEventCount> per_event_{};  // cycles of one
+  std::array<std::size_t, kUnits> end_of_unit_{};              // the events of a unit begin where those before it end
+  double fetch_clk_ = 0, sort_clk_ = 0;
   std::uint32_t ring_;
   std::int64_t max_lines_;
 

@@ -9,7 +9,7 @@ page=$root/docs/when_it_pays.md
 [ -f "$out/sweep.csv" ] || "${TESSERA:-$root/tessera}" sweep "$root/captures/studies/when_it_pays.json" --out "$out"
 
 awk -v folder="$here" -f "$here/tables.awk" "$out/sweep.csv"
-finished=$(awk -F, 'NR == 2 && $6 == "pre-tessellation" { print $10 }' "$here/parts.csv")
+finished=$(awk -F, 'NR == 2 && $6 == "tessera" { print $10 }' "$here/parts.csv")
 for cost in traffic evaluations cycles energy; do
   awk -v cost=$cost -v finished="$finished" -f "$here/plot.awk" "$here/points.csv" >"$here/$cost.svg"
 done

@@ -4,16 +4,16 @@
 const kUnits = {
   frontend: { title: 'Front end', at: [20, 84, 170, 150], counters: /^frontend\./, keys: /^frontend\./ },
   binner: { title: 'Binner', at: [232, 84, 150, 150], counters: /^binner\./, keys: /^(binner|parameter_buffer)\./ },
-  entry_fetch: { title: 'List fetch', at: [440, 84, 126, 52], counters: /^(tilecore\.(entries_fetched|sort_steps|culled|tiles_|wrong)|binner\.queue_bytes_read)/, keys: /^tilecore\.(entries_per_clk|sort_steps|occlusion)/ },
+  entry_fetch: { title: 'List fetch', at: [440, 84, 126, 52], counters: /^(tilecore\.(entries_fetched|sort_steps|culled|tiles_|wrong)|binner\.queue_bytes_read)/, keys: /^tilecore\.occlusion/ },
   tessellator: { title: 'Tessellator', at: [574, 84, 126, 52], counters: /^tilecore\.(tessell|domain|vertex|triangles$|compulsory)/, keys: /^tessellator\./ },
-  box_builder: { title: 'Box builder', at: [708, 84, 126, 52], counters: /^tilecore\.boxes_built/, keys: /^tilecore\.boxes_per_clk/ },
+  box_builder: { title: 'Box builder', at: [708, 84, 126, 52], counters: /^tilecore\.(boxes_built)/, keys: /^$/ },
   box_tests: { title: 'Box tests', at: [440, 144, 126, 52], counters: /^tilecore\.(box_|group_tests|node_visits|frustum|rays)/, keys: /^tilecore\.box/ },
-  triangle_tests: { title: 'Triangle tests', at: [574, 144, 126, 52], counters: /^tilecore\.(triangle_|sample_hits)/, keys: /^tilecore\.triangle_tests/ },
+  triangle_tests: { title: 'Triangle tests', at: [574, 144, 126, 52], counters: /^tilecore\.(triangle_|sample_hits)/, keys: /^$/ },
   stencil: { title: 'Time stencil', at: [708, 144, 126, 52], counters: /^tilecore\.stencil/, keys: /^tilecore\.stencil/ },
   sampling: { title: 'Procedures', at: [440, 204, 126, 52], counters: /^procedures\./, keys: /^procedures\./ },
-  alpha_tests: { title: 'Alpha tests', at: [574, 204, 126, 52], counters: /^tilecore\.alpha/, keys: /^tilecore\.alpha/ },
+  alpha_tests: { title: 'Alpha tests', at: [574, 204, 126, 52], counters: /^tilecore\.alpha/, keys: /^$/ },
   coarse_depth: { title: 'Coarse depth', at: [708, 204, 126, 52], counters: /^tilecore\.(depth|culled)/, keys: /^tilecore\.(depth|occlusion)/ },
-  compaction: { title: 'Compaction', at: [862, 84, 106, 82], counters: /^tilecore\.(quads|fragments|samples_visible|warps)/, keys: /^tilecore\.compaction/ },
+  compaction: { title: 'Compaction', at: [862, 84, 106, 82], counters: /^tilecore\.(quads|fragments|samples_visible|warps)/, keys: /^$/ },
   shader: { title: 'Shader', at: [976, 84, 106, 82], counters: /^tilecore\.(pixel_shader|helper|surface|warps|shading_cache)/, keys: /^(shader|shading_cache)\./ },
   texture: { title: 'Texture unit', at: [976, 174, 106, 82], counters: /^texture\./, keys: /^texture\./ },
   blend: { title: 'Blending', at: [862, 174, 106, 82], counters: /^tilecore\.blend/, keys: /^tilecore\.blend/ },
@@ -177,7 +177,8 @@ function arrows(frame, widest) {
 function unitPanel(name) {
   const unit = kUnits[name], frame = frameOf(), other = otherFrame(), state = unitState(name, frame);
   const counters = Object.keys(frame.counters).filter((counter) => unit.counters.test(counter));
-  const keys = flatten(run().stats.gpu).filter(([key]) => unit.keys.test(key));
+  const charged = new Set(data.events.filter((event) => event.unit === name).flatMap((event) => event.keys));
+  const keys = flatten(run().stats.gpu).filter(([key]) => unit.keys.test(key) || charged.has(key));
   const close = make('p', { class: 'note' }, `${state.busy !== undefined && state.busy !== null ? `Busy ${number(state.busy)} cycles, ${state.text} of the frame` : state.text}${state.energy ? `; ${quantity(state.energy, 'nJ')}` : ''}.`);
   const rows = name === 'dram' ? frame.dram : [];
   return [make('h3', {}, unit.title), close,

@@ -373,7 +373,7 @@ RC_GTEST_PROP(Advection, WholeBlocksHaveTheBitsOfSinglePixels, (std::uint32_t se
   force_simd_target(targets[seed % targets.size()]);
   const PlainAdvection plain = advect_plain_pixels(
       block, wanted, {frames.color.data(), frames.depth.data(), frames.patch.data(), frames.region, Frames::kSide},
-      {AdvectionSettings().depth_tolerance, frames.slope}, got.data(), 4, work);
+      frames.slope, got.data(), 4, work);
   force_simd_target("");
   RC_ASSERT((plain.taken & ~wanted) == 0);
   AdvectionWork expected_work;

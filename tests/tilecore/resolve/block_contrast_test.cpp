@@ -90,36 +90,6 @@ TEST(BlockContrast, RaisesARateAndNeverLowersOne) {
   }
 }
 
-// Twelve are as wrong as eight where they lie worst: contrast leads past them, and from them to all.
-TEST(BlockContrast, TwelveOfSixteenIsOneOfTheRatesThatContrastRaises) {
-  EXPECT_EQ(predicted_error(12, 0.01f), predicted_error(8, 0.01f));
-  RateSettings settings;
-  settings.thresholds.still = 1, settings.thresholds.fast0 = 1, settings.thresholds.fast1 = 4;
-  BlockEvidence block;
-  block.velocity_usable = true, block.speed = 3;
-  EXPECT_EQ(select_rate(settings, block).samples, 12);
-  const float allowed = settings.pattern_error / predicted_error(8, 1.0f);
-  block.contrast = 1.05f * allowed;
-  EXPECT_EQ(select_rate(settings, block).samples, 16);
-  block.speed = 20;
-  EXPECT_EQ(select_rate(settings, block).samples, 16);
-  block.contrast = 0.95f * allowed;
-  EXPECT_EQ(select_rate(settings, block).samples, 8);
-}
-
-TEST(TileBorder, OfTwelveOfSixteenOnlyTheCornerIsAdded) {  // TLB2
-  constexpr BlockMask kCorners[] = {1, 1 << 3, 1 << 12, 1 << 15};
-  for (const BlockMask pattern : kTripleOrder)
-    for (unsigned borders = 0; borders < kBorderCases; ++borders) {
-      BlockMask expected = 0;
-      for (unsigned c = 0; c < 4; ++c)
-        if ((borders & (c & 1 ? kRightBorder : kLeftBorder)) != 0 &&
-            (borders & (c & 2 ? kBottomBorder : kTopBorder)) != 0)
-          expected = static_cast<BlockMask>(expected | kCorners[c]);
-      EXPECT_EQ(border_line(pattern, borders), static_cast<BlockMask>(expected & ~pattern));
-    }
-}
-
 TEST(TileBorder, EveryPixelOfAQuarterLiesBetweenRenderedOnes) {  // TLB1
   for (const BlockMask pattern : kSquareOrder)
     for (unsigned borders = 0; borders < kBorderCases; ++borders) {

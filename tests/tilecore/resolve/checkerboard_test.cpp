@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "tests/tilecore/resolve/window.h"
-#include "tilecore/resolve/checkerboard.h"
+#include "tilecore/resolve/cubic_stencil.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -18,11 +18,11 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 struct Filled {
   std::array<Vec4, 16> color{};
   BlockMask unfilled = 0;
-  CheckerboardWork work;
+  ReconstructionWork work;
 };
-Filled fill(const Window& window, BlockMask missing, const CheckerboardHistory& history = {}) {
+Filled fill(const Window& window, BlockMask missing) {
   Filled f;
-  f.unfilled = reconstruct_checkerboard(window.view(), missing, history, f.color.data(), f.work);
+  f.unfilled = reconstruct_checkerboard(window.view(), missing, f.color.data(), f.work);
   return f;
 }
 
@@ -76,48 +76,11 @@ TEST(Checkerboard, AFlatColourIsExact) {
     }
 }
 
-TEST(Checkerboard, ThePreviousFramesPixelIsTakenWithinTheRangeOfItsNeighbours) {
-  Window window = random_window(0);
-  std::array<Vec4, 16> previous;
-  Random random(8);
-  for (Vec4& c : previous) c = 3.0f * test::random_color(random);
-  const auto missing = static_cast<BlockMask>(~checkerboard_mask(0));
-  const BlockMask valid = 0x00ff;
-  const Filled plain = fill(window, missing), got = fill(window, missing, {previous.data(), valid});
-  EXPECT_EQ(got.work.history_pixels, 4u);
-  int clamped = 0;
-  for (int p = 0; p < 16; ++p) {
-    if (!(missing >> p & 1)) continue;
-    const auto i = static_cast<std::size_t>(p);
-    if (!(valid >> p & 1)) {
-      EXPECT_EQ(got.color[i], plain.color[i]);
-      continue;
-    }
-    const int x = p % 4 + 3, y = p / 4 + 3;
-    const Vec4 low = glm::min(glm::min(window.at(x - 1, y), window.at(x + 1, y)),
-                              glm::min(window.at(x, y - 1), window.at(x, y + 1)));
-    const Vec4 high = glm::max(glm::max(window.at(x - 1, y), window.at(x + 1, y)),
-                               glm::max(window.at(x, y - 1), window.at(x, y + 1)));
-    EXPECT_EQ(got.color[i], glm::clamp(previous[i], low, high));
-    clamped += got.color[i] != previous[i];
-  }
-  EXPECT_GT(clamped, 0);
-  // A pixel that did not change is as it was: no blur.
-  previous.fill(0.5f * (window.at(3, 3) + window.at(5, 3)));
-  EXPECT_EQ(fill(window, 1u << 1, {previous.data(), kFullBlock}).color[1], previous[1]);
-  // NaN is not taken over.
-  previous.fill(Vec4(kNan));
-  const Filled bad = fill(window, missing, {previous.data(), kFullBlock});
-  EXPECT_EQ(bad.color, plain.color);
-  EXPECT_EQ(bad.work.non_finite_pixels, 8u);
-}
-
 TEST(Checkerboard, WithoutAnyNeighbourThePixelIsReported) {
   Window window = random_window(0);
   const auto missing = static_cast<BlockMask>(~checkerboard_mask(0));
   window.usable.fill(0);
-  std::array<Vec4, 16> previous{};
-  EXPECT_EQ(fill(window, missing, {previous.data(), kFullBlock}).unfilled, missing);
+  EXPECT_EQ(fill(window, missing).unfilled, missing);
   // A usable bit on a missing pixel is none.
   window.usable.fill(0x3ff);
   EXPECT_EQ(fill(window, kFullBlock).unfilled, 0x0660);

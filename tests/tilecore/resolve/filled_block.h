@@ -14,10 +14,10 @@ struct Filled {
 
   const Vec4& at(int p) const { return color[static_cast<std::size_t>(p)]; }
 };
-inline Filled fill(Reconstruction kernel, bool packed, bool clamp, const BlockWindow& window, BlockMask missing) {
+inline Filled fill(Reconstruction kernel, const BlockWindow& window, BlockMask missing) {
   Filled f;
   f.color.fill(Vec4(-77.0f));
-  f.unfilled = reconstruct_block(kernel, packed, clamp, window, missing, f.color.data(), f.work);
+  f.unfilled = reconstruct_block(kernel, window, missing, f.color.data(), f.work);
   return f;
 }
 

@@ -4,8 +4,8 @@
 #include "tests/support/captures.h"
 #include "tilecore/resolve/frame_compression.h"
 #include "tilecore/resolve/history_memory.h"
-#include "tilecore/resolve/kept_blocks.h"
 #include "tilecore/resolve/tile_store.h"
+#include "tilecore/resolve/unchanged_blocks.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -94,29 +94,18 @@ TEST(HistoryMemory, AllOfACompressedFrameIsReadForWhatItWasWrittenFor) {
   }
 }
 
-TEST(HistoryMemory, RecordsAreReadByBlocksOrCells) {
+TEST(HistoryMemory, RecordsAreReadByCells) {
   Frame frame;
-  frame.settings.records = HistoryRecords::kPixel;
-  EXPECT_EQ(frame.records({7, 1, 12, 6}), 5u * 2 * 64);
-  frame.settings.records = HistoryRecords::kBlock;
-  // Columns 1 and 2 of two rows of blocks: four planes to a burst.
-  EXPECT_EQ(frame.records({7, 1, 12, 6}), 2u * 64);
-  frame.history.memory[frame.history.block(8, 4)] = History::kRecordPerPixel;
-  EXPECT_EQ(frame.records({7, 1, 12, 6}), 2u * 64 + 128);
-  frame.settings.records = HistoryRecords::kPacked;
   frame.history.cells = {128, 64, 192, 320, 64, 64, 64, 64};
   EXPECT_EQ(frame.records({7, 1, 12, 6}), 128u);
   EXPECT_EQ(frame.records({15, 15, 17, 17}), 128u + 64 + 64 + 64);
 }
 
 TEST(HistoryMemory, NothingIsReadWhereNothingIsSeen) {  // HM2
-  for (const HistoryRecords records : {HistoryRecords::kBlock, HistoryRecords::kPacked}) {
-    Frame frame;
-    frame.settings.records = records;
-    EXPECT_GT(frame.records({0, 0, 64, 32}), 0u);  // the failing twin
-    for (std::uint8_t& state : frame.history.memory) state = 16 | History::kNothingSeen;
-    EXPECT_EQ(frame.records({0, 0, 64, 32}), 0u);
-  }
+  Frame frame;
+  EXPECT_GT(frame.records({0, 0, 64, 32}), 0u);  // the failing twin
+  for (std::uint8_t& state : frame.history.memory) state = 16 | History::kNothingSeen;
+  EXPECT_EQ(frame.records({0, 0, 64, 32}), 0u);
 }
 
 TEST(HistoryMemory, StatesLieTileByTile) {

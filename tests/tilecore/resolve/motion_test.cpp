@@ -7,7 +7,6 @@
 
 #include "base/simd_targets.h"
 #include "tests/tilecore/support.h"
-#include "tilecore/resolve/camera_motion.h"
 #include "tilecore/resolve/motion_field.h"
 #include "tilecore/resolve/velocity_buffer.h"
 

@@ -62,7 +62,7 @@ double seam(const Shown& image, BlockMask pattern, int tile, bool lines) {
         if (!rendered(bx + p % 4, by + p / 4, inside)) missing = static_cast<BlockMask>(missing | 1u << p);
       std::array<Vec4, 16> out;
       ReconstructionWork work;
-      EXPECT_EQ(reconstruct_block(Reconstruction::kCubic, true, false, window, missing, out.data(), work), 0);
+      EXPECT_EQ(reconstruct_block(Reconstruction::kCubic, window, missing, out.data(), work), 0);
       if (lines) {
         EXPECT_EQ(work.direct_pixels, 0u);  // tables have them
       }

@@ -1,4 +1,4 @@
-// What is read of an array, against a set of burst numbers.
+// What is moved of an array, against a set of burst numbers.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -9,7 +9,7 @@
 namespace tessera::tilecore {
 namespace {
 
-TEST(TouchedBursts, AreReadOnceEach) {
+TEST(TouchedBursts, AreMovedOnceEach) {
   test::Random random(3);
   TouchedBursts touched;
   for (int round = 0; round < 500; ++round) {
@@ -35,8 +35,8 @@ TEST(TouchedBursts, AreReadOnceEach) {
     memory::Ledger ledger;
     memory::AccessLog log;
     ledger.record_into(&log);
-    touched.read(ledger, memory::Unit::kResolve, memory::Purpose::kHistory);
-    EXPECT_EQ(ledger.total().read_bytes, expected.size() * burst);
+    touched.write(ledger, memory::Unit::kResolve, memory::Purpose::kHistory);
+    EXPECT_EQ(ledger.total().written_bytes, expected.size() * burst);
     std::set<std::uint64_t> got;
     for (const memory::Access& access : log.accesses())
       for (std::uint64_t b = access.offset / burst; b * burst < access.offset + access.bytes; ++b) got.insert(b);

@@ -73,9 +73,8 @@ inline Vec4 random_color(Random& random) {
 // The patterns of pattern_dither.h, whole or cut anywhere, or nothing regular at all.
 inline UsableRows random_usable(Random& random) {
   constexpr BlockMask kPatterns[] = {kSquareOrder[0], kSquareOrder[1], kSquareOrder[2], kSquareOrder[3],
-                                     kPairOrder[0],   kPairOrder[1],   kFullBlock,      kTripleOrder[0],
-                                     kTripleOrder[1], kTripleOrder[2], kTripleOrder[3]};
-  UsableRows rows = repeated(kPatterns[below(random, 11)], static_cast<unsigned>(below(random, 2) * below(random, 16)));
+                                     kPairOrder[0],   kPairOrder[1],   kFullBlock};
+  UsableRows rows = repeated(kPatterns[below(random, 7)], static_cast<unsigned>(below(random, 2) * below(random, 16)));
   switch (below(random, 4)) {
     case 0:
       break;

@@ -163,7 +163,7 @@ TEST(Blending, ThreeLayersGiveTheAnalyticColour) {
   for (const bool moving : {false, true})
     for (const ShadingRate rate : {ShadingRate::kPixel, ShadingRate::kSample, ShadingRate::kCache}) {
       PixelScene scene = stack(colors, moving);
-      scene.job.shading = rate;
+      scene.job.shading.rate = rate;
       const Rendering r = render(scene);
       EXPECT_EQ(r.counters.blended_layers, 16u * 16 * 4 * 3);
       EXPECT_EQ(r.counters.blend_overflows, 0u);
@@ -178,7 +178,7 @@ TEST(Blending, OverflowsMergeAndAreCounted) {
       {1, 0, 0, 0.5f}, {0, 1, 0, 0.25f}, {0, 0, 1, 0.75f}, {1, 1, 0, 0.5f}, {0, 1, 1, 0.5f}};
   PixelScene scene = stack(colors, false);
   const Rendering roomy = render(scene);
-  scene.job.blend_layers = 2;
+  scene.job.core.blend_layers = 2;
   const Rendering tight = render(scene);
   EXPECT_EQ(roomy.counters.blend_overflows, 0u);
   EXPECT_EQ(tight.counters.blend_overflows, 16u * 16 * 4 * 3);
@@ -198,7 +198,7 @@ TEST(Blending, ShuffledEntriesAndPartialRendersGiveTheSameBits) {  // DS1
     if (k % 3 == 0) test::add_motion(*scene.capture, node, {random.uniform(-9, 9), 3, 0});
   }
   scene.look();
-  scene.job.blend_layers = 2;
+  scene.job.core.blend_layers = 2;
   const Rendering expected = render(scene);
   EXPECT_GT(expected.counters.blend_overflows, 100u);
   scene.tile(8, 8);
@@ -220,7 +220,7 @@ TEST(Blending, ShuffledEntriesAndPartialRendersGiveTheSameBits) {  // DS1
     }
     core.finish(scene.job, 0, state, targets);
     EXPECT_EQ(targets.color.values, expected.targets.color.values);
-    EXPECT_EQ(core.take_counters().shading.blend_overflows, expected.counters.blend_overflows);
+    EXPECT_EQ(core.take_result().counters.shading.blend_overflows, expected.counters.blend_overflows);
   }
 }
 

@@ -101,7 +101,7 @@ TEST(FragmentMerger, ARedAndABlueTriangleOfOneMeshMixAlongTheirEdge) {
     test::add_node(*scene.capture, mesh);
     scene.look();
     ASSERT_EQ(scene.assembly->patch_count(), 1u);
-    scene.job.shading = rate;
+    scene.job.shading.rate = rate;
     const Rendering r = render(scene);
     int mixed = 0;
     for (int y = 0; y < 64; ++y)
@@ -126,7 +126,7 @@ TEST(FragmentMerger, FM1FM2InvocationsAreThoseOfAnIndependentCount) {
     TileSamples samples;
     const Counted expected = count_independently(scene, seen(scene, samples), smooth);
     const auto invocations = [&](ShadingRate rate) {
-      scene.job.shading = rate;
+      scene.job.shading.rate = rate;
       const ShadingCounters c = render(scene).counters;
       EXPECT_EQ(c.fragments_merged, rate == ShadingRate::kPixel ? expected.pairs - expected.groups : 0);
       return c.pixel_shader_invocations;
@@ -177,7 +177,7 @@ TEST(FragmentMerger, AFlatPatchTakesHardlyMoreInvocationsThanPixelsHoweverFineIt
   EXPECT_GT(scene.frame->pattern_of(0).nu, 8);
   // A pixel whose samples miss the triangle between two others has no edge to merge these across.
   EXPECT_LT(render(scene).counters.pixel_shader_invocations, 64u * 64u * 11 / 10);
-  scene.job.shading = ShadingRate::kPrimitive;
+  scene.job.shading.rate = ShadingRate::kPrimitive;
   EXPECT_GT(render(scene).counters.pixel_shader_invocations, 64u * 64u * 6 / 4);
 }
 
@@ -189,8 +189,8 @@ TEST(Quads, AreTheBlocksOfFourPixelsThatAPrimitiveTouches) {
     const int material = test::add_material(*scene.capture, lit());
     test::add_node(*scene.capture, strip(20, 1.7f, true, material));
     scene.look();
-    scene.job.shading = rate;
-    scene.job.derivatives = ShadingDerivatives::kQuad;
+    scene.job.shading.rate = rate;
+    scene.job.shading.derivatives = ShadingDerivatives::kQuad;
     TileSamples samples;
     const TileState state = seen(scene, samples);
     std::set<std::tuple<std::size_t, std::uint32_t>> touched;  // block and triangle
@@ -211,7 +211,7 @@ TEST(Quads, AreTheBlocksOfFourPixelsThatAPrimitiveTouches) {
     EXPECT_EQ(c.helper_invocations + c.pixel_shader_invocations, 4 * c.quads);
     EXPECT_GT(c.helper_invocations, 0u);
     // Analytic derivatives need none.
-    scene.job.derivatives = ShadingDerivatives::kAnalytic;
+    scene.job.shading.derivatives = ShadingDerivatives::kAnalytic;
     const ShadingCounters analytic = render(scene).counters;
     EXPECT_EQ(analytic.quads + analytic.helper_invocations, 0u);
     // Within a quad more fragments find an edge to merge across.
@@ -224,7 +224,7 @@ TEST(Quads, WhatMovesTakesAQuadForEachInvocation) {
   const int node = scene.add_quad(5, 5, 20, 20, 0, lit(), true);
   test::add_motion(*scene.capture, node, {9, 3, 0});
   scene.look();
-  scene.job.derivatives = ShadingDerivatives::kQuad;
+  scene.job.shading.derivatives = ShadingDerivatives::kQuad;
   const ShadingCounters c = render(scene).counters;
   EXPECT_EQ(c.quads, c.pixel_shader_invocations);
   EXPECT_EQ(c.helper_invocations, 3 * c.quads);
@@ -234,8 +234,8 @@ TEST(Quads, BlendedFragmentsShareThemAcrossThePixelsOfABlock) {
   PixelScene scene(32, 32, 4);
   scene.add_quad(4, 4, 16, 16, 0, unlit({1, 1, 1, 0.5f}, scene::AlphaMode::kBlend), false);
   scene.look();
-  scene.job.shading = ShadingRate::kPrimitive;
-  scene.job.derivatives = ShadingDerivatives::kQuad;
+  scene.job.shading.rate = ShadingRate::kPrimitive;
+  scene.job.shading.derivatives = ShadingDerivatives::kQuad;
   const ShadingCounters c = render(scene).counters;
   // 64 blocks, 8 of them on the diagonal that the two triangles share.
   EXPECT_EQ(c.quads, 72u);

@@ -36,7 +36,7 @@ struct Stage : TestFrame {
     job.frame = frame.get();
     job.grid = &grid;
     job.pattern = &pattern;
-    job.shading = rate;
+    job.shading.rate = rate;
     std::vector<binner::QueueEntry> entries(assembly->patch_count());
     for (std::uint32_t p = 0; p < entries.size(); ++p)
       entries[p].base_patch = p, entries[p].range = whole_patch(*frame, p);
@@ -241,7 +241,7 @@ TEST(Shutter, AFastThingShowsAsOftenAsSamplesHaveTimes) {
     }
     EXPECT_EQ(copies, times);
     // Interleaved rasterization sees the same, with as many rectangles of a cell as there are times.
-    scene.job.visibility.method = VisibilityMethod::kInterleaved;
+    scene.job.core.visibility.method = VisibilityMethod::kInterleaved;
     EXPECT_EQ(render(scene).targets.color.values, by_class.values);
   }
 }

@@ -198,7 +198,7 @@ PixelScene busy_scene() {
                    scene.add_quad(10, 20, 40, 22, 3, textured({0.3f, 0.3f, 1, 0.5f}, scene::AlphaMode::kBlend), true),
                    {8, 0, 0});
   scene.look();
-  scene.job.shading = ShadingRate::kCache;
+  scene.job.shading.rate = ShadingRate::kCache;
   return scene;
 }
 
@@ -208,7 +208,7 @@ TEST(ShadingRateCache, TheImageDependsNeitherOnTheCapacityNorOnTheTiles) {  // D
   EXPECT_GT(expected.counters.blended_layers, 0u);
   std::uint64_t invocations = expected.counters.samples_visible + expected.counters.blended_layers;
   for (const std::size_t entries : {1u, 16u, 1024u, 1000000u}) {
-    scene.job.shading_cache_entries = entries;
+    scene.job.shading_cache.entries = entries;
     for (const int side : {8, 16, 32, 64}) {
       scene.tile(side, side);
       const Rendering r = render(scene);
@@ -228,7 +228,7 @@ TEST(ShadingRateCache, RunsAndRunsSavedAddUpAtEveryRate) {
   PixelScene scene = busy_scene();
   for (const ShadingRate rate :
        {ShadingRate::kPixel, ShadingRate::kPrimitive, ShadingRate::kSample, ShadingRate::kCache}) {
-    scene.job.shading = rate;
+    scene.job.shading.rate = rate;
     const ShadingCounters c = render(scene).counters;
     EXPECT_EQ(c.pixel_shader_invocations + c.pixel_shader_invocations_saved, c.samples_visible + c.blended_layers);
     EXPECT_EQ(c.pixel_shader_invocations_saved == 0, rate == ShadingRate::kSample);
@@ -278,7 +278,7 @@ TEST(ShadingRateCache, IsShadingOfEveryCellAtItsCanonicalPoint) {
   PixelScene scene = busy_scene();
   scene.capture->meshes.back().primitives[0].material = 0;  // nothing blends
   scene.look();
-  scene.job.shading = ShadingRate::kCache;
+  scene.job.shading.rate = ShadingRate::kCache;
   const Image expected = three_channels(render(scene).targets.color);
   const Image by_cell =
       image_from_map(scene, [](const ShadingCell& c) { return std::tuple(c.patch, c.part, c.i, c.j); });
@@ -320,7 +320,7 @@ TEST(ShadingRateCache, ComesCloseToShadingPerPixelOnATexturedWall) {
     scene.add_quad(0, 0, 128, 128, 0, waves(128), bezier);
     scene.look();
     const Image per_pixel = three_channels(render(scene).targets.color);
-    scene.job.shading = ShadingRate::kCache;
+    scene.job.shading.rate = ShadingRate::kCache;
     const Rendering cached = render(scene);
     EXPECT_GT(psnr(per_pixel, three_channels(cached.targets.color)), least_psnr);
     EXPECT_LT(cached.counters.pixel_shader_invocations, 128u * 128u * 5 / 4);
@@ -350,7 +350,7 @@ TEST(ShadingRateCache, CostDoesNotGrowWithMotionBlur) {
       scene.look();
       for (const ShadingRate rate :
            {ShadingRate::kPixel, ShadingRate::kPrimitive, ShadingRate::kSample, ShadingRate::kCache}) {
-        scene.job.shading = rate;
+        scene.job.shading.rate = rate;
         const ShadingCounters counters = render(scene).counters;
         const auto runs = static_cast<double>(counters.pixel_shader_invocations);
         // The same share of the samples sees the quad, however it moves.
@@ -372,8 +372,8 @@ TEST(ShadingRateCache, TilesShadeAgainWhatBlurCarriesIntoThem) {
   PixelScene scene(128, 32, 64);
   test::add_motion(*scene.capture, scene.add_quad(-128, -16, 512, 64, 0, waves(64), true), {48, 0, 0});
   scene.look();
-  scene.job.shading = ShadingRate::kCache;
-  scene.job.shading_cache_entries = 1000000;
+  scene.job.shading.rate = ShadingRate::kCache;
+  scene.job.shading_cache.entries = 1000000;
   for (const int side : {16, 32}) {
     scene.tile(side, 32);
     const auto runs = static_cast<double>(render(scene).counters.pixel_shader_invocations);

@@ -277,7 +277,7 @@ Rendered render(const TileScene& scene, std::vector<binner::QueueEntry> entries,
     core.render_entries(scene.job, 0, part, state);
   }
   core.finish(scene.job, 0, state, out.targets);
-  const CoreCounters counted = core.take_counters();
+  const CoreCounters counted = core.take_result().counters;
   out.counters = counted.tilecore;
   out.shading = counted.shading;
   return out;
@@ -303,7 +303,7 @@ TEST(TileCore, TheImageDoesNotDependOnTheOrderOrDivisionOfTheEntries) {
 
 TEST(TileCore, SamplesOutsideTheTimesOfAnEntryAreNotTestedAgainstIt) {
   TileScene scene(true);
-  scene.job.force_motion = true;  // what does not move has all times, and a raster path that knows of none
+  scene.job.forced.motion = true;  // what does not move has all times, and a raster path that knows of none
   const Rendered expected = render(scene, scene.entries, 1);
   std::vector<binner::QueueEntry> early = scene.entries, both;
   for (auto& e : early) e.t1 = 99;
@@ -324,7 +324,7 @@ TEST(TileCore, SamplesOutsideTheTimesOfAnEntryAreNotTestedAgainstIt) {
 TEST(TileCore, ShadingPerSampleConvergesToShadingPerPixelOnFlatColour) {
   TileScene scene(false);
   const Rendered per_pixel = render(scene, scene.entries, 1);
-  scene.job.shading = ShadingRate::kSample;
+  scene.job.shading.rate = ShadingRate::kSample;
   const Rendered per_sample = render(scene, scene.entries, 1);
   EXPECT_EQ(per_sample.shading.samples_visible + per_sample.shading.blended_layers,
             per_sample.shading.pixel_shader_invocations);
@@ -393,7 +393,6 @@ TEST(TileCore, CoplanarSurfacesShowTheLowerNumberedPatch) {
 
 TEST(TileCore, ATileWithoutEntriesShowsTheBackground) {
   LayeredScene scene(scene::AlphaMode::kOpaque, 1, 0.5f);
-  scene.job.has_background = true;
   scene.job.background = {0.1f, 0.2f, 0.3f};
   TileCore core;
   TileState state;

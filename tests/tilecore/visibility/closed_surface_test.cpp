@@ -109,7 +109,7 @@ TEST(ClosedSurface, MovingAndDefocusedItNeverShowsTheBackgroundWhateverTheMethod
     const auto machine = inside_a_ball(seed);
     EXPECT_EQ(uncovered(machine->render()), 0u) << "seed " << seed;
     const NamedMethod& method = methods[seed % methods.size()];
-    machine->job.visibility = method.settings;
+    machine->job.core.visibility = method.settings;
     EXPECT_EQ(uncovered(machine->render()), 0u) << "seed " << seed << ", " << method.name;
   }
 }
@@ -181,7 +181,7 @@ TEST(CameraPlane, AWallThatPassesThroughItIsSeenExactlyUntilItReachesTheNearPlan
         TileSamples samples;
         samples.fill(machine.pattern, {0, 0, 32, 24}, static_cast<float>(frame.projection.lens_scale), lens);
         for (const NamedMethod& method : all_methods()) {
-          machine.job.visibility = method.settings;
+          machine.job.core.visibility = method.settings;
           TileCore core;
           DepthSink sink;
           core.begin_tile(machine.job, 0);
@@ -237,7 +237,7 @@ TEST(CoplanarPatches, WhereTwoMoveTogetherTheLowerNumberIsSeenWhateverTheOrderAn
   const auto first = alone(0), second = alone(1);
   for (const NamedMethod& method : all_methods())
     for (const bool second_first : {false, true}) {
-      machine.job.visibility = method.settings;
+      machine.job.core.visibility = method.settings;
       for (std::size_t e = 0; e < 2; ++e) machine.entries[e].near_depth = second_first == (e == 0) ? 1.0f : 0.0f;
       const auto states = machine.render();
       int shared = 0;
@@ -267,7 +267,7 @@ TEST(TileCore, TilesOfOneSampleSeeWhatOneTileSees) {
   const TileState whole = machine->render()[0];
   machine->set_tiles(1);
   for (const NamedMethod& method : all_methods()) {
-    machine->job.visibility = method.settings;
+    machine->job.core.visibility = method.settings;
     const std::vector<TileState> single = machine->render();
     ASSERT_EQ(single.size(), whole.z.size());
     for (std::size_t s = 0; s < single.size(); ++s) {

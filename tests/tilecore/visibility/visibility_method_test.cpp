@@ -186,7 +186,7 @@ std::set<std::tuple<std::uint64_t, std::uint32_t, HitSet::Key>> frame_hits(const
   job.frame = &frame;
   job.grid = &grid;
   job.pattern = &pattern;
-  job.visibility = method;
+  job.core.visibility = method;
   TileCore core;
   std::set<std::tuple<std::uint64_t, std::uint32_t, HitSet::Key>> hits;
   for (binner::TileIndex tile = 0; tile < grid.tile_count(); ++tile) {
@@ -209,7 +209,7 @@ std::set<std::tuple<std::uint64_t, std::uint32_t, HitSet::Key>> frame_hits(const
       }
     }
   }
-  if (counters != nullptr) *counters = core.take_counters();
+  if (counters != nullptr) *counters = core.take_result().counters;
   return hits;
 }
 

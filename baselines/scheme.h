@@ -1,0 +1,88 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include "baselines/baseline_counters.h"
+#include "baselines/geometry_pass.h"
+#include "baselines/immediate.h"
+#include "binner/tile_grid.h"
+#include "gpu/configuration.h"
+#include "tilecore/tile_job.h"
+#include "timing/work.h"
+
+namespace tessera::baselines {
+
+class SchemeWork;
+
+// A pass over one view, as every scheme draws it.
+struct Pass {
+  const gpu::GpuConfiguration& gpu;
+  const tilecore::TileJob& job;
+  const binner::TileGrid& bins;  // of schemes whose tiles are as large as visibility_stream.gmem_bytes allows
+};
+
+// The pass when all is drawn: what schemes share.
+struct DrawnPass {
+  const GeometryCounts& geometry;  // of the hull stage and of triangle setup
+  const ImmediateFrame& drawn;     // the triangles in the order of drawing, and which are visible
+  std::uint64_t frame_bytes;       // written of the finished frame
+  std::uint64_t invocations;       // of the pixel shader, for what is visible
+  std::span<const std::uint64_t> tile_state_bytes, bin_state_bytes;  // of colour and depth, by tile and by bin
+  const SchemeWork* work;                                            // nullptr: neither cycles nor energy are modelled
+};
+
+struct SchemeResult {
+  BaselineCounters counters;
+  timing::FrameWork work;  // empty where nothing is modelled
+};
+
+// A machine that bins or draws triangles.
+//
+// Contract: begin() once for a pass; add() for each patch that the hull stage kept, in the order of drawing, with its
+// triangles by tiles and by bins; finish() once, on any thread. Pass and patches outlive the calls.
+class Scheme {
+ public:
+  virtual ~Scheme() = default;
+  virtual void begin(const Pass& pass) = 0;
+  virtual void add(const DrawnPatch& patch) = 0;
+  virtual SchemeResult finish(const DrawnPass& drawn) = 0;
+};
+
+// Machines by number: the rows of baselines/schemes.def.
+enum class SchemeId : std::uint8_t {
+#define MACHINE(id, name) id,
+#define BASELINE(id, name, make) id,
+#include "baselines/schemes.def"
+#undef MACHINE
+#undef BASELINE
+};
+
+#define MACHINE(id, name)
+#define BASELINE(id, name, make) std::unique_ptr<Scheme> make();
+#include "baselines/schemes.def"
+#undef MACHINE
+#undef BASELINE
+
+struct SchemeRow {
+  std::string_view name;
+  std::unique_ptr<Scheme> (*make)() = nullptr;  // nullptr: tessera itself
+};
+inline constexpr auto kSchemes = std::to_array<SchemeRow>({
+#define MACHINE(id, name) {name, nullptr},
+#define BASELINE(id, name, make) {name, make},
+#include "baselines/schemes.def"
+#undef MACHINE
+#undef BASELINE
+});
+inline constexpr std::size_t kSchemeCount = kSchemes.size();
+
+// Fills in what machines that bin triangles share before their lists: hull stage, tessellation and setup. `attributes`:
+// bytes of them that are read before.
+void take_geometry(const BaselineCounters& geometry, std::uint64_t attributes, BaselineCounters& out);
+
+}  // namespace tessera::baselines

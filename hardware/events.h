@@ -1,0 +1,143 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "base/key_table.h"
+#include "hardware/stage.h"
+
+namespace tessera::hardware {
+
+// What units do and what is charged for it: the rows of hardware/events.def, phase after phase.
+enum class Event : std::uint8_t {
+#define TESSERA_EVENT(id, ...) id,
+#include "hardware/each_event.inc"
+};
+enum class Silicon : std::uint8_t {
+#define TESSERA_SILICON(id, ...) id,
+#include "hardware/each_event.inc"
+};
+
+inline constexpr std::size_t kEventCount = 0
+#define TESSERA_EVENT(...) +1
+#include "hardware/each_event.inc"
+    ;
+inline constexpr std::size_t kSiliconCount = 0
+#define TESSERA_SILICON(...) +1
+#include "hardware/each_event.inc"
+    ;
+
+// A value for each event.
+template <class T>
+struct EventArray : std::array<T, kEventCount> {
+  using std::array<T, kEventCount>::operator[];
+  constexpr T& operator[](Event event) { return (*this)[static_cast<std::size_t>(event)]; }
+  constexpr const T& operator[](Event event) const { return (*this)[static_cast<std::size_t>(event)]; }
+};
+template <class T>
+struct SiliconArray : std::array<T, kSiliconCount> {
+  using std::array<T, kSiliconCount>::operator[];
+  constexpr T& operator[](Silicon silicon) { return (*this)[static_cast<std::size_t>(silicon)]; }
+  constexpr const T& operator[](Silicon silicon) const { return (*this)[static_cast<std::size_t>(silicon)]; }
+};
+
+// How many of each.
+struct EventCounts : EventArray<std::uint64_t> {
+  EventCounts() : EventArray<std::uint64_t>{} {}
+  EventCounts& operator+=(const EventCounts& more) {
+    for (std::size_t e = 0; e < kEventCount; ++e) (*this)[e] += more[e];
+    return *this;
+  }
+  EventCounts operator-(const EventCounts& before) const {
+    EventCounts out;
+    for (std::size_t e = 0; e < kEventCount; ++e) out[e] = (*this)[e] - before[e];
+    return out;
+  }
+  bool operator==(const EventCounts&) const = default;
+};
+
+// The phase that charges an event: before tiles; then in the order in which a tile passes them.
+enum class EventPhase : std::uint8_t { kGeometry, kList, kVisibility, kShading, kStore };
+
+// Parts of a unit that work side by side, as bits.
+inline constexpr std::uint8_t kFirstPart = 1, kSecondPart = 2, kThirdPart = 4;
+
+// The memory on chip whose capacity an event's energy grows with.
+enum class Access : std::uint8_t { kNone, kTileMemory, kTextureCache, kL2 };
+
+// Numbers of the machine with their defaults, as KeyInfo has them; an empty key: none.
+struct EventRate {
+  std::string_view key;
+  double per_clk = 0;
+  std::string_view unit, meaning, source;
+  std::optional<KeyEnds> ends = std::nullopt;
+};
+struct EventEnergy {
+  std::string_view key;
+  double pj = 0;
+  std::string_view meaning, source;
+  std::optional<KeyEnds> ends = std::nullopt;
+};
+
+struct EventColumns {
+  std::optional<Stage> unit = std::nullopt;
+  std::uint8_t parts = kFirstPart;
+  EventRate rate = {};
+  EventEnergy energy = {};
+  std::optional<Event> timed_as = std::nullopt, priced_as = std::nullopt;
+  Access access = Access::kNone;
+  std::optional<Silicon> silicon = std::nullopt;
+  double share = 1;
+};
+struct EventRow : EventColumns {
+  std::string_view name;
+  EventPhase phase{};
+};
+
+enum class Combine : std::uint8_t { kSum, kMax };
+struct SiliconRow {
+  std::string_view group;
+  Combine combine{};
+  std::string_view key;
+  double mm2 = 0;
+  std::string_view meaning, source;
+  std::optional<KeyEnds> ends = std::nullopt;
+};
+
+inline constexpr EventArray<EventRow> kEventTable = {{
+#define TESSERA_EVENT(id, name, phase, ...) EventRow{EventColumns{__VA_ARGS__}, name, EventPhase::phase},
+#include "hardware/each_event.inc"
+}};
+inline constexpr SiliconArray<SiliconRow> kSiliconTable = {{
+#define TESSERA_SILICON(id, group, combine, ...) SiliconRow{group, Combine::combine, __VA_ARGS__},
+#include "hardware/each_event.inc"
+}};
+
+// All events, to loop over.
+constexpr auto all_events() {
+  std::array<Event, kEventCount> events{};
+  for (std::size_t e = 0; e < kEventCount; ++e) events[e] = static_cast<Event>(e);
+  return events;
+}
+inline constexpr auto kAllEvents = all_events();
+
+constexpr std::string_view name(Event event) { return kEventTable[event].name; }
+// The unit whose energy an event is: a stage, or "l2".
+constexpr std::string_view unit_name(Event event) {
+  return kEventTable[event].unit ? name(*kEventTable[event].unit) : std::string_view("l2");
+}
+constexpr bool takes_time(Event event) { return !kEventTable[event].rate.key.empty() || kEventTable[event].timed_as; }
+
+// Events that are kept for each sub-patch of a tile: those of EventPhase::kVisibility, one after the other.
+constexpr std::size_t first_of(EventPhase phase) {
+  std::size_t e = 0;
+  while (e < kEventCount && kEventTable[e].phase != phase) ++e;
+  return e;
+}
+inline constexpr std::size_t kFirstItemEvent = first_of(EventPhase::kVisibility),
+                             kItemEventCount = first_of(EventPhase::kShading) - kFirstItemEvent;
+
+}  // namespace tessera::hardware

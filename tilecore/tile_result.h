@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "memory/ledger.h"
+#include "tilecore/core_counters.h"
+#include "tilecore/drawable_counts.h"
+#include "tilecore/procedural/sampling_controller.h"
+#include "tilecore/tessellation/tessellation_cache.h"
+#include "timing/items.h"
+
+namespace tessera::tilecore {
+
+// Cells of procedures that were drawn at once.
+struct CellsDrawn {
+  std::uint32_t requests_before = 0;  // TileResult::tessellations before them
+  std::vector<SamplingController::CellRead> reads;
+};
+
+// Everything that a core did for a tile: counts, and requests to units that tiles share, in the order in which it made
+// them. Shared units take them in emulated order.
+struct TileResult {
+  CoreCounters counters;
+  memory::Ledger ledger;
+  std::vector<TessellationRequest> tessellations;
+  std::vector<SubPatchName> hidden;  // in lists, but behind everything that the tile sees
+  std::vector<CellsDrawn> cells;
+  std::vector<std::uint32_t> patches_read;    // base patches whose attributes were read, each once, by number
+  std::vector<std::uint32_t> texture_misses;  // lines that the core's texture cache lacked
+  std::size_t visibility_misses = 0;          // of these, the first so many before shading
+  std::uint64_t visibility_texels = 0;        // lookups before shading
+  std::vector<std::uint32_t> history_lines;   // lines of previous frames, as ResolveUnit::take_lines()
+  std::uint64_t layer_bytes = 0;              // of blended layers that the tile kept
+  bool stored = false;                        // its pixels were written
+  // With items alone (TileCore::keep_items()):
+  std::vector<timing::SubPatchItem> sub_patches;
+  std::vector<timing::WarpItem> warps;
+  std::vector<std::uint32_t> texture_requests;  // lines
+};
+
+// What a core did over all tiles of a frame.
+struct CoreTotals {
+  std::vector<DrawableCounts> drawables;  // by number; as long as the longest list of drawables
+  double resolve_seconds = 0;             // processor time of the resolve unit, but for the plain multisample resolve
+};
+
+}  // namespace tessera::tilecore
