@@ -120,8 +120,7 @@ class ImmediateScheme final : public Scheme {
     counters.tile_overlaps = 0;
     counters.culled_occlusion = frame.blocks_culled;
     counters.pixel_shader_invocations = frame.pixel_shader_invocations;
-    counters.domain_evaluations = counters.domain_evaluations_cached =
-        drawn.geometry.vertices;
+    counters.domain_evaluations = counters.domain_evaluations_cached = drawn.geometry.vertices;
     const std::uint64_t finished = samples_ > 1 ? drawn.frame_bytes : 0;  // else the colour surface is the frame
     counters.frame_bytes_read = frame.traffic.bytes_read;
     counters.frame_bytes_written = frame.traffic.bytes_written + finished;

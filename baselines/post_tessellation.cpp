@@ -316,8 +316,7 @@ class PostTessellation final : public Scheme {
     if (apart) {
       // Positions first; the rest for what setup keeps.
       counters.position_evaluations = geometry.vertices;
-      counters.domain_evaluations = counters.domain_evaluations_cached =
-          geometry.kept_vertices;
+      counters.domain_evaluations = counters.domain_evaluations_cached = geometry.kept_vertices;
     }
     if (drawn.work == nullptr) return out;
     FrontWork before = front_work(counters, binner_->buffer(), geometry.tiles.patch_bytes_cached + attributes);
