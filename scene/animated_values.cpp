@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "scene/effect_numbers.h"
 #include "scene/pose.h"
 
 namespace tessera::scene {
@@ -14,7 +13,7 @@ constexpr double kFloatMax = static_cast<double>(std::numeric_limits<float>::max
 constexpr double kLeast = 1e-6;  // of what must be above zero
 
 bool is_of_material(AnimatedPath path) {
-  return path >= AnimatedPath::kBaseColor && path <= AnimatedPath::kEffectNumber;
+  return path >= AnimatedPath::kMaterialNumber && path <= AnimatedPath::kTextureScale;
 }
 bool is_of_camera(AnimatedPath path) { return path >= AnimatedPath::kFieldOfView && path <= AnimatedPath::kFar; }
 bool is_of_light(AnimatedPath path) { return path >= AnimatedPath::kLightColor && path <= AnimatedPath::kOuterCone; }
@@ -31,54 +30,20 @@ float within(double value, double low, double high) { return static_cast<float>(
 
 void set_value(const AnimationChannel& channel, const std::vector<double>& v, Material& material) {
   const auto part = static_cast<std::size_t>(channel.part);
-  if (channel.path == AnimatedPath::kEffectNumber) {
-    const EffectNumber& number = effect_numbers()[part];
+  if (channel.path == AnimatedPath::kMaterialNumber) {
+    const MaterialNumber& number = material_numbers()[part];
     float* to = number.of(material);
-    for (int c = 0; c < number.components; ++c) to[c] = within(v[static_cast<std::size_t>(c)], number.low, number.high);
+    for (std::size_t c = 0; c < v.size(); ++c) to[c] = number.range.nearest(v[c]);
+    if (to == &material.emissive_factor.x || to == &material.emissive_strength)
+      material.emissive = material.emissive_factor * material.emissive_strength;
     return;
   }
   TextureSlot& slot = *material.slots()[part];
   const auto any = [](double value) { return within(value, -kFloatMax, kFloatMax); };
-  switch (channel.path) {
-    case AnimatedPath::kBaseColor:
-      for (int c = 0; c < 4; ++c) material.base_color[c] = within(v[static_cast<std::size_t>(c)], 0, 1);
-      break;
-    case AnimatedPath::kMetallic:
-      material.metallic = within(v[0], 0, 1);
-      break;
-    case AnimatedPath::kRoughness:
-      material.roughness = within(v[0], 0, 1);
-      break;
-    case AnimatedPath::kEmissive:
-      for (int c = 0; c < 3; ++c) material.emissive_factor[c] = within(v[static_cast<std::size_t>(c)], 0, 1);
-      break;
-    case AnimatedPath::kEmissiveStrength:
-      material.emissive_strength = within(v[0], 0, kFloatMax);
-      break;
-    case AnimatedPath::kAlphaCutoff:
-      material.alpha_cutoff = within(v[0], 0, kFloatMax);
-      break;
-    case AnimatedPath::kNormalScale:
-      material.normal_scale = any(v[0]);
-      break;
-    case AnimatedPath::kOcclusionStrength:
-      material.occlusion_strength = within(v[0], 0, 1);
-      break;
-    case AnimatedPath::kTextureOffset:
-      slot.shift.offset = {any(v[0]), any(v[1])};
-      break;
-    case AnimatedPath::kTextureRotation:
-      slot.shift.rotation = any(v[0]);
-      break;
-    case AnimatedPath::kTextureScale:
-      slot.shift.scale = {any(v[0]), any(v[1])};
-      break;
-    default:
-      break;
-  }
-  if (channel.path == AnimatedPath::kEmissive || channel.path == AnimatedPath::kEmissiveStrength)
-    material.emissive = material.emissive_factor * material.emissive_strength;
-  if (channel.path >= AnimatedPath::kTextureOffset) slot.transform = slot.shift.transform();
+  if (channel.path == AnimatedPath::kTextureOffset) slot.shift.offset = {any(v[0]), any(v[1])};
+  if (channel.path == AnimatedPath::kTextureRotation) slot.shift.rotation = any(v[0]);
+  if (channel.path == AnimatedPath::kTextureScale) slot.shift.scale = {any(v[0]), any(v[1])};
+  slot.transform = slot.shift.transform();
 }
 
 }  // namespace

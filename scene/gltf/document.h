@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include <tiny_gltf.h>
 #include <nlohmann/json.hpp>
 
 #include "base/vec.h"
 #include "scene/gltf/accessor_layout.h"
+#include "scene/gltf/json_reader.h"
 #include "scene/gltf/notes.h"
 #include "scene/gltf/place.h"
 #include "scene/gltf/resources.h"
@@ -19,11 +19,10 @@ namespace tessera::scene::gltf {
 
 struct ReadAhead;
 
-// A checked glTF document and everything needed to decode it. `model` is tinygltf's typed view of `json` without its
-// buffers and images: tinygltf fills in the defaults, the bytes come from `resources`, which checks them.
+// A document that passed check_schema() and validate_links(), and everything needed to decode it: bytes come from
+// `resources`, which checks them.
 struct Document {
   nlohmann::json json;
-  tinygltf::Model model;
   Notes notes;
   Resources resources;
   Place root;
@@ -35,9 +34,6 @@ struct Document {
   Document(nlohmann::json checked, const std::filesystem::path& file, std::vector<std::uint8_t> binary, bool has_binary,
            const CaptureLimits& limits_in, MemoryBudget& budget_in, Notes notes_in = Notes());
 };
-
-// A member of an extension object, or null.
-const nlohmann::json* find_extension(const nlohmann::json& object, const char* name);
 
 // ---- Accessors --------------------------------------------------------------------------------------------------
 

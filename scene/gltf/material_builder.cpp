@@ -16,6 +16,10 @@ namespace {
 
 using nlohmann::json;
 
+bool has_specular_glossiness(const json& material) {
+  return find_extension(material, "KHR_materials_pbrSpecularGlossiness") != nullptr;
+}
+
 // Decodes every image once per use (colour, data, heights); KTX2 images once for colour and data, as their transfer
 // function is theirs.
 class TextureLibrary {
@@ -54,22 +58,24 @@ class TextureLibrary {
 
   shaders::Sampler sampler(std::size_t texture) const {
     shaders::Sampler out;
-    const int index = document_.model.textures[texture].sampler;
-    if (index < 0) return out;
-    const tinygltf::Sampler& s = document_.model.samplers[static_cast<std::size_t>(index)];
-    const auto wrap = [](int mode) {
+    const json* index = find(document_.json["textures"][texture], "sampler");
+    if (index == nullptr) return out;
+    const json& s = document_.json["samplers"][index->get<std::size_t>()];
+    const auto wrap = [&](const char* name) {
+      const int mode = s.value(name, 0);
       return mode == 33071   ? shaders::Wrap::kClampToEdge
              : mode == 33648 ? shaders::Wrap::kMirroredRepeat
                              : shaders::Wrap::kRepeat;
     };
-    out.wrap_s = wrap(s.wrapS);
-    out.wrap_t = wrap(s.wrapT);
-    out.magnify_linear = s.magFilter != 9728;
+    out.wrap_s = wrap("wrapS");
+    out.wrap_t = wrap("wrapT");
+    out.magnify_linear = s.value("magFilter", 0) != 9728;
     // 9728 nearest, 9729 linear, 9984..9987: nearest/linear within a level x nearest/linear between levels.
-    out.minify_linear = s.minFilter != 9728 && s.minFilter != 9984 && s.minFilter != 9986;
-    if (s.minFilter == 9728 || s.minFilter == 9729)
+    const int minify = s.value("minFilter", 0);
+    out.minify_linear = minify != 9728 && minify != 9984 && minify != 9986;
+    if (minify == 9728 || minify == 9729)
       out.mip = shaders::MipFilter::kNone;
-    else if (s.minFilter == 9984 || s.minFilter == 9985)
+    else if (minify == 9984 || minify == 9985)
       out.mip = shaders::MipFilter::kNearest;
     return out;
   }
@@ -217,123 +223,34 @@ Displacement displacement(TextureLibrary& library, const json& extension) {
   return out;
 }
 
-// The factor of an extension if it is there; how it changes the material's look is for effects_in_force() to say.
-Vec3 color_of(const json& extension, const char* name) {
-  const auto found = extension.find(name);
-  return found == extension.end() ? Vec3(1.0f) : Vec3((*found)[0], (*found)[1], (*found)[2]);
+// The number of a material whose file has the object that holds it.
+void read_number(const MaterialNumber& number, const json& material, Material& out) {
+  const std::string_view pointer = number.pointer;
+  if (find_at(material, pointer.substr(0, pointer.rfind('/'))) == nullptr) return;
+  const json* value = find_at(material, pointer);
+  float* to = number.of(out);
+  for (int c = 0; c < number.components; ++c)
+    to[c] = value == nullptr ? number.value
+                             : (number.components == 1 ? *value : (*value)[static_cast<std::size_t>(c)]).get<float>();
 }
 
-void read_specular_glossiness(TextureLibrary& library, const json& e, Material& out) {
-  using shaders::ColorSpace;
-  out.base_color = Vec4(1.0f);
-  if (const auto factor = e.find("diffuseFactor"); factor != e.end())
-    out.base_color = {(*factor)[0], (*factor)[1], (*factor)[2], (*factor)[3]};
-  out.base_color_texture = texture_slot(library, e, "diffuseTexture", ColorSpace::kSrgb);
-  out.metallic_roughness_texture = {};
-  SpecularGlossiness& to = out.specular_glossiness;
-  to.specular = color_of(e, "specularFactor");
-  to.glossiness = e.value("glossinessFactor", 1.0f);
-  to.texture = texture_slot(library, e, "specularGlossinessTexture", ColorSpace::kSrgb);
-}
-
-void read_coats(TextureLibrary& library, const json& material, Material& out) {
-  using shaders::ColorSpace;
-  const auto slot = [&](const json& e, const char* name, ColorSpace space = ColorSpace::kLinear) {
-    return texture_slot(library, e, name, space);
-  };
-  if (const json* e = find_extension(material, "KHR_materials_clearcoat")) {
-    const auto normal = e->find("clearcoatNormalTexture");
-    out.clearcoat = {e->value("clearcoatFactor", 0.0f),
-                     e->value("clearcoatRoughnessFactor", 0.0f),
-                     normal == e->end() ? 1.0f : normal->value("scale", 1.0f),
-                     slot(*e, "clearcoatTexture"),
-                     slot(*e, "clearcoatRoughnessTexture"),
-                     slot(*e, "clearcoatNormalTexture")};
-  }
-  if (const json* e = find_extension(material, "KHR_materials_sheen"))
-    out.sheen = {e->contains("sheenColorFactor") ? color_of(*e, "sheenColorFactor") : Vec3(0.0f),
-                 e->value("sheenRoughnessFactor", 0.0f), slot(*e, "sheenColorTexture", ColorSpace::kSrgb),
-                 slot(*e, "sheenRoughnessTexture")};
-  if (const json* e = find_extension(material, "KHR_materials_anisotropy"))
-    out.anisotropy = {e->value("anisotropyStrength", 0.0f), e->value("anisotropyRotation", 0.0f),
-                      slot(*e, "anisotropyTexture")};
-  if (const json* e = find_extension(material, "KHR_materials_iridescence"))
-    out.iridescence = {e->value("iridescenceFactor", 0.0f),
-                       e->value("iridescenceIor", 1.3f),
-                       e->value("iridescenceThicknessMinimum", 100.0f),
-                       e->value("iridescenceThicknessMaximum", 400.0f),
-                       slot(*e, "iridescenceTexture"),
-                       slot(*e, "iridescenceThicknessTexture")};
-}
-
-void read_transmission(TextureLibrary& library, const json& material, Material& out) {
-  using shaders::ColorSpace;
-  const auto slot = [&](const json& e, const char* name, ColorSpace space = ColorSpace::kLinear) {
-    return texture_slot(library, e, name, space);
-  };
-  if (const json* e = find_extension(material, "KHR_materials_transmission"))
-    out.transmission = {e->value("transmissionFactor", 0.0f), slot(*e, "transmissionTexture")};
-  if (const json* e = find_extension(material, "KHR_materials_volume")) {
-    out.volume.thickness = e->value("thicknessFactor", 0.0f);
-    out.volume.attenuation_distance = e->value("attenuationDistance", std::numeric_limits<float>::infinity());
-    out.volume.attenuation_color = color_of(*e, "attenuationColor");
-    out.volume.thickness_texture = slot(*e, "thicknessTexture");
-  }
-  if (const json* e = find_extension(material, "KHR_materials_dispersion"))
-    out.volume.dispersion = e->value("dispersion", 0.0f);
-  if (const json* e = find_extension(material, "KHR_materials_diffuse_transmission"))
-    out.diffuse_transmission = {e->value("diffuseTransmissionFactor", 0.0f),
-                                color_of(*e, "diffuseTransmissionColorFactor"), slot(*e, "diffuseTransmissionTexture"),
-                                slot(*e, "diffuseTransmissionColorTexture", ColorSpace::kSrgb)};
-}
-
-void add_effects(TextureLibrary& library, const json& material, Material& out) {
-  if (const json* e = find_extension(material, "KHR_materials_pbrSpecularGlossiness")) {
-    read_specular_glossiness(library, *e, out);
-    out.effects.set(static_cast<std::size_t>(MaterialEffect::kSpecularGlossiness));
-  }
-  if (const json* e = find_extension(material, "KHR_materials_ior")) out.dielectric.ior = e->value("ior", 1.5f);
-  if (const json* e = find_extension(material, "KHR_materials_specular")) {
-    out.dielectric.specular = e->value("specularFactor", 1.0f);
-    out.dielectric.specular_color = color_of(*e, "specularColorFactor");
-    out.dielectric.texture = texture_slot(library, *e, "specularTexture", shaders::ColorSpace::kLinear);
-    out.dielectric.color_texture = texture_slot(library, *e, "specularColorTexture", shaders::ColorSpace::kSrgb);
-  }
-  read_coats(library, material, out);
-  read_transmission(library, material, out);
-  out.effects |= effects_in_force(out);
-  // It says itself how much a dielectric reflects.
-  if (out.has(MaterialEffect::kSpecularGlossiness))
-    out.effects.reset(static_cast<std::size_t>(MaterialEffect::kDielectric));
-}
-
-Material build_material(TextureLibrary& library, const tinygltf::Material& model, const json& material) {
-  static const json kNothing = json::object();
-  const json& pbr = material.contains("pbrMetallicRoughness") ? material["pbrMetallicRoughness"] : kNothing;
+Material build_material(TextureLibrary& library, const json& material) {
   Material out;
-  out.name = model.name;
-  const auto& factor = model.pbrMetallicRoughness.baseColorFactor;
-  out.base_color = {factor[0], factor[1], factor[2], factor[3]};
-  out.metallic = static_cast<float>(model.pbrMetallicRoughness.metallicFactor);
-  out.roughness = static_cast<float>(model.pbrMetallicRoughness.roughnessFactor);
-  out.emissive_factor = {model.emissiveFactor[0], model.emissiveFactor[1], model.emissiveFactor[2]};
-  if (const json* extension = find_extension(material, "KHR_materials_emissive_strength"))
-    out.emissive_strength = extension->value("emissiveStrength", 1.0f);
-  out.emissive = out.emissive_factor * out.emissive_strength;
-  out.normal_scale = static_cast<float>(model.normalTexture.scale);
-  out.occlusion_strength = static_cast<float>(model.occlusionTexture.strength);
-  out.base_color_texture = texture_slot(library, pbr, "baseColorTexture", shaders::ColorSpace::kSrgb);
-  out.metallic_roughness_texture = texture_slot(library, pbr, "metallicRoughnessTexture", shaders::ColorSpace::kLinear);
-  out.normal_texture = texture_slot(library, material, "normalTexture", shaders::ColorSpace::kLinear);
-  out.occlusion_texture = texture_slot(library, material, "occlusionTexture", shaders::ColorSpace::kLinear);
-  out.emissive_texture = texture_slot(library, material, "emissiveTexture", shaders::ColorSpace::kSrgb);
-  out.alpha_mode = model.alphaMode == "MASK"    ? AlphaMode::kMask
-                   : model.alphaMode == "BLEND" ? AlphaMode::kBlend
-                                                : AlphaMode::kOpaque;
-  out.alpha_cutoff = static_cast<float>(model.alphaCutoff);
-  out.double_sided = model.doubleSided;
+  out.name = material.value("name", std::string());
+  const std::string alpha = material.value("alphaMode", std::string());
+  out.alpha_mode = alpha == "MASK" ? AlphaMode::kMask : alpha == "BLEND" ? AlphaMode::kBlend : AlphaMode::kOpaque;
+  out.double_sided = material.value("doubleSided", false);
   out.unlit = find_extension(material, "KHR_materials_unlit") != nullptr;
-  if (!out.unlit) add_effects(library, material, out);
+  for (const MaterialNumber& number : material_numbers())
+    if (!number.effect || !out.unlit) read_number(number, material, out);
+  out.emissive = out.emissive_factor * out.emissive_strength;
+  for (const MaterialTextureRow& row : material_textures())
+    if (const json* owner = find_at(material, row.object); owner != nullptr && is_used(row, material))
+      *out.slots()[static_cast<std::size_t>(row.slot)] = texture_slot(library, *owner, row.name.c_str(), row.space);
+  if (!out.unlit) {
+    out.effects.set(static_cast<std::size_t>(MaterialEffect::kSpecularGlossiness), has_specular_glossiness(material));
+    out.effects = effects_in_force(out);
+  }
   if (const json* extension = find_extension(material, "TESSERA_displacement"))
     if (Displacement heights = displacement(library, *extension); heights.texture != nullptr)
       out.displacement = std::move(heights);
@@ -342,10 +259,15 @@ Material build_material(TextureLibrary& library, const tinygltf::Material& model
 
 }  // namespace
 
+bool is_used(const MaterialTextureRow& row, const json& material) {
+  const bool unlit = find_extension(material, "KHR_materials_unlit") != nullptr;
+  return row.of_extension ? !unlit : unlit || row.object.empty() || !has_specular_glossiness(material);
+}
+
 void build_materials(Document& document, Capture& capture) {
   TextureLibrary library(document, capture.basis_images);
-  for (std::size_t m = 0; m < document.model.materials.size(); ++m)
-    capture.materials.push_back(build_material(library, document.model.materials[m], document.json["materials"][m]));
+  for (const json& material : list_of(document.json, "materials"))
+    capture.materials.push_back(build_material(library, material));
 }
 
 }  // namespace tessera::scene::gltf

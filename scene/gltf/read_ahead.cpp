@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/parallel.h"
-#include "scene/gltf/material_textures.h"
+#include "scene/gltf/builders.h"
 #include "scene/gltf/meshopt_reader.h"
 
 namespace tessera::scene::gltf {
@@ -22,12 +22,6 @@ constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
 
 // Work that a file may ask for ahead; what is beyond is done when it is asked for.
 constexpr std::size_t kMaxJobs = 1024;
-
-const json& list_of(const json& object, const char* name) {
-  static const json kNone = json::array();
-  const auto found = object.find(name);
-  return found == object.end() ? kNone : *found;
-}
 
 // Things to decode, each for a shelf. All draw on one room.
 class Jobs {
@@ -98,24 +92,17 @@ struct Wanted {
 
  private:
   void add_material(const json& material) {
-    const bool unlit = find_extension(material, "KHR_materials_unlit") != nullptr,
-               glossy = !unlit && find_extension(material, "KHR_materials_pbrSpecularGlossiness") != nullptr;
-    for (const MaterialTextureName& texture : kMaterialTextures) {
-      // As the builder does: what replaces the core's texture, or what an unlit material does not have.
-      if ((glossy && texture.owner == "pbrMetallicRoughness") || (unlit && texture.extends())) continue;
-      if (const json* owner = owner_of(material, texture)) add_texture(*owner, texture.name, texture.space);
-    }
-    if (glossy)
-      add_texture(*find_extension(material, "KHR_materials_pbrSpecularGlossiness"), "diffuseTexture",
-                  shaders::ColorSpace::kSrgb);
+    for (const MaterialTextureRow& row : material_textures())
+      if (const json* owner = find_at(material, row.object); owner != nullptr && is_used(row, material))
+        add_texture(*owner, row.name, row.space);
     if (const json* displacement = find_extension(material, "TESSERA_displacement"))
       add_texture(*displacement, "texture", shaders::ColorSpace::kLinear, true);
   }
 
   // The source that is taken first.
   void add_texture(const json& owner, std::string_view name, shaders::ColorSpace space, bool heights = false) {
-    const auto info = owner.find(std::string(name));
-    if (info == owner.end()) return;
+    const json* info = find(owner, name);
+    if (info == nullptr) return;
     const json& texture = document_.json["textures"][(*info)["index"].get<std::size_t>()];
     for (const char* extension : {"KHR_texture_basisu", "EXT_texture_webp"}) {
       const json* object = find_extension(texture, extension);

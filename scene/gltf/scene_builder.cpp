@@ -9,7 +9,6 @@
 #include "scene/animated_procedures.h"
 #include "scene/assembly.h"
 #include "scene/deform.h"
-#include "scene/effect_numbers.h"
 #include "scene/gltf/animation_pointer.h"
 #include "scene/gltf/builders.h"
 #include "scene/gltf/environment_builder.h"
@@ -20,6 +19,10 @@ namespace {
 
 using nlohmann::json;
 
+Vec3 vec3_of(const json& numbers) {
+  return {numbers[0].get<float>(), numbers[1].get<float>(), numbers[2].get<float>()};
+}
+
 DMat4 matrix_from(const double* m) {
   DMat4 out;
   for (int column = 0; column < 4; ++column)
@@ -28,10 +31,10 @@ DMat4 matrix_from(const double* m) {
 }
 
 std::vector<Node> build_nodes(Document& document, const std::vector<Mesh>& meshes) {
-  const auto array = document.json.find("nodes");
-  std::vector<Node> nodes(array == document.json.end() ? 0 : array->size());
+  const json& array = list_of(document.json, "nodes");
+  std::vector<Node> nodes(array.size());
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const json& model = (*array)[i];
+    const json& model = array[i];
     Node& node = nodes[i];
     node.name = model.value("name", std::string());
     const auto numbers = [&](const char* name) {
@@ -139,11 +142,8 @@ void charge_poses(Document& document, const Capture& capture) {
 
 // Roots of the scene to draw: the default one, else the first; without scenes every root.
 std::vector<int> build_roots(const Document& document, const std::vector<Node>& nodes) {
-  if (!document.model.scenes.empty()) {
-    const auto scene = static_cast<std::size_t>(std::max(document.model.defaultScene, 0));
-    const std::vector<int>& roots = document.model.scenes[scene].nodes;
-    return {roots.begin(), roots.end()};
-  }
+  if (const json& scenes = list_of(document.json, "scenes"); !scenes.empty())
+    return list_of(scenes[document.json.value("scene", std::size_t{0})], "nodes").get<std::vector<int>>();
   std::vector<int> roots;
   for (std::size_t i = 0; i < nodes.size(); ++i)
     if (nodes[i].parent == kNone) roots.push_back(static_cast<int>(i));
@@ -152,12 +152,13 @@ std::vector<int> build_roots(const Document& document, const std::vector<Node>& 
 
 std::vector<Skin> build_skins(Document& document) {
   std::vector<Skin> skins;
-  for (const tinygltf::Skin& model : document.model.skins) {
+  for (const json& model : list_of(document.json, "skins")) {
     Skin& skin = skins.emplace_back();
-    skin.joints.assign(model.joints.begin(), model.joints.end());
+    skin.joints = model["joints"].get<std::vector<int>>();
     skin.inverse_bind.assign(skin.joints.size(), DMat4(1.0));
-    if (model.inverseBindMatrices < 0) continue;
-    const std::vector<float> values = read_floats(document, static_cast<std::size_t>(model.inverseBindMatrices));
+    const json* matrices = find(model, "inverseBindMatrices");
+    if (matrices == nullptr) continue;
+    const std::vector<float> values = read_floats(document, matrices->get<std::size_t>());
     for (std::size_t j = 0; j < skin.joints.size(); ++j) {
       const std::vector<double> m(values.begin() + static_cast<std::ptrdiff_t>(16 * j),
                                   values.begin() + static_cast<std::ptrdiff_t>(16 * j + 16));
@@ -258,9 +259,7 @@ void read_keys(Document& document, const json& sampler, const Capture& capture, 
 std::vector<Animation> build_animations(Document& document, const Capture& capture) {
   std::vector<Animation> animations;
   ProgramCache programs;
-  const auto list = document.json.find("animations");
-  for (std::size_t a = 0; list != document.json.end() && a < list->size(); ++a) {
-    const json& json_animation = (*list)[a];
+  for (const json& json_animation : list_of(document.json, "animations")) {
     Animation& animation = animations.emplace_back();
     animation.name = json_animation.value("name", std::string());
     for (const json& json_channel : json_animation["channels"])
@@ -312,41 +311,37 @@ std::vector<int> played_animations(const Document& document, const Selected& sel
 void settle_effects(Capture& capture) {
   for (const int a : capture.played_animations)
     for (const AnimationChannel& channel : capture.animations[static_cast<std::size_t>(a)].channels) {
-      if (channel.path != AnimatedPath::kEffectNumber) continue;
+      if (channel.path != AnimatedPath::kMaterialNumber) continue;
       Material& material = capture.materials[static_cast<std::size_t>(channel.object)];
-      if (!material.unlit)
-        material.effects.set(static_cast<std::size_t>(effect_numbers()[static_cast<std::size_t>(channel.part)].effect));
+      const auto effect = material_numbers()[static_cast<std::size_t>(channel.part)].effect;
+      if (effect && !material.unlit) material.effects.set(static_cast<std::size_t>(*effect));
     }
-  // A volume is one of what transmits, and disperses; effects that are not there have no textures.
+  // Effects that are not there have no textures.
   for (Material& m : capture.materials) {
-    const auto off = [&](MaterialEffect effect) { m.effects.reset(static_cast<std::size_t>(effect)); };
-    const bool transmits = m.has(MaterialEffect::kTransmission);
-    if (!transmits && !m.has(MaterialEffect::kDiffuseTransmission)) off(MaterialEffect::kVolume);
-    if (!transmits || !m.has(MaterialEffect::kVolume)) off(MaterialEffect::kDispersion);
+    m.effects = drop_unsupported(m.effects);
     const auto slots = m.slots();
-    for (auto slot = static_cast<std::size_t>(MaterialTexture::kSpecularGlossiness); slot < slots.size(); ++slot)
+    for (std::size_t slot = kCoreTextureCount; slot < slots.size(); ++slot)
       if (!is_read(m, static_cast<MaterialTexture>(slot))) slots[slot]->texture = nullptr;
   }
 }
 
 std::vector<Camera> build_cameras(const Document& document) {
   std::vector<Camera> cameras;
-  for (std::size_t c = 0; c < document.model.cameras.size(); ++c) {
-    const tinygltf::Camera& model = document.model.cameras[c];
+  for (const json& model : list_of(document.json, "cameras")) {
     Camera& camera = cameras.emplace_back();
-    camera.name = model.name;
-    if (model.type == "perspective") {
-      camera.vertical_fov = static_cast<float>(model.perspective.yfov);
-      camera.near = static_cast<float>(model.perspective.znear);
-      camera.far = static_cast<float>(model.perspective.zfar);
+    camera.name = model.value("name", std::string());
+    const bool perspective = model["type"] == "perspective";
+    const json& projection = model[perspective ? "perspective" : "orthographic"];
+    if (perspective) {
+      camera.vertical_fov = projection["yfov"].get<float>();
     } else {
       camera.type = Camera::Type::kOrthographic;
-      camera.x_mag = std::abs(static_cast<float>(model.orthographic.xmag));
-      camera.y_mag = std::abs(static_cast<float>(model.orthographic.ymag));
-      camera.near = static_cast<float>(model.orthographic.znear);
-      camera.far = static_cast<float>(model.orthographic.zfar);
+      camera.x_mag = std::abs(projection["xmag"].get<float>());
+      camera.y_mag = std::abs(projection["ymag"].get<float>());
     }
-    if (const json* lens = find_extension(document.json["cameras"][c], "TESSERA_lens")) {
+    camera.near = projection["znear"].get<float>();
+    camera.far = projection.value("zfar", 0.0f);
+    if (const json* lens = find_extension(model, "TESSERA_lens")) {
       camera.lens.aperture_radius = (*lens)["apertureRadius"].get<float>();
       camera.lens.focus_distance = lens->value("focusDistance", std::numeric_limits<float>::infinity());
     }
@@ -355,17 +350,21 @@ std::vector<Camera> build_cameras(const Document& document) {
 }
 
 void build_lights(const Document& document, Capture& capture) {
-  for (const tinygltf::Light& model : document.model.lights) {
+  const json* punctual = find_extension(document.json, "KHR_lights_punctual");
+  if (punctual == nullptr) return;
+  for (const json& model : (*punctual)["lights"]) {
     shaders::Light& light = capture.lights.emplace_back();
     LightParameters& parameters = capture.light_parameters.emplace_back();
-    light.type = model.type == "directional" ? shaders::Light::Type::kDirectional
-                 : model.type == "point"     ? shaders::Light::Type::kPoint
-                                             : shaders::Light::Type::kSpot;
-    if (model.color.size() == 3) parameters.color = {model.color[0], model.color[1], model.color[2]};
-    parameters.intensity = static_cast<float>(model.intensity);
-    parameters.inner_cone = model.spot.innerConeAngle;
-    parameters.outer_cone = model.spot.outerConeAngle;
-    light.range = static_cast<float>(model.range);
+    light.type = model["type"] == "directional" ? shaders::Light::Type::kDirectional
+                 : model["type"] == "point"     ? shaders::Light::Type::kPoint
+                                                : shaders::Light::Type::kSpot;
+    if (const json* color = find(model, "color")) parameters.color = vec3_of(*color);
+    parameters.intensity = model.value("intensity", 1.0f);
+    if (const json* spot = find(model, "spot")) {
+      parameters.inner_cone = spot->value("innerConeAngle", parameters.inner_cone);
+      parameters.outer_cone = spot->value("outerConeAngle", parameters.outer_cone);
+    }
+    light.range = model.value("range", 0.0f);
     parameters.apply(light);
   }
 }
@@ -390,10 +389,7 @@ CaptureSettings build_settings(const Document& document) {
   }
   settings.camera_node = extension->value("camera", kNone);
   settings.exposure = extension->value("exposure", 1.0f);
-  if (extension->contains("background")) {
-    const json& c = (*extension)["background"];
-    settings.background = Vec3(c[0].get<float>(), c[1].get<float>(), c[2].get<float>());
-  }
+  if (const json* color = find(*extension, "background")) settings.background = vec3_of(*color);
   return settings;
 }
 

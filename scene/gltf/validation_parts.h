@@ -5,19 +5,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include "scene/gltf/json_reader.h"
 #include "scene/gltf/notes.h"
 #include "scene/gltf/place.h"
 
 namespace tessera::scene::gltf::validation {
 
 // What the parts of validate_links() share. All take documents that passed check_schema().
-
-// A top-level array of the document, or an empty one.
-const nlohmann::json& array_of(const nlohmann::json& document, const char* name);
-// A member of an object, or null.
-const nlohmann::json* find(const nlohmann::json& object, const char* name);
-// An extension of an object, or null.
-const nlohmann::json* extension(const nlohmann::json& object, const char* name);
 
 // What an accessor must look like for a use: number of components and component types.
 struct Format {

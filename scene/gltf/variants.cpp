@@ -19,7 +19,7 @@ using nlohmann::json;
 
 // A primitive's mappings, or null.
 const json* mappings_of(const json& primitive) {
-  const json* variants = validation::extension(primitive, kVariants);
+  const json* variants = find_extension(primitive, kVariants);
   return variants == nullptr ? nullptr : &(*variants)["mappings"];
 }
 
@@ -54,7 +54,7 @@ std::string listed(const std::vector<std::string>& names) {
 
 std::vector<std::string> variant_names(const json& document) {
   std::vector<std::string> names;
-  if (const json* variants = validation::extension(document, kVariants))
+  if (const json* variants = find_extension(document, kVariants))
     for (const json& variant : (*variants)["variants"]) names.push_back(variant["name"].get<std::string>());
   return names;
 }
@@ -68,7 +68,7 @@ void check_variants(const json& document, const Place& root, Notes& notes) {
       notes.add(root.at("extensions").at(kVariants).at("variants").at(v), "the name chooses the first",
                 fmt::format("is called '{}', as variant {} is", escape_control(names[v], 60), found->second));
   }
-  const json& meshes = validation::array_of(document, "meshes");
+  const json& meshes = list_of(document, "meshes");
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     const json& primitives = meshes[m]["primitives"];
     for (std::size_t p = 0; p < primitives.size(); ++p)

@@ -10,7 +10,6 @@
 #include "scene/animated_values.h"
 #include "scene/assembly.h"
 #include "scene/capture_reader.h"
-#include "scene/effect_numbers.h"
 #include "tests/support/captures.h"
 #include "tests/support/gltf_asset.h"
 #include "tests/support/temporary_folder.h"
@@ -92,7 +91,7 @@ TEST(MaterialEffects, FactorsAreRead) {
   EXPECT_EQ(m.volume.thickness, 0.2f);
   EXPECT_EQ(m.volume.attenuation_distance, 3.0f);
   EXPECT_EQ(m.volume.attenuation_color, Vec3(1, 0.5f, 0.25f));
-  EXPECT_EQ(m.volume.dispersion, 0.3f);
+  EXPECT_EQ(m.dispersion.strength, 0.3f);
   EXPECT_EQ(m.diffuse_transmission.factor, 0.35f);
   EXPECT_EQ(m.diffuse_transmission.color, Vec3(0.5f, 1, 0));
   EXPECT_EQ(m.emissive, m.emissive_factor * 5.0f);
@@ -202,8 +201,9 @@ GltfAsset animated(const std::string& pointer, int components, const json& exten
 }
 
 TEST(MaterialEffects, EveryFactorMoves) {
-  for (const EffectNumber& number : effect_numbers()) {
-    const std::string pointer(number.pointer);
+  for (const MaterialNumber& number : material_numbers()) {
+    const std::string& pointer = number.pointer;
+    if (!number.effect || !number.animated) continue;
     const std::string extension = pointer.substr(12, pointer.find('/', 12) - 12);
     json owner = json::object();
     if (pointer.ends_with("/scale")) owner["clearcoatNormalTexture"] = {{"index", 0}};
@@ -212,11 +212,12 @@ TEST(MaterialEffects, EveryFactorMoves) {
       extensions["KHR_materials_transmission"] = {{"transmissionFactor", 1}};
     if (number.effect == MaterialEffect::kDispersion) extensions["KHR_materials_volume"] = {{"thicknessFactor", 1}};
     const Capture capture = read(animated(pointer, number.components, extensions));
-    EXPECT_TRUE(capture.materials[0].has(number.effect)) << pointer << " is there from the first frame on";
+    EXPECT_TRUE(capture.materials[0].has(*number.effect)) << pointer << " is there from the first frame on";
     std::vector<Material> materials = {capture.materials[0]};
     animate_materials(capture, 0.5, std::vector<int>{0}, materials);
     for (int c = 0; c < number.components; ++c)
-      EXPECT_EQ(number.of(materials[0])[c], number.low > 0.5 ? static_cast<float>(number.low) : 0.5f) << pointer;
+      EXPECT_EQ(number.of(materials[0])[c], number.range.low > 0.5 ? static_cast<float>(number.range.low) : 0.5f)
+          << pointer;
   }
 }
 

@@ -1,5 +1,6 @@
 #include "tests/support/captures.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -42,6 +43,12 @@ void add_camera(Capture& capture, const DVec3& eye, const Camera& camera) {
   node.transform.translation = eye;
   capture.nodes.push_back(node);
   capture.roots.push_back(static_cast<int>(capture.nodes.size()) - 1);
+}
+
+int material_number(std::string_view pointer) {
+  const auto& numbers = scene::material_numbers();
+  const auto at = std::find_if(numbers.begin(), numbers.end(), [&](const auto& row) { return row.pointer == pointer; });
+  return static_cast<int>(at - numbers.begin());
 }
 
 void add_motion(Capture& capture, int node, const DVec3& way) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <random>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "scene/assembly.h"
@@ -21,9 +22,11 @@ int add_material(scene::Capture& capture, scene::Material material = {});
 int add_node(scene::Capture& capture, scene::Primitive primitive, const DVec3& translation = DVec3(0.0));
 // A camera at `eye` that looks along -z.
 void add_camera(scene::Capture& capture, const DVec3& eye, const scene::Camera& camera = {});
-// Moves a node linearly from where it is by `way` during the first second.
+// The part of a channel that moves a number of a material, by its pointer there.
+int material_number(std::string_view pointer);
 // Adds a channel to the animation that plays.
 void play(scene::Capture& capture, const scene::AnimationChannel& channel);
+// Moves a node linearly from where it is by `way` during the first second.
 void add_motion(scene::Capture& capture, int node, const DVec3& way);
 // Turns a node by an angle about an axis during the first second.
 void add_turn(scene::Capture& capture, int node, const Vec3& axis, float angle);
