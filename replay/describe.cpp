@@ -112,7 +112,7 @@ const std::vector<Topic>& topics() {
        "([extensions/TESSERA_procedure.md](extensions/TESSERA_procedure.md)), generated from their declarations in\n"
        "`shaders_cpp/procedures/`, and the language of its `program`, in which the built-in shapes and textures are "
        "written\n"
-       "once more: `shaders_cpp/procedures/expressions/`. How they are drawn: [procedural.md](procedural.md).",
+       "once more: `shaders_cpp/procedures/builtin_stages.txt`. How they are drawn: [procedural.md](procedural.md).",
        {{"name", "stage"}, {"kind", "kind"}, {"meaning", "meaning"}, {"parameters", "parameters"}}},
       {"effects",
        "Effects",
