@@ -11,17 +11,13 @@
 #include "base/whole_file.h"
 #include "scene/gltf/accessor_layout.h"
 #include "scene/gltf/builders.h"
-#include "scene/gltf/container.h"
-#include "scene/gltf/extension_census.h"
 #include "scene/gltf/json_reader.h"
+#include "scene/gltf/notes.h"
 #include "scene/gltf/read_ahead.h"
-#include "scene/gltf/schema.h"
 #include "scene/gltf/selection.h"
 #include "scene/gltf/validation.h"
-#include "scene/gltf/variants.h"
 
 namespace tessera::scene {
-
 namespace {
 
 double seconds_now() {

@@ -7,7 +7,7 @@
 #include "base/whole_file.h"
 #include "replay/sweep/capture_library.h"
 #include "scene/capture_reader.h"
-#include "scene/gltf/container.h"
+#include "scene/gltf/json_reader.h"
 #include "scene/gltf/resources.h"
 
 namespace tessera::replay {

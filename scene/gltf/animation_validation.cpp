@@ -8,7 +8,7 @@
 #include "base/text.h"
 #include "scene/gltf/accessor_layout.h"
 #include "scene/gltf/animation_pointer.h"
-#include "scene/gltf/validation_parts.h"
+#include "scene/gltf/validation.h"
 
 namespace tessera::scene::gltf::validation {
 namespace {

@@ -10,7 +10,6 @@
 #include "scene/clusters.h"
 #include "scene/gltf/accessor_layout.h"
 #include "scene/gltf/builders.h"
-#include "scene/gltf/subdivision_builder.h"
 
 namespace tessera::scene::gltf {
 namespace {

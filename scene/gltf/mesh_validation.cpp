@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "scene/gltf/accessor_layout.h"
-#include "scene/gltf/subdivision_builder.h"
-#include "scene/gltf/validation_parts.h"
+#include "scene/gltf/builders.h"
+#include "scene/gltf/validation.h"
 
 namespace tessera::scene::gltf::validation {
 namespace {

@@ -6,13 +6,12 @@
 #include <tuple>
 
 #include "base/text.h"
-#include "scene/animated_procedures.h"
+#include "scene/animation.h"
 #include "scene/assembly.h"
-#include "scene/deform.h"
 #include "scene/gltf/animation_pointer.h"
 #include "scene/gltf/builders.h"
-#include "scene/gltf/environment_builder.h"
 #include "scene/gltf/procedure_builder.h"
+#include "scene/pose.h"
 
 namespace tessera::scene::gltf {
 namespace {

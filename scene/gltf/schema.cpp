@@ -1,4 +1,4 @@
-#include "scene/gltf/schema.h"
+#include "scene/gltf/validation.h"
 
 #include <cmath>
 #include <functional>

@@ -17,8 +17,7 @@
 #include "scene/gltf/accessor_layout.h"
 #include "scene/gltf/meshopt_reader.h"
 #include "scene/gltf/procedure_builder.h"
-#include "scene/gltf/validation_parts.h"
-#include "scene/gltf/variants.h"
+#include "scene/gltf/selection.h"
 
 namespace tessera::scene::gltf {
 namespace validation {

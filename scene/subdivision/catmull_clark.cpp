@@ -1,4 +1,4 @@
-#include "scene/subdivision/catmull_clark.h"
+#include "scene/subdivision/control_cage.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "base/error.h"
-#include "scene/animated_values.h"
+#include "scene/animation.h"
 #include "scene/assembly.h"
 #include "scene/capture_reader.h"
 #include "scene/frame_geometry.h"

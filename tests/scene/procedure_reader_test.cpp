@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
-#include "scene/animated_procedures.h"
+#include "scene/animation.h"
 #include "scene/assembly.h"
 #include "scene/capture_reader.h"
 #include "shaders_cpp/procedures/procedures.h"
