@@ -42,9 +42,7 @@ void check_size(const std::filesystem::path& file, MemoryBudget budget) {
 
 // Keys that a file claims without data for them are zeros that nobody stored: their room is checked before any is made.
 void check_claims(const nlohmann::json& json, MemoryBudget budget) {
-  const auto animations = json.find("animations");
-  if (animations == json.end()) return;
-  for (const nlohmann::json& animation : *animations)
+  for (const nlohmann::json& animation : gltf::list_of(json, "animations"))
     for (const nlohmann::json& sampler : animation["samplers"])
       for (const char* side : {"input", "output"}) {
         const auto accessor = sampler[side].get<std::size_t>();

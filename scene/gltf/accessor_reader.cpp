@@ -58,8 +58,8 @@ void visit_scalars(Document& document, std::size_t index, const AccessorLayout& 
     const Bytes view = document.resources.buffer_view(accessor["bufferView"].get<std::size_t>());
     for_each_scalar(layout, view.data() + layout.byte_offset, layout.stride, put);
   }
-  const auto sparse = accessor.find("sparse");
-  if (sparse == accessor.end()) return;
+  const json* sparse = find(accessor, "sparse");
+  if (sparse == nullptr) return;
   const json &indices = (*sparse)["indices"], &values = (*sparse)["values"];
   const int index_type = indices["componentType"].get<int>();
   const std::uint8_t* index_bytes = document.resources.buffer_view(indices["bufferView"].get<std::size_t>()).data() +

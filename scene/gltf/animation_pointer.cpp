@@ -83,12 +83,12 @@ bool is_defined(const json& document, const std::string& pointer, bool has_defau
 std::optional<PointerTarget> resolve_parameter(const json& document, int node, std::string_view rest,
                                                ProgramCache& programs, const Place& place) {
   const json& object = document["nodes"][static_cast<std::size_t>(node)];
-  const auto extensions = object.find("extensions");
-  if (extensions == object.end() || !extensions->contains("TESSERA_procedure")) return std::nullopt;
+  const json* procedure = find_extension(object, "TESSERA_procedure");
+  if (procedure == nullptr) return std::nullopt;
   const std::size_t slash = rest.find('/');
   if (slash == std::string_view::npos) return std::nullopt;
-  const std::optional<StageParameter> found = find_stage_parameter(
-      document, (*extensions)["TESSERA_procedure"], rest.substr(0, slash), rest.substr(slash + 1), programs, place);
+  const std::optional<StageParameter> found =
+      find_stage_parameter(document, *procedure, rest.substr(0, slash), rest.substr(slash + 1), programs, place);
   if (!found) return std::nullopt;
   return PointerTarget{found->path, node, found->part, found->components, found->values, true};
 }

@@ -15,6 +15,12 @@ namespace tessera::scene::gltf {
 std::vector<Mesh> build_meshes(Document& document);
 // One primitive as it is stored (a cage stays a cage), or nothing where there is nothing to draw.
 std::optional<Primitive> build_primitive(Document& document, const nlohmann::json& json_primitive, const Place& place);
+// The images that a texture names, the one to be preferred first.
+struct TextureImage {
+  std::size_t image;
+  bool basis;  // KTX2, by KHR_texture_basisu
+};
+std::vector<TextureImage> images_of(const nlohmann::json& texture);
 // Whether a material's shader may read a texture: an unlit one has no extensions, and specular-glossiness takes the place
 // of pbrMetallicRoughness.
 bool is_used(const MaterialTextureRow& row, const nlohmann::json& material);

@@ -40,11 +40,10 @@ struct Document {
         root(file.string()),
         limits(limits_in),
         budget(budget_in) {
-    if (const auto accessors = json.find("accessors"); accessors != json.end()) {
-      budget.charge(accessors->size(), sizeof(AccessorLayout), "/accessors");
-      layouts.reserve(accessors->size());
-      for (std::size_t a = 0; a < accessors->size(); ++a) layouts.push_back(accessor_layout(json, a));
-    }
+    const std::size_t accessors = list_of(json, "accessors").size();
+    budget.charge(accessors, sizeof(AccessorLayout), "/accessors");
+    layouts.reserve(accessors);
+    for (std::size_t a = 0; a < accessors; ++a) layouts.push_back(accessor_layout(json, a));
   }
 };
 

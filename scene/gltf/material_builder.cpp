@@ -28,7 +28,7 @@ class TextureLibrary {
       : document_(document), basis_images_(basis_images) {}
 
   ColorImage color(std::size_t texture, shaders::ColorSpace space) {
-    return of_first_readable(texture, [&](const Source& from) {
+    return of_first_readable(texture, [&](const TextureImage& from) {
       if (from.basis) return basis_color(from.image, space);
       ColorImage& slot = textures_[{from.image, space}];
       if (slot.texture == nullptr) {
@@ -41,7 +41,7 @@ class TextureLibrary {
   }
 
   HeightImage heights(std::size_t texture) {
-    return of_first_readable(texture, [&](const Source& from) {
+    return of_first_readable(texture, [&](const TextureImage& from) {
       HeightImage& slot = heights_[from.image];
       if (slot.texture != nullptr) return slot;
       if (from.basis) {
@@ -83,22 +83,9 @@ class TextureLibrary {
  private:
   Place place(std::size_t image) const { return document_.root.at("images").at(image); }
 
-  // An image that a texture offers.
-  struct Source {
-    std::size_t image;
-    bool basis;  // KTX2, by KHR_texture_basisu
-  };
-
-  // All of them, the one to be preferred first; none where Tessera reads none: the factor stands alone.
-  std::vector<Source> sources(std::size_t texture) {
-    const json& object = document_.json["textures"][texture];
-    std::vector<Source> images;
-    for (const char* name : {"KHR_texture_basisu", "EXT_texture_webp"}) {
-      const json* extension = find_extension(object, name);
-      if (extension != nullptr && extension->contains("source"))
-        images.push_back({(*extension)["source"].get<std::size_t>(), name[0] == 'K'});
-    }
-    if (object.contains("source")) images.push_back({object["source"].get<std::size_t>(), false});
+  // The images that a texture offers; none where Tessera reads none: the factor stands alone.
+  std::vector<TextureImage> sources(std::size_t texture) {
+    std::vector<TextureImage> images = images_of(document_.json["textures"][texture]);
     if (images.empty() && without_source_.insert(texture).second)
       document_.notes.violation(document_.root.at("textures").at(texture), "materials do without it",
                                 "has no source that Tessera reads (PNG, JPEG, WebP or KTX2)");
@@ -107,8 +94,8 @@ class TextureLibrary {
 
   // An image that cannot be read gives way to the next source with a note; the last one's fault is the texture's.
   template <class Make>
-  std::invoke_result_t<Make, const Source&> of_first_readable(std::size_t texture, const Make& make) {
-    const std::vector<Source> images = sources(texture);
+  std::invoke_result_t<Make, const TextureImage&> of_first_readable(std::size_t texture, const Make& make) {
+    const std::vector<TextureImage> images = sources(texture);
     if (images.empty()) return {};
     for (std::size_t k = 0; k + 1 < images.size(); ++k) {
       const std::size_t image = images[k].image;
@@ -195,8 +182,8 @@ TextureShift texture_shift(const json& info, int& texcoord) {
 
 TextureSlot texture_slot(TextureLibrary& library, const json& owner, const char* name, shaders::ColorSpace space) {
   TextureSlot slot;
-  const auto info = owner.find(name);
-  if (info == owner.end()) return slot;
+  const json* info = find(owner, name);
+  if (info == nullptr) return slot;
   const auto texture = (*info)["index"].get<std::size_t>();
   ColorImage color = library.color(texture, space);
   slot.texture = std::move(color.texture);
@@ -258,6 +245,17 @@ Material build_material(TextureLibrary& library, const json& material) {
 }
 
 }  // namespace
+
+std::vector<TextureImage> images_of(const json& texture) {
+  std::vector<TextureImage> images;
+  for (const char* name : {"KHR_texture_basisu", "EXT_texture_webp"}) {
+    const json* extension = find_extension(texture, name);
+    if (extension != nullptr && extension->contains("source"))
+      images.push_back({(*extension)["source"].get<std::size_t>(), name[0] == 'K'});
+  }
+  if (const json* source = find(texture, "source")) images.push_back({source->get<std::size_t>(), false});
+  return images;
+}
 
 bool is_used(const MaterialTextureRow& row, const json& material) {
   const bool unlit = find_extension(material, "KHR_materials_unlit") != nullptr;

@@ -9,6 +9,7 @@
 
 #include "base/text.h"
 #include "scene/extensions.h"
+#include "scene/gltf/json_reader.h"
 
 namespace tessera::scene::gltf {
 
@@ -78,9 +79,8 @@ std::vector<std::string> find_unread_extensions(const json& document, const Plac
                                                 Notes& notes) {
   Carriers carriers;
   count_carriers(document, "", budget, carriers);
-  if (const auto used = document.find("extensionsUsed"); used != document.end())
-    for (const json& name : *used)
-      if (const auto& text = name.get_ref<const std::string&>(); !is_read(text)) lists_of(text, budget, carriers);
+  for (const json& name : list_of(document, "extensionsUsed"))
+    if (const auto& text = name.get_ref<const std::string&>(); !is_read(text)) lists_of(text, budget, carriers);
   std::vector<std::string> names, texts;
   for (const auto& [name, lists] : carriers) {
     names.push_back(name);

@@ -103,18 +103,11 @@ struct Wanted {
   void add_texture(const json& owner, std::string_view name, shaders::ColorSpace space, bool heights = false) {
     const json* info = find(owner, name);
     if (info == nullptr) return;
-    const json& texture = document_.json["textures"][(*info)["index"].get<std::size_t>()];
-    for (const char* extension : {"KHR_texture_basisu", "EXT_texture_webp"}) {
-      const json* object = find_extension(texture, extension);
-      if (object == nullptr || !object->contains("source")) continue;
-      const bool basis = extension[0] == 'K';
-      images.insert({(*object)["source"].get<std::size_t>(), basis, heights,
-                     basis || heights ? shaders::ColorSpace::kLinear : space});
-      return;
-    }
-    if (texture.contains("source"))
-      images.insert(
-          {texture["source"].get<std::size_t>(), false, heights, heights ? shaders::ColorSpace::kLinear : space});
+    const std::vector<TextureImage> sources =
+        images_of(document_.json["textures"][(*info)["index"].get<std::size_t>()]);
+    if (sources.empty()) return;
+    const auto& [image, basis] = sources.front();
+    images.insert({image, basis, heights, basis || heights ? shaders::ColorSpace::kLinear : space});
   }
 
   void add_primitive(const json& primitive, const Place& place) {
@@ -132,14 +125,14 @@ struct Wanted {
   void add_accessor(const json& index) {
     const json& accessor = document_.json["accessors"][index.get<std::size_t>()];
     add_view(accessor);
-    if (const auto sparse = accessor.find("sparse"); sparse != accessor.end()) {
+    if (const json* sparse = find(accessor, "sparse")) {
       add_view((*sparse)["indices"]);
       add_view((*sparse)["values"]);
     }
   }
   void add_view(const json& owner) {
-    const auto view = owner.find("bufferView");
-    if (view == owner.end()) return;
+    const json* view = find(owner, "bufferView");
+    if (view == nullptr) return;
     const auto index = view->get<std::size_t>();
     if (find_meshopt(document_.json["bufferViews"][index]) != nullptr) views.insert(index);
   }
@@ -151,8 +144,8 @@ struct Wanted {
 void add_uris(const Document& document, const Wanted& wanted, ReadAhead& ahead, Jobs& jobs) {
   std::set<std::string_view> seen;
   const auto add = [&](const json& holder, const char* list, std::size_t index) {
-    const auto uri = holder.find("uri");
-    if (uri == holder.end()) return;
+    const json* uri = find(holder, "uri");
+    if (uri == nullptr) return;
     const auto& text = uri->get_ref<const std::string&>();
     if (!seen.insert(text).second) return;
     const Place place = document.root.at(list).at(index).at("uri");

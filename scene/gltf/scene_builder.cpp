@@ -36,12 +36,8 @@ std::vector<Node> build_nodes(Document& document, const std::vector<Mesh>& meshe
     const json& model = array[i];
     Node& node = nodes[i];
     node.name = model.value("name", std::string());
-    const auto numbers = [&](const char* name) {
-      const auto found = model.find(name);
-      return found == model.end() ? std::vector<double>() : found->get<std::vector<double>>();
-    };
-    if (const auto children = model.find("children"); children != model.end())
-      node.children = children->get<std::vector<int>>();
+    const auto numbers = [&](const char* name) { return list_of(model, name).get<std::vector<double>>(); };
+    node.children = list_of(model, "children").get<std::vector<int>>();
     for (const int child : node.children) nodes[static_cast<std::size_t>(child)].parent = static_cast<int>(i);
     if (const std::vector<double> t = numbers("translation"); !t.empty())
       node.transform.translation = {t[0], t[1], t[2]};
@@ -249,8 +245,7 @@ void read_keys(Document& document, const json& sampler, const Capture& capture, 
     std::size_t targets = 0;
     const auto mesh = static_cast<std::size_t>(capture.nodes[static_cast<std::size_t>(channel.node)].mesh);
     for (const json& primitive : document.json["meshes"][mesh]["primitives"])
-      if (const auto list = primitive.find("targets"); list != primitive.end())
-        targets = std::max(targets, list->size());
+      targets = std::max(targets, list_of(primitive, "targets").size());
     channel.components = static_cast<int>(targets);
   }
 }

@@ -198,8 +198,8 @@ int choose_variant(json& document, const std::optional<std::string>& name, const
     throw UsageError(fmt::format("no variant '{}' in {}, which has {}", escape_control(*name, 80),
                                  escape_control(root.file()), names.empty() ? "none" : listed(names)));
   const auto variant = static_cast<std::size_t>(found - names.begin());
-  if (const auto meshes = document.find("meshes"); meshes != document.end())
-    for (json& mesh : *meshes)
+  if (document.contains("meshes"))
+    for (json& mesh : document["meshes"])
       for (json& primitive : mesh["primitives"]) {
         const json* mappings = mappings_of(primitive);
         if (mappings == nullptr) continue;
