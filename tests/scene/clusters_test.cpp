@@ -8,11 +8,8 @@
 #include <numeric>
 #include <set>
 
-#include "scene/capture_reader.h"
 #include "scene/limits.h"
-#include "tests/support/captures.h"
-#include "tests/support/gltf_asset.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/read_asset.h"
 
 namespace tessera::scene {
 namespace {
@@ -192,9 +189,7 @@ Capture with_claim(const json& claim) {
   test::GltfAsset asset = test::everything_asset();
   asset.document["meshes"][0]["primitives"][0]["extensions"]["TESSERA_clusters"] = claim;
   asset.document["extensionsUsed"].push_back("TESSERA_clusters");
-  const test::TemporaryFolder folder;
-  test::write_text(folder / "f.glb", asset.glb());
-  return read_capture(folder / "f.glb");
+  return test::read_asset(asset);
 }
 
 TEST(ClusterClaims, CountOnlyWithTheLimitsOfThisReader) {

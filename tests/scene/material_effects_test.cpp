@@ -9,10 +9,7 @@
 #include "base/error.h"
 #include "scene/animation.h"
 #include "scene/assembly.h"
-#include "scene/capture_reader.h"
-#include "tests/support/captures.h"
-#include "tests/support/gltf_asset.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/read_asset.h"
 
 namespace tessera::scene {
 namespace {
@@ -20,17 +17,12 @@ namespace {
 using nlohmann::json;
 using test::GltfAsset;
 
-Capture read(const GltfAsset& asset) {
-  const test::TemporaryFolder folder;
-  test::write_text(folder / "f.glb", asset.glb());
-  return read_capture(folder / "f.glb");
-}
 GltfAsset with_extensions(const json& extensions) {
   GltfAsset asset = test::everything_asset();
   asset.document["materials"][0]["extensions"] = extensions;
   return asset;
 }
-Material material_with(const json& extensions) { return read(with_extensions(extensions)).materials.at(0); }
+Material material_with(const json& extensions) { return test::read_asset(with_extensions(extensions)).materials.at(0); }
 
 std::set<MaterialEffect> effects_of(const Material& material) {
   std::set<MaterialEffect> effects;
@@ -154,7 +146,7 @@ TEST(MaterialEffects, SpecularGlossinessReplacesTheCore) {
                                        {"glossinessFactor", 0.7},
                                        {"specularGlossinessTexture", {{"index", 0}}}}}});
   asset.document["materials"][0]["pbrMetallicRoughness"]["metallicRoughnessTexture"] = {{"index", 0}};
-  const Material m = read(asset).materials.at(0);
+  const Material m = test::read_asset(asset).materials.at(0);
   EXPECT_EQ(effects_of(m), Effects{MaterialEffect::kSpecularGlossiness});
   EXPECT_EQ(m.base_color, Vec4(0.1f, 0.2f, 0.3f, 0.5f));
   EXPECT_EQ(m.specular_glossiness.specular, Vec3(0.4f, 0.5f, 0.6f));
@@ -211,7 +203,7 @@ TEST(MaterialEffects, EveryFactorMoves) {
     if (number.effect == MaterialEffect::kVolume || number.effect == MaterialEffect::kDispersion)
       extensions["KHR_materials_transmission"] = {{"transmissionFactor", 1}};
     if (number.effect == MaterialEffect::kDispersion) extensions["KHR_materials_volume"] = {{"thicknessFactor", 1}};
-    const Capture capture = read(animated(pointer, number.components, extensions));
+    const Capture capture = test::read_asset(animated(pointer, number.components, extensions));
     EXPECT_TRUE(capture.materials[0].has(*number.effect)) << pointer << " is there from the first frame on";
     std::vector<Material> materials = {capture.materials[0]};
     animate_materials(capture, 0.5, std::vector<int>{0}, materials);
@@ -222,8 +214,8 @@ TEST(MaterialEffects, EveryFactorMoves) {
 }
 
 TEST(MaterialEffects, StrengthAndFactorOfEmissionMoveApart) {
-  const Capture capture = read(animated("/extensions/KHR_materials_emissive_strength/emissiveStrength", 1,
-                                        {{"KHR_materials_emissive_strength", {{"emissiveStrength", 5}}}}));
+  const Capture capture = test::read_asset(animated("/extensions/KHR_materials_emissive_strength/emissiveStrength", 1,
+                                                    {{"KHR_materials_emissive_strength", {{"emissiveStrength", 5}}}}));
   std::vector<Material> materials = {capture.materials[0]};
   animate_materials(capture, 0.5, std::vector<int>{0}, materials);
   EXPECT_EQ(materials[0].emissive, capture.materials[0].emissive_factor * 0.5f);
