@@ -125,7 +125,7 @@ TEST(LayeredMaterial, LayersKeepNearlyAllLight) {
       expect_kept({.transmission = true, .volume = true}, m, "volume");
       expect_kept({.diffuse_transmission = true}, m, "spread");
       m.iridescence = 1, m.film_ior = 1.3f, m.film_thickness = 400 * r;
-      expect_kept({.film = !metal}, m, "film");
+      expect_kept({.iridescence = !metal}, m, "film");
       expect_kept({.clearcoat = true, .sheen = true, .transmission = true, .diffuse_transmission = true}, m, "all");
     }
   });
@@ -137,9 +137,10 @@ TEST(LayeredMaterial, TheFurnaceSeesACoatThatTakesNothing) {
   m.coat = 1;
   const auto behind = [](std::size_t, const Vector&, const Vector&, float) { return grey(1); };
   const LayerShares<float> none{0, 0, 1};
-  const LayerShares<float> coat = layer_shares({.clearcoat = true}, m, at_angle(0.1f), 0.1f);
-  const Vector out = shade_layers_by_environment({.clearcoat = true}, m, {coat.coat, none.sheen, none.below},
-                                                 LayerConstants(), kUp, at_angle(0.1f), furnace(), behind);
+  const LayerShares<float> coat = layer_shares(scene::EffectFlags{.clearcoat = true}, m, at_angle(0.1f), 0.1f);
+  const Vector out =
+      shade_layers_by_environment(scene::EffectFlags{.clearcoat = true}, m, {coat.coat, none.sheen, none.below},
+                                  LayerConstants(), kUp, at_angle(0.1f), furnace(), behind);
   EXPECT_GT(out.x, 1.02f);
 }
 
@@ -197,11 +198,11 @@ TEST(LayeredMaterial, RaysRefractBySnellsLaw) {
 TEST(LayeredMaterial, ACoatAtGrazingAnglesIsAMirror) {
   LayeredPoint<float> m = white_point(1);
   m.diffuse = grey(0.2f), m.coat = 1, m.coat_roughness = 0;
-  const float head_on = layer_shares({.clearcoat = true}, m, kUp, 1.0f).coat,
-              grazing = layer_shares({.clearcoat = true}, m, at_angle(0), 0.0f).coat;
+  const float head_on = layer_shares(scene::EffectFlags{.clearcoat = true}, m, kUp, 1.0f).coat,
+              grazing = layer_shares(scene::EffectFlags{.clearcoat = true}, m, at_angle(0), 0.0f).coat;
   EXPECT_NEAR(head_on, 0.04f, 0.005f);
   EXPECT_NEAR(grazing, 1.0f, 0.07f);
-  EXPECT_LT(layer_shares({.clearcoat = true}, m, at_angle(0), 0.0f).below, 0.07f);
+  EXPECT_LT(layer_shares(scene::EffectFlags{.clearcoat = true}, m, at_angle(0), 0.0f).below, 0.07f);
 }
 
 TEST(LayeredMaterial, DispersionSpreadsIndicesAroundTheMaterials) {
@@ -380,7 +381,7 @@ TEST(LayeredMaterial, LightFromBehindReachesWhatSpreadsIt) {
   const Vector through = reflect_light(flags, m, shares, kUp, kUp, light);
   EXPECT_GT(through.x, 0.1f);
   EXPECT_NEAR(through.y, through.x / 2, 1e-6f);
-  EXPECT_EQ(reflect_light({}, m, shares, kUp, kUp, light).x, 0.0f);
+  EXPECT_EQ(reflect_light(scene::EffectFlags{}, m, shares, kUp, kUp, light).x, 0.0f);
 }
 
 }  // namespace
