@@ -49,8 +49,9 @@ def read_layers():
     with open(os.path.join(ROOT, "scene", "material_extensions.def")) as file:
         rows = re.findall(r"^EFFECT\((\w+), (\w+),(.*?)\nEXTENSION", file.read(), re.M | re.S)
     members = {name: member for name, member, _ in rows}
-    return {member: [members[other] for other in re.findall(r"(?<![!.])has\(k(\w+)\)", rest.split("||")[0])]
-            for _, member, rest in rows}
+    needed = {member: rest.rsplit(",", 1)[1].split("||")[0] for _, member, rest in rows}
+    return {member: [members[other] for other in re.findall(r"(?<!!)has\(k(\w+)\)", condition)]
+            for member, condition in needed.items()}
 
 
 LAYERS = read_layers()
