@@ -12,7 +12,7 @@
 
 namespace tessera::scene {
 
-// What of a file is drawn, where that is not what the file says: each by its name, or by its number in the file.
+// Parts of a file that are drawn in place of those that it names itself: each by its name, or by its number in the file.
 struct Selection {
   std::optional<std::string> scene;
   std::optional<std::string> camera;  // or a node that has one

@@ -32,7 +32,7 @@ void build_scene(Document& document, const Selected& selected, Capture& capture)
 // "uniform" stands for {"uniform": true}, any other for {"image": text}. Empty where there is none.
 nlohmann::json environment_settings(const nlohmann::json& document);
 
-// What lights the scene from all around: capture.settings and, of an image, capture.environment_image. The image is
+// Builds the light from all around: capture.settings and, of an image, capture.environment_image. The image is
 // charged with what it unpacks to and what is made from it. Throws InputError for what is no such image, LimitError.
 void build_environment(Document& document, Capture& capture);
 

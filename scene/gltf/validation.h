@@ -27,9 +27,9 @@ void check_schema(const nlohmann::json& document, const Place& root);
 
 namespace tessera::scene::gltf::validation {
 
-// What the parts of validate_links() share. All take documents that passed check_schema().
+// The parts of validate_links() share these. All take documents that passed check_schema().
 
-// What an accessor must look like for a use: number of components and component types.
+// The numbers of components and the component types that a use of an accessor allows.
 struct Format {
   std::vector<int> components;
   std::vector<int> plain;       // component types allowed without normalisation

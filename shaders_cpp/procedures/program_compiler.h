@@ -25,7 +25,7 @@ struct Fault {
 };
 [[noreturn]] void refuse(const Token& at, std::string message);
 
-// What messages call a token.
+// The name of a token in messages.
 std::string shown(const Token& token);
 
 // All tokens of a text of at most ProgramLimits::kSourceBytes; the last is kEnd. Views into `text`.
