@@ -49,23 +49,27 @@ GltfAsset base_asset(const std::string& name) {
 }
 
 BrokenCapture broken_row(const json& row) {
-  const json set = row.value("set", json::object());
-  json removed = row.value("remove", json::array());
-  if (removed.is_string()) removed = {removed};
-  const auto make = [=, base = row.value("base", "everything")](const fs::path& folder) {
-    GltfAsset asset = base_asset(base);
-    for (const auto& [pointer, value] : set.items()) asset.document[json::json_pointer(pointer)] = value;
-    for (const auto& pointer : removed) {
-      const json::json_pointer at(pointer.get<std::string>());
-      asset.document[at.parent_pointer()].erase(at.back());
-    }
-    return put(folder, "capture.glb", asset.glb());
-  };
-  const std::string place = row.contains("place") ? row["place"].get<std::string>() : set.items().begin().key();
-  return {row["name"], make, place, row.value("fault", ""), 3, row.value("strict", false)};
+  const std::string place = row.contains("place") ? row["place"].get<std::string>() : row["set"].items().begin().key();
+  return {row["name"], [row](const fs::path& folder) { return put_row(folder, row); },
+          place,       row.value("fault", ""),
+          3,           row.value("strict", false)};
 }
 
 }  // namespace
+
+json capture_rows(const std::string& file) {
+  return json::parse(read_text(fs::path(TESSERA_SOURCE_DIR) / "tests" / "scene" / file));
+}
+
+fs::path put_row(const fs::path& folder, const json& row) {
+  GltfAsset asset = base_asset(row.value("base", "everything"));
+  for (const auto& [pointer, value] : row.value("set", json::object()).items())
+    asset.document[json::json_pointer(pointer)] = value;
+  json removed = row.value("remove", json::array());
+  if (removed.is_string()) removed = json::array({removed});
+  for (const json& pointer : removed) asset.document.patch_inplace({{{"op", "remove"}, {"path", pointer}}});
+  return put(folder, "capture.glb", asset.glb());
+}
 
 std::vector<BrokenClass> broken_captures() {
   std::vector<BrokenClass> out;
@@ -73,8 +77,7 @@ std::vector<BrokenClass> broken_captures() {
     const auto at = std::find_if(out.begin(), out.end(), [&](const BrokenClass& c) { return c.name == name; });
     return (at == out.end() ? out.emplace_back(BrokenClass{name, {}}) : *at).captures;
   };
-  const json rows = json::parse(read_text(fs::path(TESSERA_SOURCE_DIR) / "tests" / "scene" / "broken_captures.json"));
-  for (const auto& [name, captures] : rows.items())
+  for (const auto& [name, captures] : capture_rows("broken_captures.json").items())
     for (const json& row : captures) captures_of(name).push_back(broken_row(row));
   for (const auto& part : {broken_containers(), broken_contents(), broken_compression()})
     for (const BrokenClass& c : part) {
