@@ -95,6 +95,21 @@ Primitive wires(Primitive::Wire wire, const std::vector<Vec3>& ends, std::size_t
 
 }  // namespace
 
+Primitive wavy_grid(int n, std::uint32_t seed) {
+  Random random(seed);
+  std::vector<Vec3> positions;
+  std::vector<std::uint32_t> indices;
+  for (int y = 0; y <= n; ++y)
+    for (int x = 0; x <= n; ++x)
+      positions.emplace_back(static_cast<float>(x), static_cast<float>(y), random.uniform(0, 1));
+  for (int y = 0; y < n; ++y)
+    for (int x = 0; x < n; ++x) {
+      const auto a = static_cast<std::uint32_t>(y * (n + 1) + x), row = static_cast<std::uint32_t>(n + 1);
+      for (const std::uint32_t i : {a, a + 1, a + row + 1, a, a + row + 1, a + row}) indices.push_back(i);
+    }
+  return triangles(positions, indices);
+}
+
 Primitive points(const std::vector<Vec3>& positions, int material) {
   return wires(Primitive::Wire::kPoints, positions, 4, material);
 }

@@ -33,6 +33,8 @@ void add_turn(scene::Capture& capture, int node, const Vec3& axis, float angle);
 
 scene::Primitive triangles(std::vector<Vec3> positions, std::vector<std::uint32_t> indices,
                            int material = scene::kNone);
+// Triangles over n x n cells of random heights.
+scene::Primitive wavy_grid(int n, std::uint32_t seed);
 // Points, or segments by both ends of each.
 scene::Primitive points(const std::vector<Vec3>& positions, int material = scene::kNone);
 scene::Primitive segments(const std::vector<Vec3>& ends, int material = scene::kNone);
