@@ -2,7 +2,7 @@
 
 #include <stddef.h>
 
-// stb behind names of our own: Debian's Draco library exports a copy of stb under stb's names, and
+// stb behind names of our own: Debian's Draco library exports a copy of stb (and of tinygltf) under stb's names, and
 // the linker would be free to take that one.
 #ifdef __cplusplus
 extern "C" {

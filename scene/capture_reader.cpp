@@ -91,7 +91,7 @@ Capture read_capture(const std::filesystem::path& file, const CaptureLimits& lim
   gltf::build_materials(document, capture);
   capture.meshes = gltf::build_meshes(document);
   gltf::build_scene(document, selected, capture);
-  capture.extensions_used = gltf::list_of(document.json, "extensionsUsed").get<std::vector<std::string>>();
+  capture.extensions_used = document.model.extensionsUsed;
   capture.extensions_unread = unread;
   capture.notices = document.notes.lines();
   capture.load_seconds = loaded - begin;

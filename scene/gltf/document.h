@@ -3,9 +3,9 @@
 #include <functional>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
+#include <tiny_gltf.h>
 #include <nlohmann/json.hpp>
 
 #include "base/vec.h"
@@ -20,10 +20,11 @@ namespace tessera::scene::gltf {
 
 struct ReadAhead;
 
-// A document that passed check_schema() and validate_links(), and everything needed to decode it: bytes come from
-// `resources`, which checks them.
+// A checked glTF document and everything needed to decode it. `model` is tinygltf's typed view of `json` without its
+// buffers and images: tinygltf fills in the defaults, the bytes come from `resources`, which checks them.
 struct Document {
   nlohmann::json json;
+  tinygltf::Model model;
   Notes notes;
   Resources resources;
   Place root;
@@ -33,18 +34,7 @@ struct Document {
   std::shared_ptr<ReadAhead> ahead;     // what read_ahead() decoded; null without
 
   Document(nlohmann::json checked, const std::filesystem::path& file, std::vector<std::uint8_t> binary, bool has_binary,
-           const CaptureLimits& limits_in, MemoryBudget& budget_in, Notes notes_in = Notes())
-      : json(std::move(checked)),
-        notes(std::move(notes_in)),
-        resources(json, file, std::move(binary), has_binary, limits_in, budget_in, notes),
-        root(file.string()),
-        limits(limits_in),
-        budget(budget_in) {
-    const std::size_t accessors = list_of(json, "accessors").size();
-    budget.charge(accessors, sizeof(AccessorLayout), "/accessors");
-    layouts.reserve(accessors);
-    for (std::size_t a = 0; a < accessors; ++a) layouts.push_back(accessor_layout(json, a));
-  }
+           const CaptureLimits& limits_in, MemoryBudget& budget_in, Notes notes_in = Notes());
 };
 
 // ---- Accessors --------------------------------------------------------------------------------------------------

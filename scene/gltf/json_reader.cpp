@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <tiny_gltf.h>
 
 #include "base/error.h"
 #include "base/text.h"
@@ -108,18 +109,45 @@ class Census {
   std::vector<Level> levels_;
 };
 
-// Objects of a document and what one takes in the capture, times 3 for vectors that grow by doubling (old and new block
-// exist at once).
+// Objects of a document and what one takes: tinygltf's and the capture's, times 3 for vectors that grow by doubling
+// (old and new block exist at once).
 struct ObjectKind {
   const char* array;
   std::uint64_t bytes;
 };
 constexpr std::uint64_t kGrowth = 3;
 constexpr ObjectKind kKinds[] = {
-    {"animations", sizeof(Animation)}, {"cameras", sizeof(Camera)},  {"materials", sizeof(Material)},
-    {"meshes", sizeof(Mesh)},          {"nodes", sizeof(Node) + 48},  // and the tables of validation
-    {"skins", sizeof(Skin)},
+    {"accessors", sizeof(tinygltf::Accessor)},
+    {"animations", sizeof(tinygltf::Animation) + sizeof(Animation)},
+    {"bufferViews", sizeof(tinygltf::BufferView)},
+    {"cameras", sizeof(tinygltf::Camera) + sizeof(Camera)},
+    {"materials", sizeof(tinygltf::Material) + sizeof(Material)},
+    {"meshes", sizeof(Mesh)},
+    {"nodes", sizeof(Node) + 48},  // and the tables of validation
+    {"samplers", sizeof(tinygltf::Sampler)},
+    {"scenes", sizeof(tinygltf::Scene)},
+    {"skins", sizeof(tinygltf::Skin) + sizeof(Skin)},
+    {"textures", sizeof(tinygltf::Texture)},
 };
+
+std::uint64_t count_values(const json& value) {
+  std::uint64_t count = 1;
+  if (value.is_structured())
+    for (const json& inner : value) count += count_values(inner);
+  return count;
+}
+
+// tinygltf copies what stands in "extensions" into values of its own.
+std::uint64_t count_extension_values(const json& value) {
+  std::uint64_t count = 0;
+  if (value.is_object()) {
+    for (const auto& [key, inner] : value.items())
+      count += key == "extensions" ? count_values(inner) : count_extension_values(inner);
+  } else if (value.is_array()) {
+    for (const json& inner : value) count += count_extension_values(inner);
+  }
+  return count;
+}
 
 }  // namespace
 
@@ -128,14 +156,17 @@ json read_json(const std::string& text, std::size_t first_byte, const std::strin
   Census census(file, first_byte);
   json::sax_parse(text, &census);
   // A value is 16 bytes in a vector that doubles, a container 64 more, a key a map node of 96, a text 48; texts too
-  // long to lie inside std::string have a block of their own. The capture keeps lists of numbers, and names, once more.
+  // long to lie inside std::string have a block of their own. Two such trees exist at a time: ours and tinygltf's, or
+  // the one that is written as text for it; the text takes up to 24 bytes a number and doubles as it grows. Then
+  // tinygltf's lists of numbers, its maps of attributes, and names, which the capture keeps once more.
   constexpr const char* what = "JSON";
-  budget.charge(census.values, 16 * kGrowth + 8 * kGrowth, what);
-  budget.charge(census.containers, 64, what);
-  budget.charge(census.keys, 96, what);
-  budget.charge(census.strings, 48, what);
-  budget.charge(census.keys + census.strings, 32, what);
+  budget.charge(census.values, 2 * 16 * kGrowth + 24 * kGrowth + 8 * kGrowth, what);
+  budget.charge(census.containers, 2 * 64 + 64, what);
+  budget.charge(census.keys, 2 * 96 + 96 + 3 * 6, what);
+  budget.charge(census.strings, 2 * 48, what);
+  budget.charge(census.keys + census.strings, 2 * 32, what);
   budget.charge(census.string_bytes, 2, what);
+  budget.charge(text.size(), 2 + kGrowth, what);
   return json::parse(text);
 }
 
@@ -150,10 +181,19 @@ void charge_objects(const json& document, MemoryBudget& budget) {
         budget.charge(list->size(), kGrowth * bytes, [&] { return fmt::format("/{}/{}/{}", outer, i, inner); });
   };
   inner_arrays("meshes", "primitives", sizeof(Primitive));
-  inner_arrays("animations", "channels", sizeof(AnimationChannel) + 64);  // and sets of what is moved
-  inner_arrays("nodes", "children", sizeof(int));
-  inner_arrays("skins", "joints", sizeof(int) + sizeof(DMat4) + 16);
-  inner_arrays("scenes", "nodes", sizeof(int) + 16);
+  inner_arrays("animations", "channels",
+               sizeof(tinygltf::AnimationChannel) + sizeof(AnimationChannel) + 64);  // and sets of what is moved
+  inner_arrays("animations", "samplers", sizeof(tinygltf::AnimationSampler));
+  inner_arrays("nodes", "children", 2 * sizeof(int));
+  inner_arrays("skins", "joints", 2 * sizeof(int) + sizeof(DMat4) + 16);
+  inner_arrays("scenes", "nodes", 2 * sizeof(int) + 16);
+  if (const json* materials = find(document, "materials"))
+    budget.charge(count_values(*materials), sizeof(tinygltf::Parameter) + 128, "/materials");
+  std::uint64_t values = 0;
+  for (const auto& [name, value] : document.items())
+    if (name != "nodes" && name != "meshes")  // tinygltf does not see them
+      values += name == "extensions" ? count_values(value) : count_extension_values(value);
+  budget.charge(values, 2 * kGrowth * sizeof(tinygltf::Value), "/extensions");
 }
 
 // ---- Parts of a document ----------------------------------------------------------------------------------------

@@ -17,14 +17,14 @@ namespace tessera::scene::gltf {
 // five bytes, in a vector that doubles.
 inline constexpr std::uint64_t kCensusBytes = 5;
 
-// Parses the JSON of a capture. The text is first read without keeping anything, to charge what the parsed tree will
-// take. Refuses (InputError) with the byte of the file what is not JSON, what nests deeper than 64
+// Parses the JSON of a capture. The text is first read without keeping anything, to charge what the parsed tree and
+// its copies will take. Refuses (InputError) with the byte of the file what is not JSON, what nests deeper than 64
 // levels and numbers beyond double; with the JSON pointer a key that an object has twice: glTF forbids it, and which
 // of the two counts would be anybody's guess. `first_byte`: where the text begins in the file.
 nlohmann::json read_json(const std::string& text, std::size_t first_byte, const std::string& file,
                          MemoryBudget& budget);
 
-// Charges what the capture's objects take that a document names, without what its buffers hold.
+// Charges what the typed view of a document (tinygltf's) and the capture's own objects take, buffers deferred.
 // `document` must have passed check_schema.
 void charge_objects(const nlohmann::json& document, MemoryBudget& budget);
 

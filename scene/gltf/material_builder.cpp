@@ -58,24 +58,22 @@ class TextureLibrary {
 
   shaders::Sampler sampler(std::size_t texture) const {
     shaders::Sampler out;
-    const json* index = find(document_.json["textures"][texture], "sampler");
-    if (index == nullptr) return out;
-    const json& s = document_.json["samplers"][index->get<std::size_t>()];
-    const auto wrap = [&](const char* name) {
-      const int mode = s.value(name, 0);
+    const int index = document_.model.textures[texture].sampler;
+    if (index < 0) return out;
+    const tinygltf::Sampler& s = document_.model.samplers[static_cast<std::size_t>(index)];
+    const auto wrap = [](int mode) {
       return mode == 33071   ? shaders::Wrap::kClampToEdge
              : mode == 33648 ? shaders::Wrap::kMirroredRepeat
                              : shaders::Wrap::kRepeat;
     };
-    out.wrap_s = wrap("wrapS");
-    out.wrap_t = wrap("wrapT");
-    out.magnify_linear = s.value("magFilter", 0) != 9728;
+    out.wrap_s = wrap(s.wrapS);
+    out.wrap_t = wrap(s.wrapT);
+    out.magnify_linear = s.magFilter != 9728;
     // 9728 nearest, 9729 linear, 9984..9987: nearest/linear within a level x nearest/linear between levels.
-    const int minify = s.value("minFilter", 0);
-    out.minify_linear = minify != 9728 && minify != 9984 && minify != 9986;
-    if (minify == 9728 || minify == 9729)
+    out.minify_linear = s.minFilter != 9728 && s.minFilter != 9984 && s.minFilter != 9986;
+    if (s.minFilter == 9728 || s.minFilter == 9729)
       out.mip = shaders::MipFilter::kNone;
-    else if (minify == 9984 || minify == 9985)
+    else if (s.minFilter == 9984 || s.minFilter == 9985)
       out.mip = shaders::MipFilter::kNearest;
     return out;
   }
@@ -210,10 +208,10 @@ Displacement displacement(TextureLibrary& library, const json& extension) {
   return out;
 }
 
-// The number of a material whose file has the object that holds it.
+// A number of an extension that the material has; tinygltf reads those of the core.
 void read_number(const MaterialNumber& number, const json& material, Material& out) {
-  const std::string_view pointer = number.pointer;
-  if (find_at(material, pointer.substr(0, pointer.rfind('/'))) == nullptr) return;
+  const std::string_view pointer = number.pointer, object = pointer.substr(0, pointer.rfind('/'));
+  if (!object.starts_with("/extensions/") || find_at(material, object) == nullptr) return;
   const json* value = find_at(material, pointer);
   float* to = number.of(out);
   for (int c = 0; c < number.components; ++c)
@@ -221,12 +219,22 @@ void read_number(const MaterialNumber& number, const json& material, Material& o
                              : (number.components == 1 ? *value : (*value)[static_cast<std::size_t>(c)]).get<float>();
 }
 
-Material build_material(TextureLibrary& library, const json& material) {
+Material build_material(TextureLibrary& library, const tinygltf::Material& model, const json& material) {
   Material out;
-  out.name = material.value("name", std::string());
-  const std::string alpha = material.value("alphaMode", std::string());
-  out.alpha_mode = alpha == "MASK" ? AlphaMode::kMask : alpha == "BLEND" ? AlphaMode::kBlend : AlphaMode::kOpaque;
-  out.double_sided = material.value("doubleSided", false);
+  out.name = model.name;
+  const tinygltf::PbrMetallicRoughness& pbr = model.pbrMetallicRoughness;
+  const auto &color = pbr.baseColorFactor, &emissive = model.emissiveFactor;
+  out.base_color = {color[0], color[1], color[2], color[3]};
+  out.metallic = static_cast<float>(pbr.metallicFactor);
+  out.roughness = static_cast<float>(pbr.roughnessFactor);
+  out.emissive_factor = {emissive[0], emissive[1], emissive[2]};
+  out.normal_scale = static_cast<float>(model.normalTexture.scale);
+  out.occlusion_strength = static_cast<float>(model.occlusionTexture.strength);
+  out.alpha_mode = model.alphaMode == "MASK"    ? AlphaMode::kMask
+                   : model.alphaMode == "BLEND" ? AlphaMode::kBlend
+                                                : AlphaMode::kOpaque;
+  out.alpha_cutoff = static_cast<float>(model.alphaCutoff);
+  out.double_sided = model.doubleSided;
   out.unlit = find_extension(material, "KHR_materials_unlit") != nullptr;
   for (const MaterialNumber& number : material_numbers())
     if (!number.effect || !out.unlit) read_number(number, material, out);
@@ -264,8 +272,8 @@ bool is_used(const MaterialTextureRow& row, const json& material) {
 
 void build_materials(Document& document, Capture& capture) {
   TextureLibrary library(document, capture.basis_images);
-  for (const json& material : list_of(document.json, "materials"))
-    capture.materials.push_back(build_material(library, material));
+  for (std::size_t m = 0; m < document.model.materials.size(); ++m)
+    capture.materials.push_back(build_material(library, document.model.materials[m], document.json["materials"][m]));
 }
 
 }  // namespace tessera::scene::gltf

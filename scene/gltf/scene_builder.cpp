@@ -18,10 +18,6 @@ namespace {
 
 using nlohmann::json;
 
-Vec3 vec3_of(const json& numbers) {
-  return {numbers[0].get<float>(), numbers[1].get<float>(), numbers[2].get<float>()};
-}
-
 DMat4 matrix_from(const double* m) {
   DMat4 out;
   for (int column = 0; column < 4; ++column)
@@ -137,8 +133,11 @@ void charge_poses(Document& document, const Capture& capture) {
 
 // Roots of the scene to draw: the default one, else the first; without scenes every root.
 std::vector<int> build_roots(const Document& document, const std::vector<Node>& nodes) {
-  if (const json& scenes = list_of(document.json, "scenes"); !scenes.empty())
-    return list_of(scenes[document.json.value("scene", std::size_t{0})], "nodes").get<std::vector<int>>();
+  if (!document.model.scenes.empty()) {
+    const auto scene = static_cast<std::size_t>(std::max(document.model.defaultScene, 0));
+    const std::vector<int>& roots = document.model.scenes[scene].nodes;
+    return {roots.begin(), roots.end()};
+  }
   std::vector<int> roots;
   for (std::size_t i = 0; i < nodes.size(); ++i)
     if (nodes[i].parent == kNone) roots.push_back(static_cast<int>(i));
@@ -147,13 +146,12 @@ std::vector<int> build_roots(const Document& document, const std::vector<Node>& 
 
 std::vector<Skin> build_skins(Document& document) {
   std::vector<Skin> skins;
-  for (const json& model : list_of(document.json, "skins")) {
+  for (const tinygltf::Skin& model : document.model.skins) {
     Skin& skin = skins.emplace_back();
-    skin.joints = model["joints"].get<std::vector<int>>();
+    skin.joints.assign(model.joints.begin(), model.joints.end());
     skin.inverse_bind.assign(skin.joints.size(), DMat4(1.0));
-    const json* matrices = find(model, "inverseBindMatrices");
-    if (matrices == nullptr) continue;
-    const std::vector<float> values = read_floats(document, matrices->get<std::size_t>());
+    if (model.inverseBindMatrices < 0) continue;
+    const std::vector<float> values = read_floats(document, static_cast<std::size_t>(model.inverseBindMatrices));
     for (std::size_t j = 0; j < skin.joints.size(); ++j) {
       const std::vector<double> m(values.begin() + static_cast<std::ptrdiff_t>(16 * j),
                                   values.begin() + static_cast<std::ptrdiff_t>(16 * j + 16));
@@ -321,21 +319,22 @@ void settle_effects(Capture& capture) {
 
 std::vector<Camera> build_cameras(const Document& document) {
   std::vector<Camera> cameras;
-  for (const json& model : list_of(document.json, "cameras")) {
+  for (std::size_t c = 0; c < document.model.cameras.size(); ++c) {
+    const tinygltf::Camera& model = document.model.cameras[c];
     Camera& camera = cameras.emplace_back();
-    camera.name = model.value("name", std::string());
-    const bool perspective = model["type"] == "perspective";
-    const json& projection = model[perspective ? "perspective" : "orthographic"];
-    if (perspective) {
-      camera.vertical_fov = projection["yfov"].get<float>();
+    camera.name = model.name;
+    if (model.type == "perspective") {
+      camera.vertical_fov = static_cast<float>(model.perspective.yfov);
+      camera.near = static_cast<float>(model.perspective.znear);
+      camera.far = static_cast<float>(model.perspective.zfar);
     } else {
       camera.type = Camera::Type::kOrthographic;
-      camera.x_mag = std::abs(projection["xmag"].get<float>());
-      camera.y_mag = std::abs(projection["ymag"].get<float>());
+      camera.x_mag = std::abs(static_cast<float>(model.orthographic.xmag));
+      camera.y_mag = std::abs(static_cast<float>(model.orthographic.ymag));
+      camera.near = static_cast<float>(model.orthographic.znear);
+      camera.far = static_cast<float>(model.orthographic.zfar);
     }
-    camera.near = projection["znear"].get<float>();
-    camera.far = projection.value("zfar", 0.0f);
-    if (const json* lens = find_extension(model, "TESSERA_lens")) {
+    if (const json* lens = find_extension(document.json["cameras"][c], "TESSERA_lens")) {
       camera.lens.aperture_radius = (*lens)["apertureRadius"].get<float>();
       camera.lens.focus_distance = lens->value("focusDistance", std::numeric_limits<float>::infinity());
     }
@@ -344,21 +343,17 @@ std::vector<Camera> build_cameras(const Document& document) {
 }
 
 void build_lights(const Document& document, Capture& capture) {
-  const json* punctual = find_extension(document.json, "KHR_lights_punctual");
-  if (punctual == nullptr) return;
-  for (const json& model : (*punctual)["lights"]) {
+  for (const tinygltf::Light& model : document.model.lights) {
     shaders::Light& light = capture.lights.emplace_back();
     LightParameters& parameters = capture.light_parameters.emplace_back();
-    light.type = model["type"] == "directional" ? shaders::Light::Type::kDirectional
-                 : model["type"] == "point"     ? shaders::Light::Type::kPoint
-                                                : shaders::Light::Type::kSpot;
-    if (const json* color = find(model, "color")) parameters.color = vec3_of(*color);
-    parameters.intensity = model.value("intensity", 1.0f);
-    if (const json* spot = find(model, "spot")) {
-      parameters.inner_cone = spot->value("innerConeAngle", parameters.inner_cone);
-      parameters.outer_cone = spot->value("outerConeAngle", parameters.outer_cone);
-    }
-    light.range = model.value("range", 0.0f);
+    light.type = model.type == "directional" ? shaders::Light::Type::kDirectional
+                 : model.type == "point"     ? shaders::Light::Type::kPoint
+                                             : shaders::Light::Type::kSpot;
+    if (model.color.size() == 3) parameters.color = {model.color[0], model.color[1], model.color[2]};
+    parameters.intensity = static_cast<float>(model.intensity);
+    parameters.inner_cone = model.spot.innerConeAngle;
+    parameters.outer_cone = model.spot.outerConeAngle;
+    light.range = static_cast<float>(model.range);
     parameters.apply(light);
   }
 }
@@ -383,7 +378,8 @@ CaptureSettings build_settings(const Document& document) {
   }
   settings.camera_node = extension->value("camera", kNone);
   settings.exposure = extension->value("exposure", 1.0f);
-  if (const json* color = find(*extension, "background")) settings.background = vec3_of(*color);
+  if (const json* c = find(*extension, "background"))
+    settings.background = {(*c)[0].get<float>(), (*c)[1].get<float>(), (*c)[2].get<float>()};
   return settings;
 }
 
