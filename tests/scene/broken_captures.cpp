@@ -64,8 +64,7 @@ json capture_rows(const std::string& file) {
 fs::path put_row(const fs::path& folder, const json& row) {
   GltfAsset asset = base_asset(row.value("base", "everything"));
   const json set = row.value("set", json::object());
-  for (const auto& [pointer, value] : set.items())
-    asset.document[json::json_pointer(pointer)] = value;
+  for (const auto& [pointer, value] : set.items()) asset.document[json::json_pointer(pointer)] = value;
   json removed = row.value("remove", json::array());
   if (removed.is_string()) removed = json::array({removed});
   for (const json& pointer : removed) asset.document.patch_inplace({{{"op", "remove"}, {"path", pointer}}});
