@@ -10,7 +10,7 @@
 namespace tessera::frontend {
 
 // What a guess hid, kept in memory until the frame's own depths say whether it was right: a group of base patches
-// (scene/patch_groups.h) or an instance, neither of them looked into.
+// (scene/cluster_bounds.h) or an instance, neither of them looked into.
 struct Deferred {
   enum Kind : std::uint8_t { kGroup, kInstance };
 

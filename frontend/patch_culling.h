@@ -12,7 +12,7 @@
 
 namespace tessera::frontend {
 
-// Patches of drawables whose vertices rest are tested in groups (scene/patch_groups.h) before any of their records is
+// Patches of drawables whose vertices rest are tested in groups (scene/cluster_bounds.h) before any of their records is
 // fetched: what is far outside the view costs the logarithm of its patches.
 //
 // Invariants (cited by the tests):

@@ -1,7 +1,5 @@
 #include "gpu/input_signatures.h"
 
-#include "scene/effect_numbers.h"
-
 #include <algorithm>
 #include <atomic>
 #include <numeric>
@@ -46,16 +44,10 @@ void add_light(Crc64& crc, const shaders::Light& light) {
 
 // All of a material that may differ from frame to frame.
 void add_material(Crc64& crc, const scene::Material& material) {
-  add_span(crc, std::span(&material.base_color, 1));
   add_span(crc, std::span(&material.emissive, 1));
-  for (const float number : {material.metallic, material.roughness, material.normal_scale, material.occlusion_strength,
-                             material.alpha_cutoff})
-    crc.add_value(number);
-  if (material.effects.any()) {
-    scene::Material factors = material;
-    for (const scene::EffectNumber& number : scene::effect_numbers())
-      crc.add_values(std::span<const float>(number.of(factors), static_cast<std::size_t>(number.components)));
-  }
+  for (const scene::MaterialNumber& number : scene::material_numbers())
+    if (!number.effect || material.effects.any())
+      crc.add_values(std::span(number.in(material), static_cast<std::size_t>(number.components)));
   for (const scene::TextureSlot* slot : material.slots()) {
     add_matrix(crc, slot->transform.matrix);
     add_span(crc, std::span(&slot->transform.offset, 1));

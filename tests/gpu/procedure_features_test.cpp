@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "scene/animated_procedures.h"
+#include "scene/animation.h"
 #include "scene/capture_reader.h"
 #include "tests/gpu/procedure_images.h"
 

@@ -8,7 +8,6 @@
 
 #include "base/error.h"
 #include "scene/capture_reader.h"
-#include "scene/deform.h"
 #include "scene/pose.h"
 #include "tests/support/captures.h"
 #include "tests/support/process.h"

@@ -10,7 +10,6 @@ namespace tessera::test {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
 std::string header(std::uint32_t version, std::uint32_t length) {
   return "glTF" + little_endian32(version) + little_endian32(length);
@@ -172,7 +171,9 @@ BrokenClass files_that_fail() {
                   "no_binary_chunk", [](GltfAsset& a) { a.binary.clear(); }, "/buffers/0", "no binary chunk"),
               damaged(
                   "binary_chunk_short", [](GltfAsset& a) { a.binary.resize(40); }, "/buffers/0", "40"),
-              edited("second_buffer_without_uri", "/bufferViews/0/buffer", 1, "/bufferViews/0/buffer"),
+              damaged(
+                  "second_buffer_without_uri", [](GltfAsset& a) { a.document["bufferViews"][0]["buffer"] = 1; },
+                  "/bufferViews/0/buffer"),
           }};
 }
 

@@ -1,6 +1,6 @@
 // Catmull-Clark control meshes as Bezier patches. The oracle for limit surfaces is OpenSubdiv's evaluator (Bfr), which
 // shares nothing with the masks under test but the refinement rules.
-#include "scene/subdivision/catmull_clark.h"
+#include "scene/subdivision/control_cage.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "scene/deform.h"
+#include "scene/pose.h"
 #include "tests/support/captures.h"
 
 namespace tessera::scene {

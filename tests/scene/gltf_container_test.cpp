@@ -6,7 +6,7 @@
 
 #include "base/error.h"
 #include "scene/capture_reader.h"
-#include "scene/gltf/container.h"
+#include "scene/gltf/json_reader.h"
 #include "scene/gltf/resources.h"
 #include "tests/support/captures.h"
 #include "tests/support/gltf_asset.h"

@@ -8,11 +8,8 @@
 #include <vector>
 
 #include "scene/assembly.h"
-#include "scene/capture_reader.h"
 #include "scene/frame_geometry.h"
-#include "tests/support/captures.h"
-#include "tests/support/gltf_asset.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/read_asset.h"
 
 namespace tessera::scene {
 namespace {
@@ -35,9 +32,7 @@ Primitive read_primitive(int mode, const std::vector<std::uint16_t>& indices, co
   if (!extensions.is_null()) primitive["extensions"] = extensions;
   asset.add("meshes", {{"primitives", {primitive}}});
   asset.add("nodes", {{"mesh", 0}});
-  const test::TemporaryFolder folder;
-  test::write_text(folder / "f.glb", asset.glb());
-  return read_capture(folder / "f.glb", {.strict = true}).meshes.at(0).primitives.at(0);
+  return test::read_asset(asset, {.strict = true}).meshes.at(0).primitives.at(0);
 }
 
 // The x of the ends of each segment, of each point.
