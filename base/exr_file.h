@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "base/enum_words.h"
 #include "base/image.h"
 #include "base/image_codec.h"
 
@@ -35,9 +34,5 @@ Image read_exr(const std::filesystem::path& source, const ImageLimits& limits = 
 // The same of the bytes of a file, as decode_image(): false with the fault in words, LimitError.
 bool decode_exr(std::span<const std::uint8_t> bytes, const ImageLimits& limits, Image& image, std::string& fault,
                 const ChargeBytes& charge = {});
-
-template <>
-inline constexpr auto kEnumWords<ExrCompression> = std::to_array<std::string_view>({"piz", "zip", "zips", "rle",
-                                                                                    "none"});
 
 }  // namespace tessera

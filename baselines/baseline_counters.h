@@ -30,7 +30,6 @@ struct BaselineCounters {
   std::uint64_t position_evaluations = 0;
   std::uint64_t domain_evaluations = 0;
   std::uint64_t domain_evaluations_cached = 0;
-  std::uint64_t compulsory_evaluations = 0;
   std::uint64_t pixel_shader_invocations = 0;
   std::uint64_t patch_bytes = 0;
   std::uint64_t patch_bytes_cached = 0;
@@ -116,8 +115,6 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
      "Vulkan tessellation evaluation invocations"},
     {"baseline.domain_evaluations_cached", &baselines::BaselineCounters::domain_evaluations_cached, Combine::kSum,
      "vertices", "The same with the cache of tessellator.cache_bytes.", "Vulkan tessellation evaluation invocations"},
-    {"baseline.compulsory_evaluations", &baselines::BaselineCounters::compulsory_evaluations, Combine::kSum, "vertices",
-     "The same with a cache that loses nothing: different vertices.", ""},
     {"baseline.pixel_shader_invocations", &baselines::BaselineCounters::pixel_shader_invocations, Combine::kSum,
      "invocations",
      "Pixel-shader invocations: of what is visible with tiles, the same for all; of every pixel and triangle that "
@@ -129,7 +126,7 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
     {"baseline.patch_bytes_cached", &baselines::BaselineCounters::patch_bytes_cached, Combine::kSum, "bytes",
      "The same with the cache of tessellator.cache_bytes: patches whose vertices are on chip are not fetched.", ""},
     {"baseline.frame_bytes_read", &baselines::BaselineCounters::frame_bytes_read, Combine::kSum, "bytes",
-     "Colour and depth read from memory: by tiles reloaded, or through the cache of immediate.cache_bytes and for the "
+     "Colour and depth read from memory: by tiles reloaded, or through the cache of baselines.cache_bytes and for the "
      "resolve.",
      "MaliSCBusTileWrBt"},
     {"baseline.frame_bytes_written", &baselines::BaselineCounters::frame_bytes_written, Combine::kSum, "bytes",

@@ -60,7 +60,6 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
   out.buffer_overflows = counters.binner.partial_renders;
   out.domain_evaluations = evaluations_uncached;
   out.domain_evaluations_cached = counters.tessellation.domain_evaluations;
-  out.compulsory_evaluations = counters.tessellation.compulsory_evaluations;
   out.patch_bytes = bound_records + tables_uncached + uncached;
   out.patch_bytes_cached = bound_records + tables + tiles + shading;
   out.frame_bytes_read = state.read_bytes;

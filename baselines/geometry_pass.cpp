@@ -121,7 +121,6 @@ TessellatedPatch tessellate_patch(const tilecore::TileJob& job, std::uint32_t nu
 gpu::GpuConfiguration patch_whole_machine(gpu::GpuConfiguration gpu) {
   gpu.frontend.split_depth = 0;
   gpu.frontend.split_budget = 1;
-  gpu.frontend.backface_cells = 0;
   gpu.tessellator.sub_patch_cells = 64;
   gpu.frontend.previous_depth_culling = false;
   return gpu;

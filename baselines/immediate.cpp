@@ -55,7 +55,7 @@ std::vector<ImmediateTraffic> draw_plain(const std::vector<TileDrawing>& tiles, 
 
 void move_lines(const std::vector<TileDrawing>& tiles, const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu,
                 const SampleLayout& layout, ImmediateFrame& out) {
-  const auto cache_bytes = static_cast<std::uint64_t>(gpu.baselines.immediate_cache_bytes);
+  const auto cache_bytes = static_cast<std::uint64_t>(gpu.baselines.cache_bytes);
   const bool resolve = job.pattern->samples_per_pixel() > 1;
   ImmediateMemory cached(cache_bytes, job.burst_bytes(), layout.line_count());
   ImmediateMemory uncached(0, job.burst_bytes(), layout.line_count());
@@ -120,8 +120,7 @@ class ImmediateScheme final : public Scheme {
     counters.tile_overlaps = 0;
     counters.culled_occlusion = frame.blocks_culled;
     counters.pixel_shader_invocations = frame.pixel_shader_invocations;
-    counters.domain_evaluations = counters.domain_evaluations_cached = counters.compulsory_evaluations =
-        drawn.geometry.vertices;
+    counters.domain_evaluations = counters.domain_evaluations_cached = drawn.geometry.vertices;
     const std::uint64_t finished = samples_ > 1 ? drawn.frame_bytes : 0;  // else the colour surface is the frame
     counters.frame_bytes_read = frame.traffic.bytes_read;
     counters.frame_bytes_written = frame.traffic.bytes_written + finished;

@@ -12,7 +12,7 @@
 namespace tessera::baselines {
 
 struct ImmediateTraffic {
-  std::uint64_t bytes_read = 0, bytes_written = 0;  // through the cache of immediate.cache_bytes
+  std::uint64_t bytes_read = 0, bytes_written = 0;  // through the cache of baselines.cache_bytes
   std::uint64_t bytes_uncached = 0;                 // both, without
 };
 

@@ -50,7 +50,7 @@ PostTessellationBinner::PostTessellationBinner(const gpu::GpuConfiguration& gpu,
       buffer_(gpu, grid.tile_count()),
       storage_(storage),
       burst_bytes_(static_cast<std::uint64_t>(gpu.memory.burst_bytes)),
-      cache_bytes_(static_cast<std::uint64_t>(gpu.baselines.post_tessellation_cache_bytes)),
+      cache_bytes_(static_cast<std::uint64_t>(gpu.baselines.cache_bytes)),
       last_address_(grid.tile_count(), 0) {}
 
 bool PostTessellationBinner::fits(const TessellatedPatch& patch, const TriangleList& list, std::size_t first,
@@ -290,7 +290,7 @@ void PostTessellationBinner::finish(const VisibleTriangles* visible, std::span<c
   counters_.queue_bytes_written = buffer_.bytes_written();
   counters_.queue_bytes_peak = buffer_.bytes_in_use();
   counters_.buffer_overflows = buffer_.overflows();
-  counters_.domain_evaluations_cached = counters_.compulsory_evaluations = counters_.domain_evaluations;
+  counters_.domain_evaluations_cached = counters_.domain_evaluations;
   if (state_bytes.empty()) return;
   set_pressure(buffer_.pressure(reading.reads, state_bytes), counters_);
 }
@@ -316,8 +316,7 @@ class PostTessellation final : public Scheme {
     if (apart) {
       // Positions first; the rest for what setup keeps.
       counters.position_evaluations = geometry.vertices;
-      counters.domain_evaluations = counters.domain_evaluations_cached = counters.compulsory_evaluations =
-          geometry.kept_vertices;
+      counters.domain_evaluations = counters.domain_evaluations_cached = geometry.kept_vertices;
     }
     if (drawn.work == nullptr) return out;
     FrontWork before = front_work(counters, binner_->buffer(), geometry.tiles.patch_bytes_cached + attributes);

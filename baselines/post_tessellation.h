@@ -40,7 +40,7 @@ enum class VertexStorage : std::uint8_t {
 //
 // Only positions are stored as they are; bytes of other attributes are zero, as their values change no count.
 //
-// Configured by parameter_buffer.*, binner.combining_bursts, memory.burst_bytes, post_tessellation.cache_bytes.
+// Configured by parameter_buffer.*, binner.combining_bursts, memory.burst_bytes, baselines.cache_bytes.
 // Invariants (cited by the tests):
 //   PT1  Every triangle that setup keeps is in the list of every tile that it may touch, once.
 //   PT2  A block holds each vertex that its triangles use once, and no other.

@@ -44,7 +44,6 @@ Reshading::Counts Reshading::run(std::vector<ListWork>* work) const {
       for (; k < tiles_[tile].size() && tiles_[tile][k] < end; ++k)
         for (const std::uint32_t vertex : triangles_[tiles_[tile][k]]) {
           if (seen_in[vertex] == tile + 1) continue;
-          if (seen_in[vertex] == 0) ++counts.distinct;
           seen_in[vertex] = tile + 1;
           ++counts.evaluations;
           if (cache.use(vertex, patch->vertex_bytes)) {
@@ -97,7 +96,6 @@ void ReferenceLists::finish(std::span<const std::uint64_t> state_bytes) {
   counters_.buffer_overflows = buffer_.overflows();
   counters_.domain_evaluations = shaded.evaluations;
   counters_.domain_evaluations_cached = shaded.evaluations_cached;
-  counters_.compulsory_evaluations = shaded.distinct;
   counters_.patch_bytes = shaded.patch_bytes;
   counters_.patch_bytes_cached = shaded.patch_bytes_cached;
   list_dram_bytes_ = ledger.total().read_bytes + ledger.total().written_bytes;

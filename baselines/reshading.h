@@ -30,7 +30,6 @@ class Reshading {
   struct Counts {
     std::uint64_t evaluations = 0, patch_bytes = 0;                // without the cache: for each tile anew
     std::uint64_t evaluations_cached = 0, patch_bytes_cached = 0;  // with it
-    std::uint64_t distinct = 0;                                    // with one that loses nothing
   };
   // `work`: null, or by tile.
   Counts run(std::vector<ListWork>* work = nullptr) const;

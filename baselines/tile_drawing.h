@@ -45,7 +45,7 @@ class SampleLayout {
 // never written back is known to be clear and is not read. At the end samples are resolved, which reads all colour that
 // was drawn.
 //
-// Configured by immediate.cache_bytes, memory.burst_bytes.
+// Configured by baselines.cache_bytes, memory.burst_bytes.
 class ImmediateMemory {
  public:
   ImmediateMemory(std::uint64_t cache_bytes, std::uint64_t burst_bytes, std::uint32_t line_count)

@@ -40,15 +40,7 @@ QueueEntry make_entry(const scene::FrameGeometry& frame, const frontend::Bounded
 void Binner::count(const Placed& placed) {
   BinnerCounters& counters = buffer_.counters();
   counters.tile_overlaps += placed.covered;
-  counters.tiles_dropped_exact += placed.dropped_exact;
-  counters.tiles_dropped_time += placed.dropped_time;
-}
-
-void Binner::count_entries(std::span<const QueueHierarchy::Placement> placements) {
-  for (const QueueHierarchy::Placement& placement : placements) {
-    buffer_.counters().interval_codes += static_cast<std::uint64_t>(placement.times.codes());
-    if (placement.queue >= grid_.tile_count()) ++buffer_.counters().group_entries;
-  }
+  counters.tiles_dropped += placed.dropped;
 }
 
 void Binner::place_ahead(const scene::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches,
@@ -65,8 +57,7 @@ void Binner::place_ahead(const scene::FrameGeometry& frame, std::span<const fron
           unit.cover({sub_patch.bounds, sub_patch.corners(frame)}, moves(posed, sub_patch), grid_);
       hierarchy_.place(coverage, frontend::patch_record_bytes(posed, sub_patch.base_patch), ahead_[i].placements);
       ahead_[i].covered = coverage.covered;
-      ahead_[i].dropped_exact = coverage.dropped_exact;
-      ahead_[i].dropped_time = coverage.dropped_time;
+      ahead_[i].dropped = coverage.dropped_exact + coverage.dropped_time;
     }
   });
 }
@@ -80,10 +71,8 @@ bool Binner::run(const scene::FrameGeometry& frame, std::span<const frontend::Bo
     const Placed& placed = ahead_[cursor.sub_patch - ahead_first_];
     const frontend::BoundedSubPatch& sub_patch = sub_patches[cursor.sub_patch];
     const bool begun = cursor.entry > 0;  // before a partial render: its tiles are counted
-    const std::uint32_t first = cursor.entry;
     const bool all =
         buffer_.append(make_entry(frame.segment(sub_patch.segment), sub_patch), placed.placements, cursor.entry);
-    count_entries(std::span(placed.placements).subspan(first, cursor.entry - first));
     if (!all) {
       buffer_.finish();
       if (!begun && cursor.entry > 0) count(placed);

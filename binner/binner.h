@@ -49,7 +49,7 @@ class Binner {
   // Where the entries of one sub-patch go, and what coverage counted for it.
   struct Placed {
     std::vector<QueueHierarchy::Placement> placements;
-    std::uint64_t covered, dropped_exact, dropped_time;
+    std::uint64_t covered, dropped;
   };
   // Sub-patches whose coverage is found at once, by all threads; entries are then written in order.
   static constexpr std::size_t kAhead = 2048;
@@ -57,7 +57,6 @@ class Binner {
   void place_ahead(const scene::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches,
                    std::size_t first);
   void count(const Placed& placed);
-  void count_entries(std::span<const QueueHierarchy::Placement> placements);
 
   TileGrid grid_;
   QueueHierarchy hierarchy_;

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "binner/moving_hull.h"
-
 namespace tessera::binner {
 namespace {
 

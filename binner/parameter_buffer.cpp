@@ -49,7 +49,6 @@ void ParameterBuffer::reset() {
 }
 
 void ParameterBuffer::count_content() {
-  counters_.table_bytes_written = table_bytes_written_;
   counters_.queue_bytes_written = lists_.content_bytes() + table_bytes_written_;
   counters_.queue_bytes_peak = std::max(counters_.queue_bytes_peak, bytes_in_use());
 }
@@ -66,7 +65,6 @@ void ParameterBuffer::grow(std::vector<std::uint8_t>& memory, std::uint64_t byte
 std::uint64_t ParameterBuffer::add_chunk() {
   const std::uint64_t address = layout().end() + chunks_ * layout().chunk_bytes;
   ++chunks_;
-  if (address >= spilled_from_) ++counters_.spilled_chunks;
   grow(memory_, address + layout().chunk_bytes);
   return address;
 }

@@ -17,19 +17,13 @@ namespace tessera::binner {
 
 struct BinnerCounters {
   std::uint64_t entries = 0;
-  std::uint64_t group_entries = 0;
   std::uint64_t tile_overlaps = 0;
-  std::uint64_t tiles_dropped_exact = 0;
-  std::uint64_t tiles_dropped_time = 0;
-  std::uint64_t interval_codes = 0;
+  std::uint64_t tiles_dropped = 0;
   std::uint64_t table_records = 0;
-  std::uint64_t table_bytes_written = 0;
-  std::uint64_t table_bytes_read = 0;
   std::uint64_t queue_bytes_written = 0;
   std::uint64_t queue_bytes_read = 0;
   std::uint64_t queue_bytes_peak = 0;
   std::uint64_t partial_renders = 0;
-  std::uint64_t spilled_chunks = 0;
   std::uint64_t spilled_bytes = 0;
 };
 
@@ -90,6 +84,7 @@ class ParameterBuffer {
   std::span<const std::uint8_t> table() const { return table_; }
   std::span<const std::uint8_t> lists_memory() const { return memory_; }
   const TileLists::Layout& layout() const { return lists_.layout(); }
+  std::uint64_t table_bytes_written() const { return table_bytes_written_; }
   const BinnerCounters& counters() const { return counters_; }
   BinnerCounters& counters() { return counters_; }
   const memory::Ledger& ledger() const { return ledger_; }
@@ -132,27 +127,16 @@ inline constexpr auto kCounterFields<binner::BinnerCounters> = std::to_array<Cou
     {"binner.entries", &binner::BinnerCounters::entries, Combine::kSum, "entries",
      "Entries written to tile lists. A sub-patch counts once for every queue it is in.",
      "PowerVR Tiles per Triangle (times Triangles Out); Adreno visibility stream size"},
-    {"binner.group_entries", &binner::BinnerCounters::group_entries, Combine::kSum, "entries",
-     "Those of binner.entries that went to queues of groups of tiles.", ""},
     {"binner.tile_overlaps", &binner::BinnerCounters::tile_overlaps, Combine::kSum, "tiles",
      "Pairs of a sub-patch and a tile that it may touch, as far as the selected coverage methods can tell.",
      "PowerVR Tiles per Triangle (times primitives)"},
-    {"binner.tiles_dropped_exact", &binner::BinnerCounters::tiles_dropped_exact, Combine::kSum, "tiles",
-     "Pairs of a sub-patch and a tile of its bounding rectangle that exact coverage dropped.", ""},
-    {"binner.tiles_dropped_time", &binner::BinnerCounters::tiles_dropped_time, Combine::kSum, "tiles",
-     "Pairs of a sub-patch and a tile of its coverage that time intervals or segments dropped: never both in place at "
-     "once.",
+    {"binner.tiles_dropped", &binner::BinnerCounters::tiles_dropped, Combine::kSum, "tiles",
+     "Pairs of a sub-patch and a tile of its bounding rectangle that exact coverage dropped, or time intervals or "
+     "segments: "
+     "never both in place at once.",
      ""},
-    {"binner.interval_codes", &binner::BinnerCounters::interval_codes, Combine::kSum, "1/256 shutter",
-     "Lengths of the time intervals of all entries; 256 each without motion.", ""},
     {"binner.table_records", &binner::BinnerCounters::table_records, Combine::kSum, "records",
      "Records written to the sub-patch table: sub-patches that are in a list, again after a partial render.", ""},
-    {"binner.table_bytes_written", &binner::BinnerCounters::table_bytes_written, Combine::kSum, "bytes",
-     "Those of binner.queue_bytes_written that are records of the sub-patch table.", ""},
-    {"binner.table_bytes_read", &binner::BinnerCounters::table_bytes_read, Combine::kSum, "bytes",
-     "Those of binner.queue_bytes_read that are records of the sub-patch table: bursts that the cache of "
-     "binner.record_cache_bytes misses.",
-     ""},
     {"binner.queue_bytes_written", &binner::BinnerCounters::queue_bytes_written, Combine::kSum, "bytes",
      "Bytes of tile lists (entries, links, ends, a bit per list, a cursor for each that has entries) and of the "
      "sub-patch table, before rounding to bursts; what is written again counts once.",
@@ -168,9 +152,6 @@ inline constexpr auto kCounterFields<binner::BinnerCounters> = std::to_array<Cou
     {"binner.partial_renders", &binner::BinnerCounters::partial_renders, Combine::kSum, "renders",
      "Times that a full parameter buffer made all tiles render what they had.",
      "PowerVR SPM; Apple partial render; Mali incremental render; Adreno vsc_draw_overflow, vsc_prim_overflow"},
-    {"binner.spilled_chunks", &binner::BinnerCounters::spilled_chunks, Combine::kSum, "chunks",
-     "Chunks taken from the overflow area because the parameter buffer was full.",
-     "V3D binner out-of-memory interrupt"},
     {"binner.spilled_bytes", &binner::BinnerCounters::spilled_bytes, Combine::kSum, "bytes",
      "Bytes of lists and of the sub-patch table written to the overflow area, before rounding to bursts.",
      "V3D binner out-of-memory interrupt"},

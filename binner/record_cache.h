@@ -9,15 +9,17 @@
 namespace tessera::binner {
 
 // Bursts of the sub-patch table on chip, between it and all tile cores; the least recently used leaves first. Tiles use
-// it in emulated order. Configured by binner.record_cache_bytes.
+// it in emulated order.
 //
 // Contract: every burst that is fetched is in the ledger, under tilecore / tile_queue.
 class RecordCache {
  public:
-  explicit RecordCache(const BinnerSpec& spec)
+  static constexpr std::int64_t kBytes = 16 << 10;  // [assumed] a texture cache's size
+
+  explicit RecordCache(const BinnerSpec& spec, std::int64_t capacity_bytes = kBytes)
       : table_address_(ParameterBuffer::table_address(spec)),
         burst_bytes_(static_cast<std::uint64_t>(spec.burst_bytes)),
-        cache_(static_cast<std::uint64_t>(spec.binner.record_cache_bytes)) {}
+        cache_(static_cast<std::uint64_t>(capacity_bytes)) {}
 
   // A tile core reads a record: no record is longer than a burst, nor in two. Bytes fetched; `log` may be null.
   std::uint64_t read(std::uint32_t record, memory::AccessLog* log) {

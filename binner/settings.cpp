@@ -23,9 +23,6 @@ Keys<Settings> settings_keys() {
       {"binner.combining_bursts", &Settings::combining_bursts, "bursts", 1, 65536,
        "Bursts that the binner keeps open on chip to combine writes to lists, their cursors and the sub-patch table.",
        "[assumed]"},
-      {"binner.record_cache_bytes", &Settings::record_cache_bytes, "bytes", 0, 1073741824.0,
-       "On-chip memory that keeps bursts of the sub-patch table for the tiles that follow.",
-       "[assumed] a texture cache's size"},
   };
 }
 

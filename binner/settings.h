@@ -22,10 +22,9 @@ enum class FullPolicy : std::uint8_t {
 struct Settings {
   CoverageMethod coverage = CoverageMethod::kExact;
   bool time_intervals = true;
-  int time_segments = 1;                       // 0: by blur length over primitive size
-  int queue_levels = 1;                        // queues of single tiles, of 2x2, 4x4 ... tiles
-  std::int64_t combining_bursts = 256;         // write-combining lines in front of the parameter buffer
-  std::int64_t record_cache_bytes = 16 << 10;  // between the sub-patch table and the tile cores
+  int time_segments = 1;                // 0: by blur length over primitive size
+  int queue_levels = 1;                 // queues of single tiles, of 2x2, 4x4 ... tiles
+  std::int64_t combining_bursts = 256;  // write-combining lines in front of the parameter buffer
 };
 Keys<Settings> settings_keys();
 

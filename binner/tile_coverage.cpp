@@ -1,7 +1,6 @@
 #include "binner/tile_coverage.h"
 
 #include "binner/coverage.h"
-#include "binner/moving_hull.h"
 #include "binner/time_segments.h"
 
 namespace tessera::binner {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "binner/moving_hull.h"
+#include "binner/coverage.h"
 #include "binner/settings.h"
 #include "binner/tile_grid.h"
 #include "binner/time_interval.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "binner/moving_hull.h"
+#include "binner/coverage.h"
 
 namespace tessera::binner {
 namespace {

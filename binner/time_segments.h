@@ -3,7 +3,7 @@
 #include <array>
 #include <cstddef>
 
-#include "binner/moving_hull.h"
+#include "binner/coverage.h"
 #include "binner/tile_grid.h"
 #include "binner/time_interval.h"
 

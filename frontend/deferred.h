@@ -10,7 +10,7 @@
 namespace tessera::frontend {
 
 // What a guess hid, kept in memory until the frame's own depths say whether it was right: a group of base patches
-// (scene/patch_groups.h) or an instance, neither of them looked into.
+// (scene/cluster_bounds.h) or an instance, neither of them looked into.
 struct Deferred {
   enum Kind : std::uint8_t { kGroup, kInstance };
 
@@ -43,7 +43,6 @@ struct PreviousDepthCounters {
   std::uint64_t blocks_reprojected = 0;
   std::uint64_t blocks_tested = 0;
   std::uint64_t groups_culled = 0;
-  std::uint64_t instances_culled = 0;
   std::uint64_t patches_culled = 0;
   std::uint64_t deferred_bytes = 0;
   std::uint64_t tiles_again = 0;
@@ -65,9 +64,7 @@ inline constexpr auto kCounterFields<frontend::PreviousDepthCounters> = std::to_
      "passes.",
      ""},
     {"frontend.groups_culled_previous_depth", &frontend::PreviousDepthCounters::groups_culled, Combine::kSum, "groups",
-     "Groups of base patches that the previous frame's depths hid, and this frame's as well.", ""},
-    {"frontend.instances_culled_previous_depth", &frontend::PreviousDepthCounters::instances_culled, Combine::kSum,
-     "instances", "Instances that the previous frame's depths hid, and this frame's as well.", ""},
+     "Groups of base patches, and instances, that the previous frame's depths hid, and this frame's as well.", ""},
     {"frontend.patches_culled_previous_depth", &frontend::PreviousDepthCounters::patches_culled, Combine::kSum,
      "patches", "Base patches of these groups and instances: their records were not read.", ""},
     {"frontend.deferred_bytes", &frontend::PreviousDepthCounters::deferred_bytes, Combine::kSum, "bytes",

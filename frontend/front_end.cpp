@@ -180,7 +180,7 @@ std::vector<PatchRun> patches_again(const scene::FrameGeometry& frame, const std
                                     FrontEndResult& all) {
   std::vector<std::uint8_t> read(frame.drawables.size(), 0);
   std::vector<PatchRun> runs;
-  all.counters.revived_previous_depth += visible.size();
+  all.counters.second_pass_visible += visible.size();
   for (const Deferred& d : visible) {
     if (d.kind == Deferred::kGroup) {
       --all.previous_depth.groups_culled;
@@ -191,7 +191,7 @@ std::vector<PatchRun> patches_again(const scene::FrameGeometry& frame, const std
       continue;
     }
     const std::uint32_t end = d.number + instance_drawables(*frame.assembly, d.number);
-    --all.previous_depth.instances_culled;
+    --all.previous_depth.groups_culled;
     all.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
                     memory::burst_bytes(0, kInstanceRecordBytes, spec.burst_bytes));
     for (std::uint32_t k = d.number; k < end; ++k) {

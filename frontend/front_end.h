@@ -74,10 +74,7 @@ inline constexpr auto kCounterFields<frontend::FrontendCounters> = std::to_array
      "Sub-patches dropped because they face away from the whole lens at all times.",
      "MaliGeomFaceXYPlaneCullPrim; PowerVR Triangle Ratio; V3D PTB-primitives-discarded-reversed; Apple primitives "
      "culled"},
-    {"frontend.culled_previous_depth", &frontend::FrontendCounters::culled_previous_depth, Combine::kSum, "sub-patches",
-     "Sub-patches of what had been deferred and was looked into, dropped because this frame's depths hide them.",
-     "Adreno PERF_LRZ_PRIM_KILLED_BY_LRZ"},
-    {"frontend.revived_previous_depth", &frontend::FrontendCounters::revived_previous_depth, Combine::kSum, "groups",
+    {"frontend.second_pass_visible", &frontend::FrontendCounters::second_pass_visible, Combine::kSum, "groups",
      "Groups and instances that the previous frame's depths hid but this frame's did not: they are looked into, and "
      "tiles in which parts of them are not hidden are rendered again.",
      ""},
@@ -87,8 +84,6 @@ inline constexpr auto kCounterFields<frontend::FrontendCounters> = std::to_array
      "Cells of the sub-patches that frontend.culled_frustum counts.", ""},
     {"frontend.cells_culled_backface", &frontend::FrontendCounters::cells_culled_backface, Combine::kSum, "cells",
      "Cells of the sub-patches that frontend.culled_backface counts.", ""},
-    {"frontend.cells_culled_previous_depth", &frontend::FrontendCounters::cells_culled_previous_depth, Combine::kSum,
-     "cells", "Cells of the sub-patches that frontend.culled_previous_depth counts.", ""},
     {"frontend.sub_patches", &frontend::FrontendCounters::sub_patches, Combine::kSum, "sub-patches",
      "Sub-patches sent to the binner.",
      "MaliGeomVisiblePrim; PowerVR Triangles Out; Adreno PERF_LRZ_VISIBLE_PRIM_AFTER_LRZ; V3D "
@@ -115,18 +110,6 @@ inline constexpr auto kCounterFields<frontend::FrontendCounters> = std::to_array
      "Sub-patches of masked materials that are opaque all over: they need no alpha test.", ""},
     {"frontend.table_lines", &frontend::FrontendCounters::table_lines, Combine::kSum, "bursts",
      "Bursts of tables of heights that the front end asks of the L2: those that its own caches miss.", ""},
-    {"frontend.estimated_entries", &frontend::FrontendCounters::estimated_entries, Combine::kSum, "entries",
-     "Entries of lists that frontend.split_criterion=cost expects of the sub-patches sent to the binner; of flat "
-     "lists binner.entries says how many there were.",
-     ""},
-    {"frontend.estimated_list_bytes", &frontend::FrontendCounters::estimated_list_bytes, Combine::kSum, "bytes",
-     "Bytes that it expects of their entries and records, written and read once; what empty lists take apart. "
-     "Compare with binner.queue_bytes_written and binner.queue_bytes_read.",
-     ""},
-    {"frontend.estimated_boxes", &frontend::FrontendCounters::estimated_boxes, Combine::kSum, "boxes",
-     "Boxes of cells and leaves that it expects tiles to build, hidden sub-patches included. Compare with "
-     "tilecore.boxes_built.",
-     ""},
 });
 TESSERA_COUNTERS_COVER(frontend::FrontendCounters);
 

@@ -81,7 +81,7 @@ bool hidden(const FrameGeometry& frame, const InstancedNode& node, std::uint32_t
   if (depth == nullptr || !frame.moves_here(frame.drawables[first])) return false;
   const BlockFootprint footprint = depth->footprint(bounds);
   if (!depth->hides(footprint, out.previous_depth.blocks_tested)) return false;
-  ++out.previous_depth.instances_culled;
+  ++out.previous_depth.groups_culled;
   out.previous_depth.patches_culled += patches_of(frame, first, node.primitives);
   out.deferred.push_back({Deferred::kInstance, 0, 0, first, footprint});
   return true;
@@ -95,10 +95,7 @@ CulledInstances cull_group(const FrameGeometry& frame, const InstancedNode& node
   counters.instances = group.count;
   counters.groups_tested = 1;
   const bool none = outside_view(group_body(frame, node, box, group), frame);
-  if (none)
-    counters.groups_culled = 1;
-  else
-    counters.instances_tested = group.count;
+  if (!none) counters.instances_tested = group.count;
   for (std::uint32_t k = group.first; k < group.first + group.count; ++k) {
     const std::uint32_t instance = node.order[k];
     const std::optional<ScreenBounds> bounds =

@@ -29,7 +29,6 @@ inline constexpr std::uint64_t kInstanceGroupBytes = sizeof(scene::InstanceGroup
 struct InstanceCounters {
   std::uint64_t instances = 0;
   std::uint64_t groups_tested = 0;
-  std::uint64_t groups_culled = 0;
   std::uint64_t instances_tested = 0;
   std::uint64_t instances_culled = 0;
 };
@@ -79,8 +78,6 @@ inline constexpr auto kCounterFields<frontend::InstanceCounters> =
          "Instances of nodes that have any (EXT_mesh_gpu_instancing).", ""},
         {"frontend.instance_groups_tested", &frontend::InstanceCounters::groups_tested, Combine::kSum, "groups",
          "Groups of neighbouring instances whose common box was tested against the view.", ""},
-        {"frontend.instance_groups_culled", &frontend::InstanceCounters::groups_culled, Combine::kSum, "groups",
-         "Those of frontend.instance_groups_tested that lie outside the view at all times.", ""},
         {"frontend.instances_tested", &frontend::InstanceCounters::instances_tested, Combine::kSum, "instances",
          "Instances whose own box was tested against the view: those of groups that may be seen.", ""},
         {"frontend.instances_culled", &frontend::InstanceCounters::instances_culled, Combine::kSum, "instances",

@@ -49,7 +49,6 @@ class GroupWalk {
       const std::optional<ScreenBounds> bounds =
           bounds_in_view(box_body(frame_, drawable_, group_box(boxes[b], offset_)), frame_);
       if (!bounds) {
-        ++out_.counters.groups_culled;
         out_.counters.patches_culled += patches_in(level, b);
       } else if (!hidden(*bounds, level, b)) {
         below(level, b);

@@ -12,7 +12,7 @@
 
 namespace tessera::frontend {
 
-// Patches of drawables whose vertices rest are tested in groups (scene/patch_groups.h) before any of their records is
+// Patches of drawables whose vertices rest are tested in groups (scene/cluster_bounds.h) before any of their records is
 // fetched: what is far outside the view costs the logarithm of its patches.
 //
 // Invariants (cited by the tests):
@@ -27,7 +27,6 @@ inline constexpr std::uint64_t kPatchGroupBoxBytes = sizeof(scene::PatchGroups::
 
 struct PatchGroupCounters {
   std::uint64_t groups_tested = 0;
-  std::uint64_t groups_culled = 0;
   std::uint64_t patches_culled = 0;
 };
 
@@ -76,8 +75,6 @@ inline constexpr auto kCounterFields<frontend::PatchGroupCounters> =
          "Groups of neighbouring base patches whose common box was tested against the view before their records were "
          "read.",
          ""},
-        {"frontend.patch_groups_culled", &frontend::PatchGroupCounters::groups_culled, Combine::kSum, "groups",
-         "Those of frontend.patch_groups_tested that lie outside the view at all times.", ""},
         {"frontend.patches_culled_in_groups", &frontend::PatchGroupCounters::patches_culled, Combine::kSum, "patches",
          "Base patches of groups outside the view; neither their records were read nor bounds of their own computed.",
          ""},

@@ -159,26 +159,20 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
     counters.cells_culled_frustum += cell_count(range);
     return std::nullopt;
   }
-  const Facing facing =
-      settings_.backface_culling ? back_face_.facing(bounder_, pyramids_, range, body.corners) : Facing::kTowards;
+  const bool faces_away = settings_.backface_culling && back_face_.culls(bounder_, pyramids_, range, body.corners);
   ++bounds_;
   bound_bytes_ += pending() - before;
-  if (facing == Facing::kAway) {
+  if (faces_away) {
     ++counters.culled_backface;
     counters.cells_culled_backface += cell_count(range);
     return std::nullopt;
   }
-  if (depth_ != nullptr && depth_->hides(depth_->footprint(*bounds), blocks_tested_)) {
-    ++counters.culled_previous_depth;
-    counters.cells_culled_previous_depth += cell_count(range);
-    return std::nullopt;
-  }
+  if (depth_ != nullptr && depth_->hides(depth_->footprint(*bounds), blocks_tested_)) return std::nullopt;
   Node node{0,
             visited_++,
             depth,
             {patch, range, *bounds, body.box, effects_.select(bounder_, body, *bounds)},
             body.corners,
-            facing,
             nullptr};
   if (has_grid(*bounder_.drawable().drawable)) node.priority = priority(node.piece, node.corners, depth);
   return node;
@@ -211,64 +205,6 @@ PatchSplitter::Halves* PatchSplitter::bound_halves(Node& node, bool mandatory, b
   return own;
 }
 
-std::uint64_t PatchSplitter::find_back_faces(const SiblingBound& bound, FrontendCounters& counters) {
-  const scene::CellRange range = bound.cells;
-  const SubPatchBody body = bounder_.use(bound);
-  ++counters.bounds_computed;
-  const Facing facing = back_face_.facing(bounder_, pyramids_, range, body.corners);
-  if (facing == Facing::kAway) {
-    dropped_.push_back(range);
-    return cell_count(range);
-  }
-  if (facing == Facing::kPerhaps) return cut_for_back_faces(range, counters);
-  kept_.push_back(range);
-  return 0;
-}
-
-std::uint64_t PatchSplitter::cut_for_back_faces(const scene::CellRange& range, FrontendCounters& counters) {
-  const std::size_t kept = kept_.size(), dropped = dropped_.size();
-  const int width = range.i1 - range.i0, height = range.j1 - range.j0;
-  if (std::max(width, height) >= 2 * kSmallestSide) {
-    std::uint64_t cells = 0;
-    Halves* both = take_halves();
-    bounder_.bound(halves(range, width >= height), *both);
-    for (const SiblingBound& half : *both) cells += find_back_faces(half, counters);
-    give_back(both);
-    const std::size_t added = std::max<std::size_t>(kept_.size() - kept, 1) - 1;
-    if (cells > 0 && cells >= added * static_cast<std::uint64_t>(settings_.backface_cells)) return cells;
-  }
-  kept_.resize(kept);
-  dropped_.resize(dropped);
-  kept_.push_back(range);
-  return 0;
-}
-
-void PatchSplitter::finish(const Node& node, std::vector<BoundedSubPatch>& out, FrontendCounters& counters) {
-  kept_.clear(), dropped_.clear();
-  if (node.facing != Facing::kPerhaps || settings_.backface_cells == 0 ||
-      cut_for_back_faces(node.piece.range, counters) == 0) {
-    emit(node, out, counters);
-    return;
-  }
-  counters.splits += kept_.size() + dropped_.size() - 1;
-  counters.culled_backface += dropped_.size();
-  for (const scene::CellRange& range : dropped_) counters.cells_culled_backface += cell_count(range);
-  for (const scene::CellRange& range : kept_)
-    if (const auto part = visit(node.piece.base_patch, range, nullptr, node.depth, counters))
-      emit(*part, out, counters);
-}
-
-void PatchSplitter::emit(const Node& node, std::vector<BoundedSubPatch>& out, FrontendCounters& counters) {
-  const BoundedSubPatch& piece = node.piece;
-  out.push_back(piece);
-  const CostEstimate estimate =
-      cost_.cost(screen_shape(node.corners, piece.bounds, frame_.request.width, frame_.request.height),
-                 static_cast<double>(cell_count(piece.range)), (piece.effects & kEffectMotion) != 0);
-  counters.estimated_entries += entries_.add(estimate.entries);
-  counters.estimated_list_bytes += list_bytes_.add(estimate.list_bytes);
-  counters.estimated_boxes += boxes_.add(estimate.boxes);
-}
-
 void PatchSplitter::split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, FrontendCounters& counters) {
   const scene::CellRange whole = patch_cells(frame_, patch);
   ++counters.base_patches;
@@ -281,7 +217,6 @@ void PatchSplitter::split(std::uint32_t patch, std::vector<BoundedSubPatch>& out
   back_face_.begin(patch);
   effects_.begin(patch);
   visited_ = 0;
-  entries_ = list_bytes_ = boxes_ = {};  // of each patch alone: whatever stands before it in its block
   heap_.clear();
   const std::size_t first = out.size();
   const auto keep = [&](const scene::CellRange& part, const SiblingBound* bound, int depth) {
@@ -292,7 +227,7 @@ void PatchSplitter::split(std::uint32_t patch, std::vector<BoundedSubPatch>& out
       heap_.push_back(std::move(*node));
       std::push_heap(heap_.begin(), heap_.end(), later);
     } else {
-      finish(*node, out, counters);
+      out.push_back(node->piece);
     }
   };
   keep(whole, nullptr, 0);
@@ -304,7 +239,7 @@ void PatchSplitter::split(std::uint32_t patch, std::vector<BoundedSubPatch>& out
     const bool mandatory = node.priority == kMandatory;
     if (!mandatory && pieces >= static_cast<std::size_t>(settings_.split_budget)) {
       if (node.halves != nullptr) give_back(std::exchange(node.halves, nullptr));
-      finish(node, out, counters);
+      out.push_back(node.piece);
       continue;
     }
     ++counters.splits;

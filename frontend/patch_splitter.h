@@ -24,12 +24,10 @@ struct FrontendCounters {
   std::uint64_t splits = 0;
   std::uint64_t culled_frustum = 0;
   std::uint64_t culled_backface = 0;
-  std::uint64_t culled_previous_depth = 0;
-  std::uint64_t revived_previous_depth = 0;
+  std::uint64_t second_pass_visible = 0;
   std::uint64_t cells = 0;
   std::uint64_t cells_culled_frustum = 0;
   std::uint64_t cells_culled_backface = 0;
-  std::uint64_t cells_culled_previous_depth = 0;
   std::uint64_t sub_patches = 0;
   std::uint64_t sub_patches_moving = 0;
   std::uint64_t sub_patches_defocused = 0;
@@ -41,9 +39,6 @@ struct FrontendCounters {
   std::uint64_t displacement_elided = 0;
   std::uint64_t alpha_test_elided = 0;
   std::uint64_t table_lines = 0;
-  std::uint64_t estimated_entries = 0;
-  std::uint64_t estimated_list_bytes = 0;
-  std::uint64_t estimated_boxes = 0;
 };
 
 // A sub-patch as it goes to the binner: which cells, and where on screen they may appear.
@@ -98,7 +93,6 @@ class PatchSplitter {
     int depth;
     BoundedSubPatch piece;
     MovingCorners corners;
-    Facing facing;
     Halves* halves;  // null: not bounded yet
   };
   // Bounds and tests; nothing when culled. `bound`, unless null, is what bounding found already.
@@ -108,16 +102,10 @@ class PatchSplitter {
   Halves* bound_halves(Node& node, bool mandatory, bool next_as_well);
   Halves* take_halves();
   void give_back(Halves* halves) { spare_.push_back(halves); }
-  // Cells that are proved to face away; appends the parts that hold them to dropped_, the others to kept_.
-  std::uint64_t find_back_faces(const SiblingBound& bound, FrontendCounters& counters);
-  std::uint64_t cut_for_back_faces(const scene::CellRange& range, FrontendCounters& counters);
-  // Appends a sub-patch that is not split further, without the parts of it that face away.
-  void finish(const Node& node, std::vector<BoundedSubPatch>& out, FrontendCounters& counters);
   double priority(const BoundedSubPatch& piece, const MovingCorners& corners, int depth) const;
   // Cycles that halving along u, along v saves; negative infinity where the cells are too few.
   std::array<double, 2> split_gains(const BoundedSubPatch& piece, const MovingCorners& corners) const;
   bool splits_along_u(const Node& node, bool mandatory) const;
-  void emit(const Node& node, std::vector<BoundedSubPatch>& out, FrontendCounters& counters);
   void count_effects(std::uint8_t effects, FrontendCounters& counters) const;
 
   const scene::FrameGeometry& frame_;
@@ -128,7 +116,6 @@ class PatchSplitter {
   BackFaceTest back_face_;
   EffectSelector effects_;
   std::vector<Node> heap_;
-  std::vector<scene::CellRange> kept_, dropped_;
   std::deque<Halves> halves_;  // all that there are
   std::vector<Halves*> spare_;
   std::uint32_t visited_ = 0;
@@ -137,7 +124,6 @@ class PatchSplitter {
   SplitCost cost_;
   std::uint64_t bounds_ = 0,
                 bound_bytes_ = 0;  // so far, and what they fetched: the next ones are expected to do likewise
-  WholeSum entries_, list_bytes_, boxes_;
 };
 
 // Area of a moving box's faces in the world, the larger of both keys.

@@ -21,27 +21,13 @@ Keys<Settings> settings_keys() {
        "[assumed]"},
       {"frontend.split_budget", &Settings::split_budget, "sub-patches", 1, 4096,
        "Most sub-patches that the criterion may make of one base patch.", "[assumed]"},
-      {"frontend.split_core_share", &Settings::split_core_share, "", 0, 1,
-       "Part of a tile core's work on entries and boxes that the frame waits for, as frontend.split_criterion=cost "
-       "prices it; the rest hides behind busier units.",
-       "[assumed] that of the least cycles over the shipped captures; they hang on it by 0.1 %"},
       {"frontend.backface_culling", &Settings::backface_culling,
        "Whether sub-patches that face away are dropped before binning.",
        "[spec] every GPU culls back faces; before tessellation: Hasselgren et al. 2009"},
-      {"frontend.backface_cells", &Settings::backface_cells, "cells", 0, 256,
-       "Sub-patches are cut further where parts that face away can be dropped: so many cells of them for each "
-       "sub-patch "
-       "more. 0: never.",
-       "[measured] docs/bounding.md"},
       {"frontend.previous_depth_culling", &Settings::previous_depth_culling,
        "Whether instances and groups of patches that the previous frame's depths hide are deferred, looked at again "
        "when the tiles are done, and rendered in a second pass where they were visible after all.",
        "[assumed] two-pass occlusion culling, Haar and Aaltonen 2015"},
-      {"frontend.depth_block_pixels", &Settings::depth_block_pixels, "pixels", 8, 256,
-       "Side of the blocks whose farthest depths tile cores store for it, 2 bytes each: a power of two, halved until "
-       "it "
-       "divides the tile's sides.",
-       "[measured] docs/bounding.md"},
   };
 }
 

@@ -72,18 +72,4 @@ class SplitCost {
   SplitPrices prices_;
 };
 
-// A sum of estimates as a counter, which is whole: add() returns by how much it grows. Off by no more than a half.
-class WholeSum {
- public:
-  std::uint64_t add(double value) {
-    sum_ += value;
-    const auto whole = static_cast<std::uint64_t>(sum_);
-    sum_ -= static_cast<double>(whole);
-    return whole;
-  }
-
- private:
-  double sum_ = 0.5;
-};
-
 }  // namespace tessera::frontend

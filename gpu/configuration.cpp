@@ -14,6 +14,7 @@
 #include "base/text.h"
 #include "base/whole_file.h"
 #include "binner/queue_entry.h"
+#include "binner/record_cache.h"
 #include "gpu/presets.h"
 #include "gpu/relative_value.h"
 #include "hardware/voltage.h"
@@ -28,11 +29,10 @@ using Gpu = GpuConfiguration;
 
 Keys<BaselineCaches> baseline_keys() {
   return {
-      {"post_tessellation.cache_bytes", &BaselineCaches::post_tessellation_cache_bytes, "bytes", 0, 1073741824.0,
-       "With --baselines: on-chip memory through which the tile cores of a machine that bins triangles read them.",
-       "[assumed] as tessellator.cache_bytes"},
-      {"immediate.cache_bytes", &BaselineCaches::immediate_cache_bytes, "bytes", 0, 1073741824.0,
-       "With --baselines: colour and depth cache of an immediate-mode machine.",
+      {"baselines.cache_bytes", &BaselineCaches::cache_bytes, "bytes", 0, 1073741824.0,
+       "With --baselines: on-chip memory through which the tile cores of a machine that bins triangles read them; "
+       "colour "
+       "and depth cache of an immediate-mode machine.",
        "[assumed] as tessellator.cache_bytes"},
       {"immediate.color_compression", &BaselineCaches::immediate_color_compression,
        "With --baselines: whether an immediate-mode machine compresses colour without loss when that moves fewer "
@@ -179,7 +179,7 @@ void check_cache(std::string_view name, std::int64_t bytes, std::int64_t ways, s
 }  // namespace
 
 int GpuConfiguration::depth_block_pixels() const {
-  int side = frontend.depth_block_pixels;
+  int side = 16;
   while (tile.width % side != 0 || tile.height % side != 0) side /= 2;
   return side;
 }
@@ -190,7 +190,7 @@ frontend::SplitPrices GpuConfiguration::split_prices() const {
   prices.bin_height = tile.height;
   prices.rectangles = binner.coverage == binner::CoverageMethod::kRectangle;
   // The front end and the binner exist once, and the cores wait for them; the cores share what follows.
-  const double core = frontend.split_core_share / static_cast<double>(cores.count);
+  const double core = frontend::Settings::kSplitCoreShare / static_cast<double>(cores.count);
   prices.bound = 1 / rates[Event::kBounds];
   prices.byte = 1 / (bytes_per_clk() * memory.gpu_share);
   prices.entry = 1 / rates[Event::kBinnedEntries] + core / rates[Event::kFetchedEntries];
@@ -206,7 +206,7 @@ hardware::Area GpuConfiguration::area() const {
   // A point of the shading cache: four colours of 16 bits and where it is from.
   constexpr std::int64_t kShadedBytes = 16;
   return hardware::machine_area(
-      *this, {tessellator.cache_bytes + binner.record_cache_bytes + binner.combining_bursts * memory.burst_bytes,
+      *this, {tessellator.cache_bytes + binner::RecordCache::kBytes + binner.combining_bursts * memory.burst_bytes,
               shading_cache.entries * kShadedBytes, tile.rendering_elimination, frame_buffer.transaction_elimination});
 }
 
@@ -263,28 +263,22 @@ void check_gpu(const GpuConfiguration& gpu) {
         std::floor(most)));
   if (gpu.tile.width % 8 != 0 || gpu.tile.height % 8 != 0)
     throw UsageError("tile.width and tile.height must be multiples of 8 pixels");
-  if ((gpu.frontend.depth_block_pixels & (gpu.frontend.depth_block_pixels - 1)) != 0)
-    throw UsageError("frontend.depth_block_pixels must be a power of two");
-  if (gpu.tilecore.box_bits != 8 && gpu.tilecore.box_bits != 16 && gpu.tilecore.box_bits != 32)
-    throw UsageError("tilecore.box_bits must be 8, 16 or 32");
   if ((gpu.memory.burst_bytes & (gpu.memory.burst_bytes - 1)) != 0)
     throw UsageError("memory.burst_bytes must be a power of two");
-  for (const std::int64_t count : {gpu.memory.channels, gpu.memory.ranks})
-    if ((count & (count - 1)) != 0) throw UsageError("memory.channels and memory.ranks must be powers of two");
+  if ((gpu.memory.channels & (gpu.memory.channels - 1)) != 0)
+    throw UsageError("memory.channels must be a power of two");
   for (const std::int64_t chunk : {gpu.parameter_buffer.first_chunk_bytes, gpu.parameter_buffer.chunk_bytes})
     if (chunk % gpu.memory.burst_bytes != 0 && gpu.memory.burst_bytes % chunk != 0)
       throw UsageError(
           "parameter_buffer.first_chunk_bytes and parameter_buffer.chunk_bytes must be multiples or parts of "
           "memory.burst_bytes");
-  if ((gpu.caches.line_bytes & (gpu.caches.line_bytes - 1)) != 0)
-    throw UsageError("cache.line_bytes must be a power of two");
   if (const std::int64_t warp = gpu.queues.registers * 4 * gpu.shader.warp_lanes; warp > gpu.queues.register_bytes)
     throw UsageError(
         fmt::format("shader.register_bytes: {} bytes hold no warp of {} invocations with {} registers, which takes {}: "
                     "set more, or "
                     "less of shader.registers or shader.warp_lanes",
                     gpu.queues.register_bytes, gpu.shader.warp_lanes, gpu.queues.registers, warp));
-  check_cache("texture.cache", gpu.caches.texture_bytes, gpu.caches.texture_ways, gpu.line_bytes());
+  check_cache("texture.cache", gpu.caches.texture_bytes, hardware::Caches::kTextureWays, gpu.line_bytes());
   if (gpu.caches.l2_bytes > 0) check_cache("l2", gpu.caches.l2_bytes, gpu.caches.l2_ways, gpu.line_bytes());
 }
 

@@ -19,8 +19,7 @@ namespace tessera::gpu {
 
 // On-chip memories of the machines that `--baselines` compares; caches are all the same size, so that none is favoured.
 struct BaselineCaches {
-  std::int64_t post_tessellation_cache_bytes = 256 << 10;
-  std::int64_t immediate_cache_bytes = 256 << 10;
+  std::int64_t cache_bytes = 256 << 10;
   bool immediate_color_compression = true;
   std::int64_t gmem_bytes = 1 << 20;
 };
@@ -41,7 +40,7 @@ struct GpuConfiguration : hardware::Machine {
   tilecore::ShadingCacheSettings shading_cache;
   tilecore::FrameBufferSettings frame_buffer;
 
-  // Of the blocks whose depths are stored: frontend.depth_block_pixels, or less where tiles are not multiples of it.
+  // Side of the blocks whose farthest depths tile cores store: 16, halved until it divides the tile's sides [assumed].
   int depth_block_pixels() const;
   frontend::SplitPrices split_prices() const;
   frontend::FrontEndSpec front_end_spec() const {

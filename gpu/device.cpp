@@ -136,7 +136,7 @@ tilecore::TileJob Device::make_job(const scene::FrameGeometry& frame, const binn
                 effects.defocus == EffectMode::kOn && tilecore::kGeneralEffects,
                 effects.displacement == EffectMode::kOn, effects.alpha_test == EffectMode::kOn};
   if (settings_.output.machine_model)
-    job.textures = {&texture_memory_, gpu_.caches.texture_bytes, gpu_.caches.texture_ways, gpu_.line_bytes()};
+    job.textures = {&texture_memory_, gpu_.caches.texture_bytes, hardware::Caches::kTextureWays, gpu_.line_bytes()};
   job.store = frame_store();
   if (behind_.level_count() > 0) job.lighting.behind = job.scene_color = &behind_;
   return job;

@@ -24,7 +24,7 @@ inline constexpr auto kDrawableCosts = std::to_array<DrawableCost>({
      "Tessellated sub-patches that tiles tested, from the cache or made anew.", "tilecore.tessellation_requests"},
     {"triangles", &tilecore::DrawableCounts::triangles, "triangles", "Triangles of these sub-patches.", ""},
     {"procedure_samples", &tilecore::DrawableCounts::procedure_samples, "samples",
-     "Samples of it that the arrays of tiles took.", "sampling.samples"},
+     "Samples of it that the arrays of tiles took.", "procedures.samples"},
     {"box_tests", &tilecore::DrawableCounts::box_tests, "tests", "Samples or tiles tested against its boxes.",
      "tilecore.box_tests"},
     {"triangle_tests", &tilecore::DrawableCounts::triangle_tests, "tests", "Samples tested against its triangles.",

@@ -1,7 +1,5 @@
 #include "gpu/input_signatures.h"
 
-#include "scene/effect_numbers.h"
-
 #include <algorithm>
 #include <atomic>
 #include <numeric>
@@ -46,16 +44,10 @@ void add_light(Crc64& crc, const shaders::Light& light) {
 
 // All of a material that may differ from frame to frame.
 void add_material(Crc64& crc, const scene::Material& material) {
-  add_span(crc, std::span(&material.base_color, 1));
   add_span(crc, std::span(&material.emissive, 1));
-  for (const float number : {material.metallic, material.roughness, material.normal_scale, material.occlusion_strength,
-                             material.alpha_cutoff})
-    crc.add_value(number);
-  if (material.effects.any()) {
-    scene::Material factors = material;
-    for (const scene::EffectNumber& number : scene::effect_numbers())
-      crc.add_values(std::span<const float>(number.of(factors), static_cast<std::size_t>(number.components)));
-  }
+  for (const scene::MaterialNumber& number : scene::material_numbers())
+    if (!number.effect || material.effects.any())
+      crc.add_values(std::span(number.in(material), static_cast<std::size_t>(number.components)));
   for (const scene::TextureSlot* slot : material.slots()) {
     add_matrix(crc, slot->transform.matrix);
     add_span(crc, std::span(&slot->transform.offset, 1));
@@ -123,8 +115,7 @@ void add_views(Crc64& crc, const FrameGeometry& frame) {
 
 // Whether a frame's tiles depend on more than what is posed.
 bool goes_on(const GpuConfiguration& gpu, const TileJob& job) {
-  return job.resolve != nullptr || job.procedures != nullptr || gpu.frontend.previous_depth_culling ||
-         (job.shading.rate == tilecore::ShadingRate::kCache && job.shading_cache.group > 1);
+  return job.resolve != nullptr || job.procedures != nullptr || gpu.frontend.previous_depth_culling;
 }
 
 std::uint64_t constants_signature(const GpuConfiguration& gpu, const TileJob& job) {

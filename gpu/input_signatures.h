@@ -43,8 +43,7 @@ struct SignatureMemory {
 // A tile's inputs are its entries in their order; of each its record but for its number, and the pose, vertices, grids and
 // material of its drawable; camera and lights; where something moves in the tile, or light, or a lens is open, also the
 // frame's number, by which times and lens points of samples change. So they are of all tiles with what goes on from frame
-// to frame or from tile to tile: desampling, the previous frame's depths, procedures that are sampled, and a shading
-// cache that tiles share. Vertices are those of a whole drawable, not of the patch: fewer tiles match than could.
+// to frame or from tile to tile: desampling, the previous frame's depths, and procedures that are sampled. Vertices are those of a whole drawable, not of the patch: fewer tiles match than could.
 //
 // Invariants (cited by the tests):
 //   IS1  Images are those of a machine that renders all tiles, as long as signatures are wide enough.

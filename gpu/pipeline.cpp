@@ -162,9 +162,8 @@ void Pipeline::render(const ViewRun& run, const PreviousDepth& previous) {
   find_materials(run, front_end.sub_patches);
   if (previous.store) result.targets.coarse_depth = depths_to_store(gpu_, job);
   result.maps = TileMaps(*job.grid);
-  const tilecore::TileOrder order(gpu_.tilecore.tile_order, *job.grid, tiles_together(job));
-  tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator.cache_bytes),
-                                    gpu_.tessellator.cache_eviction, *job.grid, order);
+  const tilecore::TileOrder order(gpu_.tilecore.tile_order, *job.grid);
+  tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator.cache_bytes), *job.grid, order);
   TileScheduler scheduler(run, cores_, binner, order, cache);
   const bool all_binned = render_tiles(run, scheduler, binner.grid(), front_end.sub_patches, binned);
   if (previous.store) second_pass(run, scheduler, binner, front_end);

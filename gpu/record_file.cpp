@@ -39,8 +39,7 @@ bool prices_splits(std::string_view key) {
 
 // Sizes of the caches that events simulate in time, from what is asked of them.
 bool is_of_caches(std::string_view key) {
-  constexpr std::array<std::string_view, 4> kKeys = {"texture.cache_bytes", "texture.cache_ways", "l2.bytes",
-                                                     "l2.ways"};
+  constexpr std::array<std::string_view, 3> kKeys = {"texture.cache_bytes", "l2.bytes", "l2.ways"};
   return std::find(kKeys.begin(), kKeys.end(), key) != kKeys.end();
 }
 

@@ -48,10 +48,6 @@ Keys<OutputSettings> output_keys() {
        "energy are absent."},
       {"output.exposure", &S::exposure, "", 0, 1e6,
        "Factor on light before the PNG's tone map; 0 takes the capture's."},
-      {"output.exr_compression", &S::exr_compression,
-       "Of EXR files, all without loss: piz is small and fast for rendered images, zip is what every reader knows, "
-       "none "
-       "is the fastest."},
   };
 }
 

@@ -43,7 +43,6 @@ struct StereoSettings {
 struct OutputSettings {
   bool machine_model = true;
   double exposure = 0;  // 0: the capture's
-  ExrCompression exr_compression = ExrCompression::kPiz;
 };
 
 // What a user chooses about a replay, besides the described machine: the settings of the units that have some.

@@ -61,7 +61,7 @@ inline constexpr auto kTileMapFields = std::to_array<TileMapField>({
      "Those whose hits were tested for alpha.", ""},
     {"blended_sub_patches", &TileCounts::blended_sub_patches, "sub-patches", "Those that were kept as layers.", ""},
     {"procedure_samples", &TileCounts::procedure_samples, "samples",
-     "Samples of procedures that the tile's array took.", "sampling.samples"},
+     "Samples of procedures that the tile's array took.", "procedures.samples"},
     {"desampled_blocks", &TileCounts::desampled_blocks, "blocks",
      "Blocks of which fewer than 16 pixels were to be shaded.", ""},
     {"advected_pixels", &TileCounts::advected_pixels, "pixels",

@@ -24,20 +24,6 @@ class BusyTimer {
   double start_;
 };
 
-// Calls visit(tile, first_of_group) for every tile, where `first_of_group` is true until a visit clears it.
-template <class Visit>
-void for_each_tile(const binner::TileGrid& grid, int group_side, const Visit& visit) {
-  const int columns = (grid.columns() + group_side - 1) / group_side;
-  const int rows = (grid.rows() + group_side - 1) / group_side;
-  parallel_for(static_cast<std::size_t>(columns * rows), [&](std::size_t group) {
-    const int x0 = static_cast<int>(group) % columns * group_side, y0 = static_cast<int>(group) / columns * group_side;
-    bool first_of_group = true;
-    for (int y = y0; y < std::min(y0 + group_side, grid.rows()); ++y)
-      for (int x = x0; x < std::min(x0 + group_side, grid.columns()); ++x)
-        visit(std::size_t{grid.index(x, y)}, first_of_group);
-  });
-}
-
 }  // namespace
 
 struct TileScheduler::Round {
@@ -53,7 +39,7 @@ TileScheduler::TileScheduler(const ViewRun& run, PerThread<tilecore::TileCore>& 
                              const tilecore::TileOrder& order, tilecore::TessellationCache& cache)
     : run_(run), cores_(cores), binner_(binner), order_(order), cache_(cache) {}
 
-void TileScheduler::render_tile(Round& round, std::size_t t, bool& first_of_group) {
+void TileScheduler::render_tile(Round& round, std::size_t t) {
   const tilecore::TileJob& job = run_.job;
   const auto tile = static_cast<binner::TileIndex>(t);
   current_work_place() = {run_.result.frame, static_cast<std::int64_t>(t), -1};
@@ -80,7 +66,7 @@ void TileScheduler::render_tile(Round& round, std::size_t t, bool& first_of_grou
       }
     core.render_entries(job, tile, std::move(entries), state);
     if (round.last)
-      shared.finished = finish_tile(round, t, state, std::exchange(first_of_group, false));
+      shared.finished = finish_tile(round, t, state);
     else
       core.store_state(job, state);
   }
@@ -94,15 +80,15 @@ void TileScheduler::render_tile(Round& round, std::size_t t, bool& first_of_grou
   shared.stored = result.stored;
 }
 
-bool TileScheduler::finish_tile(const Round& round, std::size_t t, tilecore::TileState& state, bool first_of_group) {
+bool TileScheduler::finish_tile(const Round& round, std::size_t t, tilecore::TileState& state) {
   const std::vector<bool>& open = round.pass.open;
   const auto tile = static_cast<binner::TileIndex>(t);
   tilecore::TileCore& core = cores_.local();
   const bool finished = open.empty() || !open[t];
   if (finished)
-    core.finish(run_.job, tile, state, run_.result.targets, first_of_group, !open.empty());
+    core.finish(run_.job, tile, state, run_.result.targets, !open.empty());
   else
-    core.finish_scene_color(run_.job, tile, state, first_of_group);
+    core.finish_scene_color(run_.job, tile, state);
   return finished;
 }
 
@@ -166,7 +152,6 @@ void TileScheduler::share(Round& round) {
     const SharedRequests& use = round.shared[t];
     const std::uint64_t table_bytes = round.work.share(t, use, {records, cache_});
     result.maps.tiles[t].queue_bytes_read += table_bytes;
-    result.counters.binner.table_bytes_read += table_bytes;
     if (stores_depth) {
       round.work.move(t, depths, depth_offset, tile_depth_bytes());
       depth_offset += tile_depth_bytes();
@@ -185,7 +170,6 @@ void TileScheduler::share(Round& round) {
 
 void TileScheduler::render_pass(std::span<const frontend::BoundedSubPatch> sub_patches, const Pass& pass) {
   const tilecore::TileJob& job = run_.job;
-  const int group_side = tiles_together(job);
   const binner::TileIndex tile_count = binner_.grid().tile_count();
   const bool whole = pass.only.empty() && pass.open.empty();
   binner::Binner::Cursor cursor;
@@ -209,13 +193,13 @@ void TileScheduler::render_pass(std::span<const frontend::BoundedSubPatch> sub_p
     if (run_.progress != nullptr)
       run_.progress->begin(pass.only.empty() ? tile_count
                                              : static_cast<std::size_t>(std::ranges::count(pass.only, true)));
-    for_each_tile(binner_.grid(), group_side, [&](std::size_t tile, bool& first_of_group) {
+    parallel_for(tile_count, [&](std::size_t tile) {
       if (!pass.only.empty() && !pass.only[tile]) return;
       const BusyTimer busy(busy_seconds.local());
       if (!round.unchanged.empty() && round.unchanged[tile])
         run_.inputs->keep_images(binner_.grid().pixels(static_cast<binner::TileIndex>(tile)), run_.result.targets);
       else
-        render_tile(round, tile, first_of_group);
+        render_tile(round, tile);
       if (run_.progress != nullptr) run_.progress->tile_done();
     });
     if (run_.progress != nullptr) run_.progress->end();

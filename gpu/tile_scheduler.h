@@ -28,17 +28,12 @@ struct ViewRun {
   InputSignatures* inputs = nullptr;  // rendering elimination; null: all tiles are rendered
 };
 
-// Side of the groups of tiles that share a shading cache.
-inline int tiles_together(const tilecore::TileJob& job) {
-  return job.shading.rate == tilecore::ShadingRate::kCache ? job.shading_cache.group : 1;
-}
-
 // Gives tiles to the tile cores, in rounds: the binner fills the parameter buffer, all tiles render what their lists
 // hold. A buffer that was too small leads to a round of partial renders and to a further round. What transmits is
 // rendered in a pass of its own.
 //
-// Groups of shading_cache.group tiles go to any thread, the tiles of a group one after the other to the same, row by
-// row. Counters and images depend on neither: what tiles share they use in the machine's order (tilecore.tile_order).
+// Tiles go to any thread. Counters and images do not depend on it: what tiles share they use in the machine's order
+// (tilecore.tile_order).
 class TileScheduler {
  public:
   TileScheduler(const ViewRun& run, PerThread<tilecore::TileCore>& cores, binner::Binner& binner,
@@ -85,10 +80,10 @@ class TileScheduler {
   // What the tiles' parts of a level of it move.
   void share_behind(WorkRecorder::Round& round, int level, bool write);
   // False: the tile will be rendered again with what transmits.
-  bool finish_tile(const Round& round, std::size_t tile, tilecore::TileState& state, bool first_of_group);
+  bool finish_tile(const Round& round, std::size_t tile, tilecore::TileState& state);
   // Ends work on a tile that is neither its first nor its last.
   void end_part(tilecore::TileCore& core, WorkRecorder::Tile& work, std::size_t tile);
-  void render_tile(Round& round, std::size_t tile, bool& first_of_group);
+  void render_tile(Round& round, std::size_t tile);
   // Which tiles need not be rendered; empty: all do. `complete`: the lists hold all sub-patches.
   std::vector<bool> compare_inputs(bool complete);
   std::uint64_t tile_depth_bytes() const;

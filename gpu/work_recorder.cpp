@@ -29,7 +29,7 @@ WorkRecorder::WorkRecorder(const GpuConfiguration& gpu, const RecordMemory& reco
     : gpu_(gpu),
       records_(records),
       heights_(heights),
-      image_cache_(gpu.caches.texture_bytes, gpu.caches.texture_ways, gpu.line_bytes()),
+      image_cache_(gpu.caches.texture_bytes, hardware::Caches::kTextureWays, gpu.line_bytes()),
       record_accesses_(record_accesses),
       keep_items_(keep_items),
       l2_({gpu.caches.l2_bytes, gpu.caches.l2_ways, gpu.line_bytes()}) {
@@ -113,7 +113,7 @@ void WorkRecorder::keep_table_lines(const frontend::FrontEndResult& result, std:
   // Tables lie behind the records.
   for (std::size_t k = first; k < result.table_lines.size(); ++k) {
     const std::uint64_t line = records_.end() + result.table_lines[k] * burst / line_bytes;
-    if (line > 0xFFFFFFFFu) throw LimitError("tables of heights lie behind 2^32 cache lines: cache.line_bytes");
+    if (line > 0xFFFFFFFFu) throw LimitError("tables of heights lie behind 2^32 cache lines");
     geometry_lines_.push_back(static_cast<std::uint32_t>(line));
   }
 }
@@ -310,7 +310,7 @@ void WorkRecorder::share_cells(Slot& slot, const tilecore::CellsDrawn& cells, st
     if (read.first_of_piece) records_.of_piece(*frame_, patch, cell.piece, record_lines_);
     const std::size_t numbers = record_lines_.size();
     records_.of_image(*frame_, patch, {cell.u0, cell.v0, cell.u1, cell.v1}, record_lines_);
-    if (maps_->settings().image_reads == tilecore::ProcedureSettings::ImageReads::kTextureCache) keep_misses(numbers);
+    if (maps_->settings().mode == tilecore::ProcedureSettings::Mode::kPublished) keep_misses(numbers);
     for (const RecordMemory::Lines& of : record_lines_) {
       share_lines(slot, of, Phase::kVisibility, Purpose::kPatchData);
       keep_lines(slot, of);
@@ -327,9 +327,9 @@ void WorkRecorder::keep_misses(std::size_t first) {
   std::vector<RecordMemory::Lines> missed;
   for (std::size_t k = first; k < record_lines_.size(); ++k)
     for (std::uint32_t line = record_lines_[k].first; line < record_lines_[k].end; ++line) {
-      ++image_counts_.image_requests;
+      ++image_counts_.cache_requests;
       if (image_cache_.use(line)) continue;
-      ++image_counts_.image_misses;
+      ++image_counts_.cache_misses;
       missed.push_back({line, line + 1});
     }
   record_lines_.resize(first);
@@ -448,7 +448,7 @@ WorkRecorder::Sums WorkRecorder::take_sums() {
     layer_bytes_ = std::max(layer_bytes_, sums.layer_bytes);
     sums = {};
   });
-  tessera::merge(all.core.sampling, std::exchange(image_counts_, {}));
+  tessera::merge(all.core.texture, std::exchange(image_counts_, {}));
   const memory::L2::Account l2 = l2_.take_account();
   all.l2 = l2.counters;
   all.ledger += l2.ledger;

@@ -173,8 +173,8 @@ class WorkRecorder {
   const tilecore::ParameterMaps* maps_ = nullptr;
   std::vector<std::uint32_t> height_lines_;
   std::vector<RecordMemory::Lines> record_lines_;
-  memory::LineCache image_cache_;            // a core's texture cache, where geometry images are read through it
-  tilecore::SamplingCounters image_counts_;  // of it
+  memory::LineCache image_cache_;           // a core's texture cache, where geometry images are read through it
+  tilecore::TextureCounters image_counts_;  // of it
   std::array<std::array<hardware::ShaderCost, 3>, 3> domain_costs_;  // by ShaderFeatures::Surface, Motion
   bool record_accesses_, keep_items_;
   memory::L2 l2_;

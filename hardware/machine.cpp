@@ -67,18 +67,17 @@ Keys<PixelShader> shader_keys() {
        "Operations of one pixel-shader invocation on one lane.",
        "[assumed] a physically based shader with a few lights"},
       {"shader.surface_operations", &PixelShader::surface_operations, "operations", 0, 1e6,
-       "Operations of one pixel-shader invocation that evaluates its patch again, besides.",
-       "[assumed] as a vertex, energy.vertex_pj"},
+       "Operations of evaluating a patch's surface on one lane, with constant costs: of a pixel-shader invocation, "
+       "besides "
+       "shader.operations, and of a vertex with tessellator.domain_shading=lanes.",
+       "[assumed] as in the tessellator, energy.vertex_pj; compiled: 16 of a mesh, 91 to 163 of a patch, 298 "
+       "to 514 of a displaced one",
+       KeyEnds{91, 298}},
       {"tessellator.domain_shading", &PixelShader::domain,
        "Where vertices are evaluated: in a unit of the tessellator, at tessellator.vertices_per_clk; or on "
        "the shader's lanes, as warps that go before those of pixels and look heights up in the texture "
        "unit. Vertices that are on chip go through tessellator.transforms_per_clk either way.",
        "[spec] domain shaders run on the shader cores of all GPUs with tessellation; [assumed] unit"},
-      {"shader.domain_operations", &PixelShader::domain_operations, "operations", 1, 1e6,
-       "With tessellator.domain_shading=lanes and constant costs: operations of one vertex on one lane.",
-       "[assumed] as in the tessellator, energy.vertex_pj; compiled: 16 of a mesh, 91 to 163 of a patch, 298 "
-       "to 514 of a displaced one",
-       KeyEnds{91, 298}},
   };
 }
 
@@ -120,11 +119,7 @@ Keys<Machine> memory_keys() {
   keys.add(
       &Machine::caches,
       Keys<Caches>{
-          {"cache.line_bytes", &Caches::line_bytes, "bytes", 16, 256,
-           "Line of the texture caches and the L2: a block of 4x4 texels.", "[assumed]"},
           {"texture.cache_bytes", &Caches::texture_bytes, "bytes", 256, 16777216, "Texture cache (L1) of a core.",
-           "[assumed]"},
-          {"texture.cache_ways", &Caches::texture_ways, "ways", 1, 64, "Associativity of the texture cache.",
            "[assumed]"},
           {"l2.bytes", &Caches::l2_bytes, "bytes", 0, 1073741824.0,
            "L2 that all cores share, for textures, displacement maps and records of base patches; 0: none. What is "
@@ -147,8 +142,6 @@ Keys<Machine> memory_keys() {
            "[spec] JEDEC JESD209-4 and -5, as in memory/dram_spec.cpp"},
           {"memory.channels", &MemoryInterface::channels, "channels", 1, 16,
            "With memory.model=banks: channels of 16 bits, a power of two.", "[spec] x32 has two, x64 four"},
-          {"memory.ranks", &MemoryInterface::ranks, "ranks", 1, 4,
-           "With memory.model=banks: ranks of a channel, a power of two.", "[spec] one or two in phones"},
           {"memory.gb_per_s", &MemoryInterface::gb_per_s, "GB/s", 0.001, 100000,
            "Peak rate of the external memory. memory.bytes_per_clk sets it too, by the clock.mhz of that moment.",
            "[spec] LPDDR4-3200 x32 (12.8 GB/s), LPDDR4X-4266 x64 (34.1), LPDDR5X-8533 x64 (68.3)"},
@@ -237,12 +230,11 @@ double Machine::operations(Event event) const {
   switch (event) {
     case Event::kSurfaceEvaluations:
     case Event::kSurfaceLanes:
+    case Event::kDomainInvocations:
       return shader.surface_operations;
     case Event::kShaderInvocations:
     case Event::kShaderLanes:
       return shader.operations;
-    case Event::kDomainInvocations:
-      return shader.domain_operations;
     default:
       return 1;
   }
@@ -282,8 +274,7 @@ Keys<Machine> machine_keys() {
       .add(silicon_keys())
       .add(&Machine::silicon, other_silicon_keys())
       // What units do hangs on these: how warps are packed, and what the caches of the emulated order hold.
-      .mark_timing_but({"shader.warp_lanes", "cache.line_bytes", "texture.cache_bytes", "texture.cache_ways",
-                        "l2.bytes", "l2.ways"});
+      .mark_timing_but({"shader.warp_lanes", "texture.cache_bytes", "l2.bytes", "l2.ways"});
 }
 
 }  // namespace tessera::hardware

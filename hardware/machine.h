@@ -34,14 +34,14 @@ struct PixelShader {
   std::int64_t warp_lanes = 32;
   double operations = 160;
   double surface_operations = 130;
-  double domain_operations = 130;
 };
 
 // Texture caches of the cores, and the L2 that they share; l2_bytes 0: none.
 struct Caches {
-  std::int64_t line_bytes = 64;
+  static constexpr std::int64_t kLineBytes = 64;   // at least a burst [assumed]: a block of 4x4 texels
+  static constexpr std::int64_t kTextureWays = 4;  // of the texture caches [assumed]
+
   std::int64_t texture_bytes = 16 << 10;
-  std::int64_t texture_ways = 4;
   std::int64_t l2_bytes = 256 << 10;
   std::int64_t l2_ways = 8;
 };
@@ -55,7 +55,6 @@ struct MemoryInterface {
   MemoryModel model = MemoryModel::kFluid;
   MemoryType type = MemoryType::kLpddr4x4266;
   std::int64_t channels = 4;  // of 16 bits
-  std::int64_t ranks = 1;
   std::int64_t burst_bytes = 64;
   double gb_per_s = 34.085;
   double gpu_share = 0.7;
@@ -149,7 +148,7 @@ struct Machine {
   double pj(Event event) const;
 
   // A line of the texture caches and the L2: at least a burst.
-  std::int64_t line_bytes() const { return std::max(caches.line_bytes, memory.burst_bytes); }
+  std::int64_t line_bytes() const { return std::max(Caches::kLineBytes, memory.burst_bytes); }
 };
 
 // The counts of events as the machine charges them: with tessellator.domain_shading=lanes, vertices are invocations of the

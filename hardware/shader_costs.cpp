@@ -17,8 +17,6 @@ namespace {
 using Features = ShaderFeatures;
 
 constexpr std::array<std::string_view, 4> kSurfaceNames = {"triangles", "patch", "displaced_patch", "computed"};
-constexpr std::array<std::string_view, Features::kLayers> kLayerNames = {
-    "glossy", "dielectric", "coat", "sheen", "anisotropy", "film", "transmission", "volume", "dispersion", "spread"};
 constexpr std::array<std::string_view, 3> kMotionNames = {"still", "moving", "deforming"};
 constexpr std::array<std::string_view, Features::kLightKinds> kLightNames = {"directional", "point", "point_in_range",
                                                                              "spot", "spot_in_range"};
@@ -135,16 +133,15 @@ void add_layers(const Features& f, std::string_view surface, std::string_view mo
   if (!f.layered()) return;
   const std::int32_t lights = std::accumulate(f.lights.begin(), f.lights.end(), 0);
   const bool apart = f.normals != Features::Normals::kOfSurface || f.coat_normals;  // coat and base have two normals
-  const std::string coat = joined(
-      {"coat", apart ? "mapped" : "of_surface", f.metallic_roughness ? "roughness_of_texture" : "roughness_of_factor"});
+  const std::string coat = joined({"clearcoat", apart ? "mapped" : "of_surface",
+                                   f.metallic_roughness ? "roughness_of_texture" : "roughness_of_factor"});
   const auto add = [&](std::string_view layer) {
-    const std::string_view name = layer == "coat" ? std::string_view(coat) : layer;
+    const std::string_view name = layer == "clearcoat" ? std::string_view(coat) : layer;
     sum.add(row_of(joined({"add/layer_light", name})), lights);
     if (name != "anisotropy") sum.add(row_of(joined({"add/layer", name})));
   };
   add("base");
-  for (std::size_t layer = 0; layer < Features::kLayers; ++layer)
-    if (f.layers[layer]) add(kLayerNames[layer]);
+  for (const std::string_view layer : f.layers) add(layer);
   if (f.layer_textures > 0) sum.add(row_of(joined({"add/layer_texture", derivatives})), f.layer_textures);
   const bool of_triangles = f.surface == Features::Surface::kTriangles;
   const auto needed = f.surface == Features::Surface::kComputed ? std::string_view("triangles") : surface;
@@ -152,7 +149,7 @@ void add_layers(const Features& f, std::string_view surface, std::string_view mo
     sum.add(row_of(
         joined({"add/normal", needed, motion,
                 of_triangles && f.normals == Features::Normals::kMappedAlongTangents ? "along_tangents" : "mapped"})));
-  if (f.has(Features::Layer::kAnisotropy))
+  if (f.has("anisotropy"))
     sum.add(row_of(joined({"add/layer/anisotropy", needed, motion,
                            f.normals == Features::Normals::kOfSurface ? "of_surface" : "mapped"})));
 }
@@ -162,8 +159,8 @@ void add_environment(const Features& f, Sum& sum) {
   if (!f.environment_image) return;
   sum.add(
       row_of(f.metallic_roughness ? "add/environment/roughness_of_texture" : "add/environment/roughness_of_factor"));
-  if (f.has(Features::Layer::kCoat)) sum.add(row_of("add/environment/coat"));
-  if (f.has(Features::Layer::kSpread)) sum.add(row_of("add/environment/spread"));
+  if (f.has("clearcoat")) sum.add(row_of("add/environment/clearcoat"));
+  if (f.has("diffuse_transmission")) sum.add(row_of("add/environment/diffuse_transmission"));
 }
 
 }  // namespace

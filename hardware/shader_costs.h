@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace tessera::hardware {
 
@@ -45,30 +47,12 @@ struct ShaderFeatures {
   std::array<std::uint16_t, kLightKinds> lights{};
   bool lights_move = false;
   bool environment_image = false;  // in place of the built-in one
-  // What extensions of materials add (scene::MaterialEffect). A volume is one of what transmits, and what disperses has
-  // one.
-  enum class Layer : std::uint8_t {
-    kGlossy,
-    kDielectric,
-    kCoat,
-    kSheen,
-    kAnisotropy,
-    kFilm,
-    kTransmission,
-    kVolume,
-    kDispersion,
-    kSpread
-  };
-  static constexpr std::size_t kLayers = 10;
-  std::array<bool, kLayers> layers{};
+  // What extensions of materials add, by the names of scene::MaterialEffect.
+  std::vector<std::string_view> layers = {};
   std::uint8_t layer_textures = 0;  // of layers, the coat's normal map apart
   bool coat_normals = false;
-  bool has(Layer layer) const { return layers[static_cast<std::size_t>(layer)]; }
-  bool layered() const {
-    for (const bool layer : layers)
-      if (layer) return true;
-    return false;
-  }
+  bool layered() const { return !layers.empty(); }
+  bool has(std::string_view layer) const { return std::find(layers.begin(), layers.end(), layer) != layers.end(); }
 
   bool operator==(const ShaderFeatures&) const = default;
 };

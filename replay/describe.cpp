@@ -13,8 +13,8 @@
 #include "gpu/counter_list.h"
 #include "gpu/settings.h"
 #include "replay/statistics.h"
-#include "scene/extension_registry.h"
 #include "scene/extensions.h"
+#include "scene/material.h"
 #include "shaders_cpp/procedures/declarations.h"
 
 namespace tessera::replay {
@@ -113,7 +113,7 @@ const std::vector<Topic>& topics() {
        "([extensions/TESSERA_procedure.md](extensions/TESSERA_procedure.md)), generated from their declarations in\n"
        "`shaders_cpp/procedures/`, and the language of its `program`, in which the built-in shapes and textures are "
        "written\n"
-       "once more: `shaders_cpp/procedures/expressions/`. How they are drawn: [procedural.md](procedural.md).",
+       "once more: `shaders_cpp/procedures/builtin_stages.txt`. How they are drawn: [procedural.md](procedural.md).",
        {{"name", "stage"}, {"kind", "kind"}, {"meaning", "meaning"}, {"parameters", "parameters"}}},
       {"effects",
        "Effects",
@@ -185,11 +185,11 @@ json describe_extensions() {
 
 json describe_formats() {
   json rows = json::array();
-  for (const scene::RegisteredExtension& extension : scene::extension_registry())
+  for (const scene::Extension& extension : scene::extension_registry())
     rows.push_back({{"name", extension.name},
                     {"status", extension.status},
                     {"treatment", extension.read() ? "read" : "noted; refused if required"},
-                    {"meaning", extension.meaning},
+                    {"meaning", extension.treatment},
                     {"test", extension.read() ? extension.test : "RegisteredExtensions"}});
   return rows;
 }
@@ -199,7 +199,8 @@ json describe_effects() {
     const char *name, *meaning, *decided, *when, *setting;
   };
   constexpr const char* kSubPatch = "frame, drawable, sub-patch, tile";
-  constexpr Effect kEffects[] = {
+  const std::string layers = fmt::format("{}", fmt::join(scene::kMaterialEffectNames, ", "));
+  const Effect effects[] = {
       {"advection", "Slow blocks take most of their pixels from the previous frame, or from the other eye.",
        "frame, block", "resolve.desampling is adaptive, the frame before was rendered with the same lights",
        "resolve.advection"},
@@ -222,9 +223,7 @@ json describe_effects() {
        "resolve.desampling is adaptive and resolve.foveation_r0 is not 0", "resolve.foveation_r0"},
       {"frame_buffer_compression", "Finished pixels are compressed on their way to memory.", "frame",
        "the machine does", "frame_buffer.compression"},
-      {"specular_glossiness, dielectric, clearcoat, sheen, anisotropy, iridescence, transmission, volume, dispersion, "
-       "diffuse_transmission",
-       "Extensions of materials.", "drawable", "the material has it", ""},
+      {layers.c_str(), "Extensions of materials.", "drawable", "the material has it", ""},
       {"motion", "Samples see the scene at different times of the shutter.", kSubPatch,
        "the drawable moves on screen between shutter open and close, by the camera's motion or its own, and a vertex "
        "of the sub-patch may move by more than 1/256 pixel or 2^-16 of its depth",
@@ -234,7 +233,7 @@ json describe_effects() {
       {"stereo", "A second image for a right eye.", "frame", "stereo.eye_separation is not 0", "stereo.eye_separation"},
   };
   json rows = json::array();
-  for (const Effect& e : kEffects)
+  for (const Effect& e : effects)
     rows.push_back(
         {{"name", e.name}, {"meaning", e.meaning}, {"decided", e.decided}, {"when", e.when}, {"setting", e.setting}});
   return rows;
@@ -340,7 +339,7 @@ namespace {
 std::string former_counters_markdown() {
   std::string text = "\n## Former names\n\n| counter | now |\n|---|---|\n";
   for (const gpu::FormerCounter& counter : gpu::former_counters())
-    text += fmt::format("| `{}` | {} |\n", counter.name, counter.now.empty() ? "removed" : counter.now);
+    text += fmt::format(counter.now.empty() ? "| `{}` | removed |\n" : "| `{}` | `{}` |\n", counter.name, counter.now);
   return text;
 }
 

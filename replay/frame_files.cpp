@@ -75,8 +75,7 @@ void FrameWriter::write_exr_of(const tilecore::FrameTargets& targets, const std:
     channels.push_back({"discrepancy.frames", ExrChannel::Type::kHalf, targets.discrepancy.values.data(), 1});
   if (wants("origin")) channels.push_back({"origin.kind", ExrChannel::Type::kHalf, targets.origin.values.data(), 1});
   if (wants("error")) channels.push_back({"error.value", ExrChannel::Type::kFloat, targets.error.values.data(), 1});
-  write_exr(settings_.folder / (name + ".exr"), targets.color.width, targets.color.height, channels,
-            settings_.compression);
+  write_exr(settings_.folder / (name + ".exr"), targets.color.width, targets.color.height, channels);
 }
 
 std::string tile_maps_json(int frame, const gpu::TileMaps& maps, const std::string& members) {

@@ -33,7 +33,6 @@ class FrameWriter {
     std::filesystem::path folder;
     std::vector<std::string> auxiliary;
     float exposure = 1;
-    ExrCompression compression = ExrCompression::kPiz;
   };
   explicit FrameWriter(Settings settings) : settings_(std::move(settings)) {}
   ~FrameWriter();

@@ -15,8 +15,8 @@
 #include "replay/view_options.h"
 #include "scene/assembly.h"
 #include "scene/pose.h"
-#include "scene/selection.h"
 #include "scene/view.h"
+#include "scene/view_choices.h"
 
 namespace tessera::replay {
 namespace {

@@ -196,8 +196,8 @@ class ReplayCommand final : public Command {
     try {
       const DrawableNames names(
           gpu::record_head("", renderer.assembly(), gpu, settings, request.width, request.height));
-      render_frames(devices, {first, last}, {out_, aux_, exposure, settings.output.exr_compression},
-                    baselines_ ? &schemes : nullptr, {gpu, names}, files, statistics, first_views, room);
+      render_frames(devices, {first, last}, {out_, aux_, exposure}, baselines_ ? &schemes : nullptr, {gpu, names},
+                    files, statistics, first_views, room);
     } catch (const WriteError& error) {
       room.release();
       save_what_was_done(statistics, {first, last}, error);

@@ -71,7 +71,7 @@ struct PlainFrame {
 PlainFrame plain_frame(const scene::Capture& capture, int side, std::int64_t immediate_cache_bytes, bool immediate) {
   gpu::GpuConfiguration gpu;
   gpu.tile.width = gpu.tile.height = side;
-  gpu.baselines.immediate_cache_bytes = immediate_cache_bytes;
+  gpu.baselines.cache_bytes = immediate_cache_bytes;
   gpu.baselines.immediate_color_compression = false;
   gpu::RunSettings settings;
   settings.sampling.samples_per_pixel = 1;

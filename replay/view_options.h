@@ -7,7 +7,6 @@
 #include "base/option_numbers.h"
 #include "scene/capture.h"
 #include "scene/limits.h"
-#include "scene/selection.h"
 #include "scene/view_choices.h"
 
 namespace CLI {

@@ -7,7 +7,6 @@
 #include "scene/capture.h"
 #include "scene/cluster_bounds.h"
 #include "scene/clusters.h"
-#include "scene/patch_groups.h"
 
 namespace tessera::scene {
 

@@ -157,19 +157,11 @@ enum class AnimatedPath : std::uint8_t {
   kRotation,
   kScale,
   kWeights,
-  kVisible,  // of a node
-  kBaseColor,
-  kMetallic,
-  kRoughness,
-  kEmissive,
-  kEmissiveStrength,
-  kAlphaCutoff,
-  kNormalScale,  // of a material
-  kOcclusionStrength,
+  kVisible,         // of a node
+  kMaterialNumber,  // of a material: one of material_numbers()
   kTextureOffset,
   kTextureRotation,
-  kTextureScale,  // (of one of its textures)
-  kEffectNumber,  // of one of its extensions
+  kTextureScale,  // of one of a material's textures
   kFieldOfView,
   kXMag,
   kYMag,
@@ -192,7 +184,7 @@ inline bool moves_node(AnimatedPath path) {
 struct AnimationChannel {
   int node = kNone;    // of the paths of nodes
   int object = kNone;  // the material, camera or light of the others
-  int part = 0;        // of a material: its MaterialTexture, or one of effect_numbers(); of a stage: its parameter
+  int part = 0;        // of a material: its MaterialTexture, or one of material_numbers(); of a stage: its parameter
   AnimatedPath path = AnimatedPath::kTranslation;
   Interpolation interpolation = Interpolation::kLinear;
   int components = 3;         // floats per value: 3, 4, the number of morph targets or of a parameter's numbers

@@ -11,17 +11,13 @@
 #include "base/whole_file.h"
 #include "scene/gltf/accessor_layout.h"
 #include "scene/gltf/builders.h"
-#include "scene/gltf/container.h"
-#include "scene/gltf/extension_census.h"
 #include "scene/gltf/json_reader.h"
+#include "scene/gltf/notes.h"
 #include "scene/gltf/read_ahead.h"
-#include "scene/gltf/schema.h"
 #include "scene/gltf/selection.h"
 #include "scene/gltf/validation.h"
-#include "scene/gltf/variants.h"
 
 namespace tessera::scene {
-
 namespace {
 
 double seconds_now() {
@@ -46,9 +42,7 @@ void check_size(const std::filesystem::path& file, MemoryBudget budget) {
 
 // Keys that a file claims without data for them are zeros that nobody stored: their room is checked before any is made.
 void check_claims(const nlohmann::json& json, MemoryBudget budget) {
-  const auto animations = json.find("animations");
-  if (animations == json.end()) return;
-  for (const nlohmann::json& animation : *animations)
+  for (const nlohmann::json& animation : gltf::list_of(json, "animations"))
     for (const nlohmann::json& sampler : animation["samplers"])
       for (const char* side : {"input", "output"}) {
         const auto accessor = sampler[side].get<std::size_t>();

@@ -4,7 +4,7 @@
 
 #include "scene/capture.h"
 #include "scene/limits.h"
-#include "scene/selection.h"
+#include "scene/view_choices.h"
 
 namespace tessera::scene {
 

@@ -1,65 +1,117 @@
 #include "scene/extensions.h"
 
+#include <algorithm>
+#include <array>
+#include <tuple>
 #include <utility>
 
 namespace tessera::scene {
 namespace {
 
-std::vector<Extension> shared_extensions() {
-  return {
-      {"EXT_mesh_gpu_instancing", "node", "The node's mesh is drawn many times, at a transform each.", {}},
-      {"EXT_meshopt_compression",
-       "buffer view, buffer",
-       "Contents compressed with meshoptimizer; fallback buffers are not read.",
-       {}},
-      {"EXT_texture_webp",
-       "texture",
-       "A WebP image, lossy or lossless; where it cannot be read, the texture's source.",
-       {}},
-      {"KHR_animation_pointer",
-       "animation channel target",
-       "Animates what a JSON pointer names: a node's transformation, weights and visibility; a material's factors and "
-       "texture transformations; cameras and lights; parameters of procedures. Pointers at anything else are skipped.",
-       {}},
-      {"KHR_draco_mesh_compression", "mesh primitive", "Vertices and indices compressed with Draco.", {}},
-      {"KHR_lights_punctual", "root, node", "Directional, point and spot lights.", {}},
-      {"KHR_materials_anisotropy", "material", "Highlights that are longer in one direction.", {}},
-      {"KHR_materials_clearcoat", "material", "A clear coat with a roughness and a normal map of its own.", {}},
-      {"KHR_materials_diffuse_transmission", "material", "Light that comes through a thin surface, spread.", {}},
-      {"KHR_materials_dispersion", "material", "Volumes refract red and blue differently.", {}},
-      {"KHR_materials_emissive_strength", "material", "A factor on emission.", {}},
-      {"KHR_materials_ior", "material", "Index of refraction.", {}},
-      {"KHR_materials_iridescence", "material", "A thin film above the base.", {}},
-      {"KHR_materials_pbrSpecularGlossiness",
-       "material",
-       "Colour and gloss of reflections in place of metalness and roughness.",
-       {}},
-      {"KHR_materials_sheen", "material", "Fibres that scatter light at grazing angles.", {}},
-      {"KHR_materials_specular", "material", "Strength and colour of a dielectric's reflections.", {}},
-      {"KHR_materials_transmission",
-       "material",
-       "What is behind the surface is seen through it, tinted and blurred: all that is opaque and does not transmit.",
-       {}},
-      {"KHR_materials_unlit", "material", "Base colour is shown as it is.", {}},
-      {"KHR_materials_variants",
-       "root, mesh primitive",
-       "Other materials by the name of a variant: --variant chooses it, inspect lists them.",
-       {}},
-      {"KHR_materials_volume", "material", "What transmits refracts and absorbs by its thickness.", {}},
-      {"KHR_mesh_quantization", "root", "Vertex attributes of small integer types.", {}},
-      {"KHR_meshopt_compression",
-       "buffer view, buffer",
-       "As EXT_meshopt_compression, with version 1 of attribute streams and the colour filter.",
-       {}},
-      {"KHR_node_visibility", "node", "Hides a node and all below it.", {}},
-      {"KHR_texture_basisu",
-       "texture",
-       "A KTX2 image with Basis Universal data (ETC1S, UASTC) and its mip levels; where it cannot be read, the "
-       "texture's source. Memory holds ASTC blocks of 4x4 texels, or what texture.format says.",
-       {}},
-      {"KHR_texture_transform", "texture info", "Offset, rotation and scale of texture coordinates.", {}},
-  };
-}
+constexpr std::string_view kRatified = "ratified", kDraft = "in progress", kMulti = "multi-vendor", kVendor = "vendor",
+                           kArchived = "archived";
+
+// Extensions that others have registered. Those of materials are rows of material_extensions.def.
+class Registry {
+ public:
+  std::vector<Extension> rows;
+
+  Registry() {
+    add_read(), add_unread();
+#define EXTENSION(name, status, test, meaning, treatment) read(#name, status, test, "material", meaning, treatment);
+#define UNREAD_EXTENSION(name, status, lack) unread(#name, status, lack);
+#include "scene/material_extensions.def"
+    const auto place = [](const Extension& e) {
+      constexpr std::array kOrder = {kRatified, kDraft, kMulti, kVendor, kArchived};
+      return std::tuple(std::find(kOrder.begin(), kOrder.end(), e.status), e.name);
+    };
+    std::sort(rows.begin(), rows.end(), [&](const auto& a, const auto& b) { return place(a) < place(b); });
+  }
+
+ private:
+  void read(std::string_view name, std::string_view status, std::string_view test, std::string_view extends,
+            std::string_view meaning, std::string_view treatment) {
+    rows.push_back({name, extends, meaning, {}, status, treatment, test});
+  }
+  void unread(std::string_view name, std::string_view status, std::string_view lack) {
+    rows.push_back({name, "", "", {}, status, lack, ""});
+  }
+
+  void add_read() {
+    read("EXT_mesh_gpu_instancing", kRatified, "InstanceReader", "node",
+         "The node's mesh is drawn many times, at a transform each.", "All of it, as true instances.");
+    read("EXT_meshopt_compression", kRatified, "MeshoptViews", "buffer view, buffer",
+         "Contents compressed with meshoptimizer; fallback buffers are not read.",
+         "All of it; fallback buffers are not needed.");
+    read("EXT_texture_webp", kRatified, "TextureWebp", "texture",
+         "A WebP image, lossy or lossless; where it cannot be read, the texture's source.", "All of it.");
+    read(
+        "KHR_animation_pointer", kRatified, "AnimationPointer", "animation channel target",
+        "Animates what a JSON pointer names: a node's transformation, weights and visibility; a material's factors and "
+        "texture transformations; cameras and lights; parameters of procedures. Pointers at anything else are skipped.",
+        "Pointers at nodes, materials' factors and texture transforms, cameras and lights.");
+    read("KHR_draco_mesh_compression", kRatified, "CaptureDraco", "mesh primitive",
+         "Vertices and indices compressed with Draco.", "All of it, streams from 2.2 on.");
+    read("KHR_lights_punctual", kRatified, "CaptureScene", "root, node", "Directional, point and spot lights.",
+         "All of it.");
+    read("KHR_materials_variants", kRatified, "MaterialVariants", "root, mesh primitive",
+         "Other materials by the name of a variant: --variant chooses it, inspect lists them.",
+         "All of it: --variant chooses.");
+    read("KHR_mesh_quantization", kRatified, "CaptureAccessors", "root", "Vertex attributes of small integer types.",
+         "All of it.");
+    read("KHR_texture_basisu", kRatified, "TextureBasisu", "texture",
+         "A KTX2 image with Basis Universal data (ETC1S, UASTC) and its mip levels; where it cannot be read, the "
+         "texture's source. The setting texture.basis_target chooses what memory holds of it.",
+         "All of it: ETC1S and UASTC, with mip levels.");
+    read("KHR_texture_transform", kRatified, "CaptureMaterials", "texture info",
+         "Offset, rotation and scale of texture coordinates.", "All of it.");
+    read("KHR_meshopt_compression", kDraft, "MeshoptViews", "buffer view, buffer",
+         "As EXT_meshopt_compression, with version 1 of attribute streams and the colour filter.",
+         "All of it: version 1 of attribute streams, the colour filter.");
+    read("KHR_node_visibility", kDraft, "NodeVisibility", "node", "Hides a node and all below it.", "All of it.");
+  }
+
+  void add_unread() {
+    constexpr const char *kData = "Nothing: it is not drawn.", *kNoMedia = "The medium; the rest is drawn.";
+    unread("KHR_xmp_json_ld", kRatified, kData);
+    unread("EXT_mesh_features", kDraft, kData);
+    unread("EXT_mesh_primitive_restart", kDraft, "Restarts of strips; files that need them are refused.");
+    unread("EXT_structural_metadata", kDraft, kData);
+    unread("EXT_texture_avif", kDraft, "AVIF images; the texture's source is shown.");
+    unread("EXT_texture_procedurals_mx_1_39", kDraft, "The textures; factors stand alone.");
+    unread("KHR_accessor_float64", kDraft, "Its accessors; files that need them are refused.");
+    unread("KHR_audio_graph", kDraft, kData);
+    unread("KHR_collision_shapes", kDraft, kData);
+    unread("KHR_gaussian_splatting", kDraft, "The splats; their centres are points.");
+    unread("KHR_interactivity", kDraft, "Behaviour; the scene is drawn as it begins.");
+    unread("KHR_node_hoverability", kDraft, kData);
+    unread("KHR_node_selectability", kDraft, kData);
+    unread("KHR_physics_rigid_bodies", kDraft, "Motion that physics would give.");
+    unread("KHR_texture_procedurals", kDraft, "The textures; factors stand alone.");
+    unread("KHR_texture_video", kDraft, "The video; the texture's source is shown.");
+    unread("EXT_lights_ies", kMulti, "The profile; the light shines alike in all directions.");
+    unread("EXT_lights_image_based", kMulti, "The environment; the built-in studio lights the scene.");
+    unread("EXT_mesh_manifold", kMulti, kData);
+    unread("AGI_articulations", kVendor, "Articulations; the scene is drawn as it rests.");
+    unread("AGI_stk_metadata", kVendor, kData);
+    unread("CESIUM_primitive_outline", kVendor, "The outlines.");
+    unread("FB_geometry_metadata", kVendor, kData);
+    unread("GODOT_single_root", kVendor, kData);
+    unread("GRIFFEL_bim_data", kVendor, kData);
+    unread("MPEG_accessor_timed", kVendor, kNoMedia);
+    unread("MPEG_animation_timing", kVendor, kNoMedia);
+    unread("MPEG_audio_spatial", kVendor, kData);
+    unread("MPEG_buffer_circular", kVendor, kNoMedia);
+    unread("MPEG_media", kVendor, kNoMedia);
+    unread("MPEG_mesh_linking", kVendor, kNoMedia);
+    unread("MPEG_scene_dynamic", kVendor, kNoMedia);
+    unread("MPEG_texture_video", kVendor, "The video; the texture's source is shown.");
+    unread("MPEG_viewport_recommended", kVendor, kData);
+    unread("MSFT_lod", kVendor, "Lower levels; the highest is drawn.");
+    unread("MSFT_texture_dds", kVendor, "DDS images; the texture's source is shown.");
+    unread("KHR_xmp", kArchived, kData);
+  }
+};
 
 // Tessera's own.
 std::vector<Extension> own_extensions() {
@@ -142,10 +194,17 @@ std::vector<Extension> own_extensions() {
 
 }  // namespace
 
+const std::vector<Extension>& extension_registry() {
+  static const std::vector<Extension> kRegistry = Registry().rows;
+  return kRegistry;
+}
+
 const std::vector<Extension>& supported_extensions() {
   static const std::vector<Extension> kExtensions = [] {
-    std::vector<Extension> all = shared_extensions();
-    for (Extension& extension : own_extensions()) all.push_back(std::move(extension));
+    std::vector<Extension> all = own_extensions();
+    for (const Extension& extension : extension_registry())
+      if (extension.read()) all.push_back(extension);
+    std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
     return all;
   }();
   return kExtensions;

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/parallel.h"
-#include "scene/animated_values.h"
+#include "scene/animation.h"
 #include "scene/limits.h"
 #include "scene/motion_segments.h"
 #include "scene/patch_displacement.h"

@@ -6,10 +6,9 @@
 #include <vector>
 
 #include "base/shutter_part.h"
-#include "scene/animated_procedures.h"
-#include "scene/animated_values.h"
+#include "scene/animation.h"
 #include "scene/assembly.h"
-#include "scene/deform.h"
+#include "scene/pose.h"
 #include "scene/tessellation_pattern.h"
 #include "scene/view.h"
 

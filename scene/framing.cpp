@@ -6,8 +6,8 @@
 #include <limits>
 #include <map>
 
-#include "scene/animated_procedures.h"
-#include "scene/deform.h"
+#include "scene/animation.h"
+#include "scene/pose.h"
 #include "shaders_cpp/procedures/procedures.h"
 
 namespace tessera::scene {

@@ -3,8 +3,8 @@
 #include <optional>
 #include <vector>
 
-#include "scene/selection.h"
 #include "scene/view.h"
+#include "scene/view_choices.h"
 
 namespace tessera::scene {
 

@@ -1,66 +1,142 @@
 #include "scene/material.h"
 
+#include <algorithm>
+
 namespace tessera::scene {
+namespace {
+
+using enum MaterialEffect;
+
+// The effect of each texture; the core's have none.
+constexpr std::array<std::optional<MaterialEffect>, kMaterialTextureCount> effect_of_textures() {
+  std::array<std::optional<MaterialEffect>, kMaterialTextureCount> effects;
+  std::size_t slot = kCoreTextureCount;
+  MaterialEffect effect{};
+#define EFFECT(Name, ...) effect = k##Name;
+#define TEXTURE(...) effects[slot++] = effect;
+#include "scene/material_extensions.def"
+  return effects;
+}
+
+// Whether `effects` has what an effect needs.
+bool is_supported(MaterialEffect effect, const MaterialEffects& effects) {
+  const auto has = [&](MaterialEffect other) { return effects[static_cast<std::size_t>(other)]; };
+  const bool needs[] = {
+#define EFFECT(Name, member, asked, needed) (needed),
+#include "scene/material_extensions.def"
+  };
+  return needs[static_cast<std::size_t>(effect)];
+}
+
+}  // namespace
+
+// An effect that others need needs none itself, or comes before them.
+MaterialEffects drop_unsupported(MaterialEffects effects) {
+  for (std::size_t effect = 0; effect < kMaterialEffectCount; ++effect)
+    effects[effect] = effects[effect] && is_supported(static_cast<MaterialEffect>(effect), effects);
+  return effects;
+}
 
 MaterialEffects effects_in_force(const Material& m) {
-  MaterialEffects out;
-  const auto set = [&](MaterialEffect effect, bool on) { out[static_cast<std::size_t>(effect)] = on; };
-  const Dielectric& d = m.dielectric;
-  set(MaterialEffect::kDielectric, d.ior != 1.5f || d.specular != 1.0f || d.specular_color != Vec3(1.0f) ||
-                                       d.texture.texture != nullptr || d.color_texture.texture != nullptr);
-  set(MaterialEffect::kClearcoat, m.clearcoat.factor > 0.0f);
-  set(MaterialEffect::kSheen, m.sheen.color != Vec3(0.0f));
-  set(MaterialEffect::kAnisotropy, m.anisotropy.strength != 0.0f);
-  set(MaterialEffect::kIridescence, m.iridescence.factor > 0.0f);
-  const bool transmits = m.transmission.factor > 0.0f, spreads = m.diffuse_transmission.factor > 0.0f;
-  set(MaterialEffect::kTransmission, transmits);
-  set(MaterialEffect::kDiffuseTransmission, spreads);
-  // A surface of no thickness has nothing inside.
-  const bool volume = (transmits || spreads) && m.volume.thickness > 0.0f;
-  set(MaterialEffect::kVolume, volume);
-  set(MaterialEffect::kDispersion, transmits && volume && m.volume.dispersion > 0.0f);
-  return out;
+  MaterialEffects effects;
+#define EFFECT(Name, member, asked, needed)               \
+  {                                                       \
+    [[maybe_unused]] const Name& e = m.member;            \
+    effects[static_cast<std::size_t>(k##Name)] = (asked); \
+  }
+#include "scene/material_extensions.def"
+  return drop_unsupported(effects);
+}
+
+EffectFlags flags_of(const MaterialEffects& effects) {
+  EffectFlags flags;
+#define EFFECT(Name, member, ...) flags.member = effects[static_cast<std::size_t>(k##Name)];
+#include "scene/material_extensions.def"
+  return flags;
 }
 
 bool is_read(const Material& material, MaterialTexture slot) {
-  using Slot = MaterialTexture;
-  using Effect = MaterialEffect;
+  static constexpr auto kEffects = effect_of_textures();
+  if (const auto effect = kEffects[static_cast<std::size_t>(slot)])
+    return material.has(*effect) && is_supported(*effect, material.effects);
   switch (slot) {
-    case Slot::kBaseColor:
-    case Slot::kNormal:
-      return true;
-    case Slot::kEmissive:
+    case MaterialTexture::kEmissive:
       return !material.unlit || material.glows_unlit;
-    case Slot::kMetallicRoughness:
-      return !material.unlit && !material.has(Effect::kSpecularGlossiness);
-    case Slot::kOcclusion:
+    case MaterialTexture::kMetallicRoughness:
+      return !material.unlit && !material.has(kSpecularGlossiness);
+    case MaterialTexture::kOcclusion:
       return !material.unlit;
-    case Slot::kSpecularGlossiness:
-      return material.has(Effect::kSpecularGlossiness);
-    case Slot::kSpecular:
-    case Slot::kSpecularColor:
-      return material.has(Effect::kDielectric) && !material.has(Effect::kSpecularGlossiness);
-    case Slot::kClearcoat:
-    case Slot::kClearcoatRoughness:
-    case Slot::kClearcoatNormal:
-      return material.has(Effect::kClearcoat);
-    case Slot::kSheenColor:
-    case Slot::kSheenRoughness:
-      return material.has(Effect::kSheen);
-    case Slot::kAnisotropy:
-      return material.has(Effect::kAnisotropy);
-    case Slot::kIridescence:
-    case Slot::kIridescenceThickness:
-      return material.has(Effect::kIridescence);
-    case Slot::kTransmission:
-      return material.has(Effect::kTransmission);
-    case Slot::kThickness:
-      return material.has(Effect::kVolume);
-    case Slot::kDiffuseTransmission:
-    case Slot::kDiffuseTransmissionColor:
-      return material.has(Effect::kDiffuseTransmission);
+    default:
+      return true;
   }
-  return false;
 }
+
+// ---- Rows -------------------------------------------------------------------------------------------------------
+
+float NumberRange::nearest(double value) const {
+  constexpr double kLeast = 1e-6;
+  return static_cast<float>(std::clamp(value, above_low ? std::max(low, kLeast) : low, high));
+}
+
+namespace {
+
+constexpr double kMost = static_cast<double>(std::numeric_limits<float>::max());
+constexpr NumberRange kAny{-kMost, kMost}, kShare{0, 1}, kNotNegative{0, kMost}, kPositive{0, kMost, true},
+    kIndex{1, kMost}, kIndexOrInfinite{1, kMost, false, true};
+
+struct Rows {
+  std::vector<MaterialNumber> numbers;
+  std::vector<MaterialTextureRow> textures;
+};
+
+Rows read_rows() {
+  using enum shaders::ColorSpace;
+  Rows rows;
+  // What was opened last.
+  std::string object;
+  std::optional<MaterialEffect> effect;
+  bool of_extension = false, archived = false;
+  const auto add_number = [&](const char* name, int components, float value, const NumberRange& range,
+                              float* (*of)(Material&)) {
+    // glTF's object model names no properties of archived extensions.
+    rows.numbers.push_back({object + "/" + name, components, value, range, effect, !archived, of});
+  };
+  const auto add_texture = [&](const char* name, MaterialTexture slot, shaders::ColorSpace space, bool replaces) {
+    rows.textures.push_back({object, name, slot, space, of_extension, replaces});
+  };
+#define CORE(pointer) object = pointer;
+#define EXTENSION(name, status, ...) \
+  object = "/extensions/" #name;     \
+  of_extension = true;               \
+  archived = std::string_view(#status) == "kArchived";
+#define EFFECT(Name, member, ...) \
+  {                               \
+    effect = k##Name;             \
+    constexpr auto kOf = &Material::member;
+#define END_EFFECT(...) \
+  effect.reset();       \
+  }
+#define CORE_NUMBER(member, components, name, value, range) \
+  add_number(name, components, value, range, [](Material& m) -> float* { return &m.member; });
+#define NUMBER(member, name, value, range) \
+  add_number(name, 1, value, range, [](Material& m) -> float* { return &(m.*kOf).member; });
+#define COLOR(member, name, value, range) \
+  add_number(name, 3, value, range, [](Material& m) -> float* { return &(m.*kOf).member.x; });
+#define CORE_TEXTURE(member, Slot, slot, name, space) add_texture(name, MaterialTexture::k##Slot, space, false);
+#define TEXTURE(member, Slot, slot, name, space) add_texture(name, MaterialTexture::k##Slot, space, false);
+#define REPLACING_TEXTURE(Slot, name, space) add_texture(name, MaterialTexture::k##Slot, space, true);
+#include "scene/material_extensions.def"
+  return rows;
+}
+
+const Rows& all_rows() {
+  static const Rows kRows = read_rows();
+  return kRows;
+}
+
+}  // namespace
+
+const std::vector<MaterialNumber>& material_numbers() { return all_rows().numbers; }
+const std::vector<MaterialTextureRow>& material_textures() { return all_rows().textures; }
 
 }  // namespace tessera::scene

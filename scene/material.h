@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/vec.h"
 #include "shaders_cpp/texture.h"
@@ -84,15 +85,8 @@ struct Material {
   std::optional<Displacement> displacement;
 
   MaterialEffects effects;  // none where it is unlit
-  SpecularGlossiness specular_glossiness;
-  Dielectric dielectric;
-  Clearcoat clearcoat;
-  Sheen sheen;
-  Anisotropy anisotropy;
-  Iridescence iridescence;
-  Transmission transmission;
-  Volume volume;
-  DiffuseTransmission diffuse_transmission;
+#define EFFECT(Name, member, ...) Name member;
+#include "scene/material_extensions.def"
 
   bool has(MaterialEffect effect) const { return effects[static_cast<std::size_t>(effect)]; }
 
@@ -103,58 +97,72 @@ struct Material {
  private:
   template <class Slot, class Self>
   static std::array<Slot, kMaterialTextureCount> slots_of(Self& m) {
-    return {&m.base_color_texture,
-            &m.metallic_roughness_texture,
-            &m.normal_texture,
-            &m.occlusion_texture,
-            &m.emissive_texture,
-            &m.specular_glossiness.texture,
-            &m.dielectric.texture,
-            &m.dielectric.color_texture,
-            &m.clearcoat.texture,
-            &m.clearcoat.roughness_texture,
-            &m.clearcoat.normal_texture,
-            &m.sheen.color_texture,
-            &m.sheen.roughness_texture,
-            &m.anisotropy.texture,
-            &m.iridescence.texture,
-            &m.iridescence.thickness_texture,
-            &m.transmission.texture,
-            &m.volume.thickness_texture,
-            &m.diffuse_transmission.texture,
-            &m.diffuse_transmission.color_texture};
+    std::array<Slot, kMaterialTextureCount> slots;
+    std::size_t slot = 0;
+#define CORE_TEXTURE(of, ...) slots[slot++] = &m.of;
+#define EFFECT(Name, member, ...) \
+  {                               \
+    [[maybe_unused]] auto& effect = m.member;
+#define TEXTURE(of, ...) slots[slot++] = &effect.of;
+#define END_EFFECT(...) }
+#include "scene/material_extensions.def"
+    return slots;
   }
 };
 
 inline constexpr std::array<std::string_view, kMaterialEffectCount> kMaterialEffectNames = {
-    "specular_glossiness", "dielectric",   "clearcoat", "sheen",      "anisotropy",
-    "iridescence",         "transmission", "volume",    "dispersion", "diffuse_transmission"};
+#define EFFECT(Name, member, ...) #member,
+#include "scene/material_extensions.def"
+};
 inline constexpr std::array<std::string_view, kMaterialTextureCount> kMaterialTextureNames = {
-    "base_color",
-    "metallic_roughness",
-    "normal",
-    "occlusion",
-    "emissive",
-    "specular_glossiness",
-    "specular",
-    "specular_color",
-    "clearcoat",
-    "clearcoat_roughness",
-    "clearcoat_normal",
-    "sheen_color",
-    "sheen_roughness",
-    "anisotropy",
-    "iridescence",
-    "iridescence_thickness",
-    "transmission",
-    "thickness",
-    "diffuse_transmission",
-    "diffuse_transmission_color"};
+#define CORE_TEXTURE(member, Slot, slot, ...) #slot,
+#define TEXTURE(member, Slot, slot, ...) #slot,
+#include "scene/material_extensions.def"
+};
 
 // Whether the material's pixel shader reads a slot, if there is a texture.
 bool is_read(const Material& material, MaterialTexture slot);
 
-// Those that a material's factors and textures ask for; without KHR_materials_pbrSpecularGlossiness.
+// Those that a material's factors and textures ask for. Specular-glossiness, which none of them shows, stays as it is.
 MaterialEffects effects_in_force(const Material& material);
+
+// Without the effects that need another one which is not there.
+MaterialEffects drop_unsupported(MaterialEffects effects);
+
+EffectFlags flags_of(const MaterialEffects& effects);
+
+// ---- Rows of material_extensions.def ----------------------------------------------------------------------------
+
+struct NumberRange {
+  double low, high;
+  bool above_low = false;     // `low` itself is outside
+  bool zero_besides = false;  // 0 stands for infinity
+
+  float nearest(double value) const;  // within the range
+};
+
+// A number or colour of a material.
+struct MaterialNumber {
+  std::string pointer;  // within the material (RFC 6901)
+  int components;
+  float value;  // where its object lacks it
+  NumberRange range;
+  std::optional<MaterialEffect> effect;  // what it belongs to; a material has it from the first frame on if it moves
+  bool animated;                         // KHR_animation_pointer may name it
+  float* (*of)(Material&);
+
+  const float* in(const Material& material) const { return of(const_cast<Material&>(material)); }
+};
+const std::vector<MaterialNumber>& material_numbers();
+
+// Where a material's texture is in the file, and what its texels are.
+struct MaterialTextureRow {
+  std::string object, name;  // pointer to the object that may have it, within the material; its member there
+  MaterialTexture slot;
+  shaders::ColorSpace space;
+  bool of_extension;
+  bool replaces;  // the slot has a row of its own besides
+};
+const std::vector<MaterialTextureRow>& material_textures();
 
 }  // namespace tessera::scene

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "scene/animated_values.h"
+#include "scene/animation.h"
 #include "scene/framing.h"
 
 namespace tessera::scene {

@@ -137,4 +137,12 @@ void look_at(Capture& capture, const ViewChoices& view, ImageSize size) {
   if (view.framed() || view.lens) look_through(capture, choose_camera(capture, view, size.width, size.height));
 }
 
+int camera_node(const Capture& capture) {
+  if (capture.settings.camera_node != kNone) return capture.settings.camera_node;
+  const Pose pose = pose_at(capture, capture.settings.first_frame / capture.settings.frame_rate);
+  for (std::size_t n = 0; n < capture.nodes.size(); ++n)
+    if (capture.nodes[n].camera != kNone && pose.in_scene[n]) return static_cast<int>(n);
+  return kNone;
+}
+
 }  // namespace tessera::scene

@@ -2,15 +2,38 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
 #include "base/option_numbers.h"
 #include "scene/capture.h"
-#include "scene/selection.h"
 #include "scene/view.h"
 
 namespace tessera::scene {
+
+// Parts of a file that are drawn in place of those that it names itself: each by its name, or by its number in the file.
+struct Selection {
+  std::optional<std::string> scene;
+  std::optional<std::string> camera;  // or a node that has one
+  // The only animation that plays; "all": the first, and each further one that moves nothing already moved; "none".
+  std::optional<std::string> animation;
+};
+
+// The scenes of a file.
+struct SceneList {
+  std::vector<std::string> names;
+  int drawn = kNone;  // of `names`; kNone: the file has none
+};
+
+// Where automatic framing looks from, in degrees.
+struct Orbit {
+  double azimuth = 0;               // about +y, counterclockwise seen from above, from its usual place
+  std::optional<double> elevation;  // above the horizon; unset: as usual. Between -89 and 89
+};
+
+// The node of the camera that takes the image (choose_camera()); kNone where the scene is framed.
+int camera_node(const Capture& capture);
 
 // What of a capture is drawn and how it is looked at, where that is not what the file says. The words are those of the
 // options --scene, --camera, --animation, --orbit, --lens and --shutter, of members of a study and of stats.json, of

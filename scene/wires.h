@@ -3,7 +3,7 @@
 #include <array>
 
 #include "scene/capture.h"
-#include "scene/deform.h"
+#include "scene/pose.h"
 #include "scene/view.h"
 
 namespace tessera::scene {

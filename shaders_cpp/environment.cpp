@@ -8,8 +8,6 @@ namespace {
 Vector3<float> plain(Vec3 a) { return {a.x, a.y, a.z}; }
 Vec3 glm_vector(const Vector3<float>& a) { return {a.x, a.y, a.z}; }
 
-#include "shaders_cpp/background.inc"
-
 }  // namespace
 
 const std::array<Vec3, 3>& soft_box_axes() {

@@ -13,15 +13,6 @@ namespace tessera::shaders {
 //   LAYER2  In a uniform environment no material returns more than 1.02 of what arrives; one that absorbs nothing returns
 //        at least 0.9 in its brightest channel, and, without any flag, 0.98.
 
-// Which effects a material has; those of the base's reflectance and of the emission's factor are numbers of the base.
-struct LayerFlags {
-  bool coat = false, sheen = false, anisotropy = false, film = false;
-  bool transmission = false, volume = false, dispersion = false;  // the second of the first, the third of the second
-  bool spread = false;                                            // diffuse transmission
-
-  bool operator==(const LayerFlags&) const = default;
-};
-
 inline constexpr float kMinSheenRoughness = 0.07f;
 
 // The same for all points of a draw.

@@ -1,6 +1,10 @@
 // What pixel-shader invocations are made of, for the SIMD target in force; for kernel sources that use foreach_target.h.
 
-#include "shaders_cpp/bicubic-inl.h"
+#include <array>
+#include <cstddef>
+
+#include "base/real.h"
+#include "base/simd-inl.h"
 #include "shaders_cpp/environment_map.h"
 #include "shaders_cpp/layered_material.h"
 #include "shaders_cpp/radiance_image.h"
@@ -18,8 +22,11 @@ namespace tessera {
 namespace shaders {
 namespace HWY_NAMESPACE {
 
+using tessera::HWY_NAMESPACE::Vector3;
+
 // Each needs those before it.
 // clang-format off
+#include "shaders_cpp/bicubic.inc"
 #include "shaders_cpp/elementary.inc"
 #include "shaders_cpp/texture_sampling.inc"
 #include "shaders_cpp/radiance_image.inc"

@@ -14,10 +14,6 @@ Keys<CoreSettings> core_keys() {
   };
   keys.add(&CoreSettings::visibility, visibility_keys());
   return keys.add(Keys<CoreSettings>{
-      {"tilecore.box_bits", &CoreSettings::box_bits, "bits", 8, 32,
-       "Precision of the boxes of cells: single precision (32), or rounded outwards to so many bits (8 or 16) within "
-       "the box of their leaf of 4x4 cells.",
-       "[assumed] single precision; 8 bits: Ylitie et al. 2017, quantised wide BVH nodes"},
       {"tilecore.blend_layers", &CoreSettings::blend_layers, "layers", 1, 64,
        "Blended surfaces of one sample that a tile core keeps in order; of more, the two farthest become one.",
        "[assumed] 8; multi-layer alpha blending: Salvi and Vaidyanathan 2014"},
@@ -30,10 +26,6 @@ Keys<ShadingCacheSettings> shading_cache_keys() {
        "With shading.rate=cache: shaded cells that a tile core keeps on chip, 24 bytes each; the least recently used "
        "goes first.",
        "[assumed] 24 KiB"},
-      {"shading_cache.group", &ShadingCacheSettings::group, "tiles", 1, 64,
-       "Side of the square group of tiles that a core renders before it empties its shading cache, with "
-       "shading.rate=cache.",
-       "[assumed] emptied after every tile"},
   };
 }
 
@@ -50,11 +42,6 @@ Keys<TessellatorSettings> tessellator_keys() {
       {"tessellator.cache_bytes", &TessellatorSettings::cache_bytes, "bytes", 0, 1073741824.0,
        "On-chip memory that keeps the vertices of tessellated sub-patches for the tiles that follow.",
        "[assumed] half of a middle Mali's L2 ([spec] 32 to 512 KiB on Mali-G51)"},
-      {"tessellator.cache_eviction", &TessellatorSettings::cache_eviction,
-       "Which vertices leave that memory first: those used longest ago (lru); those that no tile's list names any "
-       "more, "
-       "then those used longest ago (uses) or those that the order of tiles brings back last (next_use).",
-       "[measured] fewest evaluations; next_use: Belady 1966 over rectangles of tiles"},
   };
 }
 

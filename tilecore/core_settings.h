@@ -4,7 +4,6 @@
 
 #include "base/key_table.h"
 #include "tilecore/resolve/frame_format.h"
-#include "tilecore/tessellation/tessellation_cache.h"
 #include "tilecore/tile_order.h"
 #include "tilecore/visibility/visibility_settings.h"
 
@@ -15,7 +14,6 @@ struct CoreSettings {
   TileSequence tile_order = TileSequence::kMorton;
   bool occlusion_culling = true;
   VisibilityMethodSettings visibility;
-  int box_bits = 32;
   int blend_layers = 8;
 };
 Keys<CoreSettings> core_keys();
@@ -23,7 +21,6 @@ Keys<CoreSettings> core_keys();
 // Keys shading_cache.*.
 struct ShadingCacheSettings {
   std::int64_t entries = 1024;
-  int group = 1;  // tiles
 };
 Keys<ShadingCacheSettings> shading_cache_keys();
 
@@ -33,7 +30,6 @@ struct TessellatorSettings {
   int subpixel_bits = 8;
   int sub_patch_cells = 16;  // cells a side of the largest sub-patch a core takes at once
   std::int64_t cache_bytes = 256 << 10;
-  CacheEviction cache_eviction = CacheEviction::kNextUse;
 };
 Keys<TessellatorSettings> tessellator_keys();
 

@@ -268,10 +268,7 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
     if (keep_items_)
       keep_item(std::exchange(before, counted()), job.frame->assembly->patch_drawable[entry.base_patch] + 1);
   }
-  if (job.procedures != nullptr) {
-    if (job.procedures->settings().lists == ProcedureSettings::Lists::kRanges) add_unlisted_cells(job, entries);
-    draw_cells(job, state, before);
-  }
+  if (job.procedures != nullptr) draw_cells(job, state, before);
   current_work_place().base_patch = -1;
   result_.counters.tilecore.depth_blocks_updated += state.take_depth_updates();
   if (!state.layers.empty()) result_.layer_bytes = std::max(result_.layer_bytes, state.layer_bytes(job.blend_layers()));
@@ -284,31 +281,10 @@ void TileCore::draw_cells(const TileJob& job, TileState& state, timing::SubPatch
   leave_segment(job);
   sampler_.draw(
       {*job.frame, *job.procedures, samples_, state, &shader_.textures(), &result_.counters.tilecore.alpha_tests});
-  if (const std::uint64_t handed = sampler_.take_handed()) {
-    // Posted by the tile that evaluated them.
-    const std::uint64_t bytes = memory::burst_bytes(0, handed * SamplingController::kHandedBytes, job.burst_bytes());
-    result_.ledger.write(memory::Unit::kSampling, memory::Purpose::kSamplingMaps, bytes);
-    result_.ledger.read(memory::Unit::kSampling, memory::Purpose::kSamplingMaps, bytes);
-  }
   std::vector<SamplingController::CellRead> reads = sampler_.take_reads();
   if (reads.empty()) return;
   result_.cells.push_back({static_cast<std::uint32_t>(result_.tessellations.size()), std::move(reads)});
   if (keep_items_) keep_item(std::exchange(before, counted()), 0);
-}
-
-void TileCore::add_unlisted_cells(const TileJob& job, std::span<const binner::QueueEntry> entries) {
-  const std::vector<ParameterCell>& cells = job.procedures->cells();
-  std::vector<std::uint32_t> listed;
-  for (const binner::QueueEntry& entry : entries)
-    if (is_cell(job, entry)) listed.push_back(ParameterMaps::cell_of(entry.range));
-  const auto piece_of = [&](std::uint32_t cell) { return std::tie(cells[cell].drawable, cells[cell].piece); };
-  std::sort(listed.begin(), listed.end());  // piece by piece
-  const std::span<const std::uint32_t> all(listed);
-  for (std::size_t first = 0, end = 0; first < all.size(); first = end) {
-    while (end < all.size() && piece_of(all[end]) == piece_of(all[first])) ++end;
-    for (const std::uint32_t cell : job.procedures->others_in_range(all.subspan(first, end - first)))
-      sampler_.take_in_vain(cell);
-  }
 }
 
 // Cells of a procedure follow each other in a list, as they were binned.
@@ -326,10 +302,7 @@ void TileCore::count_cells(const TileJob& job, std::span<const binner::QueueEntr
 }
 
 void TileCore::count_hidden(const TileJob& job, const binner::QueueEntry& entry) {
-  if (is_cell(job, entry))
-    sampler_.count_hidden();
-  else
-    result_.hidden.push_back({entry.base_patch, entry.segment, entry.range});
+  if (!is_cell(job, entry)) result_.hidden.push_back({entry.base_patch, entry.segment, entry.range});
 }
 
 float TileCore::farthest_behind(const binner::QueueEntry& entry, TileState& state) const {
@@ -350,8 +323,7 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
   const scene::FrameGeometry& frame = enter(job, entry);
   const scene::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const EntryEffects effects = effects_of(job, entry);
-  const MeshStore::Item& item =
-      meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.core.box_bits, effects.displaced);
+  const MeshStore::Item& item = meshes_.get(frame, entry.base_patch, entry.range, effects.ray, effects.displaced);
   const Tessellator::Work& work = item.work;
   const float lens_scale = effects.ray.lens ? static_cast<float>(frame.projection.lens_scale) : 0.0f;
   result_.tessellations.push_back({{entry.base_patch, entry.segment, entry.range},
@@ -399,8 +371,7 @@ void TileCore::find_hits(const TileJob& job, const binner::QueueEntry& entry, Hi
   const scene::FrameGeometry& frame = enter(job, entry);
   const scene::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const EntryEffects effects = effects_of(job, entry);
-  const MeshStore::Item& item =
-      meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.core.box_bits, effects.displaced);
+  const MeshStore::Item& item = meshes_.get(frame, entry.base_patch, entry.range, effects.ray, effects.displaced);
   test_mesh(job, entry, item, effects.ray, visibility_settings(job, frame, drawable, nullptr), sink);
   sink.flush();
   leave_segment(job);
@@ -460,11 +431,11 @@ HistoryStorage TileCore::history_storage(const TileJob& job) {
           job.grid->tile_height(), job.line_bytes(), job.store.signature_bits};
 }
 
-bool TileCore::finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group) {
+bool TileCore::finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets) {
   const double start = thread_seconds();
   resolve_.plan(*job.resolve, *job.frame, samples_, state);
   const double planned = thread_seconds();
-  shader_.shade(job, samples_, state, first_of_group, resolve_.pixel_rates());
+  shader_.shade(job, samples_, state, resolve_.pixel_rates());
   double shaded = thread_seconds();
   if (const double checked = shaded; resolve_.check(*job.resolve, shader_.color(), shader_.coverage())) {
     totals_.resolve_seconds += thread_seconds() - checked;
@@ -484,12 +455,11 @@ void TileCore::finish_deferred(const TileJob& job, binner::TileIndex tile, Frame
   totals_.resolve_seconds += thread_seconds() - start;
 }
 
-void TileCore::finish_scene_color(const TileJob& job, binner::TileIndex tile, const TileState& state,
-                                  bool first_of_group) {
+void TileCore::finish_scene_color(const TileJob& job, binner::TileIndex tile, const TileState& state) {
   const IntRect pixels = job.grid->pixels(tile);
   TESSERA_CHECK(state.started && samples_.pixels == pixels, "a tile is finished right after its last entries");
   shader_.count_drawables(totals_.drawables);
-  shader_.shade_opaque(job, samples_, state, first_of_group, *job.scene_color);
+  shader_.shade_opaque(job, samples_, state, *job.scene_color);
   result_.counters.transmission.pixels_kept += static_cast<std::uint64_t>(pixels.width() * pixels.height());
   ++result_.counters.transmission.tiles_again;
 }
@@ -516,19 +486,16 @@ void TileCore::store_coarse_depth(TileState& state, frontend::CoarseDepth& depth
 }
 
 void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets,
-                      bool first_of_group, bool write_scene_color) {
+                      bool write_scene_color) {
   const IntRect pixels = job.grid->pixels(tile);
   TESSERA_CHECK(state.started && samples_.pixels == pixels, "a tile is finished right after its last entries");
-  if (job.procedures != nullptr && job.procedures->settings().refill)
-    sampler_.refill_holes(
-        {*job.frame, *job.procedures, samples_, state, &shader_.textures(), &result_.counters.tilecore.alpha_tests});
   if (job.procedures != nullptr) sampler_.merge_layers(*job.frame, state);
   shader_.count_drawables(totals_.drawables);
   bool open = false;
   if (job.resolve != nullptr) {
-    open = finish_desampled(job, state, targets, first_of_group);
+    open = finish_desampled(job, state, targets);
   } else {
-    shader_.shade(job, samples_, state, first_of_group, {}, write_scene_color ? job.scene_color : nullptr);
+    shader_.shade(job, samples_, state, {}, write_scene_color ? job.scene_color : nullptr);
     if (write_scene_color)
       result_.counters.transmission.pixels_kept += static_cast<std::uint64_t>(pixels.width() * pixels.height());
     resolve_multisample(

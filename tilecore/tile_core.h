@@ -32,12 +32,11 @@ class TileCore {
                       TileState& state);
 
   // Shades, blends, resolves and writes the pixels of the tile that render_entries was last called for.
-  // `first_of_group` false: this core finished another tile of the same group and frame right before; its shading cache
-  // is not emptied. `write_scene_color`: also leaves what is opaque in job.scene_color.
+  // `write_scene_color`: also leaves what is opaque in job.scene_color.
   void finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets,
-              bool first_of_group = true, bool write_scene_color = false);
+              bool write_scene_color = false);
   // Instead, of a tile that will be rendered again with what transmits: leaves what is opaque in job.scene_color.
-  void finish_scene_color(const TileJob& job, binner::TileIndex tile, const TileState& state, bool first_of_group);
+  void finish_scene_color(const TileJob& job, binner::TileIndex tile, const TileState& state);
   // Charges the tile for its part of the smaller levels of job.scene_color.
   void count_reduced(const TileJob& job, binner::TileIndex tile);
 
@@ -83,7 +82,7 @@ class TileCore {
   void store_coarse_depth(TileState& state, frontend::CoarseDepth& depth);
   static HistoryStorage history_storage(const TileJob& job);
   // True: its second pass has pixels left to fill.
-  bool finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group);
+  bool finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets);
   // What is counted of items, so far; modulo 2^32.
   timing::SubPatchItem counted() const;
   // Keeps what was counted since `before` as an item. `drawable`: SubPatchItem::drawable.
@@ -110,8 +109,6 @@ class TileCore {
   }
   // `begin`: what was counted when they began to wait for each other; it moves on.
   void draw_cells(const TileJob& job, TileState& state, timing::SubPatchItem& begin);
-  // With procedures.lists=ranges: what the entries' ranges hold besides their cells.
-  void add_unlisted_cells(const TileJob& job, std::span<const binner::QueueEntry> entries);
   void count_cells(const TileJob& job, std::span<const binner::QueueEntry> entries);
   void count_hidden(const TileJob& job, const binner::QueueEntry& entry);
   // Tests the mesh of `entry`; samples outside the entry's times are not tested.

@@ -75,73 +75,38 @@ std::uint32_t next_in_strips(const IntRect& cells, std::uint32_t from, int colum
 
 }  // namespace
 
-TileOrder::TileOrder(TileSequence sequence, const binner::TileGrid& grid, int group_side)
+TileOrder::TileOrder(TileSequence sequence, const binner::TileGrid& grid)
     : along_curve_(sequence == TileSequence::kMorton || sequence == TileSequence::kHilbert),
       curve_(sequence == TileSequence::kHilbert ? kHilbertCurve : kZ),
       strip_rows_(sequence == TileSequence::kStrips ? kStripRows : 1),
-      side_(group_side),
-      columns_(grid.columns()),
-      group_columns_((grid.columns() + group_side - 1) / group_side),
-      group_rows_((grid.rows() + group_side - 1) / group_side) {
+      columns_(grid.columns()) {
   TESSERA_CHECK(grid.columns() < kMaxSide && grid.rows() < kMaxSide, "places of tiles fit 32 bits");
-  square_ = std::bit_ceil(static_cast<std::uint32_t>(std::max({group_columns_, group_rows_, 1})));
+  square_ = std::bit_ceil(static_cast<std::uint32_t>(std::max({grid.columns(), grid.rows(), 1})));
   std::vector<std::pair<std::uint32_t, binner::TileIndex>> places;
   for (binner::TileIndex tile = 0; tile < grid.tile_count(); ++tile) places.emplace_back(place(tile), tile);
   std::sort(places.begin(), places.end());
   for (const auto& [place, tile] : places) tiles_.push_back(tile);
 }
 
-std::uint32_t TileOrder::group_place(Cell group) const {
+std::uint32_t TileOrder::place(binner::TileIndex tile) const {
+  const int column = static_cast<int>(tile) % columns_, row = static_cast<int>(tile) / columns_;
   if (along_curve_) {
     Square square{curve_, 0, 0, square_, 0};
     while (square.side > 1) {
       std::uint32_t k = 0;
-      while (!square.quadrant(k).contains(group.column, group.row)) ++k;
+      while (!square.quadrant(k).contains(column, row)) ++k;
       square = square.quadrant(k);
     }
     return square.first;
   }
-  const int height = strip_rows_, strip = group.row / height;
-  return static_cast<std::uint32_t>((strip * group_columns_ + group.column) * height + group.row % height);
-}
-
-TileOrder::Cell TileOrder::group_at(std::uint32_t place) const {
-  if (along_curve_) {
-    Square square{curve_, 0, 0, square_, 0};
-    while (square.side > 1) square = square.quadrant((place - square.first) / (square.side * square.side / 4));
-    return {square.x, square.y};
-  }
-  const int height = strip_rows_, at = static_cast<int>(place), strip = at / (group_columns_ * height);
-  return {at / height % group_columns_, strip * height + at % height};
-}
-
-std::uint32_t TileOrder::next_group(const IntRect& groups, std::uint32_t from) const {
-  if (along_curve_) return next_in_square(groups, from, {curve_, 0, 0, square_, 0});
-  return next_in_strips(groups, from, group_columns_, strip_rows_);
-}
-
-std::uint32_t TileOrder::place(binner::TileIndex tile) const {
-  const int column = static_cast<int>(tile) % columns_, row = static_cast<int>(tile) / columns_;
-  const std::uint32_t group = group_place({column / side_, row / side_});
-  return group * static_cast<std::uint32_t>(side_ * side_) +
-         static_cast<std::uint32_t>(row % side_ * side_ + column % side_);
+  const int height = strip_rows_, strip = row / height;
+  return static_cast<std::uint32_t>((strip * columns_ + column) * height + row % height);
 }
 
 std::uint32_t TileOrder::next(const IntRect& tiles, std::uint32_t from) const {
   if (tiles.empty()) return kNever;
-  if (side_ == 1) return next_group(tiles, from);
-  const auto area = static_cast<std::uint32_t>(side_ * side_);
-  const IntRect groups{tiles.x0 / side_, tiles.y0 / side_, (tiles.x1 + side_ - 1) / side_,
-                       (tiles.y1 + side_ - 1) / side_};
-  for (std::uint32_t group = next_group(groups, from / area); group != kNever; group = next_group(groups, group + 1)) {
-    const Cell at = group_at(group);
-    const IntRect within = IntRect{tiles.x0 - at.column * side_, tiles.y0 - at.row * side_,
-                                   tiles.x1 - at.column * side_, tiles.y1 - at.row * side_}
-                               .intersect({0, 0, side_, side_});
-    const std::uint32_t found = next_in_strips(within, group == from / area ? from % area : 0, side_, 1);
-    if (found != kNever) return group * area + found;
-  }
-  return kNever;
+  if (along_curve_) return next_in_square(tiles, from, {curve_, 0, 0, square_, 0});
+  return next_in_strips(tiles, from, columns_, strip_rows_);
 }
 
 }  // namespace tessera::tilecore

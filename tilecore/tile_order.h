@@ -14,8 +14,7 @@ namespace tessera::tilecore {
 enum class TileSequence : std::uint8_t { kRows, kStrips, kMorton, kHilbert };
 
 // In which order the machine gives the tiles of a grid to its cores: row by row; in strips eight tiles high, column by
-// column; or along a curve that keeps what is near in two dimensions near in time: the Z of Morton or that of Hilbert. Groups (of tiles
-// that share a shading cache) come in that order, the tiles of a group one after the other, row by row.
+// column; or along a curve that keeps what is near in two dimensions near in time: the Z of Morton or that of Hilbert.
 //
 // A tile's *place* rises along the order; not every place is taken.
 //
@@ -27,7 +26,7 @@ class TileOrder {
   static constexpr int kStripRows = 8;
   static constexpr std::uint32_t kNever = ~std::uint32_t{0};
 
-  TileOrder(TileSequence sequence, const binner::TileGrid& grid, int group_side = 1);
+  TileOrder(TileSequence sequence, const binner::TileGrid& grid);
 
   std::uint32_t place(binner::TileIndex tile) const;
   const std::vector<binner::TileIndex>& tiles() const { return tiles_; }
@@ -37,19 +36,10 @@ class TileOrder {
   std::uint32_t next(const IntRect& tiles, std::uint32_t from) const;
 
  private:
-  struct Cell {
-    int column, row;
-  };
-  // The same of groups, or of tiles when those are groups.
-  std::uint32_t group_place(Cell group) const;
-  Cell group_at(std::uint32_t place) const;
-  std::uint32_t next_group(const IntRect& groups, std::uint32_t from) const;
-
   bool along_curve_;
   std::uint8_t curve_;
   int strip_rows_;
-  int side_;  // of a group, in tiles
-  int columns_, group_columns_, group_rows_;
+  int columns_;
   std::uint32_t square_ = 1;  // side of the square that a curve fills
   std::vector<binner::TileIndex> tiles_;
 };

@@ -11,7 +11,7 @@
 #include <chrono>
 #endif
 
-#include "tilecore/visibility/ray_stages.h"
+#include "tilecore/visibility/sample_tests.h"
 
 namespace tessera::bench {
 

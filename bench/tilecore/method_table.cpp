@@ -159,8 +159,8 @@ struct NamedMethod {
 std::vector<NamedMethod> methods() {
   using M = VisibilityMethod;
   return {{"patch-bvh", {}},
-          {"patch-bvh-classes", {M::kPatchBvh, 0, 16, Traversal::kClass}},
-          {"patch-bvh-rays", {M::kPatchBvh, 0, 16, Traversal::kRay}},
+          {"patch-bvh-classes", {M::kPatchBvh, 0, Traversal::kClass}},
+          {"patch-bvh-rays", {M::kPatchBvh, 0, Traversal::kRay}},
           {"brute", {M::kBrute}},
           {"segments", {M::kSegments}},
           {"partition", {M::kPartition}},
@@ -172,7 +172,7 @@ std::vector<NamedMethod> methods() {
 Result checked(const Scene& scene, const VisibilityMethodSettings& method, const Result& expected,
                const std::string& name, int samples_per_pixel = 4) {
   // Interleaved looks at a few times; with as few, patch-bvh finds the same.
-  const int times = method.method == VisibilityMethod::kInterleaved ? method.interleaved_times : 0;
+  const int times = method.method == VisibilityMethod::kInterleaved ? VisibilityMethodSettings::kInterleavedTimes : 0;
   const Result result = run(scene, method, samples_per_pixel, times);
   const Result same_times = times > 0 ? run(scene, {}, samples_per_pixel, times) : expected;
   if (result.hash != same_times.hash || result.core.sample_hits != same_times.core.sample_hits)
@@ -252,20 +252,18 @@ void write_branch_nodes(const std::filesystem::path& folder) {
       "visits_and_tests_saved_percent\n";
   std::vector<Series> series;
   for (const double quad : {1.0, 3.0})
-    for (const char* node : {"both_children", "leaf_mask", "16 masks"})
+    for (const char* node : {"both_children", "leaf_mask"})
       series.push_back({fmt::format("{}, {} px", node, quad), {}, {}});
   for (const double quad : {1.0, 3.0})
     for (const double motion : {0.0, 2.0, 5.0, 10.0, 20.0, 40.0, 80.0}) {
       const auto scene = make_toy(quad, motion);
       const Result expected = run(*scene, {});
       Result root;
-      std::size_t k = quad == 1.0 ? 0 : 3;
-      for (const auto& [name, node, segments] : {std::tuple{"root", BranchNode::kRoot, 1},
-                                                 {"both_children", BranchNode::kBothChildren, 1},
-                                                 {"leaf_mask", BranchNode::kLeafMask, 1},
-                                                 {"leaf_mask in 16 segments", BranchNode::kLeafMask, 16}}) {
-        const Result r =
-            checked(*scene, {VisibilityMethod::kPatchBvh, 0, 16, Traversal::kRay, node, segments}, expected, name);
+      std::size_t k = quad == 1.0 ? 0 : 2;
+      for (const auto& [name, node] : {std::pair{"root", BranchNode::kRoot},
+                                       {"both_children", BranchNode::kBothChildren},
+                                       {"leaf_mask", BranchNode::kLeafMask}}) {
+        const Result r = checked(*scene, {VisibilityMethod::kPatchBvh, 0, Traversal::kRay, node}, expected, name);
         if (node == BranchNode::kRoot) root = r;
         const double saved = 100 * (1 - ratio(r.rays.node_visits, root.rays.node_visits));
         const double both = 100 * (1 - ratio(r.rays.node_visits + r.rays.frustum_node_tests,
@@ -321,17 +319,14 @@ void write_captures(const std::filesystem::path& folder) {
       "node_visits_per_ray,ray_hit_percent\n";
   for (const auto& [name, number] : {std::pair{"eggs", 14}, {"flyby", 0}, {"serpent", 12}}) {
     const scene::Capture capture = scene::read_capture(test::shipped_capture(name));
-    std::vector<NamedMethod> all = methods();
-    all.push_back({"patch-bvh-rays-16-segments",
-                   {VisibilityMethod::kPatchBvh, 0, 16, Traversal::kRay, BranchNode::kLeafMask, 16}});
     std::vector<float> image;
-    for (const NamedMethod& method : all) {
+    for (const NamedMethod& method : methods()) {
       gpu::GpuConfiguration gpu;
       gpu.tilecore.visibility = method.settings;
       // Interleaved looks at a few times; with as few, patch-bvh shows the same.
       gpu::RunSettings settings;
       const bool interleaved = method.settings.method == VisibilityMethod::kInterleaved;
-      if (interleaved) settings.sampling.times = method.settings.interleaved_times;
+      if (interleaved) settings.sampling.times = VisibilityMethodSettings::kInterleavedTimes;
       const auto frame_of = [&, n = number](const gpu::GpuConfiguration& machine) {
         return gpu::Device(capture, machine, settings, {640, 360, {0, 0, 640, 360}}).render(n);
       };

@@ -38,14 +38,14 @@ struct Compared : FrameResult {
 };
 
 Compared render(const scene::Capture& capture, int width, int height, int spp, Procedures::Path path,
-                Procedures::Maps maps, double edge, bool observed, int tile = 64,
+                Procedures::Mode mode, double edge, bool observed, int tile = 64,
                 tilecore::ShadingRate rate = tilecore::ShadingRate::kPixel) {
   gpu::GpuConfiguration gpu;
   gpu.tile.width = gpu.tile.height = tile;  // the published tile buffer
   gpu::RunSettings settings;
   settings.sampling.samples_per_pixel = spp;
   settings.procedures.path = path;
-  settings.procedures.maps = maps;
+  settings.procedures.mode = mode;
   settings.tessellation.target_edge_pixels = edge;
   settings.shading.rate = rate;
   gpu::Device device(capture, gpu, settings, {width, height, {0, 0, width, height}});
@@ -191,13 +191,13 @@ void print_claims(const scene::Capture& capture, int width, int height, int spp)
   const Posed posed(capture, width, height);
   const binner::TileGrid grid(width, height, 64, 64);
   const Compared sampled =
-      render(capture, width, height, spp, Procedures::Path::kSampled, Procedures::Maps::kInterval, 1.0, true);
+      render(capture, width, height, spp, Procedures::Path::kSampled, Procedures::Mode::kInterval, 1.0, true);
   const FrameResult published =
-      render(capture, width, height, spp, Procedures::Path::kSampled, Procedures::Maps::kPublished, 1.0, false);
+      render(capture, width, height, spp, Procedures::Path::kSampled, Procedures::Mode::kPublished, 1.0, false);
   const FrameResult tessellated =
-      render(capture, width, height, spp, Procedures::Path::kTessellated, Procedures::Maps::kInterval, 1.0, false);
+      render(capture, width, height, spp, Procedures::Path::kTessellated, Procedures::Mode::kInterval, 1.0, false);
   const Compared coarse =
-      render(capture, width, height, spp, Procedures::Path::kTessellated, Procedures::Maps::kInterval, 3.0, true);
+      render(capture, width, height, spp, Procedures::Path::kTessellated, Procedures::Mode::kInterval, 3.0, true);
   const auto& s = sampled.counters.sampling;
   const auto& post = sampled.schemes[baselines::SchemeId::kPostTessellation];
   const auto& post3 = coarse.schemes[baselines::SchemeId::kPostTessellation];
@@ -232,7 +232,7 @@ void print_claims(const scene::Capture& capture, int width, int height, int spp)
   };
   const auto& ps = published.counters.sampling;
   tilecore::ProcedureSettings published_settings;
-  published_settings.maps = tilecore::ProcedureSettings::Maps::kPublished;
+  published_settings.mode = tilecore::ProcedureSettings::Mode::kPublished;
   published_settings.padding = 0;
   const tilecore::ParameterMaps bare(*posed.frame, grid.region(), published_settings,
                                      tilecore::SamplingController::sub_pixels(spp), 64);
@@ -327,10 +327,10 @@ void print_costs(const std::string& folder) {
   fmt::print("| objects | samples | sparse pass ms | whole ms |\n|---:|---:|---:|---:|\n");
   for (const int n : {1, 2, 4, 8, 16, 32}) {
     const scene::Capture capture = spheres(n);
-    FrameResult best = render(capture, 512, 512, 16, Procedures::Path::kSampled, Procedures::Maps::kInterval, 3, false);
+    FrameResult best = render(capture, 512, 512, 16, Procedures::Path::kSampled, Procedures::Mode::kInterval, 3, false);
     for (int repeat = 0; repeat < 2; ++repeat)
       if (FrameResult again =
-              render(capture, 512, 512, 16, Procedures::Path::kSampled, Procedures::Maps::kInterval, 3, false);
+              render(capture, 512, 512, 16, Procedures::Path::kSampled, Procedures::Mode::kInterval, 3, false);
           again.seconds < best.seconds)
         best = std::move(again);
     objects.x.push_back(n * n), objects.y.push_back(best.seconds * 1e3);
@@ -342,10 +342,10 @@ void print_costs(const std::string& folder) {
   const scene::Capture capture = spheres(4);
   for (const int tile : {128, 64, 32, 16, 8}) {
     FrameResult best =
-        render(capture, 512, 512, 16, Procedures::Path::kSampled, Procedures::Maps::kInterval, 3, false, tile);
+        render(capture, 512, 512, 16, Procedures::Path::kSampled, Procedures::Mode::kInterval, 3, false, tile);
     for (int repeat = 0; repeat < 2; ++repeat)
       if (FrameResult again =
-              render(capture, 512, 512, 16, Procedures::Path::kSampled, Procedures::Maps::kInterval, 3, false, tile);
+              render(capture, 512, 512, 16, Procedures::Path::kSampled, Procedures::Mode::kInterval, 3, false, tile);
           again.seconds < best.seconds)
         best = std::move(again);
     const auto& s = best.counters.sampling;

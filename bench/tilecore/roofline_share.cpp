@@ -27,7 +27,7 @@
 #include "bench/support/roofline.h"
 #include "bench/support/stage_clock.h"
 #include "bench/support/timing.h"
-#include "tilecore/visibility/effect_kernels.h"
+#include "tilecore/visibility/sample_tests.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "bench/tilecore/roofline_share.cpp"

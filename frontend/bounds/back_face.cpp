@@ -338,34 +338,30 @@ std::optional<BackFaceTest::Chords> BackFaceTest::chords(const SubPatchBounder& 
   return out;
 }
 
-Facing BackFaceTest::facing(const SubPatchBounder& bounder, const PyramidLibrary& pyramids,
-                            const scene::CellRange& cells, const MovingCorners& corners) const {
-  if (cluster_ != nullptr)
-    return cluster_faces_away(frame_, frame_.drawable_of(patch_), *cluster_, corners) ? Facing::kAway
-                                                                                      : Facing::kTowards;
-  if (!applies_) return Facing::kTowards;
+bool BackFaceTest::culls(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const scene::CellRange& cells,
+                         const MovingCorners& corners) const {
+  if (cluster_ != nullptr) return cluster_faces_away(frame_, frame_.drawable_of(patch_), *cluster_, corners);
+  if (!applies_) return false;
   const Corners camera = look(corners);
-  if (!camera.in_front || !faces_away_at_middle(bounder, camera)) return Facing::kTowards;
+  if (!camera.in_front || !faces_away_at_middle(bounder, camera)) return false;
   const auto chords = this->chords(bounder, pyramids, cells);
-  if (!chords) return Facing::kPerhaps;
+  if (!chords) return false;
 
   const scene::Projection& p = frame_.projection;
   const double turned = bounder.drawable().mirrored ? -1 : 1;
   const double aperture = p.lens_scale / p.scale * (p.orthographic ? p.inverse_focus : 1.0);
   const Box3 product = chords->cross_products();
-  double least = 1e300, most = -1e300;  // product of a vertex's place and a triangle's cross product
+  double least = 1e300;  // product of a vertex's place and a triangle's cross product
   for (const DVec3& c : camera.at) {
     const auto component = [&](const DVec3& axis) { return Interval(turned * glm::dot(c, axis)); };
     const Interval along = component(chords->axes[0]) * product.x + component(chords->axes[1]) * product.y +
                            component(chords->axes[2]) * product.z;
     least = std::min(least, along.low());
-    most = std::max(most, along.high());
   }
   // Seen from any point of the lens, and from the vertex where it is.
   const double shift = longest(product) * (aperture + stretch_ * chords->vertex_error + 1e-12 * camera.longest);
-  if (most + shift <= 0) return Facing::kTowards;
   least -= shift;
-  if (!(least > 0)) return Facing::kPerhaps;
+  if (!(least > 0)) return false;
   // Twice a triangle's area on screen against what snapping (half a sub-pixel and diagonal) and the float rounding of
   // screen positions, together below two sub-pixels a vertex, can change it by. Projection divides by the depth of each
   // vertex.
@@ -373,7 +369,7 @@ Facing BackFaceTest::facing(const SubPatchBounder& bounder, const PyramidLibrary
   const double area = p.scale * p.scale * least / (camera.far_w * camera.far_w * camera.far_w);
   const double edges =
       2 * p.scale * camera.longest * (chords->longest_u + chords->longest_v) / (camera.near_w * camera.near_w);
-  return area > 2 * snap * edges + 4 * snap * snap ? Facing::kAway : Facing::kPerhaps;
+  return area > 2 * snap * edges + 4 * snap * snap;
 }
 
 }  // namespace tessera::frontend

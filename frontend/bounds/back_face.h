@@ -4,12 +4,6 @@
 
 namespace tessera::frontend {
 
-enum class Facing : std::uint8_t {
-  kAway,     // all of it, proved
-  kPerhaps,  // its middle does, and the rest may
-  kTowards,  // its middle does, or all of it
-};
-
 // Proves that no triangle of a sub-patch can face the camera, whatever the time, the lens point and the rounding of
 // its vertices, so that the sub-patch need not be binned.
 //
@@ -36,12 +30,7 @@ class BackFaceTest {
 
   // For the cells whose box() the bounder made last; `corners` are those of that box.
   bool culls(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const scene::CellRange& cells,
-             const MovingCorners& corners) const {
-    return facing(bounder, pyramids, cells, corners) == Facing::kAway;
-  }
-  // The same, and whether it may be proved of a part of them.
-  Facing facing(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const scene::CellRange& cells,
-                const MovingCorners& corners) const;
+             const MovingCorners& corners) const;
 
  private:
   struct Chords;

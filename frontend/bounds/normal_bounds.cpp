@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "frontend/bounds/normal_slack.h"
+#include "frontend/bounds/patch_net.h"
 
 namespace tessera::frontend {
 namespace {

@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "frontend/bounds/normal_slack.h"
-
 namespace tessera::frontend {
 namespace {
 

@@ -1,4 +1,3 @@
-#include "frontend/bounds/normal_slack.h"
 #include "frontend/bounds/patch_net.h"
 
 #undef HWY_TARGET_INCLUDE

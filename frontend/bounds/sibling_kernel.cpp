@@ -1,4 +1,4 @@
-#include "frontend/bounds/normal_slack.h"
+#include "frontend/bounds/patch_net.h"
 #include "frontend/bounds/sibling_boxes.h"
 
 #undef HWY_TARGET_INCLUDE

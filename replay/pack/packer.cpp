@@ -24,11 +24,10 @@
 #include "scene/clusters.h"
 #include "scene/extensions.h"
 #include "scene/gltf/accessor_layout.h"
-#include "scene/gltf/container.h"
+#include "scene/gltf/builders.h"
 #include "scene/gltf/document.h"
-#include "scene/gltf/environment_builder.h"
+#include "scene/gltf/json_reader.h"
 #include "scene/gltf/meshopt_reader.h"
-#include "scene/gltf/schema.h"
 #include "scene/gltf/validation.h"
 
 namespace tessera::replay {

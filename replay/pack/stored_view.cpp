@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "scene/selection.h"
+#include "scene/view_choices.h"
 
 namespace tessera::replay {
 namespace {

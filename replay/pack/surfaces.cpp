@@ -14,8 +14,7 @@
 #include "base/whole_file.h"
 #include "replay/pack/quad_pairing.h"
 #include "scene/gltf/builders.h"
-#include "scene/gltf/subdivision_builder.h"
-#include "scene/gltf/variants.h"
+#include "scene/gltf/selection.h"
 #include "scene/subdivision/control_cage.h"
 
 namespace tessera::replay {

@@ -9,7 +9,7 @@
 #include "base/sha256.h"
 #include "base/whole_file.h"
 #include "scene/capture_reader.h"
-#include "scene/gltf/container.h"
+#include "scene/gltf/json_reader.h"
 #include "scene/gltf/resources.h"
 
 namespace tessera::replay {

@@ -79,13 +79,6 @@ std::vector<Knob> sampling_knobs() {
             {"16", {{"sampling.motion_segments", 16}}},
             {"a quarter of a pixel off", {{"sampling.motion_segments", 0}}}},
            "a quarter of a pixel off", KnobNeed::kCurves),
-      knob("lens_points", "distinct lens points",
-           {{"2", {{"sampling.lens_points", 2}}},
-            {"8", {{"sampling.lens_points", 8}}},
-            {"32", {{"sampling.lens_points", 32}}},
-            {"128", {{"sampling.lens_points", 128}}},
-            {"every sample's own", {{"sampling.lens_points", 0}}}},
-           "every sample's own", KnobNeed::kLens),
   };
 }
 
@@ -104,8 +97,6 @@ std::vector<Knob> geometry_knobs() {
                     "binner.queue_bytes_peak", "bytes of tile lists"),
       without_image(knob("split_depth", "split depth", values_of("frontend.split_depth", {0, 2, 4, 8, 12}), "8"),
                     "binner.queue_bytes_peak", "bytes of tile lists"),
-      without_image(knob("box_bits", "box precision", values_of("tilecore.box_bits", {8, 16, 32}, " bits"), "32 bits"),
-                    "tilecore.triangle_tests", "triangle tests"),
   };
 }
 
@@ -128,15 +119,15 @@ std::vector<Knob> procedure_knobs() {
       watching(knob("procedure_spacing", "spacing of procedures' samples",
                     values_of("procedures.spacing", {0.5, 1.0, 2.0, 4.0, 8.0}, " sub-pixels"), "4.0 sub-pixels",
                     KnobNeed::kProcedures),
-               "sampling.samples", "samples of procedures"),
+               "procedures.samples", "samples of procedures"),
       watching(knob("procedure_flatness", "flatness of procedures' footprints",
                     values_of("procedures.flatness", {0.015625, 0.03125, 0.0625, 0.125, 0.25}, " px"), "0.0625 px",
                     KnobNeed::kProcedures),
-               "sampling.samples", "samples of procedures"),
+               "procedures.samples", "samples of procedures"),
       watching(knob("procedure_cells", "cells of procedures' maps",
                     values_of("procedures.cell_pixels", {7.0, 14.0, 20.0, 28.0, 56.0}, " px"), "28.0 px",
                     KnobNeed::kProcedures),
-               "sampling.cells", "cells"),
+               "procedures.cells", "cells"),
   };
 }
 
@@ -287,9 +278,6 @@ std::string why_without_effect(const Knob& knob, const scene::FrameGeometry& fra
       break;
     case KnobNeed::kCurves:
       if (frame.segments.empty()) return "nothing moves along a curve while the shutter is open";
-      break;
-    case KnobNeed::kLens:
-      if (frame.projection.lens_scale == 0) return "the camera has no lens";
       break;
     case KnobNeed::kDisplacement:
       if (!any_drawable(frame, displaces)) return "nothing is displaced";

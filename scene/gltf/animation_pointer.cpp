@@ -6,9 +6,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "scene/effect_numbers.h"
-#include "scene/gltf/material_textures.h"
-
 namespace tessera::scene::gltf {
 namespace {
 
@@ -27,14 +24,6 @@ constexpr PointedProperty kProperties[] = {
     {"/nodes/#/scale", AnimatedPath::kScale, 3},
     {"/nodes/#/weights", AnimatedPath::kWeights, 1},
     {"/nodes/#/extensions/KHR_node_visibility/visible", AnimatedPath::kVisible, 1},
-    {"/materials/#/pbrMetallicRoughness/baseColorFactor", AnimatedPath::kBaseColor, 4},
-    {"/materials/#/pbrMetallicRoughness/metallicFactor", AnimatedPath::kMetallic, 1},
-    {"/materials/#/pbrMetallicRoughness/roughnessFactor", AnimatedPath::kRoughness, 1},
-    {"/materials/#/emissiveFactor", AnimatedPath::kEmissive, 3},
-    {"/materials/#/extensions/KHR_materials_emissive_strength/emissiveStrength", AnimatedPath::kEmissiveStrength, 1},
-    {"/materials/#/alphaCutoff", AnimatedPath::kAlphaCutoff, 1},
-    {"/materials/#/normalTexture/scale", AnimatedPath::kNormalScale, 1},
-    {"/materials/#/occlusionTexture/strength", AnimatedPath::kOcclusionStrength, 1},
     {"/cameras/#/perspective/yfov", AnimatedPath::kFieldOfView, 1},
     {"/cameras/#/perspective/znear", AnimatedPath::kNear, 1},
     {"/cameras/#/perspective/zfar", AnimatedPath::kFar, 1, false},
@@ -49,12 +38,7 @@ constexpr PointedProperty kProperties[] = {
     {"/extensions/KHR_lights_punctual/lights/#/spot/outerConeAngle", AnimatedPath::kOuterCone, 1},
 };
 
-// Where a material has a texture, and what KHR_texture_transform adds there.
-std::string texture_pattern(const MaterialTextureName& texture) {
-  std::string text = texture.extends() ? "/materials/#/extensions" : "/materials/#";
-  if (!texture.owner.empty()) text.append("/").append(texture.owner);
-  return text.append("/").append(texture.name);
-}
+// What KHR_texture_transform adds to a texture.
 constexpr PointedProperty kShifts[] = {
     {"/extensions/KHR_texture_transform/offset", AnimatedPath::kTextureOffset, 2},
     {"/extensions/KHR_texture_transform/rotation", AnimatedPath::kTextureRotation, 1},
@@ -99,12 +83,12 @@ bool is_defined(const json& document, const std::string& pointer, bool has_defau
 std::optional<PointerTarget> resolve_parameter(const json& document, int node, std::string_view rest,
                                                ProgramCache& programs, const Place& place) {
   const json& object = document["nodes"][static_cast<std::size_t>(node)];
-  const auto extensions = object.find("extensions");
-  if (extensions == object.end() || !extensions->contains("TESSERA_procedure")) return std::nullopt;
+  const json* procedure = find_extension(object, "TESSERA_procedure");
+  if (procedure == nullptr) return std::nullopt;
   const std::size_t slash = rest.find('/');
   if (slash == std::string_view::npos) return std::nullopt;
-  const std::optional<StageParameter> found = find_stage_parameter(
-      document, (*extensions)["TESSERA_procedure"], rest.substr(0, slash), rest.substr(slash + 1), programs, place);
+  const std::optional<StageParameter> found =
+      find_stage_parameter(document, *procedure, rest.substr(0, slash), rest.substr(slash + 1), programs, place);
   if (!found) return std::nullopt;
   return PointerTarget{found->path, node, found->part, found->components, found->values, true};
 }
@@ -126,22 +110,20 @@ std::optional<PointerTarget> resolve_pointer(const json& document, const std::st
       return PointerTarget{property.path,       *object, 0,
                            property.components, values,  is_defined(document, pointer, property.has_default)};
     }
-  for (std::size_t number = 0; number < effect_numbers().size(); ++number) {
-    const EffectNumber& factor = effect_numbers()[number];
-    if (rest_behind(pointer, "/materials/#", digits) != factor.pointer) continue;
+  const auto in_material = [&](AnimatedPath path, std::size_t part, int components) -> std::optional<PointerTarget> {
     const std::optional<int> object = object_of(document, pointer, digits, place);
     if (!object) return std::nullopt;
-    return PointerTarget{AnimatedPath::kEffectNumber, *object, static_cast<int>(number),
-                         factor.components,           1,       is_defined(document, pointer, true)};
-  }
-  for (std::size_t slot = 0; slot < kMaterialTextures.size(); ++slot)
+    return PointerTarget{path, *object, static_cast<int>(part), components, 1, is_defined(document, pointer, true)};
+  };
+  const std::optional<std::string_view> rest = rest_behind(pointer, "/materials/#", digits);
+  if (!rest) return std::nullopt;
+  for (std::size_t number = 0; number < material_numbers().size(); ++number)
+    if (const MaterialNumber& row = material_numbers()[number]; row.animated && *rest == row.pointer)
+      return in_material(AnimatedPath::kMaterialNumber, number, row.components);
+  for (const MaterialTextureRow& row : material_textures())
     for (const PointedProperty& shift : kShifts)
-      if (rest_behind(pointer, texture_pattern(kMaterialTextures[slot]), digits) == shift.pointer) {
-        const std::optional<int> object = object_of(document, pointer, digits, place);
-        if (!object) return std::nullopt;
-        return PointerTarget{shift.path,       *object, static_cast<int>(slot),
-                             shift.components, 1,       is_defined(document, pointer, true)};
-      }
+      if (!row.replaces && *rest == row.object + "/" + row.name + std::string(shift.pointer))
+        return in_material(shift.path, static_cast<std::size_t>(row.slot), shift.components);
   return std::nullopt;
 }
 

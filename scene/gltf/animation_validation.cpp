@@ -8,7 +8,7 @@
 #include "base/text.h"
 #include "scene/gltf/accessor_layout.h"
 #include "scene/gltf/animation_pointer.h"
-#include "scene/gltf/validation_parts.h"
+#include "scene/gltf/validation.h"
 
 namespace tessera::scene::gltf::validation {
 namespace {
@@ -76,7 +76,7 @@ std::optional<Moved> check_node_channel(const json& d, const json& channel, cons
 // A channel of KHR_animation_pointer. Nothing where it is skipped.
 std::optional<Moved> check_pointer_channel(const json& d, const json& channel, const json& sampler, const Place& place,
                                            ProgramCache& programs, Notes& notes) {
-  const json* named = extension(channel["target"], "KHR_animation_pointer");
+  const json* named = find_extension(channel["target"], "KHR_animation_pointer");
   if (named == nullptr) place.at("target").refuse("has the path pointer without KHR_animation_pointer");
   if (channel["target"].contains("node"))
     notes.violation(place.at("target"), "its pointer holds", "has both a pointer and a node");
@@ -114,7 +114,7 @@ std::optional<Moved> check_pointer_channel(const json& d, const json& channel, c
 }  // namespace
 
 void check_animations(const json& d, const Place& root, Notes& notes) {
-  const json& animations = array_of(d, "animations");
+  const json& animations = list_of(d, "animations");
   ProgramCache programs;
   for (std::size_t a = 0; a < animations.size(); ++a) {
     const Place place = root.at("animations").at(a);

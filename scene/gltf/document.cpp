@@ -45,11 +45,10 @@ Document::Document(nlohmann::json checked, const std::filesystem::path& file, st
       root(file.string()),
       limits(limits_in),
       budget(budget_in) {
-  if (const auto accessors = json.find("accessors"); accessors != json.end()) {
-    budget.charge(accessors->size(), sizeof(AccessorLayout), "/accessors");
-    layouts.reserve(accessors->size());
-    for (std::size_t a = 0; a < accessors->size(); ++a) layouts.push_back(accessor_layout(json, a));
-  }
+  const std::size_t accessors = list_of(json, "accessors").size();
+  budget.charge(accessors, sizeof(AccessorLayout), "/accessors");
+  layouts.reserve(accessors);
+  for (std::size_t a = 0; a < accessors; ++a) layouts.push_back(accessor_layout(json, a));
   const std::string text = structure_only(json).dump();
   tinygltf::TinyGLTF loader;
   std::string error, warning;
@@ -57,13 +56,6 @@ Document::Document(nlohmann::json checked, const std::filesystem::path& file, st
     while (!error.empty() && error.back() == '\n') error.pop_back();
     root.refuse("{}", error);
   }
-}
-
-const json* find_extension(const json& object, const char* name) {
-  const auto extensions = object.find("extensions");
-  if (extensions == object.end()) return nullptr;
-  const auto found = extensions->find(name);
-  return found == extensions->end() ? nullptr : &*found;
 }
 
 }  // namespace tessera::scene::gltf

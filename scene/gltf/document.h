@@ -10,6 +10,7 @@
 
 #include "base/vec.h"
 #include "scene/gltf/accessor_layout.h"
+#include "scene/gltf/json_reader.h"
 #include "scene/gltf/notes.h"
 #include "scene/gltf/place.h"
 #include "scene/gltf/resources.h"
@@ -35,9 +36,6 @@ struct Document {
   Document(nlohmann::json checked, const std::filesystem::path& file, std::vector<std::uint8_t> binary, bool has_binary,
            const CaptureLimits& limits_in, MemoryBudget& budget_in, Notes notes_in = Notes());
 };
-
-// A member of an extension object, or null.
-const nlohmann::json* find_extension(const nlohmann::json& object, const char* name);
 
 // ---- Accessors --------------------------------------------------------------------------------------------------
 

@@ -1,4 +1,4 @@
-#include "scene/gltf/environment_builder.h"
+#include "scene/gltf/builders.h"
 
 #include <memory>
 #include <string>

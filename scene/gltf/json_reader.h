@@ -1,9 +1,14 @@
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include "scene/gltf/notes.h"
 #include "scene/limits.h"
 
 namespace tessera::scene::gltf {
@@ -22,5 +27,29 @@ nlohmann::json read_json(const std::string& text, std::size_t first_byte, const 
 // Charges what the typed view of a document (tinygltf's) and the capture's own objects take, buffers deferred.
 // `document` must have passed check_schema.
 void charge_objects(const nlohmann::json& document, MemoryBudget& budget);
+
+// ---- Parts of a document ----------------------------------------------------------------------------------------
+
+// A member of an object, or null.
+const nlohmann::json* find(const nlohmann::json& object, std::string_view name);
+// What a JSON pointer without escapes names in an object, or null.
+const nlohmann::json* find_at(const nlohmann::json& object, std::string_view pointer);
+// An extension of an object, or null.
+const nlohmann::json* find_extension(const nlohmann::json& object, std::string_view name);
+// A list of an object, or an empty one.
+const nlohmann::json& list_of(const nlohmann::json& object, std::string_view name);
+
+// A glTF file taken apart: the JSON text, and the binary chunk of a .glb.
+struct Container {
+  std::string json;
+  std::vector<std::uint8_t> binary;
+  bool has_binary = false;
+  std::size_t json_offset = 0;  // byte of the file at which `json` starts, for messages
+};
+
+// Tells .glb from .gltf by the magic number and checks the chunk structure of a .glb. Throws InputError.
+Container open_container(std::vector<std::uint8_t> bytes, const std::string& file, Notes& notes);
+// The same, whose notes nobody asks for.
+Container open_container(std::vector<std::uint8_t> bytes, const std::string& file);
 
 }  // namespace tessera::scene::gltf

@@ -16,6 +16,10 @@ namespace {
 
 using nlohmann::json;
 
+bool has_specular_glossiness(const json& material) {
+  return find_extension(material, "KHR_materials_pbrSpecularGlossiness") != nullptr;
+}
+
 // Decodes every image once per use (colour, data, heights); KTX2 images once for colour and data, as their transfer
 // function is theirs.
 class TextureLibrary {
@@ -24,7 +28,7 @@ class TextureLibrary {
       : document_(document), basis_images_(basis_images) {}
 
   ColorImage color(std::size_t texture, shaders::ColorSpace space) {
-    return of_first_readable(texture, [&](const Source& from) {
+    return of_first_readable(texture, [&](const TextureImage& from) {
       if (from.basis) return basis_color(from.image, space);
       ColorImage& slot = textures_[{from.image, space}];
       if (slot.texture == nullptr) {
@@ -37,7 +41,7 @@ class TextureLibrary {
   }
 
   HeightImage heights(std::size_t texture) {
-    return of_first_readable(texture, [&](const Source& from) {
+    return of_first_readable(texture, [&](const TextureImage& from) {
       HeightImage& slot = heights_[from.image];
       if (slot.texture != nullptr) return slot;
       if (from.basis) {
@@ -77,22 +81,9 @@ class TextureLibrary {
  private:
   Place place(std::size_t image) const { return document_.root.at("images").at(image); }
 
-  // An image that a texture offers.
-  struct Source {
-    std::size_t image;
-    bool basis;  // KTX2, by KHR_texture_basisu
-  };
-
-  // All of them, the one to be preferred first; none where Tessera reads none: the factor stands alone.
-  std::vector<Source> sources(std::size_t texture) {
-    const json& object = document_.json["textures"][texture];
-    std::vector<Source> images;
-    for (const char* name : {"KHR_texture_basisu", "EXT_texture_webp"}) {
-      const json* extension = find_extension(object, name);
-      if (extension != nullptr && extension->contains("source"))
-        images.push_back({(*extension)["source"].get<std::size_t>(), name[0] == 'K'});
-    }
-    if (object.contains("source")) images.push_back({object["source"].get<std::size_t>(), false});
+  // The images that a texture offers; none where Tessera reads none: the factor stands alone.
+  std::vector<TextureImage> sources(std::size_t texture) {
+    std::vector<TextureImage> images = images_of(document_.json["textures"][texture]);
     if (images.empty() && without_source_.insert(texture).second)
       document_.notes.violation(document_.root.at("textures").at(texture), "materials do without it",
                                 "has no source that Tessera reads (PNG, JPEG, WebP or KTX2)");
@@ -101,8 +92,8 @@ class TextureLibrary {
 
   // An image that cannot be read gives way to the next source with a note; the last one's fault is the texture's.
   template <class Make>
-  std::invoke_result_t<Make, const Source&> of_first_readable(std::size_t texture, const Make& make) {
-    const std::vector<Source> images = sources(texture);
+  std::invoke_result_t<Make, const TextureImage&> of_first_readable(std::size_t texture, const Make& make) {
+    const std::vector<TextureImage> images = sources(texture);
     if (images.empty()) return {};
     for (std::size_t k = 0; k + 1 < images.size(); ++k) {
       const std::size_t image = images[k].image;
@@ -189,8 +180,8 @@ TextureShift texture_shift(const json& info, int& texcoord) {
 
 TextureSlot texture_slot(TextureLibrary& library, const json& owner, const char* name, shaders::ColorSpace space) {
   TextureSlot slot;
-  const auto info = owner.find(name);
-  if (info == owner.end()) return slot;
+  const json* info = find(owner, name);
+  if (info == nullptr) return slot;
   const auto texture = (*info)["index"].get<std::size_t>();
   ColorImage color = library.color(texture, space);
   slot.texture = std::move(color.texture);
@@ -217,123 +208,44 @@ Displacement displacement(TextureLibrary& library, const json& extension) {
   return out;
 }
 
-// The factor of an extension if it is there; how it changes the material's look is for effects_in_force() to say.
-Vec3 color_of(const json& extension, const char* name) {
-  const auto found = extension.find(name);
-  return found == extension.end() ? Vec3(1.0f) : Vec3((*found)[0], (*found)[1], (*found)[2]);
-}
-
-void read_specular_glossiness(TextureLibrary& library, const json& e, Material& out) {
-  using shaders::ColorSpace;
-  out.base_color = Vec4(1.0f);
-  if (const auto factor = e.find("diffuseFactor"); factor != e.end())
-    out.base_color = {(*factor)[0], (*factor)[1], (*factor)[2], (*factor)[3]};
-  out.base_color_texture = texture_slot(library, e, "diffuseTexture", ColorSpace::kSrgb);
-  out.metallic_roughness_texture = {};
-  SpecularGlossiness& to = out.specular_glossiness;
-  to.specular = color_of(e, "specularFactor");
-  to.glossiness = e.value("glossinessFactor", 1.0f);
-  to.texture = texture_slot(library, e, "specularGlossinessTexture", ColorSpace::kSrgb);
-}
-
-void read_coats(TextureLibrary& library, const json& material, Material& out) {
-  using shaders::ColorSpace;
-  const auto slot = [&](const json& e, const char* name, ColorSpace space = ColorSpace::kLinear) {
-    return texture_slot(library, e, name, space);
-  };
-  if (const json* e = find_extension(material, "KHR_materials_clearcoat")) {
-    const auto normal = e->find("clearcoatNormalTexture");
-    out.clearcoat = {e->value("clearcoatFactor", 0.0f),
-                     e->value("clearcoatRoughnessFactor", 0.0f),
-                     normal == e->end() ? 1.0f : normal->value("scale", 1.0f),
-                     slot(*e, "clearcoatTexture"),
-                     slot(*e, "clearcoatRoughnessTexture"),
-                     slot(*e, "clearcoatNormalTexture")};
-  }
-  if (const json* e = find_extension(material, "KHR_materials_sheen"))
-    out.sheen = {e->contains("sheenColorFactor") ? color_of(*e, "sheenColorFactor") : Vec3(0.0f),
-                 e->value("sheenRoughnessFactor", 0.0f), slot(*e, "sheenColorTexture", ColorSpace::kSrgb),
-                 slot(*e, "sheenRoughnessTexture")};
-  if (const json* e = find_extension(material, "KHR_materials_anisotropy"))
-    out.anisotropy = {e->value("anisotropyStrength", 0.0f), e->value("anisotropyRotation", 0.0f),
-                      slot(*e, "anisotropyTexture")};
-  if (const json* e = find_extension(material, "KHR_materials_iridescence"))
-    out.iridescence = {e->value("iridescenceFactor", 0.0f),
-                       e->value("iridescenceIor", 1.3f),
-                       e->value("iridescenceThicknessMinimum", 100.0f),
-                       e->value("iridescenceThicknessMaximum", 400.0f),
-                       slot(*e, "iridescenceTexture"),
-                       slot(*e, "iridescenceThicknessTexture")};
-}
-
-void read_transmission(TextureLibrary& library, const json& material, Material& out) {
-  using shaders::ColorSpace;
-  const auto slot = [&](const json& e, const char* name, ColorSpace space = ColorSpace::kLinear) {
-    return texture_slot(library, e, name, space);
-  };
-  if (const json* e = find_extension(material, "KHR_materials_transmission"))
-    out.transmission = {e->value("transmissionFactor", 0.0f), slot(*e, "transmissionTexture")};
-  if (const json* e = find_extension(material, "KHR_materials_volume")) {
-    out.volume.thickness = e->value("thicknessFactor", 0.0f);
-    out.volume.attenuation_distance = e->value("attenuationDistance", std::numeric_limits<float>::infinity());
-    out.volume.attenuation_color = color_of(*e, "attenuationColor");
-    out.volume.thickness_texture = slot(*e, "thicknessTexture");
-  }
-  if (const json* e = find_extension(material, "KHR_materials_dispersion"))
-    out.volume.dispersion = e->value("dispersion", 0.0f);
-  if (const json* e = find_extension(material, "KHR_materials_diffuse_transmission"))
-    out.diffuse_transmission = {e->value("diffuseTransmissionFactor", 0.0f),
-                                color_of(*e, "diffuseTransmissionColorFactor"), slot(*e, "diffuseTransmissionTexture"),
-                                slot(*e, "diffuseTransmissionColorTexture", ColorSpace::kSrgb)};
-}
-
-void add_effects(TextureLibrary& library, const json& material, Material& out) {
-  if (const json* e = find_extension(material, "KHR_materials_pbrSpecularGlossiness")) {
-    read_specular_glossiness(library, *e, out);
-    out.effects.set(static_cast<std::size_t>(MaterialEffect::kSpecularGlossiness));
-  }
-  if (const json* e = find_extension(material, "KHR_materials_ior")) out.dielectric.ior = e->value("ior", 1.5f);
-  if (const json* e = find_extension(material, "KHR_materials_specular")) {
-    out.dielectric.specular = e->value("specularFactor", 1.0f);
-    out.dielectric.specular_color = color_of(*e, "specularColorFactor");
-    out.dielectric.texture = texture_slot(library, *e, "specularTexture", shaders::ColorSpace::kLinear);
-    out.dielectric.color_texture = texture_slot(library, *e, "specularColorTexture", shaders::ColorSpace::kSrgb);
-  }
-  read_coats(library, material, out);
-  read_transmission(library, material, out);
-  out.effects |= effects_in_force(out);
-  // It says itself how much a dielectric reflects.
-  if (out.has(MaterialEffect::kSpecularGlossiness))
-    out.effects.reset(static_cast<std::size_t>(MaterialEffect::kDielectric));
+// A number of an extension that the material has; tinygltf reads those of the core.
+void read_number(const MaterialNumber& number, const json& material, Material& out) {
+  const std::string_view pointer = number.pointer, object = pointer.substr(0, pointer.rfind('/'));
+  if (!object.starts_with("/extensions/") || find_at(material, object) == nullptr) return;
+  const json* value = find_at(material, pointer);
+  float* to = number.of(out);
+  for (int c = 0; c < number.components; ++c)
+    to[c] = value == nullptr ? number.value
+                             : (number.components == 1 ? *value : (*value)[static_cast<std::size_t>(c)]).get<float>();
 }
 
 Material build_material(TextureLibrary& library, const tinygltf::Material& model, const json& material) {
-  static const json kNothing = json::object();
-  const json& pbr = material.contains("pbrMetallicRoughness") ? material["pbrMetallicRoughness"] : kNothing;
   Material out;
   out.name = model.name;
-  const auto& factor = model.pbrMetallicRoughness.baseColorFactor;
-  out.base_color = {factor[0], factor[1], factor[2], factor[3]};
-  out.metallic = static_cast<float>(model.pbrMetallicRoughness.metallicFactor);
-  out.roughness = static_cast<float>(model.pbrMetallicRoughness.roughnessFactor);
-  out.emissive_factor = {model.emissiveFactor[0], model.emissiveFactor[1], model.emissiveFactor[2]};
-  if (const json* extension = find_extension(material, "KHR_materials_emissive_strength"))
-    out.emissive_strength = extension->value("emissiveStrength", 1.0f);
-  out.emissive = out.emissive_factor * out.emissive_strength;
+  const tinygltf::PbrMetallicRoughness& pbr = model.pbrMetallicRoughness;
+  const auto &color = pbr.baseColorFactor, &emissive = model.emissiveFactor;
+  out.base_color = {color[0], color[1], color[2], color[3]};
+  out.metallic = static_cast<float>(pbr.metallicFactor);
+  out.roughness = static_cast<float>(pbr.roughnessFactor);
+  out.emissive_factor = {emissive[0], emissive[1], emissive[2]};
   out.normal_scale = static_cast<float>(model.normalTexture.scale);
   out.occlusion_strength = static_cast<float>(model.occlusionTexture.strength);
-  out.base_color_texture = texture_slot(library, pbr, "baseColorTexture", shaders::ColorSpace::kSrgb);
-  out.metallic_roughness_texture = texture_slot(library, pbr, "metallicRoughnessTexture", shaders::ColorSpace::kLinear);
-  out.normal_texture = texture_slot(library, material, "normalTexture", shaders::ColorSpace::kLinear);
-  out.occlusion_texture = texture_slot(library, material, "occlusionTexture", shaders::ColorSpace::kLinear);
-  out.emissive_texture = texture_slot(library, material, "emissiveTexture", shaders::ColorSpace::kSrgb);
   out.alpha_mode = model.alphaMode == "MASK"    ? AlphaMode::kMask
                    : model.alphaMode == "BLEND" ? AlphaMode::kBlend
                                                 : AlphaMode::kOpaque;
   out.alpha_cutoff = static_cast<float>(model.alphaCutoff);
   out.double_sided = model.doubleSided;
   out.unlit = find_extension(material, "KHR_materials_unlit") != nullptr;
-  if (!out.unlit) add_effects(library, material, out);
+  for (const MaterialNumber& number : material_numbers())
+    if (!number.effect || !out.unlit) read_number(number, material, out);
+  out.emissive = out.emissive_factor * out.emissive_strength;
+  for (const MaterialTextureRow& row : material_textures())
+    if (const json* owner = find_at(material, row.object); owner != nullptr && is_used(row, material))
+      *out.slots()[static_cast<std::size_t>(row.slot)] = texture_slot(library, *owner, row.name.c_str(), row.space);
+  if (!out.unlit) {
+    out.effects.set(static_cast<std::size_t>(MaterialEffect::kSpecularGlossiness), has_specular_glossiness(material));
+    out.effects = effects_in_force(out);
+  }
   if (const json* extension = find_extension(material, "TESSERA_displacement"))
     if (Displacement heights = displacement(library, *extension); heights.texture != nullptr)
       out.displacement = std::move(heights);
@@ -341,6 +253,22 @@ Material build_material(TextureLibrary& library, const tinygltf::Material& model
 }
 
 }  // namespace
+
+std::vector<TextureImage> images_of(const json& texture) {
+  std::vector<TextureImage> images;
+  for (const char* name : {"KHR_texture_basisu", "EXT_texture_webp"}) {
+    const json* extension = find_extension(texture, name);
+    if (extension != nullptr && extension->contains("source"))
+      images.push_back({(*extension)["source"].get<std::size_t>(), name[0] == 'K'});
+  }
+  if (const json* source = find(texture, "source")) images.push_back({source->get<std::size_t>(), false});
+  return images;
+}
+
+bool is_used(const MaterialTextureRow& row, const json& material) {
+  const bool unlit = find_extension(material, "KHR_materials_unlit") != nullptr;
+  return row.of_extension ? !unlit : unlit || row.object.empty() || !has_specular_glossiness(material);
+}
 
 void build_materials(Document& document, Capture& capture) {
   TextureLibrary library(document, capture.basis_images);

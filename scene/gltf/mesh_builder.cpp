@@ -10,7 +10,6 @@
 #include "scene/clusters.h"
 #include "scene/gltf/accessor_layout.h"
 #include "scene/gltf/builders.h"
-#include "scene/gltf/subdivision_builder.h"
 
 namespace tessera::scene::gltf {
 namespace {
@@ -169,15 +168,14 @@ std::vector<SkinInfluence> build_influences(AttributeSource& source, std::size_t
 std::vector<MorphTarget> build_targets(Document& document, AttributeSource& source, const json& primitive,
                                        std::size_t vertex_count, const Place& place) {
   std::vector<MorphTarget> targets;
-  const auto list = primitive.find("targets");
-  if (list == primitive.end()) return targets;
-  document.budget.charge(list->size(), sizeof(MorphTarget), place);
-  targets.reserve(list->size());
-  for (std::size_t t = 0; t < list->size(); ++t) {
+  const json& list = list_of(primitive, "targets");
+  document.budget.charge(list.size(), sizeof(MorphTarget), place);
+  targets.reserve(list.size());
+  for (std::size_t t = 0; t < list.size(); ++t) {
     MorphTarget& target = targets.emplace_back();
     const auto read = [&](const char* name, std::vector<Vec3>& out) {
-      const auto found = (*list)[t].find(name);
-      if (found == (*list)[t].end()) return;
+      const json* found = find(list[t], name);
+      if (found == nullptr) return;
       out = source.read_vectors(found->get<std::size_t>());
       if (out.size() != vertex_count)
         place.at("targets").at(t).at(name).refuse("has {} elements, the decoded primitive {}", out.size(),
@@ -244,7 +242,7 @@ std::vector<std::uint32_t> segment_list(const std::vector<std::uint32_t>& in, in
 std::vector<std::uint32_t> build_indices(Document& document, const json& primitive, std::size_t vertex_count, int mode,
                                          const Place& place) {
   std::vector<std::uint32_t> indices;
-  if (const auto found = primitive.find("indices"); found != primitive.end()) {
+  if (const json* found = find(primitive, "indices")) {
     const auto accessor = found->get<std::size_t>();
     indices = read_unsigned(document, accessor);
     const Place at = document.root.at("accessors").at(accessor);
@@ -364,15 +362,13 @@ std::optional<Primitive> build_primitive(Document& document, const json& json_pr
 
 std::vector<Mesh> build_meshes(Document& document) {
   std::vector<Mesh> meshes;
-  const auto array = document.json.find("meshes");
-  const std::size_t count = array == document.json.end() ? 0 : array->size();
-  meshes.reserve(count);
-  for (std::size_t m = 0; m < count; ++m) {
-    const json& model = (*array)[m];
+  const json& array = list_of(document.json, "meshes");
+  meshes.reserve(array.size());
+  for (std::size_t m = 0; m < array.size(); ++m) {
+    const json& model = array[m];
     Mesh& mesh = meshes.emplace_back();
     mesh.name = model.value("name", std::string());
-    if (const auto weights = model.find("weights"); weights != model.end())
-      mesh.default_weights = weights->get<std::vector<float>>();
+    mesh.default_weights = list_of(model, "weights").get<std::vector<float>>();
     std::size_t targets = 0;
     const Place primitives = document.root.at("meshes").at(m).at("primitives");
     for (std::size_t p = 0; p < model["primitives"].size(); ++p) {

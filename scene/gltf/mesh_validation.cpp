@@ -6,9 +6,8 @@
 #include <string_view>
 
 #include "scene/gltf/accessor_layout.h"
-#include "scene/gltf/material_textures.h"
-#include "scene/gltf/subdivision_builder.h"
-#include "scene/gltf/validation_parts.h"
+#include "scene/gltf/builders.h"
+#include "scene/gltf/validation.h"
 
 namespace tessera::scene::gltf::validation {
 namespace {
@@ -16,7 +15,7 @@ namespace {
 using nlohmann::json;
 
 bool uses_extension(const json& d, const char* name) {
-  for (const json& used : array_of(d, "extensionsUsed"))
+  for (const json& used : list_of(d, "extensionsUsed"))
     if (used == name) return true;
   return false;
 }
@@ -134,7 +133,7 @@ void check_primitive(const json& d, const json& primitive, const Place& place, N
   const json& attributes = primitive["attributes"];
   check_attributes(d, attributes, false, place.at("attributes"), notes);
   check_numbered_sets(attributes, place.at("attributes"), notes);
-  const json* draco = extension(primitive, "KHR_draco_mesh_compression");
+  const json* draco = find_extension(primitive, "KHR_draco_mesh_compression");
   if (draco != nullptr) check_draco(primitive, *draco, place);
   for (const auto& [name, index] : attributes.items()) {
     const json& accessor = d["accessors"][index.get<std::size_t>()];
@@ -146,7 +145,7 @@ void check_primitive(const json& d, const json& primitive, const Place& place, N
   if (const json* targets = find(primitive, "targets"))
     for (std::size_t t = 0; t < targets->size(); ++t)
       check_target(d, attributes, (*targets)[t], place.at("targets").at(t), notes);
-  if (const json* bezier = extension(primitive, "TESSERA_bezier_patches")) {
+  if (const json* bezier = find_extension(primitive, "TESSERA_bezier_patches")) {
     const Place inner = place.at("extensions").at("TESSERA_bezier_patches");
     if (primitive.value("mode", 4) != 4) inner.refuse("needs a control cage of triangles (mode 4)");
     if (!attributes.contains("POSITION")) inner.refuse("needs POSITION");
@@ -164,24 +163,22 @@ void check_material_texcoords(const json& d, const json& primitive, const Place&
   const json& material = d["materials"][index->get<std::size_t>()];
   const auto check = [&](const json* info) {
     if (info == nullptr) return;
-    const json* transform = extension(*info, "KHR_texture_transform");
+    const json* transform = find_extension(*info, "KHR_texture_transform");
     int set = info->value("texCoord", 0);
     if (transform != nullptr) set = transform->value("texCoord", set);
     if (!primitive["attributes"].contains("TEXCOORD_" + std::to_string(set)))
       notes.violation(place, "it is drawn without those textures", "lacks TEXCOORD_{}, which its material {} reads",
                       set, index->get<std::size_t>());
   };
-  for (const MaterialTextureName& texture : kMaterialTextures)
-    if (const json* owner = owner_of(material, texture)) check(find(*owner, std::string(texture.name).c_str()));
-  if (const json* glossy = extension(material, "KHR_materials_pbrSpecularGlossiness"))
-    check(find(*glossy, "diffuseTexture"));
-  if (const json* displacement = extension(material, "TESSERA_displacement")) check(&(*displacement)["texture"]);
+  for (const MaterialTextureRow& row : material_textures())
+    if (const json* owner = find_at(material, row.object)) check(find(*owner, row.name));
+  if (const json* displacement = find_extension(material, "TESSERA_displacement")) check(&(*displacement)["texture"]);
 }
 
 }  // namespace
 
 void check_meshes(const json& d, const Place& root, Notes& notes) {
-  const json& meshes = array_of(d, "meshes");
+  const json& meshes = list_of(d, "meshes");
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     const Place place = root.at("meshes").at(m);
     const json& primitives = meshes[m]["primitives"];

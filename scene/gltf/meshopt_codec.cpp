@@ -9,6 +9,7 @@
 #include <limits>
 
 #include <fmt/format.h>
+#include <meshoptimizer.h>
 
 #include "base/parallel.h"
 
@@ -40,17 +41,6 @@ struct CodedBytes {
   std::uint8_t byte() {
     const Encoded one = take(1);
     return one.empty() ? std::uint8_t{0} : one[0];
-  }
-  // 1 to 5 bytes of 7 bits, low ones first; bits beyond 32 are dropped.
-  std::uint32_t varint() {
-    std::uint32_t value = 0;
-    for (int shift = 0; shift < 35; shift += 7) {
-      const std::uint8_t b = byte();
-      value |= static_cast<std::uint32_t>(b & 0x7F) << shift;
-      if ((b & 0x80) == 0) return value;
-    }
-    ok = false;
-    return 0;
   }
 };
 
@@ -212,131 +202,15 @@ bool decode_attributes(Encoded stream, std::uint64_t count, std::uint64_t stride
 
 // ---- Indices ----------------------------------------------------------------------------------------------------
 
-void put_index(std::uint8_t* out, std::uint64_t number, std::uint64_t stride, std::uint32_t index) {
-  if (stride == 4 && std::endian::native == std::endian::little) {
-    std::memcpy(out + 4 * number, &index, 4);
-    return;
-  }
-  for (std::uint64_t k = 0; k < stride; ++k) out[number * stride + k] = static_cast<std::uint8_t>(index >> (8 * k));
-}
-
-// The 16 latest entries; 0 is the newest.
-template <class T>
-class Fifo {
- public:
-  void push(const T& entry) { entries_[pushed_++ % 16] = entry; }
-  // False where nothing was written yet.
-  bool read(std::uint32_t age, T& entry) const {
-    if (age >= pushed_) return false;
-    entry = entries_[(pushed_ - 1 - age) % 16];
-    return true;
-  }
-
- private:
-  std::array<T, 16> entries_{};
-  std::uint64_t pushed_ = 0;
-};
-
-struct Edge {
-  std::uint32_t a = 0, b = 0;
-};
-
-// What a triangle stream remembers from one triangle to the next.
-class TriangleDecoder {
- public:
-  TriangleDecoder(Encoded data, Encoded code_table) : in_{data}, table_(code_table) {}
-
-  // The corners of the next triangle. False: it reads what was not written.
-  bool next(std::uint8_t code, std::array<std::uint32_t, 3>& corners) {
-    if (code < 0xF0) return beside_edge(code >> 4, code & 15, corners);
-    const bool from_table = code < 0xFE;
-    const std::uint8_t zw = from_table ? table_[code & 15] : in_.byte();
-    if (!from_table && zw == 0) next_ = 0;
-    auto& [a, b, c] = corners;
-    a = code == 0xFF ? explicit_index() : next_++;
-    const std::uint8_t z = zw >> 4, w = zw & 15;
-    if (!corner(z, b) || !corner(w, c)) return false;
-    edges_.push({b, a});
-    edges_.push({c, b});
-    edges_.push({a, c});
-    vertices_.push(a);
-    if (z == 0 || z == 15) vertices_.push(b);
-    if (w == 0 || w == 15) vertices_.push(c);
-    return true;
-  }
-
-  const CodedBytes& data() const { return in_; }
-
- private:
-  bool beside_edge(std::uint32_t edge_age, std::uint32_t y, std::array<std::uint32_t, 3>& corners) {
-    Edge edge;
-    if (!edges_.read(edge_age, edge)) return false;
-    std::uint32_t c = 0;
-    if (y == 0)
-      c = next_++;
-    else if (y < 13) {
-      if (!vertices_.read(y, c)) return false;
-    } else if (y == 15)
-      c = explicit_index();
-    else
-      c = last_ += y == 13 ? 0xFFFFFFFFu : 1u;
-    edges_.push({c, edge.b});
-    edges_.push({edge.a, c});
-    if (y == 0 || y >= 13) vertices_.push(c);
-    corners = {edge.a, edge.b, c};
-    return true;
-  }
-
-  // 0: the next new vertex; 15: written out; else from the FIFO.
-  bool corner(std::uint8_t how, std::uint32_t& index) {
-    if (how != 0 && how != 15) return vertices_.read(how - 1u, index);
-    index = how == 0 ? next_++ : explicit_index();
-    return true;
-  }
-  std::uint32_t explicit_index() { return last_ += unzigzag(in_.varint()); }
-
-  CodedBytes in_;
-  Encoded table_;
-  std::uint32_t next_ = 0, last_ = 0;
-  Fifo<Edge> edges_;
-  Fifo<std::uint32_t> vertices_;
-};
-
-bool decode_triangles(Encoded stream, std::uint64_t count, std::uint64_t stride, std::uint8_t* out,
-                      std::string& fault) {
-  if (stream[0] != kTriangles1)
-    return fault = fmt::format("begins with 0x{:02x}, triangles with 0xe1", stream[0]), false;
-  const std::uint64_t triangles = count / 3;
-  const Encoded codes = stream.subspan(1, triangles), table = stream.last(kCodeTable);
-  const bool sound = std::all_of(table.begin(), table.end(), [](int v) { return (v & 15) != 15 && v >> 4 != 15; });
-  if (!sound || table[14] != 0 || table[15] != 0) return fault = "has a table of codes that cannot be", false;
-  TriangleDecoder decoder(stream.subspan(1 + triangles, stream.size() - 1 - triangles - kCodeTable), table);
-  for (std::uint64_t t = 0; t < triangles; ++t) {
-    std::array<std::uint32_t, 3> corners{};
-    if (!decoder.next(codes[t], corners))
-      return fault = fmt::format("triangle {} refers to what was not written before", t), false;
-    for (std::uint64_t k = 0; k < 3; ++k) put_index(out, 3 * t + k, stride, corners[k]);
-  }
-  const CodedBytes& data = decoder.data();
-  if (!data.ok) return fault = fmt::format("ends before its {} triangles", triangles), false;
-  if (data.at != data.bytes.size())
-    return fault = fmt::format("has {} bytes more than its {} triangles need", data.bytes.size() - data.at, triangles),
-           false;
-  return true;
-}
-
-bool decode_indices(Encoded stream, std::uint64_t count, std::uint64_t stride, std::uint8_t* out, std::string& fault) {
-  if (stream[0] != kIndices1) return fault = fmt::format("begins with 0x{:02x}, indices with 0xd1", stream[0]), false;
-  CodedBytes in{stream.subspan(1, stream.size() - 1 - kIndexPadding)};
-  std::array<std::uint32_t, 2> last{};
-  for (std::uint64_t i = 0; i < count && in.ok; ++i) {
-    const std::uint32_t v = in.varint();
-    last[v & 1] += unzigzag(v >> 1);
-    put_index(out, i, stride, last[v & 1]);
-  }
-  if (!in.ok) return fault = fmt::format("ends before its {} indices", count), false;
-  if (in.at != in.bytes.size())
-    return fault = fmt::format("has {} bytes more than its {} indices need", in.bytes.size() - in.at, count), false;
+// meshoptimizer checks every length and wraps its tables of recent vertices, so any bytes are safe.
+bool decode_indices(Encoded stream, const MeshoptLayout& layout, std::uint8_t* out, std::string& fault) {
+  const bool triangles = layout.mode == MeshoptMode::kTriangles;
+  if (const std::uint8_t head = triangles ? kTriangles1 : kIndices1; stream[0] != head)
+    return fault = fmt::format("begins with 0x{:02x}, not with 0x{:02x}", stream[0], head), false;
+  const int result = triangles
+                         ? meshopt_decodeIndexBuffer(out, layout.count, layout.stride, stream.data(), stream.size())
+                         : meshopt_decodeIndexSequence(out, layout.count, layout.stride, stream.data(), stream.size());
+  if (result != 0) return fault = fmt::format("is shorter or longer than its {} indices need", layout.count), false;
   return true;
 }
 
@@ -481,14 +355,7 @@ std::uint64_t min_meshopt_bytes(const MeshoptLayout& layout) {
 bool decode_meshopt(Encoded stream, const MeshoptLayout& layout, std::span<std::uint8_t> out, std::string& fault) {
   if (stream.size() < min_meshopt_bytes(layout))
     return fault = fmt::format("has {} bytes, too few for its {} elements", stream.size(), layout.count), false;
-  switch (layout.mode) {
-    case MeshoptMode::kTriangles:
-      return decode_triangles(stream, layout.count, layout.stride, out.data(), fault);
-    case MeshoptMode::kIndices:
-      return decode_indices(stream, layout.count, layout.stride, out.data(), fault);
-    case MeshoptMode::kAttributes:
-      break;
-  }
+  if (layout.mode != MeshoptMode::kAttributes) return decode_indices(stream, layout, out.data(), fault);
   return decode_attributes(stream, layout.count, layout.stride, out.data(), fault) && apply_filter(layout, out, fault);
 }
 

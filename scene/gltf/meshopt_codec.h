@@ -22,12 +22,14 @@ struct MeshoptLayout {
 
 // The bitstreams of KHR_meshopt_compression, appendices A and B: attributes of versions 0 and 1, triangles and indices
 // of version 1, all filters. EXT_meshopt_compression has the same ones without version 1 of attributes and without the
-// colour filter. Plain scalar code on purpose: meshoptimizer's own filters use approximate reciprocals where the host
-// has them, and images must not depend on the host.
+// colour filter. meshoptimizer decodes triangles and indices. Attributes are decoded here, as Debian's library does not
+// know their version 1, and so are filters, as its own use approximate reciprocals where the host has them and images
+// must not depend on the host.
 //
 // Invariants (cited by the tests):
 //   MO1  A stream is used up to its last byte: one that is shorter or longer than its elements need is refused.
-//   MO2  Nothing is read that the stream did not write before: no entry of a FIFO, no element.
+//   MO2  A vertex that a stream of triangles takes up again before it named one is the index of all ones, which no
+//        primitive may have.
 //   MO3  A filter refuses elements that do not say their scale: a 1 of K bits, or an alpha with its high bit.
 //   MO4  A filter's results are those of its formula in single precision, rounded half away from zero, clamped to the
 //        component's range.

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "scene/gltf/json_reader.h"
 #include "scene/gltf/meshopt_codec.h"
 
 namespace tessera::scene::gltf {
@@ -12,13 +13,6 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* kNames[] = {"KHR_meshopt_compression", "EXT_meshopt_compression"};
-
-const json* extension_of(const json& object, const char* name) {
-  const auto extensions = object.find("extensions");
-  if (extensions == object.end()) return nullptr;
-  const auto found = extensions->find(name);
-  return found == extensions->end() ? nullptr : &*found;
-}
 
 MeshoptLayout layout_of(const json& extension) {
   const std::string mode = extension["mode"], filter = extension.value("filter", std::string("NONE"));
@@ -56,7 +50,7 @@ void check_view(const json& document, const json& view, const Place& place) {
   const char* name = nullptr;
   const json* extension = find_meshopt(view, &name);
   if (extension == nullptr) return;
-  if (extension_of(view, kNames[0]) != nullptr && extension_of(view, kNames[1]) != nullptr)
+  if (find_extension(view, kNames[0]) != nullptr && find_extension(view, kNames[1]) != nullptr)
     place.at("extensions").refuse("compresses the view twice, as {} and as {}", kNames[0], kNames[1]);
   const Place inner = place.at("extensions").at(name);
   const MeshoptLayout layout = layout_of(*extension);
@@ -77,7 +71,8 @@ void check_view(const json& document, const json& view, const Place& place) {
 
 bool is_fallback(const json& buffer) {
   for (const char* name : kNames)
-    if (const json* extension = extension_of(buffer, name); extension != nullptr && extension->value("fallback", false))
+    if (const json* extension = find_extension(buffer, name);
+        extension != nullptr && extension->value("fallback", false))
       return true;
   return false;
 }
@@ -86,7 +81,7 @@ bool is_fallback(const json& buffer) {
 
 const json* find_meshopt(const json& view, const char** name) {
   for (const char* candidate : kNames)
-    if (const json* extension = extension_of(view, candidate)) {
+    if (const json* extension = find_extension(view, candidate)) {
       if (name != nullptr) *name = candidate;
       return extension;
     }
@@ -94,11 +89,9 @@ const json* find_meshopt(const json& view, const char** name) {
 }
 
 void check_meshopt(const json& document, const Place& root) {
-  const auto views = document.find("bufferViews");
-  if (views == document.end()) return;
-  const json& buffers = document["buffers"];
-  for (std::size_t i = 0; i < views->size(); ++i) {
-    const json& view = (*views)[i];
+  const json &views = list_of(document, "bufferViews"), &buffers = list_of(document, "buffers");
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const json& view = views[i];
     const Place place = root.at("bufferViews").at(i);
     check_view(document, view, place);
     const char* name = nullptr;

@@ -5,8 +5,10 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <nlohmann/json_fwd.hpp>
 
 #include "scene/gltf/place.h"
+#include "scene/limits.h"
 
 namespace tessera::scene::gltf {
 
@@ -41,5 +43,11 @@ class Notes {
   bool strict_;
   std::vector<Line> lines_;
 };
+
+// Names of all extensions that a document uses, by saying so or by an object of theirs, and that supported_extensions()
+// does not have; sorted. What stands in extras is the application's own and does not count.
+//   EC1  One note of the file names every one of them and what carries it.
+std::vector<std::string> find_unread_extensions(const nlohmann::json& document, const Place& root, MemoryBudget& budget,
+                                                Notes& notes);
 
 }  // namespace tessera::scene::gltf

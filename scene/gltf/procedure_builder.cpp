@@ -114,11 +114,6 @@ void check_tessellation(const json& limits, const Place& place) {
   if (least > most) place.at("min").refuse("is {}, above the max of {}", least, most);
 }
 
-std::size_t count_of(const json& document, const char* array) {
-  const auto found = document.find(array);
-  return found != document.end() && found->is_array() ? found->size() : 0;
-}
-
 // ---- Building ---------------------------------------------------------------------------------------------------
 
 // A parameter's numbers from one curve (of chains) or from the whole value.
@@ -133,11 +128,6 @@ void put_numbers(const ParameterDeclaration& p, const json* value, std::size_t c
   }
 }
 
-const json* member(const json& object, std::string_view name) {
-  const auto found = object.find(name);
-  return found == object.end() ? nullptr : &*found;
-}
-
 std::size_t curve_count(const StageDeclaration& shape, const json& parameters, ParameterLayout layout) {
   for (const ParameterDeclaration& p : shape.parameters)
     if (p.layout == layout) return parameters[std::string(p.name)].size() / 3;
@@ -149,7 +139,7 @@ std::vector<float> stage_numbers(const StageDeclaration& stage, const json& obje
   std::vector<float> numbers;
   for (const ParameterDeclaration& p : stage.parameters) {
     numbers.resize(numbers.size() + static_cast<std::size_t>(p.size));
-    put_numbers(p, member(object, p.name), 0, numbers.data() + numbers.size() - p.size);
+    put_numbers(p, find(object, p.name), 0, numbers.data() + numbers.size() - p.size);
   }
   return numbers;
 }
@@ -184,7 +174,7 @@ void build_pieces(Document& document, const json& parameters, const Place& place
     piece.v_scale = 1.0f / static_cast<float>(along_v), piece.v_first = static_cast<float>(j) * piece.v_scale;
     float* to = piece.input.p.data();
     for (const ParameterDeclaration& p : shape.parameters) {
-      put_numbers(p, member(parameters, p.name), p.layout == ParameterLayout::kChainU ? i : j, to);
+      put_numbers(p, find(parameters, p.name), p.layout == ParameterLayout::kChainU ? i : j, to);
       to += p.size;
     }
     piece.input.image = out.image.get();
@@ -230,7 +220,7 @@ Procedure build_procedure(Document& document, const json& object, ProgramCache& 
   const auto number = [](std::span<const StageDeclaration> stages, const json& name) {
     return find_stage(stages, name) - stages.data();
   };
-  if (const json* program = member(object, "program")) {
+  if (const json* program = find(object, "program")) {
     const shaders::ProgramSet& set = programs.get(document.json, *program, place.at("program"));
     out.shape_program = set.shape, out.texture_program = set.texture, out.rates_program = set.rates;
   }
@@ -248,7 +238,7 @@ Procedure build_procedure(Document& document, const json& object, ProgramCache& 
   out.shading = static_cast<shaders::ShadingId>(number(shaders::shading_declarations(), shading["model"]));
   build_stage(shaders::shading_declarations()[static_cast<std::size_t>(out.shading)], shading, out.shading_numbers);
   out.material = object.value("material", kNone);
-  if (const json* limits = member(object, "tessellation")) {
+  if (const json* limits = find(object, "tessellation")) {
     out.min_segments = limits->value("min", out.min_segments);
     out.max_segments = limits->value("max", out.max_segments);
   }
@@ -261,7 +251,7 @@ const shaders::ProgramSet& ProgramCache::get(const json& document, const json& v
   const json* text = &value;
   if (!value.is_string()) {
     const json* list = find_extension(document, kExtension);
-    const std::size_t count = list == nullptr ? 0 : count_of(*list, "programs");
+    const std::size_t count = list == nullptr ? 0 : list_of(*list, "programs").size();
     if (count == 0) place.refuse("is neither a text nor the number of a program: the document lists none");
     text = &(*list)["programs"][whole_number(value, 0, count - 1, place)];
   }
@@ -277,7 +267,7 @@ const shaders::ProgramSet& ProgramCache::get(const json& document, const json& v
 void check_procedure_schema(const json& document, const json& procedure, ProgramCache& programs, const Place& place) {
   if (!procedure.is_object()) place.refuse("is not an object");
   shaders::ProgramSet own;
-  if (const json* program = member(procedure, "program")) own = programs.get(document, *program, place.at("program"));
+  if (const json* program = find(procedure, "program")) own = programs.get(document, *program, place.at("program"));
   const StageDeclaration* shape = own.shape ? &own.shape->declaration : nullptr;
   if (shape != nullptr && procedure.contains("shape"))
     place.at("shape").refuse("is given, and the program has a shape");
@@ -289,23 +279,23 @@ void check_procedure_schema(const json& document, const json& procedure, Program
   const json parameters = procedure.value("parameters", json::object());
   check_parameters(*shape, parameters, "", place.at("parameters"));
   check_chains(*shape, parameters, place.at("parameters"));
-  if (const json* limits = member(procedure, "tessellation")) check_tessellation(*limits, place.at("tessellation"));
+  if (const json* limits = find(procedure, "tessellation")) check_tessellation(*limits, place.at("tessellation"));
   if (own.rates)
     check_parameters(own.rates->declaration, procedure.value("sampling", json::object()), "", place.at("sampling"));
   else if (procedure.contains("sampling"))
     place.at("sampling").refuse("is given, but there is no program of rates");
   if (own.texture)
     check_parameters(own.texture->declaration, procedure.value("texture", json::object()), "", place.at("texture"));
-  else if (const json* texture = member(procedure, "texture"))
+  else if (const json* texture = find(procedure, "texture"))
     check_stage(shaders::texture_declarations(), *texture, "pattern", place.at("texture"));
-  if (const json* shading = member(procedure, "shading"))
+  if (const json* shading = find(procedure, "shading"))
     check_stage(shaders::shading_declarations(), *shading, "model", place.at("shading"));
-  if (const json* material = member(procedure, "material")) {
-    const std::size_t materials = count_of(document, "materials");
+  if (const json* material = find(procedure, "material")) {
+    const std::size_t materials = list_of(document, "materials").size();
     if (materials == 0) place.at("material").refuse("points at a material, there are none");
     whole_number(*material, 0, materials - 1, place.at("material"));
   }
-  const json* image = member(procedure, "image");
+  const json* image = find(procedure, "image");
   const bool needs_image = own.shape ? own.shape->reads_image : shape->name == "geometryImage";
   if (needs_image && image == nullptr) place.refuse("lacks the property 'image', which this shape reads");
   if (!needs_image && image != nullptr) place.refuse("has an 'image', which this shape does not read");
@@ -314,14 +304,14 @@ void check_procedure_schema(const json& document, const json& procedure, Program
   if (!image->is_object()) inner.refuse("is not an object");
   for (const char* name : {"positions", "width"})
     if (!image->contains(name)) inner.refuse("lacks the property '{}'", name);
-  const std::size_t accessors = count_of(document, "accessors");
+  const std::size_t accessors = list_of(document, "accessors").size();
   if (accessors == 0) inner.at("positions").refuse("points at an accessor, there are none");
   whole_number((*image)["positions"], 0, accessors - 1, inner.at("positions"));
   whole_number((*image)["width"], 2, 16384, inner.at("width"));
 }
 
 void check_procedure_links(const json& document, const json& procedure, const Place& place) {
-  const json* image = member(procedure, "image");
+  const json* image = find(procedure, "image");
   if (image == nullptr) return;
   const Place inner = place.at("image");
   const AccessorLayout layout = accessor_layout(document, (*image)["positions"].get<std::size_t>());
@@ -336,7 +326,7 @@ void check_procedure_links(const json& document, const json& procedure, const Pl
 std::optional<StageParameter> find_stage_parameter(const json& document, const json& procedure, std::string_view stage,
                                                    std::string_view name, ProgramCache& programs, const Place& place) {
   shaders::ProgramSet own;
-  if (const json* program = member(procedure, "program")) own = programs.get(document, *program, place);
+  if (const json* program = find(procedure, "program")) own = programs.get(document, *program, place);
   const auto of = [&](const shaders::Program* program, std::span<const StageDeclaration> stages, const json* object,
                       const char* key) -> const StageDeclaration* {
     if (program != nullptr) return &program->declaration;
@@ -348,10 +338,10 @@ std::optional<StageParameter> find_stage_parameter(const json& document, const j
     declaration = of(own.shape.get(), shaders::shape_declarations(), &procedure, "shape");
   } else if (stage == "texture") {
     path = AnimatedPath::kTextureNumbers;
-    declaration = of(own.texture.get(), shaders::texture_declarations(), member(procedure, "texture"), "pattern");
+    declaration = of(own.texture.get(), shaders::texture_declarations(), find(procedure, "texture"), "pattern");
   } else if (stage == "shading") {
     path = AnimatedPath::kShadingNumbers;
-    declaration = of(nullptr, shaders::shading_declarations(), member(procedure, "shading"), "model");
+    declaration = of(nullptr, shaders::shading_declarations(), find(procedure, "shading"), "model");
   } else if (stage == "sampling" && own.rates) {
     path = AnimatedPath::kRatesNumbers;
     declaration = &own.rates->declaration;

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/parallel.h"
-#include "scene/gltf/material_textures.h"
+#include "scene/gltf/builders.h"
 #include "scene/gltf/meshopt_reader.h"
 
 namespace tessera::scene::gltf {
@@ -22,12 +22,6 @@ constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
 
 // Work that a file may ask for ahead; what is beyond is done when it is asked for.
 constexpr std::size_t kMaxJobs = 1024;
-
-const json& list_of(const json& object, const char* name) {
-  static const json kNone = json::array();
-  const auto found = object.find(name);
-  return found == object.end() ? kNone : *found;
-}
 
 // Things to decode, each for a shelf. All draw on one room.
 class Jobs {
@@ -98,36 +92,22 @@ struct Wanted {
 
  private:
   void add_material(const json& material) {
-    const bool unlit = find_extension(material, "KHR_materials_unlit") != nullptr,
-               glossy = !unlit && find_extension(material, "KHR_materials_pbrSpecularGlossiness") != nullptr;
-    for (const MaterialTextureName& texture : kMaterialTextures) {
-      // As the builder does: what replaces the core's texture, or what an unlit material does not have.
-      if ((glossy && texture.owner == "pbrMetallicRoughness") || (unlit && texture.extends())) continue;
-      if (const json* owner = owner_of(material, texture)) add_texture(*owner, texture.name, texture.space);
-    }
-    if (glossy)
-      add_texture(*find_extension(material, "KHR_materials_pbrSpecularGlossiness"), "diffuseTexture",
-                  shaders::ColorSpace::kSrgb);
+    for (const MaterialTextureRow& row : material_textures())
+      if (const json* owner = find_at(material, row.object); owner != nullptr && is_used(row, material))
+        add_texture(*owner, row.name, row.space);
     if (const json* displacement = find_extension(material, "TESSERA_displacement"))
       add_texture(*displacement, "texture", shaders::ColorSpace::kLinear, true);
   }
 
   // The source that is taken first.
   void add_texture(const json& owner, std::string_view name, shaders::ColorSpace space, bool heights = false) {
-    const auto info = owner.find(std::string(name));
-    if (info == owner.end()) return;
-    const json& texture = document_.json["textures"][(*info)["index"].get<std::size_t>()];
-    for (const char* extension : {"KHR_texture_basisu", "EXT_texture_webp"}) {
-      const json* object = find_extension(texture, extension);
-      if (object == nullptr || !object->contains("source")) continue;
-      const bool basis = extension[0] == 'K';
-      images.insert({(*object)["source"].get<std::size_t>(), basis, heights,
-                     basis || heights ? shaders::ColorSpace::kLinear : space});
-      return;
-    }
-    if (texture.contains("source"))
-      images.insert(
-          {texture["source"].get<std::size_t>(), false, heights, heights ? shaders::ColorSpace::kLinear : space});
+    const json* info = find(owner, name);
+    if (info == nullptr) return;
+    const std::vector<TextureImage> sources =
+        images_of(document_.json["textures"][(*info)["index"].get<std::size_t>()]);
+    if (sources.empty()) return;
+    const auto& [image, basis] = sources.front();
+    images.insert({image, basis, heights, basis || heights ? shaders::ColorSpace::kLinear : space});
   }
 
   void add_primitive(const json& primitive, const Place& place) {
@@ -145,14 +125,14 @@ struct Wanted {
   void add_accessor(const json& index) {
     const json& accessor = document_.json["accessors"][index.get<std::size_t>()];
     add_view(accessor);
-    if (const auto sparse = accessor.find("sparse"); sparse != accessor.end()) {
+    if (const json* sparse = find(accessor, "sparse")) {
       add_view((*sparse)["indices"]);
       add_view((*sparse)["values"]);
     }
   }
   void add_view(const json& owner) {
-    const auto view = owner.find("bufferView");
-    if (view == owner.end()) return;
+    const json* view = find(owner, "bufferView");
+    if (view == nullptr) return;
     const auto index = view->get<std::size_t>();
     if (find_meshopt(document_.json["bufferViews"][index]) != nullptr) views.insert(index);
   }
@@ -164,8 +144,8 @@ struct Wanted {
 void add_uris(const Document& document, const Wanted& wanted, ReadAhead& ahead, Jobs& jobs) {
   std::set<std::string_view> seen;
   const auto add = [&](const json& holder, const char* list, std::size_t index) {
-    const auto uri = holder.find("uri");
-    if (uri == holder.end()) return;
+    const json* uri = find(holder, "uri");
+    if (uri == nullptr) return;
     const auto& text = uri->get_ref<const std::string&>();
     if (!seen.insert(text).second) return;
     const Place place = document.root.at(list).at(index).at("uri");

@@ -7,6 +7,7 @@
 
 #include "base/text.h"
 #include "base/whole_file.h"
+#include "scene/gltf/json_reader.h"
 #include "scene/gltf/meshopt_reader.h"
 #include "scene/gltf/read_ahead.h"
 
@@ -129,10 +130,9 @@ Resources::Resources(const json& document, const std::filesystem::path& file, st
       limits_(limits),
       budget_(budget),
       notes_(notes) {
-  const auto views = document.find("bufferViews");
-  if (views == document.end()) return;
-  budget_.charge(views->size(), sizeof(Bytes), "/bufferViews");
-  views_.resize(views->size());
+  const std::size_t views = list_of(document, "bufferViews").size();
+  budget_.charge(views, sizeof(Bytes), "/bufferViews");
+  views_.resize(views);
 }
 
 std::vector<std::uint8_t> Resources::read_uri(const std::string& uri, MemoryBudget& budget, const Place& place) const {

@@ -6,14 +6,12 @@
 #include <tuple>
 
 #include "base/text.h"
-#include "scene/animated_procedures.h"
+#include "scene/animation.h"
 #include "scene/assembly.h"
-#include "scene/deform.h"
-#include "scene/effect_numbers.h"
 #include "scene/gltf/animation_pointer.h"
 #include "scene/gltf/builders.h"
-#include "scene/gltf/environment_builder.h"
 #include "scene/gltf/procedure_builder.h"
+#include "scene/pose.h"
 
 namespace tessera::scene::gltf {
 namespace {
@@ -28,18 +26,14 @@ DMat4 matrix_from(const double* m) {
 }
 
 std::vector<Node> build_nodes(Document& document, const std::vector<Mesh>& meshes) {
-  const auto array = document.json.find("nodes");
-  std::vector<Node> nodes(array == document.json.end() ? 0 : array->size());
+  const json& array = list_of(document.json, "nodes");
+  std::vector<Node> nodes(array.size());
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const json& model = (*array)[i];
+    const json& model = array[i];
     Node& node = nodes[i];
     node.name = model.value("name", std::string());
-    const auto numbers = [&](const char* name) {
-      const auto found = model.find(name);
-      return found == model.end() ? std::vector<double>() : found->get<std::vector<double>>();
-    };
-    if (const auto children = model.find("children"); children != model.end())
-      node.children = children->get<std::vector<int>>();
+    const auto numbers = [&](const char* name) { return list_of(model, name).get<std::vector<double>>(); };
+    node.children = list_of(model, "children").get<std::vector<int>>();
     for (const int child : node.children) nodes[static_cast<std::size_t>(child)].parent = static_cast<int>(i);
     if (const std::vector<double> t = numbers("translation"); !t.empty())
       node.transform.translation = {t[0], t[1], t[2]};
@@ -249,8 +243,7 @@ void read_keys(Document& document, const json& sampler, const Capture& capture, 
     std::size_t targets = 0;
     const auto mesh = static_cast<std::size_t>(capture.nodes[static_cast<std::size_t>(channel.node)].mesh);
     for (const json& primitive : document.json["meshes"][mesh]["primitives"])
-      if (const auto list = primitive.find("targets"); list != primitive.end())
-        targets = std::max(targets, list->size());
+      targets = std::max(targets, list_of(primitive, "targets").size());
     channel.components = static_cast<int>(targets);
   }
 }
@@ -258,9 +251,7 @@ void read_keys(Document& document, const json& sampler, const Capture& capture, 
 std::vector<Animation> build_animations(Document& document, const Capture& capture) {
   std::vector<Animation> animations;
   ProgramCache programs;
-  const auto list = document.json.find("animations");
-  for (std::size_t a = 0; list != document.json.end() && a < list->size(); ++a) {
-    const json& json_animation = (*list)[a];
+  for (const json& json_animation : list_of(document.json, "animations")) {
     Animation& animation = animations.emplace_back();
     animation.name = json_animation.value("name", std::string());
     for (const json& json_channel : json_animation["channels"])
@@ -312,19 +303,16 @@ std::vector<int> played_animations(const Document& document, const Selected& sel
 void settle_effects(Capture& capture) {
   for (const int a : capture.played_animations)
     for (const AnimationChannel& channel : capture.animations[static_cast<std::size_t>(a)].channels) {
-      if (channel.path != AnimatedPath::kEffectNumber) continue;
+      if (channel.path != AnimatedPath::kMaterialNumber) continue;
       Material& material = capture.materials[static_cast<std::size_t>(channel.object)];
-      if (!material.unlit)
-        material.effects.set(static_cast<std::size_t>(effect_numbers()[static_cast<std::size_t>(channel.part)].effect));
+      const auto effect = material_numbers()[static_cast<std::size_t>(channel.part)].effect;
+      if (effect && !material.unlit) material.effects.set(static_cast<std::size_t>(*effect));
     }
-  // A volume is one of what transmits, and disperses; effects that are not there have no textures.
+  // Effects that are not there have no textures.
   for (Material& m : capture.materials) {
-    const auto off = [&](MaterialEffect effect) { m.effects.reset(static_cast<std::size_t>(effect)); };
-    const bool transmits = m.has(MaterialEffect::kTransmission);
-    if (!transmits && !m.has(MaterialEffect::kDiffuseTransmission)) off(MaterialEffect::kVolume);
-    if (!transmits || !m.has(MaterialEffect::kVolume)) off(MaterialEffect::kDispersion);
+    m.effects = drop_unsupported(m.effects);
     const auto slots = m.slots();
-    for (auto slot = static_cast<std::size_t>(MaterialTexture::kSpecularGlossiness); slot < slots.size(); ++slot)
+    for (std::size_t slot = kCoreTextureCount; slot < slots.size(); ++slot)
       if (!is_read(m, static_cast<MaterialTexture>(slot))) slots[slot]->texture = nullptr;
   }
 }
@@ -390,10 +378,8 @@ CaptureSettings build_settings(const Document& document) {
   }
   settings.camera_node = extension->value("camera", kNone);
   settings.exposure = extension->value("exposure", 1.0f);
-  if (extension->contains("background")) {
-    const json& c = (*extension)["background"];
-    settings.background = Vec3(c[0].get<float>(), c[1].get<float>(), c[2].get<float>());
-  }
+  if (const json* c = find(*extension, "background"))
+    settings.background = {(*c)[0].get<float>(), (*c)[1].get<float>(), (*c)[2].get<float>()};
   return settings;
 }
 

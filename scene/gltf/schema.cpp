@@ -1,4 +1,4 @@
-#include "scene/gltf/schema.h"
+#include "scene/gltf/validation.h"
 
 #include <cmath>
 #include <functional>
@@ -9,7 +9,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "scene/extensions.h"
 #include "scene/gltf/procedure_builder.h"
+#include "scene/material.h"
 
 namespace tessera::scene::gltf {
 namespace {
@@ -20,7 +22,7 @@ using nlohmann::json;
 using Rule = std::function<void(const json&, const Place&)>;
 
 struct Property {
-  const char* name;
+  std::string name;
   Rule rule;
   bool required = false;
 };
@@ -158,84 +160,48 @@ Rule texture_info(const json& d, std::vector<Property> more = {}) {
   return object(std::move(properties));
 }
 
-// Of KHR_materials_ior: 0 stands for infinity.
-Rule index_of_refraction() {
-  return [](const json& value, const Place& place) {
-    number(0)(value, place);
-    if (const double ior = value.get<double>(); ior != 0 && ior < 1)
-      place.refuse("is {}, must be 0 or at least 1", ior);
+Rule material_number(const MaterialNumber& row) {
+  const Rule one = [range = row.range](const json& value, const Place& place) {
+    number(range.zero_besides ? 0 : range.low, range.high, range.above_low)(value, place);
+    if (const double v = value.get<double>(); range.zero_besides && v != 0 && v < range.low)
+      place.refuse("is {}, must be 0 or at least {}", v, range.low);
   };
+  const auto count = static_cast<std::size_t>(row.components);
+  return row.components == 1 ? one : list(one, count, count);
 }
 
-// KHR_materials_*.
-std::vector<Property> material_extensions(const json& d) {
-  const Rule texture = texture_info(d), share = number(0, 1), tint = numbers(3, 0);
-  return {
-      {"KHR_materials_anisotropy",
-       object({{"anisotropyStrength", share}, {"anisotropyRotation", number()}, {"anisotropyTexture", texture}})},
-      {"KHR_materials_clearcoat", object({{"clearcoatFactor", share},
-                                          {"clearcoatTexture", texture},
-                                          {"clearcoatRoughnessFactor", share},
-                                          {"clearcoatRoughnessTexture", texture},
-                                          {"clearcoatNormalTexture", texture_info(d, {{"scale", number()}})}})},
-      {"KHR_materials_diffuse_transmission", object({{"diffuseTransmissionFactor", share},
-                                                     {"diffuseTransmissionTexture", texture},
-                                                     {"diffuseTransmissionColorFactor", tint},
-                                                     {"diffuseTransmissionColorTexture", texture}})},
-      {"KHR_materials_dispersion", object({{"dispersion", number(0)}})},
-      {"KHR_materials_emissive_strength", object({{"emissiveStrength", number(0)}})},
-      {"KHR_materials_ior", object({{"ior", index_of_refraction()}})},
-      {"KHR_materials_iridescence", object({{"iridescenceFactor", share},
-                                            {"iridescenceTexture", texture},
-                                            {"iridescenceIor", number(1)},
-                                            {"iridescenceThicknessMinimum", number(0)},
-                                            {"iridescenceThicknessMaximum", number(0)},
-                                            {"iridescenceThicknessTexture", texture}})},
-      {"KHR_materials_pbrSpecularGlossiness", object({{"diffuseFactor", numbers(4, 0, 1)},
-                                                      {"diffuseTexture", texture},
-                                                      {"specularFactor", numbers(3, 0, 1)},
-                                                      {"glossinessFactor", share},
-                                                      {"specularGlossinessTexture", texture}})},
-      {"KHR_materials_sheen", object({{"sheenColorFactor", numbers(3, 0, 1)},
-                                      {"sheenColorTexture", texture},
-                                      {"sheenRoughnessFactor", share},
-                                      {"sheenRoughnessTexture", texture}})},
-      {"KHR_materials_specular", object({{"specularFactor", share},
-                                         {"specularTexture", texture},
-                                         {"specularColorFactor", tint},
-                                         {"specularColorTexture", texture}})},
-      {"KHR_materials_transmission", object({{"transmissionFactor", share}, {"transmissionTexture", texture}})},
-      {"KHR_materials_unlit", object({})},
-      {"KHR_materials_volume", object({{"thicknessFactor", number(0)},
-                                       {"thicknessTexture", texture},
-                                       {"attenuationDistance", number(0, kFloatMax, true)},
-                                       {"attenuationColor", numbers(3, 0, 1)}})},
+// The parameters that an object of a material has by the rows of material_extensions.def.
+std::vector<Property> material_parameters(const json& d, const std::string& object) {
+  const auto numbers_of = [](const std::string& owner) {
+    std::vector<Property> properties;
+    for (const MaterialNumber& row : material_numbers())
+      if (const std::size_t end = row.pointer.rfind('/'); row.pointer.substr(0, end) == owner)
+        properties.push_back({row.pointer.substr(end + 1), material_number(row)});
+    return properties;
   };
+  std::vector<Property> properties = numbers_of(object);
+  for (const MaterialTextureRow& row : material_textures())
+    if (row.object == object) properties.push_back({row.name, texture_info(d, numbers_of(object + "/" + row.name))});
+  return properties;
 }
 
 Rule material_rule(const json& d) {
-  const Rule pbr = object({
-      {"baseColorFactor", numbers(4, 0, 1)},
-      {"baseColorTexture", texture_info(d)},
-      {"metallicFactor", number(0, 1)},
-      {"roughnessFactor", number(0, 1)},
-      {"metallicRoughnessTexture", texture_info(d)},
-  });
-  std::vector<Property> extensions = material_extensions(d);
-  extensions.push_back({"TESSERA_displacement",
-                        object({{"texture", texture_info(d), kRequired}, {"scale", number()}, {"bias", number()}})});
-  return object({
-      {"name", text()},
-      {"pbrMetallicRoughness", pbr},
-      {"normalTexture", texture_info(d, {{"scale", number()}})},
-      {"occlusionTexture", texture_info(d, {{"strength", number(0, 1)}})},
-      {"emissiveTexture", texture_info(d)},
-      {"emissiveFactor", numbers(3, 0, 1)},
-      {"alphaMode", choice({"OPAQUE", "MASK", "BLEND"})},
-      {"alphaCutoff", number(0)},
-      {"doubleSided", boolean()},
-      {"extensions", object(std::move(extensions))},
-  });
+  std::vector<Property> extensions = {
+      {"TESSERA_displacement",
+       object({{"texture", texture_info(d), kRequired}, {"scale", number()}, {"bias", number()}})}};
+  for (const Extension& extension : supported_extensions())
+    if (extension.extends == "material" && !extension.name.starts_with("TESSERA_")) {
+      const std::string name(extension.name);
+      extensions.push_back({name, object(material_parameters(d, "/extensions/" + name))});
+    }
+  std::vector<Property> properties = material_parameters(d, "");
+  properties.insert(properties.end(),
+                    {{"name", text()},
+                     {"pbrMetallicRoughness", object(material_parameters(d, "/pbrMetallicRoughness"))},
+                     {"alphaMode", choice({"OPAQUE", "MASK", "BLEND"})},
+                     {"doubleSided", boolean()},
+                     {"extensions", object(std::move(extensions))}});
+  return object(std::move(properties));
 }
 
 Rule subdivision_rule() {

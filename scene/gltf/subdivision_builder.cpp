@@ -1,6 +1,6 @@
-#include "scene/gltf/subdivision_builder.h"
+#include "scene/gltf/builders.h"
 
-#include "scene/subdivision/catmull_clark.h"
+#include "scene/subdivision/control_cage.h"
 
 namespace tessera::scene::gltf {
 namespace {

@@ -17,29 +17,12 @@
 #include "scene/gltf/accessor_layout.h"
 #include "scene/gltf/meshopt_reader.h"
 #include "scene/gltf/procedure_builder.h"
-#include "scene/gltf/validation_parts.h"
-#include "scene/gltf/variants.h"
+#include "scene/gltf/selection.h"
 
 namespace tessera::scene::gltf {
 namespace validation {
 
 using nlohmann::json;
-
-const json& array_of(const json& document, const char* name) {
-  static const json kEmpty = json::array();
-  const auto found = document.find(name);
-  return found == document.end() ? kEmpty : *found;
-}
-
-const json* find(const json& object, const char* name) {
-  const auto found = object.find(name);
-  return found == object.end() ? nullptr : &*found;
-}
-
-const json* extension(const json& object, const char* name) {
-  const json* extensions = find(object, "extensions");
-  return extensions == nullptr ? nullptr : find(*extensions, name);
-}
 
 void check_format(const json& d, std::size_t accessor, const Format& format, const Place& place) {
   const AccessorLayout layout = accessor_layout(d, accessor);
@@ -77,7 +60,7 @@ void check_version(const json& d, const Place& root) {
 
 void check_required_extensions(const json& d, const Place& root) {
   std::vector<std::string> missing;
-  for (const json& name : array_of(d, "extensionsRequired")) {
+  for (const json& name : list_of(d, "extensionsRequired")) {
     const auto& text = name.get_ref<const std::string&>();
     const auto& known = supported_extensions();
     if (std::none_of(known.begin(), known.end(), [&](const Extension& e) { return e.name == text; }))
@@ -93,10 +76,10 @@ void check_buffer_views(const json& d, const Place& root, Notes& notes) {
   const auto empty = [&](const Place& place) {
     notes.violation(place.at("byteLength"), "holds nothing", "is 0, outside [1, 9007199254740992]");
   };
-  const json& buffers = array_of(d, "buffers");
+  const json& buffers = list_of(d, "buffers");
   for (std::size_t i = 0; i < buffers.size(); ++i)
     if (buffers[i]["byteLength"].get<double>() == 0) empty(root.at("buffers").at(i));
-  const json& views = array_of(d, "bufferViews");
+  const json& views = list_of(d, "bufferViews");
   for (std::size_t i = 0; i < views.size(); ++i) {
     const auto offset = views[i].value("byteOffset", std::uint64_t{0}),
                length = views[i]["byteLength"].get<std::uint64_t>();
@@ -132,7 +115,7 @@ void check_range(const json& d, std::size_t view, std::uint64_t offset, std::uin
 }
 
 void check_accessors(const json& d, const Place& root, Notes& notes) {
-  const json& accessors = array_of(d, "accessors");
+  const json& accessors = list_of(d, "accessors");
   for (std::size_t i = 0; i < accessors.size(); ++i) {
     const Place place = root.at("accessors").at(i);
     const AccessorLayout layout = accessor_layout(d, i);
@@ -159,7 +142,7 @@ void check_accessors(const json& d, const Place& root, Notes& notes) {
 // ---- Images and textures ----------------------------------------------------------------------------------------
 
 void check_images(const json& d, const Place& root) {
-  const json& images = array_of(d, "images");
+  const json& images = list_of(d, "images");
   for (std::size_t i = 0; i < images.size(); ++i)
     if (images[i].contains("uri") == images[i].contains("bufferView"))
       root.at("images").at(i).refuse("needs either a uri or a bufferView");
@@ -214,7 +197,7 @@ void check_node(const json& d, std::size_t i, const Place& place, Notes& notes) 
 
 // Attributes of instances other than these are the application's own; as many as the others all the same.
 void check_instancing(const json& d, const json& node, const Place& place) {
-  const json* instancing = extension(node, "EXT_mesh_gpu_instancing");
+  const json* instancing = find_extension(node, "EXT_mesh_gpu_instancing");
   if (instancing == nullptr) return;
   const Place inner = place.at("extensions").at("EXT_mesh_gpu_instancing");
   if (!node.contains("mesh")) inner.refuse("needs a mesh on the same node");
@@ -234,13 +217,13 @@ void check_instancing(const json& d, const json& node, const Place& place) {
 
 // Every node has at most one parent and no node is its own ancestor.
 void check_node_graph(const json& d, const Place& root, Notes& notes) {
-  const json& nodes = array_of(d, "nodes");
+  const json& nodes = list_of(d, "nodes");
   std::vector<std::optional<std::size_t>> parent(nodes.size());
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const Place place = root.at("nodes").at(i);
     check_node(d, i, place, notes);
     check_instancing(d, nodes[i], place);
-    if (const json* procedure = extension(nodes[i], "TESSERA_procedure"))
+    if (const json* procedure = find_extension(nodes[i], "TESSERA_procedure"))
       check_procedure_links(d, *procedure, place.at("extensions").at("TESSERA_procedure"));
     const json* children = find(nodes[i], "children");
     for (std::size_t k = 0; children != nullptr && k < children->size(); ++k) {
@@ -261,7 +244,7 @@ void check_node_graph(const json& d, const Place& root, Notes& notes) {
     }
     for (const std::size_t n : way) state[n] = 2;
   }
-  const json& scenes = array_of(d, "scenes");
+  const json& scenes = list_of(d, "scenes");
   for (std::size_t s = 0; s < scenes.size(); ++s) {
     const json* list = find(scenes[s], "nodes");
     std::set<std::size_t> seen;
@@ -278,7 +261,7 @@ void check_node_graph(const json& d, const Place& root, Notes& notes) {
 // ---- Skins, animations ------------------------------------------------------------------------------------------
 
 void check_skins(const json& d, const Place& root, Notes& notes) {
-  const json& skins = array_of(d, "skins");
+  const json& skins = list_of(d, "skins");
   for (std::size_t s = 0; s < skins.size(); ++s) {
     const Place place = root.at("skins").at(s);
     std::set<std::size_t> seen;
@@ -295,7 +278,7 @@ void check_skins(const json& d, const Place& root, Notes& notes) {
     }
   }
   // A skinned mesh ignores its node's transform; viewers disagree about one without joints.
-  const json& nodes = array_of(d, "nodes");
+  const json& nodes = list_of(d, "nodes");
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     if (!nodes[n].contains("skin") || !nodes[n].contains("mesh")) continue;
     for (const json& primitive : d["meshes"][nodes[n]["mesh"].get<std::size_t>()]["primitives"])
@@ -307,7 +290,7 @@ void check_skins(const json& d, const Place& root, Notes& notes) {
 // ---- Cameras, lights, Tessera's own settings --------------------------------------------------------------------
 
 void check_cameras(const json& d, const Place& root) {
-  const json& cameras = array_of(d, "cameras");
+  const json& cameras = list_of(d, "cameras");
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const Place place = root.at("cameras").at(c);
     const auto& type = cameras[c]["type"].get_ref<const std::string&>();
@@ -324,7 +307,7 @@ void check_cameras(const json& d, const Place& root) {
 }
 
 void check_lights(const json& d, const Place& root, Notes& notes) {
-  const json* extension_json = extension(d, "KHR_lights_punctual");
+  const json* extension_json = find_extension(d, "KHR_lights_punctual");
   if (extension_json == nullptr) return;
   const json& lights = (*extension_json)["lights"];
   for (std::size_t l = 0; l < lights.size(); ++l) {
@@ -341,7 +324,7 @@ void check_lights(const json& d, const Place& root, Notes& notes) {
 }
 
 void check_capture_settings(const json& d, const Place& root) {
-  const json* settings = extension(d, "TESSERA_capture");
+  const json* settings = find_extension(d, "TESSERA_capture");
   if (settings == nullptr) return;
   const Place place = root.at("extensions").at("TESSERA_capture");
   if (const json* shutter = find(*settings, "shutter"))

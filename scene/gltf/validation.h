@@ -1,7 +1,11 @@
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
+#include <cstddef>
+#include <vector>
 
+#include <nlohmann/json.hpp>
+
+#include "scene/gltf/json_reader.h"
 #include "scene/gltf/notes.h"
 #include "scene/gltf/place.h"
 
@@ -13,4 +17,30 @@ namespace tessera::scene::gltf {
 // are checked where they are decoded. Throws InputError at the first fault.
 void validate_links(const nlohmann::json& document, const Place& root, Notes& notes);
 
+// Checks the shape of a glTF 2.0 document: every property that Tessera reads has the right type, numbers lie in their
+// ranges, enumerations are known, required properties are there, and every index points at something. After this the
+// document can be walked without further checks of that kind. What links several objects (accessor ranges, graphs) is
+// checked by validate_links. Throws InputError.
+void check_schema(const nlohmann::json& document, const Place& root);
+
 }  // namespace tessera::scene::gltf
+
+namespace tessera::scene::gltf::validation {
+
+// The parts of validate_links() share these. All take documents that passed check_schema().
+
+// The numbers of components and the component types that a use of an accessor allows.
+struct Format {
+  std::vector<int> components;
+  std::vector<int> plain;       // component types allowed without normalisation
+  std::vector<int> normalized;  // component types allowed with it
+};
+void check_format(const nlohmann::json& d, std::size_t accessor, const Format& format, const Place& place);
+
+// Morph targets of a mesh: those of its primitive with the most of them.
+std::size_t target_count(const nlohmann::json& mesh);
+
+void check_meshes(const nlohmann::json& d, const Place& root, Notes& notes);      // mesh_validation.cpp
+void check_animations(const nlohmann::json& d, const Place& root, Notes& notes);  // animation_validation.cpp
+
+}  // namespace tessera::scene::gltf::validation

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "shaders_cpp/procedures/declarations.h"
+
 namespace tessera::shaders {
 namespace {
 
@@ -63,6 +65,41 @@ float space_noise(float x, float y, float z) {
   float corner[8];
   for (int c = 0; c < 8; ++c) corner[c] = lattice_value(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
   return mix_corners(corner, tx, ty, tz);
+}
+
+namespace {
+
+template <class Stage>
+StageDeclaration declare_shape() {
+  return {Stage::kName, Stage::kMeaning, Stage::kParameters, Stage::kPatchesU, Stage::kPatchesV,
+          requires {Stage::kKinks;
+}
+};  // namespace
+}  // namespace tessera::shaders
+template <class Stage>
+StageDeclaration declare() {
+  return {Stage::kName, Stage::kMeaning, Stage::kParameters};
+}
+
+}  // namespace
+
+std::span<const StageDeclaration> shape_declarations() {
+#define TESSERA_DECLARE(name) declare_shape<name>(),
+  static const StageDeclaration kStages[] = {TESSERA_SHAPES(TESSERA_DECLARE)};
+#undef TESSERA_DECLARE
+  return kStages;
+}
+
+std::span<const StageDeclaration> texture_declarations() {
+#define TESSERA_DECLARE(name) declare<name>(),
+  static const StageDeclaration kStages[] = {TESSERA_TEXTURES(TESSERA_DECLARE)};
+  return kStages;
+}
+
+std::span<const StageDeclaration> shading_declarations() {
+  static const StageDeclaration kStages[] = {TESSERA_SHADING(TESSERA_DECLARE)};
+#undef TESSERA_DECLARE
+  return kStages;
 }
 
 }  // namespace tessera::shaders

@@ -3,7 +3,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -19,7 +18,7 @@ namespace tessera::shaders {
 // evaluates over the same number types as the built-in stages. The language: `tessera describe procedures`.
 //
 // Invariants (cited by the tests):
-//   PGM1  A built-in stage written as a program (expressions/) gives the built-in's bits over floats, lanes, tangents and
+//   PGM1  A built-in stage written as a program (builtin_stages.txt) gives the built-in's bits over floats, lanes, tangents and
 //         enclosures, and costs the same operations.
 //   PGM2  Any text is compiled or refused with the line and the column of its fault, within the limits below.
 //   PGM3  A compiled program reads registers that were written, and nothing outside its registers and constants.
@@ -139,8 +138,5 @@ struct LanguageRow {
   std::string name, kind, meaning;
 };
 std::vector<LanguageRow> program_language();
-
-// The built-in stages as programs, by the names of their files.
-const std::map<std::string_view, std::string_view>& builtin_programs();
 
 }  // namespace tessera::shaders

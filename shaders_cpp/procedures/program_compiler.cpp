@@ -6,8 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "shaders_cpp/procedures/program_emitter.h"
-#include "shaders_cpp/procedures/program_library.h"
+#include "shaders_cpp/procedures/program_compiler.h"
 
 namespace tessera::shaders {
 namespace program_text {

@@ -1,4 +1,4 @@
-#include "shaders_cpp/procedures/program_emitter.h"
+#include "shaders_cpp/procedures/program_compiler.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,4 +1,4 @@
-#include "shaders_cpp/procedures/program_library.h"
+#include "shaders_cpp/procedures/program_compiler.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "shaders_cpp/procedures/program_text.h"
+#include "shaders_cpp/procedures/program_compiler.h"
 
 #include <charconv>
 #include <cmath>

@@ -432,7 +432,7 @@ TEST(PostTessellation, PT3UnlimitedCacheReadsABlockOnceAndNoCacheEveryTimeItIsNa
   std::uint64_t memory = 0;
   for (const std::int64_t cache : {std::int64_t{0}, std::int64_t{4096}, std::int64_t{1} << 30}) {
     gpu::GpuConfiguration gpu;
-    gpu.baselines.post_tessellation_cache_bytes = cache;
+    gpu.baselines.cache_bytes = cache;
     PostTessellationBinner post(gpu, grid, p);
     bin(post, mixed_scene(2));
     counters[cache] = post.counters();

@@ -227,8 +227,6 @@ TEST(ParameterBuffer, SpillsIntoTheOverflowAreaWhenThePolicySaysSo) {
   // 250 entries of 3 bytes in each of four lists: 28 bytes in the first chunk, then 6 chunks of 124. 2048 bytes hold what
   // every list has; the rest goes to chunks and bursts of records as they are asked for.
   EXPECT_EQ(buffer.bytes_in_use(), kFixed + 4 * 6 * 128 + 1000 * 16);
-  EXPECT_GT(buffer.counters().spilled_chunks, 18u);
-  EXPECT_LT(buffer.counters().spilled_chunks, 24u);
   // All that was handed out of the 2048 bytes is in use: records, entries of 3 bytes, links.
   EXPECT_EQ(buffer.counters().spilled_bytes, 16000 + 3000 + 24 * 4 - 4 * (28 + 4) - (2048 - kFixed));
   for (TileIndex tile = 0; tile < 4; ++tile) EXPECT_EQ(numbers(buffer, tile).size(), 250u);
@@ -251,7 +249,7 @@ TEST(ParameterBuffer, PB3TheBurstsOfOneTileAreThoseOfItsBytes) {
   numbers(buffer, 0, ledger, payload);
   EXPECT_EQ(ledger.traffic(memory::Unit::kTilecore, memory::Purpose::kTileQueue).read_bytes, 2 * 64u);
   EXPECT_EQ(payload, 28u + 4 + 2 + 1);
-  EXPECT_EQ(buffer.counters().table_bytes_written, 480u);
+  EXPECT_EQ(buffer.table_bytes_written(), 480u);
   EXPECT_EQ(buffer.counters().queue_bytes_written, 480u + 30 + 4 + 1 + 8 + 1);
 }
 

@@ -378,7 +378,7 @@ TEST(ParameterBuffer, PB4WhatIsRefusedLeavesNoByteAndPB5RecordsSayHowManyListsHo
     // A whole patch's record has bit 63 set. Nothing is between records of a length; a long one may leave out 8 bytes.
     std::uint64_t records = 0;
     for (const auto& [record, count] : uses(buffer, 8)) records += (buffer.table()[record * 8 + 7] & 128) != 0 ? 8 : 16;
-    const std::uint64_t written = buffer.counters().table_bytes_written, taken = 8 * buffer.end_of_records();
+    const std::uint64_t written = buffer.table_bytes_written(), taken = 8 * buffer.end_of_records();
     EXPECT_EQ(written, records);
     EXPECT_LE(written, taken);
     if (trial % 3 != 1) {
@@ -420,8 +420,7 @@ TEST(ParameterBuffer, PB5AnyNumberOfListsBeyond1023IsThat) {
 
 TEST(RecordCache, FetchesABurstOnceAndAgainWhenItHadToLeave) {
   gpu::GpuConfiguration gpu;  // bursts of 64 bytes: 8 numbers
-  gpu.binner.record_cache_bytes = 128;
-  RecordCache cache(gpu.binner_spec());
+  RecordCache cache(gpu.binner_spec(), 128);
   std::uint64_t bytes = 0;
   for (const std::uint32_t record : {0u, 7u, 8u, 1u, 15u}) bytes += cache.read(record, nullptr);
   EXPECT_EQ(bytes, 2 * 64u);
@@ -429,8 +428,7 @@ TEST(RecordCache, FetchesABurstOnceAndAgainWhenItHadToLeave) {
   EXPECT_EQ(bytes, 3 * 64u);
   EXPECT_EQ(cache.read(2, nullptr), 64u);
   EXPECT_EQ(cache.ledger().traffic(memory::Unit::kTilecore, memory::Purpose::kTileQueue).read_bytes, 4 * 64u);
-  gpu.binner.record_cache_bytes = 0;
-  RecordCache none(gpu.binner_spec());
+  RecordCache none(gpu.binner_spec(), 0);
   EXPECT_EQ(none.read(5, nullptr) + none.read(5, nullptr), 2 * 64u);
 }
 

@@ -178,45 +178,42 @@ TEST(ForeignVertices, AreNoFartherFromAPatchsOwnThanBounded) {
   EXPECT_GT(half.violations, 0) << "taking them for the patch's own is caught";
 }
 
-// What PatchSplitter leaves out of a round object that is wholly in view faces away; parts of sub-patches that do are
-// dropped where that pays.
-TEST(BackFaceCulling, PartsThatFaceAwayAreDroppedWhereThatSavesEnough) {
+// PatchSplitter drops only sub-patches that face away, where a round object is wholly in view.
+TEST(BackFaceCulling, OnlySubPatchesThatFaceAwayAreDropped) {
   Random random(12);
-  std::uint64_t dropped_whole = 0, dropped_parts = 0;
+  std::uint64_t dropped = 0;
   for (int trial = 0; trial < 6; ++trial) {
     const RoundScene scene({.displacement = 0.03f, .aperture = 0.05f}, random);
     const scene::FrameGeometry& frame = *scene.frame;
-    for (const int worth : {0, 16}) {
-      FrontEndSpec spec;
-      spec.backface_cells = worth;
-      PatchSplitter splitter(frame, *scene.pyramids, spec);
-      for (std::uint32_t patch = 0; patch < frame.assembly->patch_count(); ++patch) {
-        std::vector<BoundedSubPatch> kept;
-        FrontendCounters counters;
-        splitter.split(patch, kept, counters);
-        if (counters.culled_frustum != 0) continue;  // what is out of view may face anywhere
-        const scene::TessellationPattern& pattern = frame.pattern_of(patch);
-        std::vector<int> covered(static_cast<std::size_t>(pattern.nu) * pattern.nv);
-        for (const BoundedSubPatch& piece : kept)
-          for (int y = piece.range.j0; y < piece.range.j1; ++y)
-            for (int x = piece.range.i0; x < piece.range.i1; ++x)
-              ++covered[static_cast<std::size_t>(y) * pattern.nu + static_cast<std::size_t>(x)];
-        std::uint64_t missing = 0;
-        for (int y = 0; y < pattern.nv; ++y)
-          for (int x = 0; x < pattern.nu; ++x) {
-            const int times = covered[static_cast<std::size_t>(y) * pattern.nu + static_cast<std::size_t>(x)];
-            ASSERT_LE(times, 1);
-            if (times == 1) continue;
-            ++missing;
-            EXPECT_EQ(front_facing(frame, patch, x, y, random), 0u);
-          }
-        EXPECT_EQ(missing, counters.cells_culled_backface);
-        EXPECT_EQ(counters.sub_patches + counters.culled_backface, counters.splits + 1);
-        (worth == 0 ? dropped_whole : dropped_parts) += missing;
-      }
+    FrontEndSpec spec;
+    spec.split_pixels = 8;
+    PatchSplitter splitter(frame, *scene.pyramids, spec);
+    for (std::uint32_t patch = 0; patch < frame.assembly->patch_count(); ++patch) {
+      std::vector<BoundedSubPatch> kept;
+      FrontendCounters counters;
+      splitter.split(patch, kept, counters);
+      if (counters.culled_frustum != 0) continue;  // what is out of view may face anywhere
+      const scene::TessellationPattern& pattern = frame.pattern_of(patch);
+      std::vector<int> covered(static_cast<std::size_t>(pattern.nu) * pattern.nv);
+      for (const BoundedSubPatch& piece : kept)
+        for (int y = piece.range.j0; y < piece.range.j1; ++y)
+          for (int x = piece.range.i0; x < piece.range.i1; ++x)
+            ++covered[static_cast<std::size_t>(y) * pattern.nu + static_cast<std::size_t>(x)];
+      std::uint64_t missing = 0;
+      for (int y = 0; y < pattern.nv; ++y)
+        for (int x = 0; x < pattern.nu; ++x) {
+          const int times = covered[static_cast<std::size_t>(y) * pattern.nu + static_cast<std::size_t>(x)];
+          ASSERT_LE(times, 1);
+          if (times == 1) continue;
+          ++missing;
+          EXPECT_EQ(front_facing(frame, patch, x, y, random), 0u);
+        }
+      EXPECT_EQ(missing, counters.cells_culled_backface);
+      EXPECT_EQ(counters.sub_patches + counters.culled_backface, counters.splits + 1);
+      dropped += missing;
     }
   }
-  EXPECT_GT(dropped_parts, dropped_whole + 100);
+  EXPECT_GT(dropped, 100u);
 }
 
 TEST(BackFaceCulling, KeepsDoubleSidedMaterialsAndWhatCrossesTheNearPlane) {

@@ -203,7 +203,6 @@ TEST(InstanceCulling, IC2EveryTestIsCountedAndReadsOneRecord) {
         ++expected.groups_tested;
         expected.instances += group.count;
         const bool culled = outside(group_body(*scene.frame, node, boxes[n], group));
-        expected.groups_culled += culled ? 1 : 0;
         expected.instances_tested += culled ? 0 : group.count;
         for (std::uint32_t k = group.first; k < group.first + group.count; ++k) {
           const bool dropped = culled || outside(instance_body(*scene.frame, node, boxes[n], node.order[k]));
@@ -215,7 +214,7 @@ TEST(InstanceCulling, IC2EveryTestIsCountedAndReadsOneRecord) {
     }
     for (const auto& field : kCounterFields<InstanceCounters>)
       EXPECT_EQ(culling.counters.*field.member, expected.*field.member) << field.name;
-    EXPECT_GT(expected.groups_culled, 0u);
+    EXPECT_LT(expected.instances_tested, expected.instances);
     EXPECT_LT(expected.instances_culled, expected.instances);
     EXPECT_EQ(culling.ledger.total().read_bytes,
               expected.groups_tested * memory::burst_bytes(0, kInstanceGroupBytes, spec.burst_bytes) +

@@ -162,7 +162,6 @@ void expect_group(const Clouds& scene, const scene::PosedDrawable& drawable, con
     const std::size_t span = static_cast<std::size_t>(std::lround(std::pow(16.0, level + 1))), begin = b * span,
                       end = std::min<std::size_t>(begin + span, drawable.drawable->patch_count);
     if (outside_view(body, *scene.frame)) {
-      ++expected.counters.groups_culled;
       expected.counters.patches_culled += end - begin;
     } else if (level == 0) {
       for (std::size_t p = begin; p < end; ++p) expected.read[drawable.drawable->first_patch + p] = true;

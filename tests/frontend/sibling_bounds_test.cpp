@@ -134,7 +134,6 @@ TEST(Siblings, OfTheSplitterHaveTheBoundsOfTheirCells) {  // SB1
     s.split_criterion = static_cast<SplitCriterion>(trial % 6);
     s.split_pixels = 8;
     s.split_budget = random.integer(1, 40);
-    s.backface_cells = random.coin() ? 0 : 4;
     PatchSplitter splitter(*scene.frame, *scene.pyramids, s);
     SubPatchBounder bounder(*scene.frame, *scene.pyramids, s.bound_method);
     for (std::uint32_t patch = 0; patch < scene.assembly.patch_count(); ++patch) {

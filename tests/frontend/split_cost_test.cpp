@@ -176,20 +176,6 @@ TEST(ScreenShape, OfCornersThatAreNoNumbersIsARectangleThatNoSplitLessens) {
     EXPECT_LT(SplitCost(middle()).gain(shape, 256, false, side, 0), 0);
 }
 
-TEST(WholeSum, IsOffByNoMoreThanAHalf) {
-  Random random(5);
-  WholeSum sum;
-  double exact = 0;
-  std::uint64_t whole = 0;
-  for (int k = 0; k < 1000; ++k) {
-    const auto value = static_cast<double>(random.uniform(0, 3));
-    exact += value;
-    whole += sum.add(value);
-    EXPECT_LE(static_cast<double>(whole), exact + 0.5 + 1e-9);
-    EXPECT_GE(static_cast<double>(whole), exact - 0.5 - 1e-9);
-  }
-}
-
 // ---- The splitter by cost ---------------------------------------------------------------------------------------
 
 std::vector<BoundedSubPatch> split_by(const Scene& scene, const FrontEndSpec& spec, FrontendCounters& counters) {
@@ -245,27 +231,6 @@ TEST(SplitByCost, FreeBoxesSplitNothingAndCostlyOnesUpToTheBudget) {
   for (const BoundedSubPatch& piece : split_by(scene, spec, costly)) ++count[piece.base_patch];
   EXPECT_EQ(costly.splits, 2 * 6u);
   for (const auto& [patch, pieces] : count) EXPECT_EQ(pieces, 7);
-}
-
-TEST(SplitByCost, EstimatesAreThoseOfTheSubPatchesThatAreSent) {
-  Random random(8);
-  const Scene scene(Hard::kNoMotion, random);
-  const FrontEndSpec spec = by_cost(4);
-  FrontendCounters counters;
-  CostEstimate sum;
-  for (const BoundedSubPatch& piece : split_by(scene, spec, counters)) {
-    const CostEstimate one = SplitCost(spec.prices)
-                                 .cost(screen_shape(piece.corners(*scene.frame), piece.bounds, 320, 240),
-                                       (piece.range.i1 - piece.range.i0) * (piece.range.j1 - piece.range.j0),
-                                       (piece.effects & kEffectMotion) != 0);
-    sum.entries += one.entries;
-    sum.list_bytes += one.list_bytes;
-    sum.boxes += one.boxes;
-  }
-  EXPECT_NEAR(static_cast<double>(counters.estimated_entries), sum.entries, 1 + 1e-6 * sum.entries);
-  EXPECT_NEAR(static_cast<double>(counters.estimated_list_bytes), sum.list_bytes, 1 + 1e-6 * sum.list_bytes);
-  EXPECT_NEAR(static_cast<double>(counters.estimated_boxes), sum.boxes, 1 + 1e-6 * sum.boxes);
-  EXPECT_GT(counters.estimated_entries, counters.sub_patches);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "shaders_cpp/procedures/operation_count.h"
 #include "shaders_cpp/procedures/procedures.h"
 #include "tests/fuzz/fuzz_target.h"
+#include "tests/support/programs.h"
 #include "tilecore/procedural/procedure_kernel.h"
 
 namespace tessera::fuzz {
@@ -96,7 +97,7 @@ void run_text(Bytes input) {
 
 std::vector<std::string> texts() {
   std::vector<std::string> all;
-  for (const auto& [name, text] : shaders::builtin_programs()) all.emplace_back(text);
+  for (const auto& [name, text] : test::builtin_programs()) all.emplace_back(text);
   all.emplace_back(
       "shape s { kinks; fn f(x) { var y = x; repeat 2 { y = y * y; } return y; } let a: vec2 = vec2(u, v).yx;\n"
       "return vec3(f(a.x) < 0.5 ? fract(a.y * 3) : clamp(v, 0.1, 0.2), mix(u, v, 0.5), length(a)); }\n"

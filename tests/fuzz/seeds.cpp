@@ -8,6 +8,7 @@
 #include "tests/fuzz/document_mutator.h"
 #include "tests/support/captures.h"
 #include "tests/support/gltf_asset.h"
+#include "tests/support/programs.h"
 
 namespace tessera::fuzz {
 namespace {
@@ -171,9 +172,8 @@ std::vector<std::string> small_captures() {
     all.push_back(without_buffers(test::read_text(test::shipped_capture(name))));
   for (const shaders::StageDeclaration& shape : shaders::shape_declarations())
     all.push_back(procedure_capture({{"shape", shape.name}}));
-  const auto& programs = shaders::builtin_programs();
-  const std::string together = std::string(programs.at("torus.txt")) + std::string(programs.at("marble.txt")) +
-                               std::string(programs.at("rates.txt"));
+  const auto& programs = test::builtin_programs();
+  const std::string together = programs.at("torus") + programs.at("marble") + programs.at("bounded");
   all.push_back(procedure_capture({{"program", together}, {"parameters", {{"minorRadius", 0.5}}}}));
   const json path = {{0, 0}, {1, 0}, {2, 0}, {3, 0}}, profile = {{1, 0}, {1, 1}, {0, 1}, {-1, 0}};
   all.push_back(procedure_capture({{"shape", "sweptCubic"}, {"parameters", {{"path", path}, {"profile", profile}}}}));

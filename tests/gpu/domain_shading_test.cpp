@@ -69,7 +69,7 @@ TEST(DomainShading, LanesShadeEveryVertexOnceAndPayByOperations) {
     EXPECT_EQ(domain.vertices, vertices_of(work[0]));
     EXPECT_EQ(unit.timing.events->domain.vertices, 0u);
     EXPECT_GT(domain.texels, 0u);
-    double clocks = static_cast<double>(vertices_of(work[0])) * gpu.shader.domain_operations;
+    double clocks = static_cast<double>(vertices_of(work[0])) * gpu.shader.surface_operations;
     if (costs == ShaderCosts::kCompiled) {
       clocks = 0;
       for (const timing::WorkRound& round : work[0].rounds)
@@ -88,12 +88,13 @@ TEST(DomainShading, LanesShadeEveryVertexOnceAndPayByOperations) {
     phases.queues.model = hardware::TimingModel::kPhases;
     const double busy =
         timing::stage_cycles(phases, work[0].rounds[0].tiles[0])[static_cast<std::size_t>(hardware::Stage::kShader)];
-    phases.shader.domain_operations *= 2;
+    phases.shader.surface_operations *= 2;
     const double twice =
         timing::stage_cycles(phases, work[0].rounds[0].tiles[0])[static_cast<std::size_t>(hardware::Stage::kShader)];
     EXPECT_NEAR(twice - busy,
-                static_cast<double>(work[0].rounds[0].tiles[0].events[hardware::Event::kVertices]) *
-                    gpu.shader.domain_operations / static_cast<double>(gpu.shader.lanes),
+                static_cast<double>(work[0].rounds[0].tiles[0].events[hardware::Event::kVertices] +
+                                    work[0].rounds[0].tiles[0].events[hardware::Event::kSurfaceLanes]) *
+                    gpu.shader.surface_operations / static_cast<double>(gpu.shader.lanes),
                 1e-6);
   }
 }

@@ -68,7 +68,7 @@ TEST(FrameMemory, TileListsThatSpillAreRefusedToo) {
   gpu.parameter_buffer.full_policy = binner::FullPolicy::kSpill;
   gpu.binner.queue_levels = 1;
   const FrameResult free = draw(capture, gpu);
-  ASSERT_GT(free.counters.binner.spilled_chunks, 0u);
+  ASSERT_GT(free.counters.binner.spilled_bytes, 0u);
   capture.max_bytes = sub_patch_bytes(free) + free.counters.binner.queue_bytes_peak / 2;
   EXPECT_THROW(draw(capture, gpu), LimitError);
 }

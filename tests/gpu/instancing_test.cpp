@@ -36,7 +36,6 @@ const std::set<std::string_view> kOfCulling = {"frontend.base_patches",
                                                "frontend.instances",
                                                "frontend.instances_culled",
                                                "frontend.instance_groups_tested",
-                                               "frontend.instance_groups_culled",
                                                "frontend.instances_tested",
                                                "frontend.table_lines",  // by blocks of those patches
                                                "l2.requests",

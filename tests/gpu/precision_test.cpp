@@ -100,41 +100,9 @@ TEST(SubpixelBits, LeaveTheImageIndependentOfBoundsAndTiles) {
                   .image(capture, number),
               expected)
         << name;
-    EXPECT_EQ(with("4").set("tilecore.box_bits=8").set("frontend.split_pixels=8").image(capture, number), expected)
-        << name;
+    EXPECT_EQ(with("4").set("frontend.split_pixels=8").image(capture, number), expected) << name;
     EXPECT_NE(with("8").image(capture, number), expected) << "the bits do something";
   }
-}
-
-TEST(LensPoints, AreAsManyAsAskedFor) {
-  for (const int points : {2, 5, 32, 0}) {
-    tilecore::SamplingSettings settings;
-    settings.lens_points = points;
-    const tilecore::SamplePattern pattern(settings);
-    std::set<std::pair<float, float>> seen;
-    for (int y = 0; y < 32; ++y)
-      for (int x = 0; x < 32; ++x)
-        for (int s = 0; s < 4; ++s) {
-          const auto p = pattern.lens(x, y, s);
-          EXPECT_LE(p.u * p.u + p.v * p.v, 1.0001f);
-          seen.emplace(p.u, p.v);
-        }
-    if (points > 0) {
-      EXPECT_EQ(seen.size(), static_cast<std::size_t>(points));
-    } else {
-      EXPECT_GT(seen.size(), 1000u) << "the twin: without the setting there are more";
-    }
-  }
-}
-
-TEST(LensPoints, LeaveTheImageIndependentOfHowSamplesAreFound) {
-  const Capture capture = shipped("eggs");
-  const std::vector<float> expected = Machine().set("sampling.lens_points=8").image(capture, 14);
-  EXPECT_EQ(Machine().set("sampling.lens_points=8").set("tilecore.visibility_method=brute").image(capture, 14),
-            expected);
-  EXPECT_EQ(Machine().set("sampling.lens_points=8").set("tile.width=16").set("tilecore.box_bits=16").image(capture, 14),
-            expected);
-  EXPECT_NE(Machine().image(capture, 14), expected);
 }
 
 TEST(DisplacementBias, AddsToTheLevelAndNeverGoesBelowTheFirst) {

@@ -1,7 +1,7 @@
 // What procedures share with other surfaces: blending, normal maps, animation of what shapes them, limits; and variants of
 // the sampling controller.
 #include "base/error.h"
-#include "scene/animated_procedures.h"
+#include "scene/animation.h"
 #include "scene/capture_reader.h"
 #include "tests/gpu/procedure_images.h"
 #include "tests/support/tests.h"
@@ -54,7 +54,7 @@ TEST(BlendedProcedures, SampledAndTessellatedShowTheSameImage) {  // SC5
     const FrameResult sampled = render(capture, {}, 320, 180),
                       tessellated = render(capture, {Settings::Path::kTessellated}, 320, 180);
     EXPECT_GT(decibels(sampled, tessellated), 38) << moving;
-    EXPECT_GT(sampled.counters.sampling.layers, 0u);
+    EXPECT_GT(sampled.counters.shading.blended_layers, 0u);
     EXPECT_GT(sampled.counters.sampling.layers_merged, 0u);
     const auto layers = [](const FrameResult& r) { return static_cast<double>(r.counters.shading.blended_layers); };
     EXPECT_NEAR(layers(sampled) / layers(tessellated), 1, 0.02) << moving;
@@ -299,62 +299,18 @@ scene::Capture shell(bool moving) {
 
 Ways with(Settings procedures) { return {.tile = 16, .spp = 4, .procedures = procedures}; }
 
-TEST(SamplingVariants, RangesShowTheSameAndEvaluateMore) {
+TEST(PublishedProcedures, ReadAnImagesLinesThroughTheTextureCacheOnceEach) {
+  Settings published;
+  published.mode = Settings::Mode::kPublished;
   for (const bool moving : {false, true}) {
-    Settings ranges;
-    ranges.lists = Settings::Lists::kRanges;
-    const FrameResult cells = render(shell(moving), with({})), r = render(shell(moving), with(ranges));
-    EXPECT_EQ(cells.targets.color.values, r.targets.color.values);
-    const tilecore::SamplingCounters &a = cells.counters.sampling, &b = r.counters.sampling;
-    EXPECT_EQ(a.samples_of_ranges, 0u);
-    EXPECT_GT(b.samples_of_ranges, a.samples / 4);
-    EXPECT_EQ(b.samples - b.samples_of_ranges, a.samples);
-    EXPECT_GT(b.operations, a.operations);
+    const FrameResult interval = render(shell(moving), with({})), p = render(shell(moving), with(published));
+    const tilecore::TextureCounters &a = interval.counters.texture, &b = p.counters.texture;
+    // Materials look up as much in both modes; the image's lines come on top.
+    EXPECT_GT(b.cache_requests - b.cache_misses, a.cache_requests - a.cache_misses);
+    EXPECT_GT(b.cache_misses, a.cache_misses);
+    EXPECT_GT(p.counters.sampling.sparse_evaluations, 0u);
+    EXPECT_EQ(p.counters.sampling.interval_evaluations, 0u);
   }
-}
-
-TEST(SamplingVariants, HandedOverTilesShowTheSameForFewerEvaluationsAndMoreBytes) {
-  for (const bool moving : {false, true}) {
-    Settings handed;
-    handed.crossing = Settings::Crossing::kHanded;
-    const FrameResult evaluated = render(shell(moving), with({})), h = render(shell(moving), with(handed));
-    EXPECT_EQ(evaluated.targets.color.values, h.targets.color.values);
-    const tilecore::SamplingCounters &a = evaluated.counters.sampling, &b = h.counters.sampling;
-    EXPECT_EQ(b.samples + b.samples_handed, a.samples);
-    EXPECT_GT(b.samples_handed, 0u);
-    EXPECT_GT(h.counters.ledger.total().written_bytes,
-              evaluated.counters.ledger.total().written_bytes + 39 * b.samples_handed);
-  }
-}
-
-TEST(SamplingVariants, WhatIsLostLeavesGapsAcrossTiles) {
-  Settings lost;
-  lost.crossing = Settings::Crossing::kLost;
-  const FrameResult whole = render(shell(false), with({})), gaps = render(shell(false), with(lost));
-  EXPECT_GT(gaps.counters.sampling.samples_lost, 0u);
-  EXPECT_LT(gaps.counters.sampling.samples, whole.counters.sampling.samples);
-  // What differs lies at the tiles' borders: within the reach of half a step.
-  int differ = 0, inner = 0;
-  for (int y = 0; y < 90; ++y)
-    for (int x = 0; x < 160; ++x) {
-      if (std::abs(whole.targets.color.at(x, y)[0] - gaps.targets.color.at(x, y)[0]) < 1e-6f) continue;
-      ++differ;
-      const auto away = [](int p) { return std::min(p % 16, 15 - p % 16); };
-      inner += std::min(away(x), away(y)) > 3 ? 1 : 0;
-    }
-  // Of cells of which nothing is known but where they lie, one tile has all samples: such gaps are wider.
-  EXPECT_GT(differ, 20);
-  EXPECT_LT(10 * inner, differ);
-}
-
-TEST(SamplingVariants, ATextureCacheReadsAnImagesLinesOnce) {
-  Settings cached;
-  cached.image_reads = Settings::ImageReads::kTextureCache;
-  const FrameResult plain = render(shell(false), with({})), c = render(shell(false), with(cached));
-  EXPECT_EQ(plain.targets.color.values, c.targets.color.values);
-  EXPECT_EQ(plain.counters.sampling.image_requests, 0u);
-  EXPECT_GT(c.counters.sampling.image_requests, c.counters.sampling.image_misses);
-  EXPECT_GT(c.counters.sampling.image_misses, 0u);
 }
 
 }  // namespace

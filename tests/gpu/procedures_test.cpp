@@ -157,7 +157,7 @@ TEST(Procedures, BehindAWallAreHardlyEvaluated) {
                     half = render(behind_a_wall(0), {.spp = 4}, 320, 180);
   ASSERT_GT(free.counters.sampling.samples, 10000u);
   EXPECT_LE(hidden.counters.sampling.samples * 20, free.counters.sampling.samples);
-  EXPECT_GT(hidden.counters.sampling.cells_culled_occlusion, 0u);
+  EXPECT_GT(hidden.counters.tilecore.culled_occlusion, 0u);
   EXPECT_LT(half.counters.sampling.samples, free.counters.sampling.samples * 3 / 4);
   EXPECT_GT(half.counters.sampling.samples, free.counters.sampling.samples / 4);
 }
@@ -168,10 +168,8 @@ TEST(Procedures, AreEntriesOfTheCommonLists) {
   const FrameResult drawn = render(capture, {.spp = 4});
   const tilecore::SamplingCounters& sampling = drawn.counters.sampling;
   EXPECT_GT(sampling.map_entries, sampling.cells);
-  EXPECT_GT(drawn.counters.binner.entries, sampling.map_entries);                        // the triangle's, too
-  EXPECT_GE(drawn.counters.binner.table_records, sampling.cells);                        // some may be in no list
-  EXPECT_LT(drawn.counters.binner.interval_codes, 256 * drawn.counters.binner.entries);  // one of them moves
-  EXPECT_EQ(sampling.cells_culled_occlusion > 0, drawn.counters.tilecore.culled_occlusion > 0);
+  EXPECT_GT(drawn.counters.binner.entries, sampling.map_entries);  // the triangle's, too
+  EXPECT_GE(drawn.counters.binner.table_records, sampling.cells);  // some may be in no list
 }
 
 // A parameter buffer that is too small leads to partial renders, or to a spill, and to the same image.

@@ -202,7 +202,7 @@ Capture moving_panes() {
   rough.roughness = 0.4f;
   thick.effects[static_cast<std::size_t>(MaterialEffect::kVolume)] = true;
   thick.effects[static_cast<std::size_t>(MaterialEffect::kDispersion)] = true;
-  thick.volume.thickness = 0.3f, thick.volume.dispersion = 2;
+  thick.volume.thickness = 0.3f, thick.dispersion.strength = 2;
   Window window(rough);
   const int sphere =
       test::add_node(window.capture, test::closed_patches(test::add_material(window.capture, thick)), {0.9, -0.4, 1.5});

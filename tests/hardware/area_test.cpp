@@ -69,7 +69,7 @@ TEST(Area, MoreOfAnyRateOrMemoryIsNeverSmaller) {  // AREA2
                                            "tilecore.blends_per_clk",
                                            "tilecore.box_tests_per_clk",
                                            "tilecore.triangle_tests_per_clk",
-                                           "sampling.operations_per_clk"};
+                                           "procedures.operations_per_clk"};
   std::size_t grown = 0;
   const Machine plain;
   const double before = machine_area(plain, kOthers).total_mm2();

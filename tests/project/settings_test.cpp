@@ -78,12 +78,12 @@ template <WordEnum... E>
 constexpr bool all_words_fit() {
   return (words_fit<E>() && ...);
 }
-static_assert(all_words_fit<
-              tilecore::TemporalPattern, tilecore::TimeBits, tilecore::ShadingRate, tilecore::AttributePrecision,
-              gpu::EffectMode, gpu::EffectSwitch, tilecore::ProcedureSettings::Path, tilecore::ProcedureSettings::Maps,
-              tilecore::ProcedureSettings::Scatter, tilecore::ProcedureSettings::Style, tilecore::Desampling,
-              tilecore::BlockSpeed, tilecore::EdgeMeasure, tilecore::DitherOrder, tilecore::Fetch,
-              tilecore::DiscrepancyCheck, tilecore::Reconstruction, tilecore::StencilReach>());
+static_assert(
+    all_words_fit<tilecore::TemporalPattern, tilecore::TimeBits, tilecore::ShadingRate, tilecore::AttributePrecision,
+                  gpu::EffectMode, gpu::EffectSwitch, tilecore::ProcedureSettings::Path,
+                  tilecore::ProcedureSettings::Mode, tilecore::ProcedureSettings::Style, tilecore::Desampling,
+                  tilecore::BlockSpeed, tilecore::EdgeMeasure, tilecore::DitherOrder, tilecore::Fetch,
+                  tilecore::DiscrepancyCheck, tilecore::Reconstruction, tilecore::StencilReach>());
 static_assert(all_words_fit<frontend::BoundMethod, frontend::SplitCriterion, binner::CoverageMethod, binner::FullPolicy,
                             tilecore::VisibilityMethod, tilecore::Traversal, tilecore::BranchNode,
                             tilecore::FrameBufferCompression, tilecore::FrameFormat>());

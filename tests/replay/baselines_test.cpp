@@ -441,10 +441,8 @@ TEST(SchemeCycles, SetUpHoldsUpWhoBinsTriangles) {
 TEST_P(Baselines, WithoutCachesNothingIsSavedAndUnlimitedOnesLeaveEachOnce) {
   gpu::GpuConfiguration none, all;
   none.baselines.gmem_bytes = all.baselines.gmem_bytes = 32 * 32 * 4 * 8;  // several bins
-  none.tessellator.cache_bytes = none.baselines.post_tessellation_cache_bytes = none.baselines.immediate_cache_bytes =
-      none.caches.l2_bytes = 0;
-  all.tessellator.cache_bytes = all.baselines.post_tessellation_cache_bytes = all.baselines.immediate_cache_bytes =
-      1 << 30;
+  none.tessellator.cache_bytes = none.baselines.cache_bytes = none.caches.l2_bytes = 0;
+  all.tessellator.cache_bytes = all.baselines.cache_bytes = 1 << 30;
   const Compared a = render(capture, none), b = render(capture, all);
   for (std::size_t s = 0; s < baselines::kSchemeCount; ++s) {
     EXPECT_EQ(a.baselines->schemes[s].dram_bytes, a.baselines->schemes[s].dram_bytes_uncached)
@@ -470,7 +468,7 @@ TEST(ImmediateBaseline, TouchesTheSamplesThatTheTileCoresHit) {
   test::add_node(capture, test::patches(test::flat_patch({-20, -20, -3}, {40, 0, 0}, {0, 40, 0})));
   test::add_camera(capture, {0, 0, 0});
   gpu::GpuConfiguration gpu;
-  gpu.baselines.immediate_cache_bytes = 1 << 30;
+  gpu.baselines.cache_bytes = 1 << 30;
   gpu.baselines.immediate_color_compression = false;
   const Compared r = render(capture, gpu);
   const BaselineCounters& immediate = (*r.baselines)[SchemeId::kImmediate];

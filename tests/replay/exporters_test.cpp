@@ -1,7 +1,6 @@
 // What today's exporters write, of sample models, each in every way that they have of compressing it.
 #include "base/error.h"
 #include "scene/capture_reader.h"
-#include "scene/deform.h"
 #include "scene/pose.h"
 #include "tests/support/tests.h"
 

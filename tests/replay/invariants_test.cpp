@@ -129,7 +129,6 @@ TEST_P(ShippedCapture, TilesQueuesAndBuffersNeverChangeTheImage) {  // M1
   for (const tilecore::TileSequence sequence : {tilecore::TileSequence::kRows, tilecore::TileSequence::kHilbert}) {
     Variant v{"tiles in another order", {}, {}, 0, ""};
     v.gpu.tilecore.tile_order = sequence;
-    v.gpu.tessellator.cache_eviction = tilecore::CacheEviction::kLru;
     variants.push_back(v);
   }
   for (const Variant& v : variants) EXPECT_EQ(image_bytes(shown(v).targets), image_bytes(expected.targets)) << v.name;
@@ -149,7 +148,7 @@ TEST_P(ShippedCapture, CoverageTimesAndQueueLevelsNeverChangeTheImage) {  // M1
     const binner::BinnerCounters& b = result.counters.binner;
     const int side = static_cast<int>(v.gpu.tile.width);
     if (!overlaps.contains(side)) overlaps[side] = shown(rectangles_of(v)).counters.binner.tile_overlaps;
-    EXPECT_EQ(b.tile_overlaps + b.tiles_dropped_exact + b.tiles_dropped_time, overlaps[side]) << v.name;
+    EXPECT_EQ(b.tile_overlaps + b.tiles_dropped, overlaps[side]) << v.name;
   }
 }
 
@@ -190,7 +189,7 @@ std::vector<Variant> visibility_variants() {
   for (const char* method : {"brute", "segments", "partition", "clusters", "cluster-partition", "interleaved"}) {
     variants.push_back({method, {}, {}, 0, ""});
     variants.back().gpu.tilecore.visibility.method = *from_word<tilecore::VisibilityMethod>(method);
-    variants.back().gpu.tilecore.visibility.interleaved_times = 256;  // all that four samples per pixel have
+    variants.back().settings.sampling.times = 256;  // all that four samples per pixel have
   }
   for (const char* node : {"root", "both_children", "leaf_mask"}) {
     variants.push_back({std::string("rays from ") + node, {}, {}, 0, ""});
@@ -335,15 +334,15 @@ TEST(PartialRender, IsCountedAndLosesNothing) {  // M6
   tiny.gpu.parameter_buffer.full_policy = binner::FullPolicy::kSpill;
   const gpu::FrameResult spilled = render(capture, tiny, 14);
   EXPECT_EQ(spilled.counters.binner.partial_renders, 0u);
-  EXPECT_GT(spilled.counters.binner.spilled_chunks, 0u);
+  EXPECT_GT(spilled.counters.binner.spilled_bytes, 0u);
 }
 
 TEST(Ledger, EveryByteReadFromTheQueuesWasWrittenBefore) {
   const Capture capture = scene::read_capture(test::shipped_capture("eggs"));
-  Variant apart;  // no burst belongs to two lists, and none of records is read twice
+  Variant apart;  // no burst belongs to two lists, and the cache of records holds them all
   apart.gpu.parameter_buffer.first_chunk_bytes = 64;
-  apart.gpu.binner.record_cache_bytes = 1 << 20;
   const gpu::FrameResult r = render(capture, apart, 14);
+  ASSERT_LE(16 * r.counters.binner.table_records, static_cast<std::uint64_t>(binner::RecordCache::kBytes));
   EXPECT_LE(r.counters.ledger.traffic(memory::Unit::kTilecore, memory::Purpose::kTileQueue).read_bytes,
             r.counters.ledger.traffic(memory::Unit::kBinner, memory::Purpose::kTileQueue).written_bytes);
   // RGBA half floats: every row of every tile in whole bursts of 64 bytes; 160 x 8 bytes is 20 bursts a row.
@@ -566,11 +565,11 @@ TEST(Crowd, ThePreviousFramesDepthCullsWithoutChangingAImage) {
       EXPECT_EQ(image_bytes(result.targets), image_bytes(expected.targets)) << "frame " << frame;
       const frontend::FrontendCounters& f = result.counters.frontend;
       if (frame == 0) {
-        EXPECT_EQ(result.counters.previous_depth.patches_culled + f.revived_previous_depth, 0u)
+        EXPECT_EQ(result.counters.previous_depth.patches_culled + f.second_pass_visible, 0u)
             << "there is no frame before";
       }
       culled += result.counters.previous_depth.patches_culled;
-      second_pass += f.revived_previous_depth;
+      second_pass += f.second_pass_visible;
       entries += result.counters.binner.entries;
       plain_entries += expected.counters.binner.entries;
     }

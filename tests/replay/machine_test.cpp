@@ -46,7 +46,7 @@ std::map<std::string, Way> ways() {
   all["long bursts"].gpu.memory.burst_bytes = 256;
   all["rays"].gpu.tilecore.visibility.traversal = tilecore::Traversal::kRay;
   all["segments"].gpu.tilecore.visibility.method = tilecore::VisibilityMethod::kSegments;
-  all["published maps"].settings.procedures.maps = tilecore::ProcedureSettings::Maps::kPublished;
+  all["published procedures"].settings.procedures.mode = tilecore::ProcedureSettings::Mode::kPublished;
   all["half the pixels"].settings.resolve.desampling = tilecore::Desampling::kFixed8;
   all["stencils across tiles"].settings.resolve.desampling = tilecore::Desampling::kFixed8;
   all["stencils across tiles"].settings.resolve.reach = tilecore::StencilReach::kNeighbours;

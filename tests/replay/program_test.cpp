@@ -79,7 +79,7 @@ TEST(ReplayCommand, EveryFixedCounterNameOfTheUnitsThatRanIsThere) {
                            "binner.queue_bytes_read",
                            "binner.queue_bytes_peak",
                            "binner.partial_renders",
-                           "binner.spilled_chunks",
+                           "binner.spilled_bytes",
                            "tilecore.tessellated_sub_patches",
                            "tilecore.domain_evaluations",
                            "tilecore.triangles",

@@ -265,9 +265,9 @@ TEST_F(ReportPageInBrowser, ArrowsOfTwoRunsAreSideBySide) {
     document.body.dataset.alone = sum('A') + ' ' + sum('B');)");
   const auto moved = [&](const std::string& folder) {
     const json all = stats(folder), frame = all["frames"][0]["counters"];
-    return std::to_string(frame["dram.read_bytes"].get<std::uint64_t>() +
-                          frame["dram.written_bytes"].get<std::uint64_t>() +
-                          frame["l2.requests"].get<std::uint64_t>() * all["gpu"]["cache"]["line_bytes"].get<int>());
+    return std::to_string(
+        frame["dram.read_bytes"].get<std::uint64_t>() + frame["dram.written_bytes"].get<std::uint64_t>() +
+        frame["l2.requests"].get<std::uint64_t>() * std::max(64, all["gpu"]["memory"]["burst_bytes"].get<int>()));
   };
   ASSERT_NE(moved("replay"), moved("other"));
   EXPECT_EQ(found(opened, "a"), moved("replay"));

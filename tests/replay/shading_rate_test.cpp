@@ -10,7 +10,7 @@ namespace tessera::replay::shading_rate_test {
 namespace {
 
 struct Machine {
-  std::int64_t tile = 32, entries = 1024, group = 1;
+  std::int64_t tile = 32, entries = 1024;
   std::size_t threads = 0;
   bool plainest_simd = false;
   tilecore::ShadingRate rate = tilecore::ShadingRate::kCache;
@@ -23,7 +23,6 @@ gpu::FrameResult render(const scene::Capture& capture, const Machine& machine, i
   gpu::GpuConfiguration gpu;
   gpu.tile.width = gpu.tile.height = machine.tile;
   gpu.shading_cache.entries = machine.entries;
-  gpu.shading_cache.group = machine.group;
   gpu::RunSettings settings;
   settings.shading.rate = machine.rate;
   gpu::Device renderer(capture, gpu, settings, {width, height, {0, 0, width, height}, true});
@@ -36,13 +35,12 @@ TEST(ShadingRate, TheImageFromTheCacheIsTheSameOnEveryMachine) {
   for (const auto& [name, frame] : {std::pair{"eggs", 14}, std::pair{"serpent", 12}, std::pair{"flyby", 0}}) {
     const scene::Capture capture = scene::read_capture(test::shipped_capture(name));
     const gpu::FrameResult expected = render(capture, {}, frame);
-    for (const Machine& machine : {Machine{.tile = 16, .entries = 1}, Machine{.tile = 16, .entries = 16, .group = 3},
-                                   Machine{.tile = 64, .entries = 1000000, .group = 64},
+    for (const Machine& machine : {Machine{.tile = 16, .entries = 1}, Machine{.tile = 16, .entries = 16},
+                                   Machine{.tile = 64, .entries = 1000000},
                                    Machine{.threads = 1, .plainest_simd = true}, Machine{.tile = 64, .threads = 3}}) {
       const gpu::FrameResult r = render(capture, machine, frame);
       EXPECT_EQ(r.targets.color.values, expected.targets.color.values)
-          << name << ", tiles of " << machine.tile << ", " << machine.entries << " entries, groups of "
-          << machine.group;
+          << name << ", tiles of " << machine.tile << ", " << machine.entries << " entries";
       EXPECT_EQ(r.targets.normal.values, expected.targets.normal.values) << name;
       EXPECT_EQ(r.counters.shading.samples_visible, expected.counters.shading.samples_visible) << name;
     }
@@ -53,25 +51,20 @@ TEST(ShadingRate, TheImageFromTheCacheIsTheSameOnEveryMachine) {
 
 TEST(ShadingRate, CountersOfTheCacheAreTheSameForAnyThreadsAndInstructionSet) {
   const scene::Capture capture = scene::read_capture(test::shipped_capture("eggs"));
-  for (const std::int64_t group : {1, 2}) {
-    const nlohmann::json expected = counters_json(render(capture, {.entries = 200, .group = group}, 14).counters);
-    for (const Machine& machine :
-         {Machine{.entries = 200, .group = group, .threads = 1, .plainest_simd = true},
-          Machine{.entries = 200, .group = group, .threads = 4}, Machine{.entries = 200, .group = group, .threads = 2}})
-      EXPECT_EQ(counters_json(render(capture, machine, 14).counters), expected) << group;
-  }
+  const nlohmann::json expected = counters_json(render(capture, {.entries = 200}, 14).counters);
+  for (const Machine& machine : {Machine{.entries = 200, .threads = 1, .plainest_simd = true},
+                                 Machine{.entries = 200, .threads = 4}, Machine{.entries = 200, .threads = 2}})
+    EXPECT_EQ(counters_json(render(capture, machine, 14).counters), expected) << machine.threads;
 }
 
-TEST(ShadingRate, GroupsOfTilesAndRoomSaveRunsOfThePixelShader) {
+TEST(ShadingRate, LargeTilesAndRoomSaveRunsOfThePixelShader) {
   const scene::Capture capture = scene::read_capture(test::shipped_capture("eggs"));
   const auto runs = [&](const Machine& machine) {
     return render(capture, machine, 14).counters.shading.pixel_shader_invocations;
   };
-  const std::uint64_t apart = runs({}), together = runs({.entries = 1000000, .group = 64});
-  EXPECT_LT(together, apart);
+  const std::uint64_t apart = runs({});
+  EXPECT_LT(runs({.tile = 256, .entries = 1000000}), apart);
   EXPECT_GT(runs({.entries = 16}), apart);
-  // Nothing is forgotten: what one tile of the whole frame would shade.
-  EXPECT_EQ(together, runs({.tile = 256, .entries = 1000000}));
 }
 
 TEST(ShadingRate, LongerShuttersCostLittleMoreThroughTheCacheAndMuchMorePerPixel) {

@@ -5,7 +5,7 @@
 #include "replay/pack/quad_pairing.h"
 #include "replay/pack/surfaces.h"
 #include "scene/capture_reader.h"
-#include "scene/subdivision/catmull_clark.h"
+#include "scene/subdivision/control_cage.h"
 #include "tests/support/cages.h"
 #include "tests/support/tests.h"
 

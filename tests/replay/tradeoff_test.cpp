@@ -327,13 +327,12 @@ TEST(Knobs, AreLeftOutWhereTheyChangeNothing) {
     return why_without_effect(knob_named(knob), *frame, false);
   };
   EXPECT_THAT(reason("vases", "temporal_pattern"), HasSubstr("nothing moves"));
-  EXPECT_THAT(reason("vases", "lens_points"), HasSubstr("no lens"));
   EXPECT_THAT(reason("serpent", "displacement"), HasSubstr("nothing is displaced"));
   EXPECT_THAT(reason("serpent", "procedure_spacing"), HasSubstr("no procedures"));
   for (const char* knob : {"procedure_path", "procedure_spacing", "procedure_cells"})
     EXPECT_EQ(reason("workshop", knob), "") << knob;
   EXPECT_THAT(reason("serpent", "advection"), HasSubstr("no frame before"));
-  for (const char* knob : {"temporal_pattern", "lens_points", "displacement", "edge", "samples"})
+  for (const char* knob : {"temporal_pattern", "displacement", "edge", "samples"})
     EXPECT_EQ(reason("eggs", knob), "") << knob;
 }
 
@@ -373,7 +372,8 @@ class TradeoffCommand : public testing::Test {
   test::TemporaryFolder folder_;
 };
 
-const std::vector<std::string> kSome = {"--knobs", "samples,lens_points,displacement,arithmetic,desampling", "--quiet"};
+const std::vector<std::string> kSome = {"--knobs", "samples,temporal_pattern,displacement,arithmetic,desampling",
+                                        "--quiet"};
 
 TEST_F(TradeoffCommand, FollowsFromItsInputsButForTimes) {  // TO1
   std::vector<std::string> one = kSome, two = kSome;
@@ -405,7 +405,7 @@ TEST_F(TradeoffCommand, DoesNotRunAgainWhatIsThere) {  // TO3
 }
 
 TEST_F(TradeoffCommand, ADamagedPointEndsWithStatus3AndItsName) {
-  const std::vector<std::string> one = {"--knobs", "box_bits", "--quiet"};
+  const std::vector<std::string> one = {"--knobs", "split_depth", "--quiet"};
   ASSERT_EQ(run("a", one).status, 0);
   const fs::path point = fs::directory_iterator(folder_ / "a" / "points")->path();
   json damaged = json::parse(test::read_text(point));
@@ -524,7 +524,7 @@ TEST_F(TradeoffCommand, CtrlCStopsAmongTheRoundsOfAKnobAndTheNextRunGoesOn) {
                                               "--reference-samples",
                                               "4",
                                               "--knobs",
-                                              "box_bits",
+                                              "split_depth",
                                               "--rounds"};
   std::vector<std::string> long_one = arguments, short_one = arguments;
   long_one.emplace_back("1000");
@@ -535,7 +535,7 @@ TEST_F(TradeoffCommand, CtrlCStopsAmongTheRoundsOfAKnobAndTheNextRunGoesOn) {
   EXPECT_TRUE(result("a").at("knobs").empty());
   EXPECT_EQ(run_tessera(short_one).status, 0);
   EXPECT_FALSE(result("a").at("stopped").get<bool>());
-  EXPECT_EQ(result("a").at("knobs").at(0).at("settings").size(), 3u);
+  EXPECT_EQ(result("a").at("knobs").at(0).at("settings").size(), 5u);
 }
 
 // Models of timing look at one record: each gives what a replay with its keys gives, and errors are of the finest.

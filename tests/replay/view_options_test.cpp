@@ -240,7 +240,7 @@ TEST_F(ViewOptions, StudiesAndTradeoffsTakeThem) {
   EXPECT_EQ(study({{"camera", "nobody"}}).status, 2);
   const ProcessResult tradeoff =
       run_tessera({"tradeoff", file_.string(), "--size", "16x16", "--reference-samples", "1", "--rounds", "1",
-                   "--knobs", "box_bits", "--camera", "far", "--quiet", "--out", (folder_ / "tradeoff").string()});
+                   "--knobs", "split_depth", "--camera", "far", "--quiet", "--out", (folder_ / "tradeoff").string()});
   EXPECT_EQ(tradeoff.status, 0) << tradeoff.errors;
   EXPECT_EQ(json::parse(test::read_text(folder_ / "tradeoff" / "tradeoff.json"))["view"], json({{"camera", "far"}}));
 }

@@ -4,72 +4,6 @@
 namespace tessera::scene::assembly_test {
 namespace {
 
-using Triangle = std::array<std::uint32_t, 3>;
-
-// The smallest rotation of a triangle: equal for triangles that wind alike.
-Triangle canonical(Triangle t) {
-  while (t[0] != *std::min_element(t.begin(), t.end())) std::rotate(t.begin(), t.begin() + 1, t.end());
-  return t;
-}
-
-Primitive grid_mesh(int n, Random& random) {
-  std::vector<Vec3> positions;
-  std::vector<std::uint32_t> indices;
-  for (int y = 0; y <= n; ++y)
-    for (int x = 0; x <= n; ++x)
-      positions.emplace_back(static_cast<float>(x), static_cast<float>(y), random.uniform(0, 1));
-  for (int y = 0; y < n; ++y)
-    for (int x = 0; x < n; ++x) {
-      const auto a = static_cast<std::uint32_t>(y * (n + 1) + x), row = static_cast<std::uint32_t>(n + 1);
-      for (const std::uint32_t i : {a, a + 1, a + row + 1, a, a + row + 1, a + row}) indices.push_back(i);
-    }
-  return test::triangles(positions, indices);
-}
-
-std::multiset<Triangle> triangles_of(const MeshClusters& clusters) {
-  std::multiset<Triangle> out;
-  for (const Cluster& cluster : clusters.clusters)
-    for (std::uint32_t c = 0; c < cluster.cell_count; ++c) {
-      const ClusterCell& cell = clusters.cells[cluster.first_cell + c];
-      const auto vertex = [&](std::size_t k) { return clusters.vertices[cluster.first_vertex + cell.corner[k]]; };
-      out.insert(canonical({vertex(0), vertex(1), vertex(2)}));
-      if (!cell.single()) out.insert(canonical({vertex(0), vertex(2), vertex(3)}));
-    }
-  return out;
-}
-
-TEST(Clusters, HoldEveryTriangleOnceWithItsWinding) {
-  Random random(1);
-  for (const int n : {1, 2, 9, 30}) {
-    const Primitive mesh = grid_mesh(n, random);
-    std::multiset<Triangle> expected;
-    for (std::size_t t = 0; t < mesh.indices.size(); t += 3)
-      expected.insert(canonical({mesh.indices[t], mesh.indices[t + 1], mesh.indices[t + 2]}));
-    EXPECT_EQ(triangles_of(build_clusters(mesh)), expected);
-  }
-}
-
-TEST(Clusters, StayWithinTheLimitsOfAMeshShader) {
-  Random random(2);
-  const MeshClusters clusters = build_clusters(grid_mesh(40, random));
-  for (const Cluster& cluster : clusters.clusters) {
-    EXPECT_LE(cluster.vertex_count, kMaxClusterVertices);
-    EXPECT_LE(cluster.triangle_count, kMaxClusterTriangles);
-  }
-}
-
-TEST(Clusters, PairMostTrianglesOfAGridIntoQuads) {
-  Random random(3);
-  const MeshClusters clusters = build_clusters(grid_mesh(20, random));
-  const auto singles =
-      std::count_if(clusters.cells.begin(), clusters.cells.end(), [](const ClusterCell& c) { return c.single(); });
-  EXPECT_LT(static_cast<double>(singles), 0.1 * static_cast<double>(clusters.cells.size()));
-}
-
-TEST(Clusters, OfAnEmptyPrimitiveAreNone) {
-  EXPECT_TRUE(build_clusters(test::triangles({{0, 0, 0}}, {})).clusters.empty());
-}
-
 TEST(Neighbours, SharedEdgesHaveOneOwnerAndTheRightDirection) {
   // Two patches side by side: edge u=1 of the first is edge u=0 of the second.
   auto points = test::flat_patch({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
@@ -130,8 +64,7 @@ TEST(Neighbours, EveryEdgeOfAClosedSurfaceIsSharedByTwoPatches) {
 TEST(Assembly, NumbersBasePatchesOfAllNodesThatDrawAMesh) {
   Capture capture;
   test::add_node(capture, test::closed_patches(kNone));
-  Random random(4);
-  test::add_node(capture, grid_mesh(12, random));
+  test::add_node(capture, test::wavy_grid(12, 4));
   Node again;
   again.mesh = 0;
   capture.nodes.push_back(again);

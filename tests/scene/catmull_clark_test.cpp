@@ -3,6 +3,7 @@
 #include <opensubdiv/bfr/refinerSurfaceFactory.h>
 #include <opensubdiv/bfr/surface.h>
 #include <opensubdiv/far/topologyDescriptor.h>
+#include "scene/subdivision/control_cage.h"
 
 #include "scene/assembly.h"
 #include "scene/subdivision/catmull_clark.h"

@@ -1,8 +1,7 @@
-// Clusters that are cut off triangles in the order of clusters.
+// Clusters, also those that are cut off triangles in the order of clusters.
 #include "scene/clusters.h"
-#include "scene/capture_reader.h"
 #include "scene/limits.h"
-#include "tests/support/gltf_asset.h"
+#include "tests/support/read_asset.h"
 #include "tests/support/tests.h"
 
 namespace tessera::scene::clusters_test {
@@ -12,21 +11,6 @@ using Triangle = std::array<std::uint32_t, 3>;
 
 Triangle smallest_rotation(const Triangle& t) {
   return std::min({t, Triangle{t[1], t[2], t[0]}, Triangle{t[2], t[0], t[1]}});
-}
-
-Primitive wavy_grid(int n, std::uint32_t seed) {
-  Random random(seed);
-  std::vector<Vec3> positions;
-  std::vector<std::uint32_t> indices;
-  for (int y = 0; y <= n; ++y)
-    for (int x = 0; x <= n; ++x)
-      positions.emplace_back(static_cast<float>(x), static_cast<float>(y), random.uniform(0, 1));
-  for (int y = 0; y < n; ++y)
-    for (int x = 0; x < n; ++x) {
-      const auto a = static_cast<std::uint32_t>(y * (n + 1) + x), row = static_cast<std::uint32_t>(n + 1);
-      for (const std::uint32_t i : {a, a + 1, a + row + 1, a, a + row + 1, a + row}) indices.push_back(i);
-    }
-  return test::triangles(positions, indices);
 }
 
 // Any triangles over some vertices: edges with many triangles. `proper`: no corner comes twice in a triangle.
@@ -73,9 +57,39 @@ Primitive turned(Primitive primitive) {
   return primitive;
 }
 
+TEST(Clusters, HoldEveryTriangleOnceWithItsWinding) {
+  for (const int n : {1, 2, 9, 30}) {
+    const Primitive mesh = test::wavy_grid(n, 1);
+    std::multiset<Triangle> expected, found;
+    for (std::size_t t = 0; t < mesh.indices.size(); t += 3)
+      expected.insert(smallest_rotation({mesh.indices[t], mesh.indices[t + 1], mesh.indices[t + 2]}));
+    for (const std::multiset<Triangle>& cluster : contents(build_clusters(mesh)))
+      found.insert(cluster.begin(), cluster.end());
+    EXPECT_EQ(found, expected);
+  }
+}
+
+TEST(Clusters, StayWithinTheLimitsOfAMeshShader) {
+  for (const Cluster& cluster : build_clusters(test::wavy_grid(40, 2)).clusters) {
+    EXPECT_LE(cluster.vertex_count, kMaxClusterVertices);
+    EXPECT_LE(cluster.triangle_count, kMaxClusterTriangles);
+  }
+}
+
+TEST(Clusters, PairMostTrianglesOfAGridIntoQuads) {
+  const MeshClusters clusters = build_clusters(test::wavy_grid(20, 3));
+  const auto singles =
+      std::count_if(clusters.cells.begin(), clusters.cells.end(), [](const ClusterCell& c) { return c.single(); });
+  EXPECT_LT(static_cast<double>(singles), 0.1 * static_cast<double>(clusters.cells.size()));
+}
+
+TEST(Clusters, OfAnEmptyPrimitiveAreNone) {
+  EXPECT_TRUE(build_clusters(test::triangles({{0, 0, 0}}, {})).clusters.empty());
+}
+
 TEST(ClusterOrder, CutsIntoTheClustersThatWereFound) {  // CO2
-  for (const Primitive& mesh : {wavy_grid(1, 1), wavy_grid(9, 2), wavy_grid(60, 3), tangle(3000, 900, 4),
-                                tangle(500, 9, 5), wavy_grid(300, 6)}) {
+  for (const Primitive& mesh : {test::wavy_grid(1, 1), test::wavy_grid(9, 2), test::wavy_grid(60, 3),
+                                tangle(3000, 900, 4), tangle(500, 9, 5), test::wavy_grid(300, 6)}) {
     const auto found = contents(build_clusters(mesh));
     EXPECT_TRUE(contents(build_clusters(in_order(mesh))) == found);
     EXPECT_TRUE(contents(build_clusters(turned(in_order(mesh)))) == found);
@@ -94,14 +108,14 @@ TEST(ClusterOrder, OfTrianglesWhoseCornersComeTwiceCutsIntoClustersOfTheSameSize
 }
 
 TEST(ClusterOrder, OfAMeshOfSeveralRangesCutsIntoTheSameClusters) {  // CO2
-  const Primitive mesh = wavy_grid(400, 7);
+  const Primitive mesh = test::wavy_grid(400, 7);
   ASSERT_GT(mesh.indices.size(), 2 * 3 * kClusterRangeTriangles);
   EXPECT_TRUE(contents(build_clusters(in_order(mesh))) == contents(build_clusters(mesh)));
 }
 
 // The twin: triangles in another order are cut into other clusters, more of them.
 TEST(ClusterOrder, OfAWrongClaimGivesSoundClustersThatAreWorse) {  // CO1, CO3
-  Primitive mesh = wavy_grid(60, 8);
+  Primitive mesh = test::wavy_grid(60, 8);
   std::vector<std::size_t> order(mesh.indices.size() / 3);
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::mt19937 engine(1);
@@ -181,9 +195,7 @@ Capture with_claim(const json& claim) {
   test::GltfAsset asset = test::everything_asset();
   asset.document["meshes"][0]["primitives"][0]["extensions"]["TESSERA_clusters"] = claim;
   asset.document["extensionsUsed"].push_back("TESSERA_clusters");
-  const test::TemporaryFolder folder;
-  test::write_text(folder / "f.glb", asset.glb());
-  return read_capture(folder / "f.glb");
+  return test::read_asset(asset);
 }
 
 TEST(ClusterClaims, CountOnlyWithTheLimitsOfThisReader) {

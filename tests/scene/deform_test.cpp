@@ -1,4 +1,4 @@
-#include "scene/deform.h"
+#include "scene/pose.h"
 #include "tests/support/tests.h"
 
 namespace tessera::scene::deform_test {

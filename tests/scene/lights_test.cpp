@@ -1,7 +1,6 @@
 // KHR_lights_punctual from the file to where its lights shine.
-#include "scene/capture_reader.h"
 #include "scene/frame_geometry.h"
-#include "tests/support/gltf_asset.h"
+#include "tests/support/read_asset.h"
 #include "tests/support/tests.h"
 
 namespace tessera::scene::lights_test {
@@ -21,9 +20,7 @@ Capture lit_by(const json& light, const json& node = json::object(), const json&
   asset.add("scenes", {{"nodes", {1, 2}}});
   asset.document["extensionsUsed"] = {"KHR_lights_punctual"};
   asset.document["extensions"]["KHR_lights_punctual"]["lights"] = json::array({light});
-  const test::TemporaryFolder folder;
-  test::write_text(folder / "f.glb", asset.glb());
-  return read_capture(folder / "f.glb");
+  return test::read_asset(asset);
 }
 
 shaders::Light placed(const Capture& capture) {

@@ -1,9 +1,8 @@
 // Points and lines: how they are read, and how their vertices are moved apart in the image.
 #include "scene/wires.h"
 #include "scene/assembly.h"
-#include "scene/capture_reader.h"
 #include "scene/frame_geometry.h"
-#include "tests/support/gltf_asset.h"
+#include "tests/support/read_asset.h"
 #include "tests/support/tests.h"
 
 namespace tessera::scene::wires_test {
@@ -26,9 +25,7 @@ Primitive read_primitive(int mode, const std::vector<std::uint16_t>& indices, co
   if (!extensions.is_null()) primitive["extensions"] = extensions;
   asset.add("meshes", {{"primitives", {primitive}}});
   asset.add("nodes", {{"mesh", 0}});
-  const test::TemporaryFolder folder;
-  test::write_text(folder / "f.glb", asset.glb());
-  return read_capture(folder / "f.glb", {.strict = true}).meshes.at(0).primitives.at(0);
+  return test::read_asset(asset, {.strict = true}).meshes.at(0).primitives.at(0);
 }
 
 // The x of the ends of each segment, of each point.

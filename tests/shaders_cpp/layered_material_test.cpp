@@ -1,6 +1,7 @@
 // Layers of glTF's material extensions against closed forms, integrals in double precision and the furnace.
 #include <random>
 
+#include "scene/material.h"
 #include "shaders_cpp/environment.h"
 #include "shaders_cpp/layered_material.h"
 #include "tests/support/tests.h"
@@ -46,7 +47,8 @@ LayeredPoint<float> metal_point(float roughness) {
 Environment furnace() { return Environment(Surroundings{Surroundings::Kind::kUniform, 1.0f}); }
 
 // `light`: all that arrives from behind.
-Vector in_furnace(const LayerFlags& flags, LayeredPoint<float> m, float cosine, const LayerConstants& constants = {}) {
+Vector in_furnace(const scene::EffectFlags& flags, LayeredPoint<float> m, float cosine,
+                  const LayerConstants& constants = {}) {
   const auto behind = [](std::size_t, const Vector&, const Vector&, float) { return grey(1); };
   return shade_layered(flags, m, constants, Vector{}, kUp, at_angle(cosine), Lights(), 0.0f, furnace(), behind);
 }
@@ -78,7 +80,7 @@ TEST(LayeredMaterial, WithoutEffectsItIsThePlainMaterial) {
     const Lights lights{std::span(&light, 1), {}, 0};
     const Environment studio;
     const auto nothing = [](std::size_t, const Vector&, const Vector&, float) { return grey(0); };
-    const Vector a = shade_layered(LayerFlags(), m, LayerConstants(), Vector{}, kUp, view, lights, 0.0f, studio,
+    const Vector a = shade_layered(scene::EffectFlags(), m, LayerConstants(), Vector{}, kUp, view, lights, 0.0f, studio,
                                    nothing),
                  b = shade_material(plain, Vector{}, kUp, view, lights, 0.0f, studio);
     for (const auto& [x, y] : {std::pair{a.x, b.x}, {a.y, b.y}, {a.z, b.z}}) EXPECT_NEAR(x, y, 2e-5f * (1 + y));
@@ -97,7 +99,7 @@ TEST(LayeredMaterial, WhiteMetalAndWhiteDielectricKeepAllLight) {
 TEST(LayeredMaterial, LayersKeepNearlyAllLight) {
   for_each_view([](float r, float c) {
     bool metal = false;
-    const auto expect_kept = [&](const LayerFlags& flags, const LayeredPoint<float>& m, const char* what) {
+    const auto expect_kept = [&](const scene::EffectFlags& flags, const LayeredPoint<float>& m, const char* what) {
       // What is tinted enters as its brightest channel does.
       const float kept = largest(in_furnace(flags, m, c));
       EXPECT_GE(kept, 0.9f) << what << (metal ? " metal" : "") << ' ' << r << ' ' << c;
@@ -107,17 +109,17 @@ TEST(LayeredMaterial, LayersKeepNearlyAllLight) {
       metal = is_metal;
       LayeredPoint<float> m = metal ? metal_point(r) : white_point(r);
       m.coat = 1, m.coat_roughness = r;
-      expect_kept({.coat = true}, m, "coat");
+      expect_kept({.clearcoat = true}, m, "coat");
       m.sheen = grey(1), m.sheen_roughness = std::max(r, 0.1f);
       expect_kept({.sheen = true}, m, "sheen");
       m.anisotropy = 0.8f;
       expect_kept({.anisotropy = true}, m, "anisotropy");
       m.transmission = 0.7f, m.thickness = 0.2f, m.spread = 0.5f, m.spread_color = grey(1);
       expect_kept({.transmission = true, .volume = true}, m, "volume");
-      expect_kept({.spread = true}, m, "spread");
+      expect_kept({.diffuse_transmission = true}, m, "spread");
       m.iridescence = 1, m.film_ior = 1.3f, m.film_thickness = 400 * r;
-      expect_kept({.film = !metal}, m, "film");
-      expect_kept({.coat = true, .sheen = true, .transmission = true, .spread = true}, m, "all");
+      expect_kept({.iridescence = !metal}, m, "film");
+      expect_kept({.clearcoat = true, .sheen = true, .transmission = true, .diffuse_transmission = true}, m, "all");
     }
   });
 }
@@ -128,9 +130,10 @@ TEST(LayeredMaterial, TheFurnaceSeesACoatThatTakesNothing) {
   m.coat = 1;
   const auto behind = [](std::size_t, const Vector&, const Vector&, float) { return grey(1); };
   const LayerShares<float> none{0, 0, 1};
-  const LayerShares<float> coat = layer_shares({.coat = true}, m, at_angle(0.1f), 0.1f);
-  const Vector out = shade_layers_by_environment({.coat = true}, m, {coat.coat, none.sheen, none.below},
-                                                 LayerConstants(), kUp, at_angle(0.1f), furnace(), behind);
+  const LayerShares<float> coat = layer_shares(scene::EffectFlags{.clearcoat = true}, m, at_angle(0.1f), 0.1f);
+  const Vector out =
+      shade_layers_by_environment(scene::EffectFlags{.clearcoat = true}, m, {coat.coat, none.sheen, none.below},
+                                  LayerConstants(), kUp, at_angle(0.1f), furnace(), behind);
   EXPECT_GT(out.x, 1.02f);
 }
 
@@ -168,7 +171,7 @@ TEST(LayeredMaterial, VolumesFollowBeersLaw) {
   }
   LayeredPoint<float> m = white_point(0);
   m.transmission = 1, m.thickness = 2 * distance, m.f0_plain = m.f0 = grey(0), m.f90 = m.f90_plain = 0;
-  const LayerFlags flags{.transmission = true, .volume = true};
+  const scene::EffectFlags flags{.transmission = true, .volume = true};
   const Vector seen = in_furnace(flags, m, 0.4f, {absorption, 0});
   EXPECT_NEAR(seen.x, 0.0625f, 1e-5f);
   EXPECT_NEAR(seen.y, 0.25f, 1e-5f);
@@ -188,11 +191,11 @@ TEST(LayeredMaterial, RaysRefractBySnellsLaw) {
 TEST(LayeredMaterial, ACoatAtGrazingAnglesIsAMirror) {
   LayeredPoint<float> m = white_point(1);
   m.diffuse = grey(0.2f), m.coat = 1, m.coat_roughness = 0;
-  const float head_on = layer_shares({.coat = true}, m, kUp, 1.0f).coat,
-              grazing = layer_shares({.coat = true}, m, at_angle(0), 0.0f).coat;
+  const float head_on = layer_shares(scene::EffectFlags{.clearcoat = true}, m, kUp, 1.0f).coat,
+              grazing = layer_shares(scene::EffectFlags{.clearcoat = true}, m, at_angle(0), 0.0f).coat;
   EXPECT_NEAR(head_on, 0.04f, 0.005f);
   EXPECT_NEAR(grazing, 1.0f, 0.07f);
-  EXPECT_LT(layer_shares({.coat = true}, m, at_angle(0), 0.0f).below, 0.07f);
+  EXPECT_LT(layer_shares(scene::EffectFlags{.clearcoat = true}, m, at_angle(0), 0.0f).below, 0.07f);
 }
 
 TEST(LayeredMaterial, DispersionSpreadsIndicesAroundTheMaterials) {
@@ -203,7 +206,7 @@ TEST(LayeredMaterial, DispersionSpreadsIndicesAroundTheMaterials) {
     indices.push_back(std::hypot(at_angle(0.5f).x, at_angle(0.5f).y) / std::hypot(direction.x, direction.y));
     return grey(1);
   };
-  const LayerFlags flags{.transmission = true, .volume = true, .dispersion = true};
+  const scene::EffectFlags flags{.transmission = true, .volume = true, .dispersion = true};
   // An Abbe number of 20 / 0.5: n_F - n_C = (n - 1) / 40.
   transmitted(flags, m, LayerConstants{Vec3(0.0f), 0.5f}, kUp, at_angle(0.5f), behind);
   ASSERT_EQ(indices.size(), 3u);
@@ -345,7 +348,7 @@ TEST(LayeredMaterial, LightsAreReturnedOnce) {
   m.coat = 1, m.coat_roughness = 0.5f, m.sheen = grey(0.5f), m.sheen_roughness = 0.6f;
   m.transmission = 0.4f, m.spread = 0.5f, m.spread_color = grey(1);
   const Vector light = at_angle(0.8f, 1.0f);
-  const auto returned = [&](const LayerFlags& flags) {
+  const auto returned = [&](const scene::EffectFlags& flags) {
     return over_hemisphere(
         [&](const Vector& view) {
           const LayerShares<float> shares = layer_shares(flags, m, view, view.z);
@@ -353,9 +356,10 @@ TEST(LayeredMaterial, LightsAreReturnedOnce) {
         },
         200);
   };
-  for (const LayerFlags& flags :
-       {LayerFlags{}, LayerFlags{.coat = true}, LayerFlags{.sheen = true}, LayerFlags{.spread = true},
-        LayerFlags{.coat = true, .sheen = true, .transmission = true, .spread = true}}) {
+  for (const scene::EffectFlags& flags :
+       {scene::EffectFlags{}, scene::EffectFlags{.clearcoat = true}, scene::EffectFlags{.sheen = true},
+        scene::EffectFlags{.diffuse_transmission = true},
+        scene::EffectFlags{.clearcoat = true, .sheen = true, .transmission = true, .diffuse_transmission = true}}) {
     EXPECT_LT(returned(flags), 1.02);
     EXPECT_GT(returned(flags), 0.25);
   }
@@ -365,12 +369,12 @@ TEST(LayeredMaterial, LightFromBehindReachesWhatSpreadsIt) {
   LayeredPoint<float> m = white_point(0.6f);
   m.spread = 1, m.spread_color = {0.5f, 0.25f, 0.125f};
   const Vector light{0, 0, -1};
-  const LayerFlags flags{.spread = true};
+  const scene::EffectFlags flags{.diffuse_transmission = true};
   const LayerShares<float> shares = layer_shares(flags, m, kUp, 1.0f);
   const Vector through = reflect_light(flags, m, shares, kUp, kUp, light);
   EXPECT_GT(through.x, 0.1f);
   EXPECT_NEAR(through.y, through.x / 2, 1e-6f);
-  EXPECT_EQ(reflect_light({}, m, shares, kUp, kUp, light).x, 0.0f);
+  EXPECT_EQ(reflect_light(scene::EffectFlags{}, m, shares, kUp, kUp, light).x, 0.0f);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // KHR_lights_punctual against its formulas, written down again in double precision.
+#include "scene/material.h"
 #include "shaders_cpp/layered_material.h"
 #include "shaders_cpp/metallic_roughness.h"
 #include "tests/support/tests.h"
@@ -34,7 +35,9 @@ double white_radiance(const Light& light, const Vector& point = {0, 0, 0}) {
   const Incident<double> in = arriving(light, point);
   const Vector3<float> to_light{static_cast<float>(in.to_light.x), static_cast<float>(in.to_light.y),
                                 static_cast<float>(in.to_light.z)};
-  return static_cast<double>(reflect_light({}, m, layer_shares({}, m, up, 1.0f), up, up, to_light).x) * in.irradiance.x;
+  const scene::EffectFlags none;
+  return static_cast<double>(reflect_light(none, m, layer_shares(none, m, up, 1.0f), up, up, to_light).x) *
+         in.irradiance.x;
 }
 
 TEST(Lights, AWhiteSurfaceUnderOneLuxHasOneOverPiOfRadiance) {

@@ -267,7 +267,7 @@ TEST(Programs, LimitsAreStated) {
 }
 
 TEST(Programs, EveryCutTextIsRefused) {
-  for (const auto& [name, text] : builtin_programs())
+  for (const auto& [name, text] : test::builtin_programs())
     for (std::size_t size = 0; size + 3 < text.size(); ++size)
       EXPECT_NE(refusal(text.substr(0, size)), "") << name << " " << size;
 }
@@ -276,7 +276,7 @@ TEST(Programs, EveryCutTextIsRefused) {
 
 // Operands that are registers, and the register or registers written.
 TEST(Programs, InstructionsStayInsideTheirRegisters) {
-  for (const auto& [name, text] : builtin_programs()) {
+  for (const auto& [name, text] : test::builtin_programs()) {
     const CompiledText compiled = compile_programs(text);
     ASSERT_FALSE(compiled.fault) << name << " " << compiled.fault->line << " " << compiled.fault->message;
     for (const auto& program : {compiled.programs.shape, compiled.programs.texture}) {

@@ -1,6 +1,7 @@
 // Surfaces with glTF's layers as the studio lights them, against integrals of their lobes in double precision: radiance
 // from every direction times reflect_light(), which knows nothing of prefiltered light, fitted albedos or bent normals.
 #include "base/vec.h"
+#include "scene/material.h"
 #include "shaders_cpp/environment.h"
 #include "shaders_cpp/layered_material.h"
 #include "tests/support/tests.h"
@@ -12,7 +13,7 @@ using Vector = Vector3<float>;
 
 struct Surface {
   std::string name;
-  LayerFlags flags;
+  scene::EffectFlags flags;
   LayeredPoint<float> point;
   double worst;  // by how much shading may differ in any view, of a white surface's 1
 };
@@ -42,7 +43,7 @@ struct Frame {
 Vector vector(const DVec3& v) { return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)}; }
 
 // Light towards the view: the sum over rings around the mirrored direction, which are narrow where lobes are.
-DVec3 integral(const LayerFlags& flags, const LayeredPoint<float>& m, const Frame& frame, const DVec3& view) {
+DVec3 integral(const scene::EffectFlags& flags, const LayeredPoint<float>& m, const Frame& frame, const DVec3& view) {
   const Environment studio;
   const Vector normal = vector(frame.normal), to_eye = vector(view);
   const LayerShares<float> shares = layer_shares(flags, m, to_eye, static_cast<float>(glm::dot(frame.normal, view)));
@@ -64,7 +65,7 @@ DVec3 integral(const LayerFlags& flags, const LayeredPoint<float>& m, const Fram
   return sum;
 }
 
-DVec3 shaded(const LayerFlags& flags, LayeredPoint<float> m, const Frame& frame, const DVec3& view) {
+DVec3 shaded(const scene::EffectFlags& flags, LayeredPoint<float> m, const Frame& frame, const DVec3& view) {
   const auto nothing = [](std::size_t, const Vector&, const Vector&, float) { return Vector{0, 0, 0}; };
   const Vector out = shade_layered(flags, m, LayerConstants(), Vector{}, vector(frame.normal), vector(view), Lights(),
                                    0.0f, Environment(), nothing);
@@ -75,9 +76,9 @@ std::vector<Surface> surfaces(float roughness) {
   Surface white{"white", {}, dielectric(0.8f, roughness), 0.09}, black{"black", {}, dielectric(0, roughness), 0.025};
   Surface tinted = black, film = black, coat = black, brushed = black, sheen = black;
   tinted.name = "tinted", tinted.point.f0 = tinted.point.f0_plain = {0.16f, 0.08f, 0.02f};
-  film.name = "film", film.flags.film = true;
+  film.name = "film", film.flags.iridescence = true;
   film.point.iridescence = 1, film.point.film_ior = 1.3f, film.point.film_thickness = 400;
-  coat.name = "coat", coat.flags.coat = true, coat.point = dielectric(0.5f, 0.8f);
+  coat.name = "coat", coat.flags.clearcoat = true, coat.point = dielectric(0.5f, 0.8f);
   coat.point.coat = 1, coat.point.coat_roughness = roughness;
   // Light on sheen is that on a diffuse surface.
   sheen.name = "sheen", sheen.flags.sheen = true, sheen.point = dielectric(0.2f, 0.8f), sheen.worst = 0.09;
@@ -92,7 +93,7 @@ struct Difference {
 };
 
 // `shown`: what is shaded in place of the surface.
-Difference difference(const Surface& surface, const LayerFlags& shown) {
+Difference difference(const Surface& surface, const scene::EffectFlags& shown) {
   Difference out;
   int views = 0;
   for (const DVec3& up : {DVec3(0, 0, 1), DVec3(0, 1, 0), DVec3(-0.55, 0.75, 0.65), DVec3(0.8, -0.2, 0.3)})
@@ -103,7 +104,7 @@ Difference difference(const Surface& surface, const LayerFlags& shown) {
         LayeredPoint<float> m = surface.point;
         m.coat_normal = vector(frame.normal), m.tangent = vector(frame.tangent), m.bitangent = vector(frame.bitangent);
         const DVec3 seen = shaded(shown, m, frame, view);
-        if (surface.flags.film) add_film(m, static_cast<float>(cosine));
+        if (surface.flags.iridescence) add_film(m, static_cast<float>(cosine));
         const double error = std::abs(seen.y - integral(surface.flags, m, frame, view).y);
         out.mean += error, ++views;
         out.worst = std::max(out.worst, error);
@@ -125,7 +126,7 @@ TEST(StudioIntegral, ShadingOfEachLayerIsTheLobesIntegral) {
 // The twin: shading that forgets the layer.
 TEST(StudioIntegral, AForgottenLayerIsSeen) {
   for (const Surface& surface : surfaces(0.3f))
-    if (surface.flags.coat || surface.flags.sheen) {
+    if (surface.flags.clearcoat || surface.flags.sheen) {
       SCOPED_TRACE(surface.name);
       EXPECT_GT(difference(surface, {}).mean, 1.5 * difference(surface, surface.flags).mean);
     }

@@ -1,5 +1,6 @@
 #include "tests/support/captures.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -42,6 +43,12 @@ void add_camera(Capture& capture, const DVec3& eye, const Camera& camera) {
   node.transform.translation = eye;
   capture.nodes.push_back(node);
   capture.roots.push_back(static_cast<int>(capture.nodes.size()) - 1);
+}
+
+int material_number(std::string_view pointer) {
+  const auto& numbers = scene::material_numbers();
+  const auto at = std::find_if(numbers.begin(), numbers.end(), [&](const auto& row) { return row.pointer == pointer; });
+  return static_cast<int>(at - numbers.begin());
 }
 
 void add_motion(Capture& capture, int node, const DVec3& way) {
@@ -87,6 +94,21 @@ Primitive wires(Primitive::Wire wire, const std::vector<Vec3>& ends, std::size_t
 }
 
 }  // namespace
+
+Primitive wavy_grid(int n, std::uint32_t seed) {
+  Random random(seed);
+  std::vector<Vec3> positions;
+  std::vector<std::uint32_t> indices;
+  for (int y = 0; y <= n; ++y)
+    for (int x = 0; x <= n; ++x)
+      positions.emplace_back(static_cast<float>(x), static_cast<float>(y), random.uniform(0, 1));
+  for (int y = 0; y < n; ++y)
+    for (int x = 0; x < n; ++x) {
+      const auto a = static_cast<std::uint32_t>(y * (n + 1) + x), row = static_cast<std::uint32_t>(n + 1);
+      for (const std::uint32_t i : {a, a + 1, a + row + 1, a, a + row + 1, a + row}) indices.push_back(i);
+    }
+  return triangles(positions, indices);
+}
 
 Primitive points(const std::vector<Vec3>& positions, int material) {
   return wires(Primitive::Wire::kPoints, positions, 4, material);

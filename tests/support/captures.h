@@ -5,6 +5,7 @@
 #include <optional>
 #include <random>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "scene/assembly.h"
@@ -21,6 +22,8 @@ int add_material(scene::Capture& capture, scene::Material material = {});
 int add_node(scene::Capture& capture, scene::Primitive primitive, const DVec3& translation = DVec3(0.0));
 // A camera at `eye` that looks along -z.
 void add_camera(scene::Capture& capture, const DVec3& eye, const scene::Camera& camera = {});
+// The part of a channel that moves a number of a material, by its pointer there.
+int material_number(std::string_view pointer);
 // Adds a channel to the animation that plays.
 void play(scene::Capture& capture, const scene::AnimationChannel& channel);
 // Moves a node linearly from where it is by `way` during the first second.
@@ -30,6 +33,8 @@ void add_turn(scene::Capture& capture, int node, const Vec3& axis, float angle);
 
 scene::Primitive triangles(std::vector<Vec3> positions, std::vector<std::uint32_t> indices,
                            int material = scene::kNone);
+// Triangles over n x n cells of random heights.
+scene::Primitive wavy_grid(int n, std::uint32_t seed);
 // Points, or segments by both ends of each.
 scene::Primitive points(const std::vector<Vec3>& positions, int material = scene::kNone);
 scene::Primitive segments(const std::vector<Vec3>& ends, int material = scene::kNone);

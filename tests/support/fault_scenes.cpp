@@ -98,8 +98,8 @@ Capture changing_colour() {
                           add_material(capture, plain_material(Vec3(0.5f), 0.0f, 0.6f))));
   add_camera(capture, {0, 0, 5});
   scene::AnimationChannel color =
-      channel_of(AnimatedPath::kBaseColor, 4, {0.0f, 1.0f}, {0.5f, 0.5f, 0.5f, 1, 0.9f, 0.1f, 0.1f, 1});
-  color.object = 1;
+      channel_of(AnimatedPath::kMaterialNumber, 4, {0.0f, 1.0f}, {0.5f, 0.5f, 0.5f, 1, 0.9f, 0.1f, 0.1f, 1});
+  color.object = 1, color.part = material_number("/pbrMetallicRoughness/baseColorFactor");
   add_channel(capture, color);
   return capture;
 }

@@ -34,8 +34,7 @@ MachineVisibility::Result MachineVisibility::run(const scene::FrameGeometry& fra
   PerThread<std::uint64_t> queue_bytes_read;
   PerThread<tilecore::TileCoreCounters> counters;
   const tilecore::TileOrder order(gpu_.tilecore.tile_order, grid_);
-  tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator.cache_bytes),
-                                    gpu_.tessellator.cache_eviction, grid_, order);
+  tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator.cache_bytes), grid_, order);
   std::vector<std::vector<tilecore::TessellationRequest>> requests(tile_count);
   for (bool done = false, first = true; !done; first = false) {
     done = binner.run(frame, front_end.sub_patches, cursor);

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <fstream>
+#include <map>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -11,10 +14,27 @@ namespace tessera::test {
 
 inline constexpr int kTextureCount = 4;
 
+// The built-in stages as programs, by their names.
+inline const std::map<std::string, std::string>& builtin_programs() {
+  static const std::map<std::string, std::string> kPrograms = [] {
+    std::map<std::string, std::string> programs;
+    std::ifstream text(TESSERA_SOURCE_DIR "/shaders_cpp/procedures/builtin_stages.txt");
+    std::string* program = nullptr;
+    for (std::string line; std::getline(text, line);) {
+      std::istringstream words(line);
+      std::string kind, name;
+      if (words >> kind >> name; kind == "shape" || kind == "texture" || kind == "rates") program = &programs[name];
+      if (program != nullptr) *program += line + "\n";
+    }
+    return programs;
+  }();
+  return kPrograms;
+}
+
 // A built-in stage's text, compiled.
 inline shaders::ProgramSet builtin(std::string_view stage) {
-  const auto found = shaders::builtin_programs().find(std::string(stage) + ".txt");
-  if (found == shaders::builtin_programs().end()) return {};
+  const auto found = builtin_programs().find(std::string(stage));
+  if (found == builtin_programs().end()) return {};
   const shaders::CompiledText compiled = shaders::compile_programs(found->second);
   if (compiled.fault)
     throw std::logic_error(std::string(stage) + ":" + std::to_string(compiled.fault->line) + ":" +

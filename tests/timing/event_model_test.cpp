@@ -16,7 +16,7 @@ Machine endless() {
   Machine gpu;
   gpu.cores.count = 1;
   gpu.rates.fill(1e30);
-  gpu.shader.operations = gpu.shader.surface_operations = gpu.shader.domain_operations = 0;
+  gpu.shader.operations = gpu.shader.surface_operations = 0;
   gpu.set_bytes_per_clk(1e30);
   gpu.memory.gpu_share = 1;
   gpu.set_latency_clk(0);
@@ -404,7 +404,7 @@ TEST(EventModel, FramesThatOverlapTakeTheLongerOfGeometryAndTiles) {
 Machine endless_with_lanes() {
   Machine gpu = endless();
   gpu.shader.domain = hardware::DomainShading::kLanes;
-  gpu.shader.domain_operations = 50;
+  gpu.shader.surface_operations = 50;
   return gpu;
 }
 

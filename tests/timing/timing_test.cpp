@@ -146,7 +146,7 @@ TEST(Timing, SortingATilesListComesOnTopOfReadingIt) {
   EXPECT_EQ(energy_events(work).counts[Event::kSortSteps], 700u);
   const hardware::FrameEnergy energy = hardware::frame_energy(gpu, energy_events(work), 0, 0);
   EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("entry_fetch"),
-                   (100 * gpu.energy_pj[Event::kFetchedEntries] + 700 * gpu.energy_pj[Event::kSortSteps]) * 1e-3);
+                   (100 * gpu.pj(Event::kFetchedEntries) + 700 * gpu.energy_pj[Event::kSortSteps]) * 1e-3);
 }
 
 // n equal items through units that need c1, c2, c3 for all of them, by moving every item by hand.

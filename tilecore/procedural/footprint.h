@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "base/rect.h"
+#include "scene/view.h"
 
 namespace tessera::tilecore {
 
@@ -28,6 +32,81 @@ struct Parallelogram {
     along_v = flat ? 0.0f : std::clamp(nv / det, -1.0f, 1.0f);
     return std::abs(dx) <= std::abs(ax) + std::abs(bx) + slack && std::abs(dy) <= std::abs(ay) + std::abs(by) + slack;
   }
+};
+
+// The footprint of a sample of a surface that moves or is out of focus: a parallelogram for each time of the shutter
+// and each point of the lens. Linear in time before the division by depth.
+class MovingFootprint {
+ public:
+  // Middle and half steps along both parameters at one key; raster space, homogeneous: in perspective z divides.
+  struct Key {
+    float x, y, z, xu, yu, zu, xv, yv, zv;
+    bool finite() const { return std::isfinite(x + y + z + xu + yu + zu + xv + yv + zv); }
+  };
+  // Depth of the middle, and what half a step along each parameter adds.
+  struct Depth {
+    float z, z_u, z_v;
+  };
+  // Pixels.
+  struct Box {
+    float x0, y0, x1, y1;
+    bool empty() const { return !(x0 <= x1 && y0 <= y1); }
+    bool holds(float x, float y) const { return !(x < x0 || x > x1 || y < y0 || y > y1); }
+    // Returns the pixels of `within` that it touches.
+    IntRect pixels(const IntRect& within) const;
+  };
+
+  // `lens_scale`: largest |(u, v)| of a sample, 0 for a pinhole. `slack` as in Parallelogram.
+  MovingFootprint(const Key& open, const Key& close, const scene::Projection& projection, float lens_scale, float slack)
+      : open_(open),
+        close_(close),
+        near_(static_cast<float>(projection.near)),
+        far_(projection.far > 0 ? static_cast<float>(projection.far) : std::numeric_limits<float>::infinity()),
+        inverse_focus_(static_cast<float>(projection.inverse_focus)),
+        lens_scale_(lens_scale),
+        slack_(slack),
+        orthographic_(projection.orthographic) {}
+
+  bool finite() const { return open_.finite() && close_.finite(); }
+  // In front of the near plane, or behind the far one, at both motion keys and so all the time.
+  bool out_of_depth() const { return (open_.z < near_ && close_.z < near_) || (open_.z > far_ && close_.z > far_); }
+
+  // At time t of [0, 1], through a point of the lens; false where its middle is outside of the depth range.
+  bool at(float t, float lens_u, float lens_v, Parallelogram& p, Depth& depth) const {
+    const auto mix = [&](float a, float b) { return a * (1.0f - t) + b * t; };
+    const float z = mix(open_.z, close_.z);
+    if (!(z >= near_ && z <= far_)) return false;
+    depth = {z, mix(open_.zu, close_.zu), mix(open_.zv, close_.zv)};
+    const float inverse = orthographic_ ? 1.0f : 1.0f / z, turn = orthographic_ ? 0.0f : 1.0f;
+    p.x = mix(open_.x, close_.x) * inverse, p.y = mix(open_.y, close_.y) * inverse;
+    p.ax = (mix(open_.xu, close_.xu) - turn * p.x * depth.z_u) * inverse,
+    p.ay = (mix(open_.yu, close_.yu) - turn * p.y * depth.z_u) * inverse;
+    p.bx = (mix(open_.xv, close_.xv) - turn * p.x * depth.z_v) * inverse,
+    p.by = (mix(open_.yv, close_.yv) - turn * p.y * depth.z_v) * inverse;
+    if (lens_scale_ > 0) {
+      const float coc = circle_of_confusion(z), slope = orthographic_ ? -inverse_focus_ : -inverse * inverse;
+      p.x += lens_u * coc, p.y += lens_v * coc;
+      p.ax += lens_u * slope * depth.z_u, p.ay += lens_v * slope * depth.z_u;
+      p.bx += lens_u * slope * depth.z_v, p.by += lens_v * slope * depth.z_v;
+    }
+    p.det = p.ax * p.by - p.ay * p.bx;
+    p.slack = slack_;
+    return true;
+  }
+
+  // Box over the visible part of the shutter and the whole lens: positions at the two ends of it hold all between.
+  // False where the near plane itself cuts the footprint; `box` is left alone.
+  bool bounds(Box& box) const;
+
+ private:
+  // In pixels for the lens point (1, 0); negative behind the plane in focus.
+  float circle_of_confusion(float z) const {
+    return orthographic_ ? 1.0f - z * inverse_focus_ : 1.0f / z - inverse_focus_;
+  }
+
+  Key open_, close_;
+  float near_, far_, inverse_focus_, lens_scale_, slack_;
+  bool orthographic_;
 };
 
 }  // namespace tessera::tilecore

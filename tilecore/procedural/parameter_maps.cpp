@@ -76,14 +76,8 @@ class IntervalPass {
     const ProcedureCellBounds b = bound_procedure_cell(frame_, drawable, piece_, box);
     // Negated: bounds that are no numbers keep the cell.
     if (b.outside || b.x1 < region_.x0 - margin_ || b.y1 < region_.y0 - margin_ || b.x0 > region_.x1 + margin_ ||
-        b.y0 > region_.y1 + margin_) {
-      ++out_.counters.cells_outside;
+        b.y0 > region_.y1 + margin_ || b.faces_away)
       return;
-    }
-    if (b.faces_away) {
-      ++out_.counters.cells_culled_backface;
-      return;
-    }
     const double side = 2 * std::max(b.reach_u, b.reach_v);
     const int most = !std::isfinite(side) ? kMaxHalvingsUnknown : b.crosses_near ? kMaxHalvingsNear : kMaxHalvings;
     if (!(side <= settings_.cell_pixels) && halvings < most) {
@@ -143,12 +137,11 @@ class IntervalPass {
     }
     CellReach reach = reach_of(b);
     double most = settings_.spacing / side_;
-    // Samples that are written to one sub-pixel leave holes where a whole step is longer, and where a surface has kinks its
-    // derivatives say nothing of what is beside the sample.
-    const bool points = settings_.scatter == ProcedureSettings::Scatter::kPoint;
-    if (points) most /= 2;
-    if (kinks_ && !points) most = std::min(most, 1.0 / side_);
-    if (kinks_ || points) reach.bend_u = reach.bend_v = 0;
+    // Where a surface has kinks its derivatives say nothing of what is beside the sample.
+    if (kinks_) {
+      most = std::min(most, 1.0 / side_);
+      reach.bend_u = reach.bend_v = 0;
+    }
     return CellSteps::for_reach(reach, most, settings_.flatness, clamped);
   }
 
@@ -247,44 +240,6 @@ bool ParameterCell::may_reach(int i, int j, const IntRect& pixels) const {
            y + reach_y < static_cast<float>(pixels.y0) || y - reach_y > static_cast<float>(pixels.y1));
 }
 
-Vec2 ParameterMaps::middle_of(const ParameterCell& cell, int i, int j) const {
-  // Where nothing is known of the step, its cell's middle.
-  float x = 0.5f * (cell.x0 + cell.x1), y = 0.5f * (cell.y0 + cell.y1);
-  if (cell.image.known()) {
-    const float s = (2.0f * static_cast<float>(i) + 1.0f) / static_cast<float>(cell.steps.u) - 1.0f,
-                t = (2.0f * static_cast<float>(j) + 1.0f) / static_cast<float>(cell.steps.v) - 1.0f;
-    x = cell.image.x + s * cell.image.x_u + t * cell.image.x_v;
-    y = cell.image.y + s * cell.image.y_u + t * cell.image.y_v;
-  }
-  const auto within = [](float a, float low, float high, int first, int end) {
-    const float from = std::max(low, static_cast<float>(first)), to = std::min(high, static_cast<float>(end) - 1e-3f);
-    return std::max(std::min(a, to), from);  // NaN: the first
-  };
-  return {within(x, cell.x0, cell.x1, region_.x0, region_.x1), within(y, cell.y0, cell.y1, region_.y0, region_.y1)};
-}
-
-std::vector<std::uint32_t> ParameterMaps::others_in_range(std::span<const std::uint32_t> listed) const {
-  const ParameterCell& piece = cells_[listed.front()];
-  ParameterCell range = piece;
-  for (const std::uint32_t number : listed) {
-    const ParameterCell& cell = cells_[number];
-    range.u0 = std::min(range.u0, cell.u0), range.u1 = std::max(range.u1, cell.u1);
-    range.v0 = std::min(range.v0, cell.v0), range.v1 = std::max(range.v1, cell.v1);
-  }
-  // Cells lie piece by piece.
-  const auto of_piece = std::equal_range(cells_.begin(), cells_.end(), piece, [](const auto& a, const auto& b) {
-    return std::tie(a.drawable, a.piece) < std::tie(b.drawable, b.piece);
-  });
-  std::vector<std::uint32_t> sorted(listed.begin(), listed.end()), others;
-  std::sort(sorted.begin(), sorted.end());
-  for (auto cell = of_piece.first; cell != of_piece.second; ++cell) {
-    const auto number = static_cast<std::uint32_t>(cell - cells_.begin());
-    if (cell->u0 >= range.u1 || cell->u1 <= range.u0 || cell->v0 >= range.v1 || cell->v1 <= range.v0) continue;
-    if (!std::binary_search(sorted.begin(), sorted.end(), number)) others.push_back(number);
-  }
-  return others;
-}
-
 scene::CellRange ParameterMaps::range_of(std::uint32_t cell) {
   const auto bits = [&](int at) { return static_cast<std::uint8_t>(cell >> at & 127); };
   return {bits(0), bits(7), bits(14), bits(21)};
@@ -296,7 +251,7 @@ std::uint32_t ParameterMaps::cell_of(const scene::CellRange& range) {
 
 ParameterMaps::ParameterMaps(const FrameGeometry& frame, const IntRect& region, const ProcedureSettings& settings,
                              int side, std::uint64_t burst_bytes)
-    : settings_(settings), region_(region) {
+    : settings_(settings) {
   struct Task {
     std::uint32_t drawable, piece;
   };
@@ -305,7 +260,6 @@ ParameterMaps::ParameterMaps(const FrameGeometry& frame, const IntRect& region, 
   for (std::size_t d = 0; d < frame.drawables.size(); ++d) {
     const Procedure* procedure = frame.drawables[d].procedure;
     if (procedure == nullptr || !frame.drawables[d].visible) continue;
-    ++counters_.objects;
     ledger_.read(memory::Unit::kSampling, memory::Purpose::kPatchData,
                  memory::burst_bytes(0, frontend::patch_record_bytes(frame, frame.drawables[d].drawable->first_patch),
                                      burst_bytes));
@@ -321,7 +275,7 @@ ParameterMaps::ParameterMaps(const FrameGeometry& frame, const IntRect& region, 
   std::vector<SparseResult> results(tasks.size());
   PerThread<std::unique_ptr<SampleRegisters>> registers;
   parallel_for(tasks.size(), [&](std::size_t k) {
-    if (settings_.maps == ProcedureSettings::Maps::kInterval) {
+    if (settings_.mode == ProcedureSettings::Mode::kInterval) {
       IntervalPass(frame, region, settings_, side, results[k]).run(tasks[k].drawable, tasks[k].piece);
     } else {
       std::unique_ptr<SampleRegisters>& own = registers.local();

@@ -18,37 +18,24 @@
 namespace tessera::tilecore {
 
 struct SamplingCounters {
-  std::uint64_t objects = 0;
   std::uint64_t sparse_evaluations = 0;
   std::uint64_t sparse_operations = 0;
   std::uint64_t interval_evaluations = 0;
   std::uint64_t cells = 0;
-  std::uint64_t cells_outside = 0;
-  std::uint64_t cells_culled_backface = 0;
   std::uint64_t rates_clamped = 0;
   std::uint64_t tags = 0;
   std::uint64_t map_entries = 0;
-  std::uint64_t cells_culled_occlusion = 0;
-  std::uint64_t steps_tested = 0;
   std::uint64_t samples = 0;
   std::uint64_t array_slots = 0;
   std::uint64_t operations = 0;
-  std::uint64_t samples_of_ranges = 0;
-  std::uint64_t samples_lost = 0;
-  std::uint64_t samples_handed = 0;
   std::uint64_t samples_outside_tile = 0;
   std::uint64_t samples_behind = 0;
   std::uint64_t samples_backfacing = 0;
   std::uint64_t samples_not_finite = 0;
   std::uint64_t footprint_tests = 0;
   std::uint64_t writes = 0;
-  std::uint64_t layers = 0;
   std::uint64_t layers_merged = 0;
   std::uint64_t drawn_lines = 0;
-  std::uint64_t holes_suspected = 0;
-  std::uint64_t holes_refilled = 0;
-  std::uint64_t image_requests = 0;
-  std::uint64_t image_misses = 0;
 };
 
 // A cell of a piece's parameter domain that may be seen: an entry of the rate map.
@@ -114,12 +101,6 @@ class ParameterMaps {
   static std::uint32_t cell_of(const scene::CellRange& range);
   // Operations of one sample of a piece: point, tangents and view.
   std::uint64_t operations(std::uint32_t drawable, std::uint32_t piece) const { return operations_[drawable][piece]; }
-  // The pixel that the middle of step (i, j) is expected in, of those that its cell may be seen in, inside the frame: its
-  // tile evaluates it where others do not.
-  Vec2 middle_of(const ParameterCell& cell, int i, int j) const;
-  // Cells of the piece of `listed`, which are all of one, that lie in the range of their parameters and are not among
-  // them.
-  std::vector<std::uint32_t> others_in_range(std::span<const std::uint32_t> listed) const;
   const SamplingCounters& counters() const { return counters_; }
   const memory::Ledger& ledger() const { return ledger_; }
   // As if nothing were known of where steps are seen: a tile evaluates all of them.
@@ -133,7 +114,6 @@ class ParameterMaps {
 
  private:
   ProcedureSettings settings_;
-  IntRect region_;
   std::vector<ParameterCell> cells_;
   std::vector<frontend::BoundedSubPatch> sub_patches_;
   std::vector<std::vector<std::uint64_t>> operations_;  // by drawable and piece
@@ -148,79 +128,45 @@ namespace tessera {
 template <>
 inline constexpr auto kCounterFields<tilecore::SamplingCounters> = std::to_array<
     CounterField<tilecore::SamplingCounters>>({
-    {"sampling.objects", &tilecore::SamplingCounters::objects, Combine::kSum, "objects",
-     "Procedures that the sampling controller draws.", ""},
-    {"sampling.sparse_evaluations", &tilecore::SamplingCounters::sparse_evaluations, Combine::kSum, "samples",
-     "Parameter tuples evaluated by the sparse pass of procedures.maps=published.", ""},
-    {"sampling.sparse_operations", &tilecore::SamplingCounters::sparse_operations, Combine::kSum, "operations",
+    {"procedures.sparse_evaluations", &tilecore::SamplingCounters::sparse_evaluations, Combine::kSum, "samples",
+     "Parameter tuples evaluated by the sparse pass of procedures.mode=published.", ""},
+    {"procedures.sparse_operations", &tilecore::SamplingCounters::sparse_operations, Combine::kSum, "operations",
      "Arithmetic of these tuples: point, tangents and view.", ""},
-    {"sampling.interval_evaluations", &tilecore::SamplingCounters::interval_evaluations, Combine::kSum, "cells",
+    {"procedures.interval_evaluations", &tilecore::SamplingCounters::interval_evaluations, Combine::kSum, "cells",
      "Cells of the parameter domain bounded by interval evaluation, kept or not, by the sparse pass of "
-     "procedures.maps=interval.",
+     "procedures.mode=interval.",
      ""},
-    {"sampling.cells", &tilecore::SamplingCounters::cells, Combine::kSum, "cells",
+    {"procedures.cells", &tilecore::SamplingCounters::cells, Combine::kSum, "cells",
      "Cells in the rate map: those that may be seen.", ""},
-    {"sampling.cells_outside", &tilecore::SamplingCounters::cells_outside, Combine::kSum, "cells",
-     "Cells dropped because they lie outside the frame or its depth range.", ""},
-    {"sampling.cells_culled_backface", &tilecore::SamplingCounters::cells_culled_backface, Combine::kSum, "cells",
-     "Cells dropped because all of them faces away.", ""},
-    {"sampling.rates_clamped", &tilecore::SamplingCounters::rates_clamped, Combine::kSum, "cells",
+    {"procedures.rates_clamped", &tilecore::SamplingCounters::rates_clamped, Combine::kSum, "cells",
      "Cells whose rate is unknown or beyond the most steps that a cell may have.", ""},
-    {"sampling.tags", &tilecore::SamplingCounters::tags, Combine::kSum, "tiles",
+    {"procedures.tags", &tilecore::SamplingCounters::tags, Combine::kSum, "tiles",
      "Pairs of a procedure and a tile whose list has cells of it.", ""},
-    {"sampling.map_entries", &tilecore::SamplingCounters::map_entries, Combine::kSum, "entries",
+    {"procedures.map_entries", &tilecore::SamplingCounters::map_entries, Combine::kSum, "entries",
      "Entries of tile lists that are cells; part of tilecore.entries_fetched.", ""},
-    {"sampling.cells_culled_occlusion", &tilecore::SamplingCounters::cells_culled_occlusion, Combine::kSum, "entries",
-     "Of sampling.map_entries, those dropped because every sample that they may touch sees something nearer; part of "
-     "tilecore.culled_occlusion.",
-     ""},
-    {"sampling.steps_tested", &tilecore::SamplingCounters::steps_tested, Combine::kSum, "steps",
-     "Steps of entries' cells that were compared with the tile before they are evaluated; those that cannot reach it "
-     "are not.",
-     ""},
-    {"sampling.samples", &tilecore::SamplingCounters::samples, Combine::kSum, "samples",
+    {"procedures.samples", &tilecore::SamplingCounters::samples, Combine::kSum, "samples",
      "Parameter tuples evaluated by the render pass.", ""},
-    {"sampling.array_slots", &tilecore::SamplingCounters::array_slots, Combine::kSum, "slots",
+    {"procedures.array_slots", &tilecore::SamplingCounters::array_slots, Combine::kSum, "slots",
      "Lanes that the emulated SIMD array issued for them and for lines, idle ones included.", ""},
-    {"sampling.operations", &tilecore::SamplingCounters::operations, Combine::kSum, "operations",
+    {"procedures.operations", &tilecore::SamplingCounters::operations, Combine::kSum, "operations",
      "Arithmetic of these lanes: point, tangents and view of a sample; the tone of lines apart.", ""},
-    {"sampling.samples_of_ranges", &tilecore::SamplingCounters::samples_of_ranges, Combine::kSum, "samples",
-     "With procedures.lists=ranges: of sampling.samples, those of cells that the tile does not see; part of "
-     "sampling.samples_outside_tile.",
-     ""},
-    {"sampling.samples_lost", &tilecore::SamplingCounters::samples_lost, Combine::kSum, "samples",
-     "With procedures.crossing=lost: samples that may reach a tile that is not their middle's, once for each.", ""},
-    {"sampling.samples_handed", &tilecore::SamplingCounters::samples_handed, Combine::kSum, "samples",
-     "With procedures.crossing=handed: the same, handed to that tile; 40 bytes written and read for each.", ""},
-    {"sampling.samples_outside_tile", &tilecore::SamplingCounters::samples_outside_tile, Combine::kSum, "samples",
+    {"procedures.samples_outside_tile", &tilecore::SamplingCounters::samples_outside_tile, Combine::kSum, "samples",
      "Samples that reached no sample point of their tile's pixels.", ""},
-    {"sampling.samples_behind", &tilecore::SamplingCounters::samples_behind, Combine::kSum, "samples",
+    {"procedures.samples_behind", &tilecore::SamplingCounters::samples_behind, Combine::kSum, "samples",
      "Samples in front of the near plane or behind the far one; dropped before the division counts.", ""},
-    {"sampling.samples_backfacing", &tilecore::SamplingCounters::samples_backfacing, Combine::kSum, "samples",
+    {"procedures.samples_backfacing", &tilecore::SamplingCounters::samples_backfacing, Combine::kSum, "samples",
      "Samples dropped because the surface faces away there.", ""},
-    {"sampling.samples_not_finite", &tilecore::SamplingCounters::samples_not_finite, Combine::kSum, "samples",
+    {"procedures.samples_not_finite", &tilecore::SamplingCounters::samples_not_finite, Combine::kSum, "samples",
      "Samples whose procedure gave infinity or no number; skipped.", ""},
-    {"sampling.footprint_tests", &tilecore::SamplingCounters::footprint_tests, Combine::kSum, "tests",
+    {"procedures.footprint_tests", &tilecore::SamplingCounters::footprint_tests, Combine::kSum, "tests",
      "Sample points of the tile buffer tested against footprints.", ""},
-    {"sampling.writes", &tilecore::SamplingCounters::writes, Combine::kSum, "writes",
+    {"procedures.writes", &tilecore::SamplingCounters::writes, Combine::kSum, "writes",
      "Sample points of the tile buffer that passed the depth test and were written, or got a layer.", ""},
-    {"sampling.layers", &tilecore::SamplingCounters::layers, Combine::kSum, "layers",
-     "Of sampling.writes, those that leave a layer because the material blends.", ""},
-    {"sampling.layers_merged", &tilecore::SamplingCounters::layers_merged, Combine::kSum, "layers",
+    {"procedures.layers_merged", &tilecore::SamplingCounters::layers_merged, Combine::kSum, "layers",
      "Layers that a neighbouring footprint of the same surface had left as well: dropped when the tile is finished.",
      ""},
-    {"sampling.strokes", &tilecore::SamplingCounters::drawn_lines, Combine::kSum, "samples",
+    {"procedures.strokes", &tilecore::SamplingCounters::drawn_lines, Combine::kSum, "samples",
      "Samples along parameter lines, of procedures.style=lines.", ""},
-    {"sampling.holes_suspected", &tilecore::SamplingCounters::holes_suspected, Combine::kSum, "samples",
-     "Sample points of the tile buffer that see something farther than two opposite neighbours, which see one "
-     "surface. With procedures.refill.",
-     ""},
-    {"sampling.holes_refilled", &tilecore::SamplingCounters::holes_refilled, Combine::kSum, "samples",
-     "Of those, the ones where the surface was found by solving for its parameters.", ""},
-    {"sampling.image_requests", &tilecore::SamplingCounters::image_requests, Combine::kSum, "lines",
-     "With procedures.image_reads=texture_cache: cache lines of geometry images that cells need.", ""},
-    {"sampling.image_misses", &tilecore::SamplingCounters::image_misses, Combine::kSum, "lines",
-     "Of those, the ones that the texture cache had to ask of the L2.", ""},
 });
 TESSERA_COUNTERS_COVER(tilecore::SamplingCounters);
 template <>

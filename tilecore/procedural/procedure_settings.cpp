@@ -8,38 +8,23 @@ Keys<ProcedureSettings> procedure_keys() {
       {"procedures.path", &S::path,
        "How procedures are drawn: by the sampling controller, or as ordinary patches whose vertices the procedure "
        "evaluates."},
-      {"procedures.maps", &S::maps,
-       "Sparse pass of the sampling controller: cells bounded by interval evaluation, or one tuple per cell and a "
-       "padded radius."},
-      {"procedures.scatter", &S::scatter,
-       "What a sample writes: the sample points inside its footprint, or, as published, the sub-pixel it falls into "
-       "(still objects only)."},
+      {"procedures.mode", &S::mode,
+       "How the sampling controller works: cells bounded by interval evaluation and samples that cover their "
+       "footprints; "
+       "or, as published, one tuple per cell with a padded radius, samples that are written to the sub-pixel they fall "
+       "into (where nothing moves or is out of focus), and geometry images read through the core's texture cache."},
       {"procedures.style", &S::style, "Shaded surfaces, or a drawing with lines along the parameters."},
-      {"procedures.lists", &S::lists,
-       "What a tile knows of a piece: the cells that it may see, or one range of the parameters that holds them all; "
-       "it "
-       "then evaluates the cells between in vain."},
-      {"procedures.crossing", &S::crossing,
-       "Samples whose footprints reach several tiles: evaluated by each; or by the tile of their middle alone, and "
-       "what "
-       "falls outside is lost, as published, or handed to the other tiles through memory."},
-      {"procedures.image_reads", &S::image_reads,
-       "Geometry images are read through the L2 for each cell, or through the core's texture cache, emptied before "
-       "every tile."},
       {"procedures.spacing", &S::spacing, "sub-pixels", 0.125, 64,
        "Samples are so dense that no footprint reaches farther than this from its middle; smaller is more exact and "
-       "slower."},
+       "slower. In published mode 1 at most, between samples."},
       {"procedures.flatness", &S::flatness, "pixels", 1e-3, 64,
        "And so dense that a smooth surface leaves the plane of a footprint by no more than this."},
       {"procedures.cell_pixels", &S::cell_pixels, "pixels", 1, 512,
-       "Interval maps: cells of the parameter domain larger than this on screen are halved."},
+       "Interval mode: cells of the parameter domain larger than this on screen are halved."},
       {"procedures.padding", &S::padding, "", 0, 16,
-       "Published maps: padding of a cell's place on screen, in its radius."},
+       "Published mode: padding of a cell's place on screen, in its radius."},
       {"procedures.sparse_spacing", &S::sparse_spacing, "sub-pixels", 0.5, 256,
-       "Published maps: distance of the tuples of the sparse pass."},
-      {"procedures.refill", &S::refill,
-       "Look for holes between samples, tile by tile, and sample them again; for spacings too wide for the scatter."},
-      {"procedures.lanes", &S::lanes, "lanes", 1, 1024, "Lanes of the emulated SIMD array."},
+       "Published mode: distance of the tuples of the sparse pass."},
   };
 }
 

@@ -90,49 +90,32 @@ void SamplingController::begin_piece(const Job& job, const ParameterCell& first)
 }
 
 std::uint64_t SamplingController::add_steps(const Job& job, const Waiting& waiting) {
-  using Crossing = ProcedureSettings::Crossing;
   const ParameterCell& cell = job.maps.cells()[waiting.cell];
   const IntRect& pixels = job.samples.pixels;
-  if (waiting.in_vain) {
-    // None of them reaches the tile.
-    counters_.samples_of_ranges += cell.steps.count();
-    counters_.samples_outside_tile += cell.steps.count();
-    return cell.steps.count();
-  }
   // Of a cell that reaches the tile by its lines alone there is no surface in it.
   if (!cell.touches(pixels)) return 0;
   const float step_u = (cell.u1 - cell.u0) / static_cast<float>(cell.steps.u),
               step_v = (cell.v1 - cell.v0) / static_cast<float>(cell.steps.v);
-  const Crossing crossing = job.maps.settings().crossing;
   const bool image = cell.image.known();
   std::uint64_t issued = 0;
   for (int j = 0; j < cell.steps.v; ++j)
     for (int i = 0; i < cell.steps.u; ++i) {
       if (image && !cell.may_reach(i, j, pixels)) continue;
-      bool own = true;
-      if (crossing != Crossing::kEvaluated) {
-        const Vec2 middle = job.maps.middle_of(cell, i, j);
-        own = pixels.contains(static_cast<int>(middle.x), static_cast<int>(middle.y));
-        if (!own) ++(crossing == Crossing::kLost ? counters_.samples_lost : counters_.samples_handed);
-        if (!own && crossing == Crossing::kLost) continue;
-      }
       footprints_.push_back({&cell, waiting.times, cell.u0 + (static_cast<float>(i) + 0.5f) * step_u,
                              cell.v0 + (static_cast<float>(j) + 0.5f) * step_v, 0.5f * step_u, 0.5f * step_v});
-      ++(own ? issued : handed_);
+      ++issued;
       if (footprints_.size() == kArraySamples) run_batch(job);
     }
-  if (image) counters_.steps_tested += cell.steps.count();
+  if (image) counters_.operations += kStepOperations * cell.steps.count();
   return issued;
 }
 
 void SamplingController::draw_piece(const Job& job, std::span<const Waiting> cells) {
   begin_piece(job, job.maps.cells()[cells.front().cell]);
   std::uint64_t issued = 0;
-  const std::uint64_t tested = counters_.steps_tested;
   footprints_.clear();
   for (const Waiting& waiting : cells) issued += add_steps(job, waiting);
   run_batch(job);
-  counters_.operations += kStepOperations * (counters_.steps_tested - tested);
   counters_.samples += issued;
   if (!drawables_.empty()) drawables_[drawable_].procedure_samples += issued;
   count_issued(job, issued);  // the array takes samples of one piece together, whatever their cells
@@ -140,7 +123,7 @@ void SamplingController::draw_piece(const Job& job, std::span<const Waiting> cel
 }
 
 void SamplingController::count_issued(const Job& job, std::uint64_t issued) {
-  const std::uint64_t slots = round_up(issued, static_cast<std::uint64_t>(job.maps.settings().lanes));
+  const std::uint64_t slots = round_up(issued, kArrayLanes);
   counters_.array_slots += slots;
   counters_.operations += slots * job.maps.operations(drawable_, piece_);
 }
@@ -152,7 +135,7 @@ void SamplingController::run_batch(const Job& job) {
     registers_->v[k] = footprints_[k].v;
   }
   run_procedure(program_, footprints_.size(), *registers_);
-  const bool points = job.maps.settings().scatter == ProcedureSettings::Scatter::kPoint;
+  const bool points = job.maps.settings().mode == ProcedureSettings::Mode::kPublished;
   for (std::size_t k = 0; k < footprints_.size(); ++k) {
     if (!program_.divided)
       scatter_moving(job, k);

@@ -38,6 +38,9 @@ namespace tessera::tilecore {
 // Keeps its scratch memory; one instance per thread.
 class SamplingController {
  public:
+  // Lanes of the emulated SIMD array, which are issued together [assumed].
+  static constexpr std::uint64_t kArrayLanes = 32;
+
   SamplingController();
 
   struct Job {
@@ -56,16 +59,7 @@ class SamplingController {
   // Takes a cell of the tile's list, which may touch the tile at some of its times only. True: enough of them wait, call
   // draw(), which draws all that wait.
   [[nodiscard]] bool take(const ParameterMaps& maps, std::uint32_t cell, TimeRange times);
-  // With procedures.lists=ranges: a cell that the tile does not see, to be evaluated in vain.
-  void take_in_vain(std::uint32_t cell) { waiting_.push_back({cell, {}, true}); }
   void draw(const Job& job);
-  // With procedures.crossing=handed: samples that draw() got from other tiles since the last call.
-  std::uint64_t take_handed() { return std::exchange(handed_, 0); }
-  // Of one of them: point and half steps, at one motion key.
-  static constexpr std::uint64_t kHandedBytes = 40;
-  // With procedures.refill, when all of a tile is drawn.
-  void refill_holes(const Job& job);
-
   // When all of a tile is drawn: makes one layer of those that neighbouring footprints left of one surface.
   void merge_layers(const scene::FrameGeometry& frame, TileState& state);
 
@@ -79,12 +73,11 @@ class SamplingController {
   // Until the next call, samples are also counted for the drawable they are taken of; empty: they are not.
   void count_drawables(std::span<DrawableCounts> drawables) { drawables_ = drawables; }
 
-  // What a tile's list has of them, and that one of them is hidden.
+  // Counts the cells and objects of a tile's list.
   void count_entries(std::uint64_t cells, std::uint64_t objects) {
     counters_.map_entries += cells;
     counters_.tags += objects;
   }
-  void count_hidden() { ++counters_.cells_culled_occlusion; }
   const SamplingCounters& counters() const { return counters_; }
   SamplingCounters take_counters() { return std::exchange(counters_, {}); }
 
@@ -95,7 +88,6 @@ class SamplingController {
   struct Waiting {
     std::uint32_t cell;
     TimeRange times;
-    bool in_vain = false;
   };
   // A sample on its way from the array to the tile buffer.
   struct Footprint {
@@ -125,10 +117,6 @@ class SamplingController {
   bool passes_alpha(const Job& job, const scene::PatchPoint& at, std::size_t sample) const;
   void keep_rest(const Job& job, std::size_t k, std::size_t sample);
 
-  // sampling_refill.cpp
-  void refill_once(const Job& job);
-  bool refill(const Job& job, std::size_t hole, std::size_t before, std::size_t after);
-
   // sampling_lines.cpp
   void draw_lines(const Job& job, std::span<const Waiting> cells);
   void draw_cell_lines(const Job& job, const Waiting& waiting, bool along_u);
@@ -137,7 +125,7 @@ class SamplingController {
   void begin_piece(const Job& job, const ParameterCell& first);
 
   std::vector<Waiting> waiting_;
-  std::uint64_t waiting_samples_ = 0, handed_ = 0;
+  std::uint64_t waiting_samples_ = 0;
   std::vector<CellRead> reads_;
   // Samples of a pixel by the sub-pixel they lie in: slot s has slot_sample_[slot_first_[s]] up to slot_first_[s + 1].
   int side_ = 1;

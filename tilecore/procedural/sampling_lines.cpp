@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "tilecore/procedural/footprint.h"
-#include "tilecore/procedural/moving_footprint.h"
 #include "tilecore/procedural/procedure_surface.h"
 #include "tilecore/procedural/sampling_controller.h"
 

@@ -4,7 +4,7 @@
 #include <tuple>
 
 #include "scene/procedure_patch.h"
-#include "tilecore/procedural/moving_footprint.h"
+#include "tilecore/procedural/footprint.h"
 #include "tilecore/procedural/procedure_layers.h"
 #include "tilecore/procedural/procedure_surface.h"
 #include "tilecore/procedural/sampling_controller.h"
@@ -34,7 +34,6 @@ void SamplingController::write(const Job& job, const ParameterCell& cell, std::s
     if (z == state.z[s]) return;
     state.add_layer({static_cast<std::uint32_t>(s), at.patch, triangle, z, at.u, at.v, 0.0f, 0.0f});
     ++counters_.writes;
-    ++counters_.layers;
     return;
   }
   state.take_depth(s, z);
@@ -109,7 +108,6 @@ void SamplingController::scatter_still(const Job& job, std::size_t k) {
               x1 = std::min(left + reach_x * side, static_cast<float>(columns)),
               y0 = std::max(top - reach_y * side, 0.0f), y1 = std::min(top + reach_y * side, static_cast<float>(rows));
   if (!(x0 <= x1 && y0 <= y1)) return void(++counters_.samples_outside_tile);
-  const bool bounded = job.maps.settings().maps == ProcedureSettings::Maps::kInterval;
   const float z_u = at[R::kZu][k] * f.half_u, z_v = at[R::kZv][k] * f.half_v;
   for (int row = static_cast<int>(y0); row < std::min(static_cast<int>(y1) + 1, rows); ++row)
     for (int column = static_cast<int>(x0); column < std::min(static_cast<int>(x1) + 1, columns); ++column) {
@@ -123,7 +121,7 @@ void SamplingController::scatter_still(const Job& job, std::size_t k) {
         float along_u, along_v;
         if (!p.holds(px, py, along_u, along_v)) continue;
         // What the bounds exclude is left to the cell that has it, so that no tile sees more than another would.
-        if (bounded && (px < f.cell->x0 || px > f.cell->x1 || py < f.cell->y0 || py > f.cell->y1)) continue;
+        if (px < f.cell->x0 || px > f.cell->x1 || py < f.cell->y0 || py > f.cell->y1) continue;
         write(job, *f.cell, s, z + (z_u * along_u + z_v * along_v), f.u + f.half_u * along_u, f.v + f.half_v * along_v,
               name);
       }
@@ -185,7 +183,7 @@ void SamplingController::scatter_moving(const Job& job, std::size_t k) {
   const MovingFootprint::Box cell{f.cell->x0, f.cell->y0, f.cell->x1, f.cell->y1};
   MovingFootprint::Box box = cell;  // at the near plane itself the cell's bounds serve
   footprint.bounds(box);
-  if (job.maps.settings().maps == ProcedureSettings::Maps::kInterval)
+  if (job.maps.settings().mode == ProcedureSettings::Mode::kInterval)
     box = {std::max(box.x0, cell.x0), std::max(box.y0, cell.y0), std::min(box.x1, cell.x1), std::min(box.y1, cell.y1)};
   const IntRect pixels = box.pixels(samples.pixels);
   if (pixels.empty() || box.empty()) return void(++counters_.samples_outside_tile);

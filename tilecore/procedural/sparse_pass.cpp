@@ -100,7 +100,8 @@ void run_published_pass(const FrameGeometry& frame, const IntRect& region, const
   program.keys = drawable.moving ? 2 : 1;
   program.orthographic = frame.projection.orthographic;
   program.divided = !drawable.moving;
-  const double near = frame.projection.near, reach = settings.spacing / side;
+  // A sample is written to one sub-pixel: from one to the next is no more.
+  const double near = frame.projection.near, reach = std::min(settings.spacing, 1.0) / side;
   Places places;
   evaluate_tuples(program, kProbeTuples, kProbeTuples, registers, places);
   int columns, rows;
@@ -131,10 +132,8 @@ void run_published_pass(const FrameGeometry& frame, const IntRect& region, const
         low_y = std::min(low_y, y - pad), high_y = std::max(high_y, y + pad);
         low_z = std::min(low_z, z), high_z = std::max(high_z, z);
       }
-      if (!(low_x <= high_x) || high_x < region.x0 || high_y < region.y0 || low_x > region.x1 || low_y > region.y1) {
-        ++out.counters.cells_outside;
+      if (!(low_x <= high_x) || high_x < region.x0 || high_y < region.y0 || low_x > region.x1 || low_y > region.y1)
         continue;
-      }
       bool clamped = false;
       // Both directions may lie along either axis: each takes half of the reach.
       cell.steps = CellSteps::for_reach({radius_u / 2, 0, 0, radius_v / 2}, reach / 2, reach, clamped);

@@ -23,12 +23,11 @@ bool sees_opaque(const std::uint32_t* patch, int spp) {
 
 }  // namespace
 
-void DeferredShader::begin(const TileJob& job, const TileSamples& samples, bool empty_cache,
-                           std::span<const std::uint8_t> rates) {
+void DeferredShader::begin(const TileJob& job, const TileSamples& samples, std::span<const std::uint8_t> rates) {
   rates_ = rates;
   pixel_invocations_.assign(samples.count / static_cast<std::size_t>(samples.spp), 0);
   pixel_normal_.assign(pixel_invocations_.size(), Vec3(0.0f));
-  if (job.shading.rate == ShadingRate::kCache && empty_cache) {
+  if (job.shading.rate == ShadingRate::kCache && !again_) {
     cells_.start(*job.frame, static_cast<float>(job.shading.cell_pixels));
     cache_.empty(static_cast<std::size_t>(job.shading_cache.entries));
   }
@@ -37,16 +36,16 @@ void DeferredShader::begin(const TileJob& job, const TileSamples& samples, bool 
   for (std::size_t s = 0; s <= job.frame->segments.size(); ++s)
     view_rays_.emplace_back(job.frame->segment(static_cast<int>(s)));
   // Cells that the cache holds keep their points; nothing else is asked for again.
-  if (job.shading.rate != ShadingRate::kCache || empty_cache) points_.clear();
+  if (job.shading.rate != ShadingRate::kCache || !again_) points_.clear();
   kept_ = points_.size();
   invocations_.clear();
   pixel_of_invocation_.clear();
   quads_ = 0;
 }
 
-void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache,
+void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileState& state,
                            std::span<const std::uint8_t> rates, shaders::RadianceImage* behind) {
-  begin(job, samples, empty_cache, rates);
+  begin(job, samples, rates);
   collect_opaque(job, samples, state);
   opaque_ = invocations_.size();
   collect_layers(job, samples, state);
@@ -61,7 +60,7 @@ void DeferredShader::shade_again(const TileJob& job, const TileSamples& samples,
   std::swap(first_color_, sample_color_), std::swap(first_coverage_, sample_coverage_);
   std::swap(first_normal_, pixel_normal_), std::swap(first_invocations_, pixel_invocations_);
   again_ = true;
-  shade(job, samples, state, false, mask);
+  shade(job, samples, state, mask);
   again_ = false;
   const auto spp = static_cast<std::size_t>(samples.spp);
   for (std::size_t pixel = 0; pixel < mask.size(); ++pixel) {
@@ -75,8 +74,8 @@ void DeferredShader::shade_again(const TileJob& job, const TileSamples& samples,
 }
 
 void DeferredShader::shade_opaque(const TileJob& job, const TileSamples& samples, const TileState& state,
-                                  bool empty_cache, shaders::RadianceImage& behind) {
-  begin(job, samples, empty_cache, {});
+                                  shaders::RadianceImage& behind) {
+  begin(job, samples, {});
   collect_opaque(job, samples, state);
   opaque_ = invocations_.size();
   run_warps(job);
@@ -136,11 +135,9 @@ std::uint32_t DeferredShader::ask_for_cell(const TileJob& job, const SurfaceLoca
   const ShadingCell cell = cells_.cell_of(at);
   const std::uint32_t found = cache_.find(cell);
   if (found != ShadingCache::kNone) {
-    ++counters_.shading_cache_hits;
     ++counters_.pixel_shader_invocations_saved;
     return found;
   }
-  ++counters_.shading_cache_misses;
   const std::uint32_t number =
       ask_for(job, {ShadingCells::canonical_point(*job.frame, cell), ShadingCells::kTime}, pixel);
   cache_.insert(cell, number);

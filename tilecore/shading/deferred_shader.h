@@ -36,8 +36,6 @@ struct ShadingCounters {
   std::uint64_t surface_warps = 0;
   std::uint64_t quads = 0;
   std::uint64_t helper_invocations = 0;
-  std::uint64_t shading_cache_hits = 0;
-  std::uint64_t shading_cache_misses = 0;
 };
 
 // Deferred shading of one tile: runs the pixel shader where samples see something, and composes blended layers over it.
@@ -51,18 +49,17 @@ struct ShadingCounters {
 class DeferredShader {
  public:
   // Colours every sample of the tile. `state` is what all entries of the tile left; its layers are sorted and those
-  // behind what is opaque are dropped. `empty_cache` = false: the tile before this one was its neighbour in a group
-  // of tiles of the same frame, and what the shading cache holds is still good.
+  // behind what is opaque are dropped. The shading cache is empty when the tile begins.
   // `rates`, unless empty, has a PixelRate for each pixel: with kHalvesApart each invocation is taken near the middle of
   // its half (with shading.rate=pixel or primitive; per sample and from the cache, this is the same as kTogether).
-  void shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache = true,
-             std::span<const std::uint8_t> rates = {}, shaders::RadianceImage* behind = nullptr);
+  void shade(const TileJob& job, const TileSamples& samples, TileState& state, std::span<const std::uint8_t> rates = {},
+             shaders::RadianceImage* behind = nullptr);
   // Right after shade(), for the same tile: shades those of its skipped pixels for which `mask` is 1, as if they had not
   // been skipped. Their shader invocations are warps of their own.
   void shade_again(const TileJob& job, const TileSamples& samples, TileState& state,
                    std::span<const std::uint8_t> mask);
   // Leaves in `behind` the pixels of what is opaque, each the mean of its samples, as shade() does if it is not null.
-  void shade_opaque(const TileJob& job, const TileSamples& samples, const TileState& state, bool empty_cache,
+  void shade_opaque(const TileJob& job, const TileSamples& samples, const TileState& state,
                     shaders::RadianceImage& behind);
 
   // Until the next call, what shade() does is also counted for the drawable it is done for; every drawable of the frame
@@ -122,7 +119,7 @@ class DeferredShader {
   static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
   static constexpr std::size_t kBackgroundBatch = 256;
 
-  void begin(const TileJob& job, const TileSamples& samples, bool empty_cache, std::span<const std::uint8_t> rates);
+  void begin(const TileJob& job, const TileSamples& samples, std::span<const std::uint8_t> rates);
   void keep_behind(const TileSamples& samples, shaders::RadianceImage& image) const;
   // First which invocations there are, then all of them in warps, then what samples see of them.
   void collect_opaque(const TileJob& job, const TileSamples& samples, const TileState& state);
@@ -246,10 +243,6 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> = std::to_array<
      "With shading.derivatives=quad: invocations of quads for pixels that the surface does not cover. They take "
      "the shader core's time as others do.",
      "Vulkan helper invocations"},
-    {"tilecore.shading_cache_hits", &tilecore::ShadingCounters::shading_cache_hits, Combine::kSum, "lookups",
-     "With shading.rate=cache: samples and layers whose cell was in the shading cache.", ""},
-    {"tilecore.shading_cache_misses", &tilecore::ShadingCounters::shading_cache_misses, Combine::kSum, "lookups",
-     "With shading.rate=cache: samples and layers whose cell had to be shaded, for the first time or again.", ""},
 });
 TESSERA_COUNTERS_COVER(tilecore::ShadingCounters);
 

@@ -28,7 +28,7 @@ struct DrawConstants {
   shaders::Surroundings surroundings;
   // Layers of the material, if it has any.
   bool layered = false;
-  shaders::LayerFlags layers;
+  scene::EffectFlags layers;
   shaders::LayerConstants layer_constants;
   float ior = 1.5f, reflectance = 0.04f;  // of a dielectric: relative index, reflectance at normal incidence
   float anisotropy_cosine = 1.0f, anisotropy_sine = 0.0f;  // of its rotation

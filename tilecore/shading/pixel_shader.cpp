@@ -53,13 +53,9 @@ float light_time(const FrameGeometry& shutter, int segment, float t) {
 
 // What a draw's layers are made of, for a material that has some.
 void set_layers(const Material& material, const Mat4& to_world, const Lighting& lighting, DrawConstants& draw) {
-  using Effect = scene::MaterialEffect;
   draw.layered = material.effects.any();
   if (!draw.layered) return;
-  draw.layers = {material.has(Effect::kClearcoat),    material.has(Effect::kSheen),
-                 material.has(Effect::kAnisotropy),   material.has(Effect::kIridescence),
-                 material.has(Effect::kTransmission), material.has(Effect::kVolume),
-                 material.has(Effect::kDispersion),   material.has(Effect::kDiffuseTransmission)};
+  draw.layers = scene::flags_of(material.effects);
   draw.ior = material.dielectric.ior;
   const float q = (draw.ior - 1.0f) / (draw.ior + 1.0f);
   draw.reflectance = q * q;
@@ -72,7 +68,7 @@ void set_layers(const Material& material, const Mat4& to_world, const Lighting& 
         std::isfinite(volume.attenuation_distance)
             ? -std::log2(std::max(volume.attenuation_color[c], kLeastTransmittance)) / volume.attenuation_distance
             : 0.0f;
-  draw.layer_constants.dispersion = volume.dispersion;
+  draw.layer_constants.dispersion = material.dispersion.strength;
   if (!draw.layers.transmission || lighting.behind == nullptr) return;
   draw.behind = lighting.behind->view();
   draw.behind_u = 1.0f / static_cast<float>(lighting.behind->width());
@@ -314,7 +310,7 @@ LookupArrays PixelShader::lookups_of(const DrawConstants& draw, const Lighting& 
   if (!looks_around(lighting, *draw.material)) return lookups;
   const shaders::RadianceView& around = draw.surroundings.image->radiance;
   tell(slot_of(ImageLookup::kMirrored), textures.memory()->layout(around), lookups);
-  if (draw.layers.coat) tell(slot_of(ImageLookup::kCoat), textures.memory()->layout(around), lookups);
+  if (draw.layers.clearcoat) tell(slot_of(ImageLookup::kCoat), textures.memory()->layout(around), lookups);
   if (draw.layers.transmission && draw.behind.levels == 0) tell_behind(around);
   return lookups;
 }

@@ -26,11 +26,10 @@ std::size_t light_kind(const shaders::Light& light) {
 template <class Reads>
 void add_layers(const scene::Material& material, const Reads& reads, ShaderFeatures& f) {
   using Slot = scene::MaterialTexture;
-  // Enumerators of both are in the same order.
   for (std::size_t effect = 0; effect < scene::kMaterialEffectCount; ++effect)
-    f.layers[effect] = material.effects[effect];
+    if (material.effects[effect]) f.layers.push_back(scene::kMaterialEffectNames[effect]);
   const auto slots = material.slots();
-  for (auto slot = static_cast<std::size_t>(Slot::kSpecularGlossiness); slot < slots.size(); ++slot) {
+  for (std::size_t slot = scene::kCoreTextureCount; slot < slots.size(); ++slot) {
     const auto which = static_cast<Slot>(slot);
     if (!reads(*slots[slot], scene::is_read(material, which))) continue;
     if (which == Slot::kClearcoatNormal)

@@ -75,7 +75,7 @@ struct TextureCounters {
 // The texture unit of a tile core as memory sees it: which lines a lookup needs, which of them the core's cache holds,
 // which have to be asked of the L2. (Values are filtered by shaders::Texture.) The cache is emptied before every tile,
 // so that what a tile asks for does not depend on the tiles that its core had before. Configured by
-// texture.cache_bytes, texture.cache_ways, cache.line_bytes. One instance per thread.
+// texture.cache_bytes. One instance per thread.
 //
 // Invariants (cited by the tests):
 //   TX1  A warp's lookup asks for each line of the texels that its lanes weigh once, however many of them do.
@@ -177,7 +177,9 @@ inline constexpr auto kCounterFields<tilecore::TextureCounters> =
          "Bilinear or nearest lookups in one level of a texture; a trilinear lookup is two.",
          "MaliTexFiltIssueCy (times texels a cycle); Apple texture limiter"},
         {"texture.cache_requests", &tilecore::TextureCounters::cache_requests, Combine::kSum, "lines",
-         "Lines that lookups asked of the texture caches of the cores; each line of a lookup once.", ""},
+         "Lines that lookups asked of the texture caches of the cores; each line of a lookup once. With "
+         "procedures.mode=published also the lines of geometry images that cells need.",
+         ""},
         {"texture.cache_misses", &tilecore::TextureCounters::cache_misses, Combine::kSum, "lines",
          "Of these, not there. Caches are emptied before every tile.",
          "MaliSCBusTexL2RdBy (over the line); Adreno % Texture L1 miss; V3D TMU-total-text-cache-miss"},

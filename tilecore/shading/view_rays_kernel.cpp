@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <limits>
 
-#include "shaders_cpp/environment_map.h"
 #include "shaders_cpp/studio.h"
+#include "shaders_cpp/environment_map.h"
 #include "tilecore/shading/view_rays.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -33,20 +33,12 @@ namespace tessera::tilecore::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 namespace stage = shaders::HWY_NAMESPACE;
-using shaders::kCeiling;
-using shaders::kFloor;
 using tessera::HWY_NAMESPACE::FloatLanes;
 using tessera::HWY_NAMESPACE::IntLanes;
 using tessera::HWY_NAMESPACE::real_max;
 using tessera::HWY_NAMESPACE::real_min;
 using tessera::HWY_NAMESPACE::Vector3;
 
-template <class Real>
-Real clamp_unit(Real x) {
-  return real_min(real_max(x, Real(0.0f)), Real(1.0f));
-}
-
-#include "shaders_cpp/background.inc"
 #include "tilecore/shading/lane_lookups.inc"
 
 using D = hn::ScalableTag<double>;
@@ -115,7 +107,7 @@ void StudioBackground(const ViewRaysKernel& rays, const ViewRays::Points& points
   for (std::size_t i = 0; i < count; i += FloatLanes::count()) {
     for (std::size_t k = 0; k < FloatLanes::count(); k += hn::Lanes(f))
       hn::StoreU(directions(rays, points, i + k).y, f, height + k);
-    const Vector3<FloatLanes> color = studio_background(FloatLanes::load(height), FloatLanes(intensity));
+    const Vector3<FloatLanes> color = stage::studio_background(FloatLanes::load(height), FloatLanes(intensity));
     hn::StoreInterleaved3(color.x.v, color.y.v, color.z.v, d, &colors[i].x);
   }
 }

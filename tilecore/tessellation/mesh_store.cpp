@@ -31,21 +31,20 @@ MeshStore::Node& MeshStore::make_room() {
 }
 
 const MeshStore::Item& MeshStore::get(const scene::FrameGeometry& frame, std::uint32_t patch,
-                                      const scene::CellRange& range, RayEffects effects, int box_bits, bool displaced) {
+                                      const scene::CellRange& range, RayEffects effects, bool displaced) {
   if (frame.identity != frame_identity_) {
     index_.clear();
     // Their memory serves the new frame.
     for (Node& node : nodes_) node.key.patch = ~std::uint32_t{0};
     frame_identity_ = frame.identity;
   }
-  const Key key{patch, range, frame.part.whole() ? -1 : frame.part.first, effects, box_bits, displaced};
+  const Key key{patch, range, frame.part.whole() ? -1 : frame.part.first, effects, displaced};
   if (const auto found = index_.find(key); found != index_.end()) {
     nodes_.splice(nodes_.begin(), nodes_, found->second);
     return nodes_.front().item;
   }
   Node& node = make_room();
   node.key = key;
-  tessellator_.set_box_bits(box_bits);
   node.item.work = tessellator_.tessellate(frame, patch, range, effects, node.item.mesh, displaced);
   node.item.costs_.reset();
   node.item.groups_.reset();

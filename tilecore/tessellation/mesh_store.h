@@ -48,7 +48,7 @@ class MeshStore {
   };
   // The mesh of a range of a patch, made now or before. Valid until the next call.
   const Item& get(const scene::FrameGeometry& frame, std::uint32_t patch, const scene::CellRange& range,
-                  RayEffects effects, int box_bits, bool displaced = true);
+                  RayEffects effects, bool displaced = true);
 
   // Of all that is kept; at most the limit, but for a single larger mesh.
   std::size_t memory_bytes() const { return bytes_; }
@@ -59,7 +59,6 @@ class MeshStore {
     scene::CellRange range;
     int part;  // of the shutter: where it begins
     RayEffects effects;
-    int box_bits;
     bool displaced;
     bool operator==(const Key&) const = default;
   };

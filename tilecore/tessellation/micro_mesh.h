@@ -85,7 +85,6 @@ struct BoxSettings {
   bool orthographic = false;
   float inverse_focus = 0;
   float lens_scale = 0;    // largest |(u, v)| of a sample
-  int box_bits = 32;       // 8 or 16: boxes of cells are rounded outwards to so many bits within their leaf's box
   float sharp_factor = 0;  // see VisibilitySettings
 };
 

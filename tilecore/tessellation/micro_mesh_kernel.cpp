@@ -197,20 +197,6 @@ float leaf_pad(const LeafRange& r, const BoxSettings& settings, MicroMesh::Leaf&
          (extent + 2 * (r.travel + drift) + settings.lens_scale * std::abs(leaf.lens_factor)) * 0x1p-20f;
 }
 
-// Low and high faces to `bits` bits between those of the leaf, outwards.
-HWY_INLINE void quantise(V& low, V& high, float leaf_low, float leaf_high, int bits) {
-  const D d;
-  const auto steps = static_cast<float>((1 << bits) - 1);
-  const float step = (leaf_high - leaf_low) / steps;
-  if (!(step > 0.0f)) return;
-  const V base = hn::Set(d, leaf_low), width = hn::Set(d, step), inverse = hn::Set(d, 1.0f / step);
-  const V below = hn::Floor(hn::Mul(hn::Sub(low, base), inverse)),
-          above = hn::Ceil(hn::Mul(hn::Sub(high, base), inverse));
-  // The products round: the true face still limits them.
-  low = hn::Min(low, hn::Add(base, hn::Mul(below, width)));
-  high = hn::Max(high, hn::Add(base, hn::Mul(above, width)));
-}
-
 template <bool kMoving>
 void box_leaf(MicroMesh& m, const Corners (&corners)[kVectors], std::size_t first, const BoxSettings& settings,
               MicroMesh::Leaf& leaf) {
@@ -247,19 +233,6 @@ void box_leaf(MicroMesh& m, const Corners (&corners)[kVectors], std::size_t firs
     hn::StoreU(high_y, d, m.box_y_high.data() + first + k);
     leaf.x_low = std::min(leaf.x_low, lowest(low_x)), leaf.x_high = std::max(leaf.x_high, highest(high_x));
     leaf.y_low = std::min(leaf.y_low, lowest(low_y)), leaf.y_high = std::max(leaf.y_high, highest(high_y));
-  }
-  if (settings.box_bits >= 32) return;
-  for (std::size_t k = 0; k < kLeafCells; k += hn::Lanes(d)) {
-    const auto face = [&](std::vector<float>& low, std::vector<float>& high, float leaf_low, float leaf_high) HWY_ATTR {
-      V l = hn::LoadU(d, low.data() + first + k), h = hn::LoadU(d, high.data() + first + k);
-      const M in = hn::Le(l, h);
-      V quantised_low = l, quantised_high = h;
-      quantise(quantised_low, quantised_high, leaf_low, leaf_high, settings.box_bits);
-      hn::StoreU(hn::IfThenElse(in, quantised_low, l), d, low.data() + first + k);
-      hn::StoreU(hn::IfThenElse(in, quantised_high, h), d, high.data() + first + k);
-    };
-    face(m.box_x_low, m.box_x_high, leaf.x_low, leaf.x_high);
-    face(m.box_y_low, m.box_y_high, leaf.y_low, leaf.y_high);
   }
 }
 

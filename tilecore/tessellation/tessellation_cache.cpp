@@ -25,7 +25,6 @@ void TessellationCache::use(binner::TileIndex tile, std::span<const Tessellation
                             std::span<const SubPatchName> hidden) {
   begin_tile(tile);
   for (const TessellationRequest& request : requests) use_one(request);
-  if (eviction_ == CacheEviction::kLru) return;
   for (const SubPatchName& name : hidden)
     if (const auto found = numbers_.find(name); found != numbers_.end()) end_use(found->second);
 }
@@ -35,7 +34,6 @@ void TessellationCache::begin_tile(binner::TileIndex tile) {
   const bool again = place < now_;  // a further round
   tile_ = tile;
   now_ = place;
-  if (eviction_ != CacheEviction::kNextUse) return;
   std::vector<std::uint32_t> late;
   for (auto at = leaving_.rbegin(); at != leaving_.rend(); ++at) {
     if (!again && TileOrder::kNever - std::get<0>(*at) >= now_) break;
@@ -66,7 +64,7 @@ void TessellationCache::use_one(const TessellationRequest& request) {
   for (std::uint32_t p = 0; p < parts; ++p) {
     Part& part = sub_patches_[number].parts[p];
     if (known && !part.tiles.contains(column, row)) continue;
-    if (eviction_ == CacheEviction::kNextUse) part.next_use = order_.next(part.tiles, now_ + 1);
+    part.next_use = order_.next(part.tiles, now_ + 1);
     std::uint64_t missing = 0;
     for (const std::uint32_t line : part.lines)
       if (line != kNone) missing |= use_line(line, number, p);
@@ -76,10 +74,7 @@ void TessellationCache::use_one(const TessellationRequest& request) {
   keep_outline(number);
   end_use(number);
   if (request.moving && !request.deforming) counters_.vertex_transforms += read;
-  if (evaluated == 0) {
-    ++counters_.cache_hits;
-    return;
-  }
+  if (evaluated == 0) return;
   ++counters_.sub_patches;
   counters_.domain_evaluations += evaluated;
   counters_.triangles += request.triangles;
@@ -149,7 +144,6 @@ std::uint64_t TessellationCache::use_line(std::uint32_t line, std::uint32_t sub_
 }
 
 bool TessellationCache::passes_by(const Line& line, std::uint32_t sub_patch, std::uint32_t part) const {
-  if (eviction_ == CacheEviction::kLru) return false;
   const SubPatch& of = sub_patches_[sub_patch];
   if (bytes_ + line.bytes + (of.known ? 0 : outline_bytes(of)) <= capacity_ || leaving_.empty()) return false;
   // This is one of the uses that are left.
@@ -204,9 +198,8 @@ void TessellationCache::forget(std::uint32_t sub_patch) {
 
 // The higher, the longer it stays.
 std::uint64_t TessellationCache::rank_of(std::uint32_t sub_patch, const Part& part) const {
-  if (eviction_ == CacheEviction::kLru) return 1;
   if (sub_patches_[sub_patch].uses_left == 0) return 0;
-  return eviction_ == CacheEviction::kUses ? 1 : TileOrder::kNever - part.next_use;
+  return TileOrder::kNever - part.next_use;
 }
 
 void TessellationCache::file(std::uint32_t line) {
@@ -223,7 +216,7 @@ void TessellationCache::file_outline(std::uint32_t sub_patch) {
   SubPatch& of = sub_patches_[sub_patch];
   leaving_outlines_.emplace(of.used, sub_patch);
   outline_bytes_ += outline_bytes(of);
-  if (eviction_ != CacheEviction::kLru && of.uses_left == 0) return forget(sub_patch);
+  if (of.uses_left == 0) return forget(sub_patch);
   while (outline_bytes_ > capacity_ / kOutlineShare) forget(leaving_outlines_.begin()->second);
 }
 
@@ -235,7 +228,7 @@ void TessellationCache::unfile_outline(std::uint32_t sub_patch) {
 
 void TessellationCache::end_use(std::uint32_t sub_patch) {
   SubPatch& of = sub_patches_[sub_patch];
-  if (!of.known || of.uses_left == 0 || --of.uses_left > 0 || eviction_ == CacheEviction::kLru) return;
+  if (!of.known || of.uses_left == 0 || --of.uses_left > 0) return;
   if (of.lines_on_chip == 0) return forget(sub_patch);
   for (const Part& part : of.parts)
     for (const std::uint32_t line : part.lines) {

@@ -12,16 +12,12 @@
 #include <vector>
 
 #include "base/counter.h"
-#include "base/enum_words.h"
 #include "binner/tile_grid.h"
 #include "scene/tessellation_pattern.h"
 #include "tilecore/tessellation/vertex_groups.h"
 #include "tilecore/tile_order.h"
 
 namespace tessera::tilecore {
-
-// Which vertices leave the cache first.
-enum class CacheEviction : std::uint8_t { kLru, kUses, kNextUse };
 
 struct SubPatchName {
   std::uint32_t patch = 0;
@@ -47,7 +43,6 @@ struct TessellationRequest : SubPatchName {
 
 struct TessellationCounters {
   std::uint64_t requests = 0;
-  std::uint64_t cache_hits = 0;
   std::uint64_t sub_patches = 0;
   std::uint64_t domain_evaluations = 0;
   std::uint64_t compulsory_evaluations = 0;
@@ -57,7 +52,7 @@ struct TessellationCounters {
 };
 
 // The on-chip memory that keeps vertices for the tiles that follow, in front of the tessellator; all tile cores share
-// it. Configured by tessellator.cache_bytes, tessellator.cache_eviction, tilecore.tile_order.
+// it. Configured by tessellator.cache_bytes, tilecore.tile_order.
 //
 //   request -> groups of the sub-patch that the tile touches -> vertices on chip: read, transformed to both motion keys
 //              all of them while its outline is not on chip  -> not: fetch the patch, shade them, keep them
@@ -67,12 +62,10 @@ struct TessellationCounters {
 // them. With them goes the *outline* of a sub-patch: the rectangle of tiles that each of its groups may touch, hulls of
 // the boxes that were built of its leaves. Outlines outlive their vertices, in up to an eighth of the memory.
 //
-// Evicted first:
-//   lru       what was used longest ago
-//   uses      what no list names any more, then what was used longest ago
-//   next_use  what no list names any more, then what the order of tiles and the rectangles bring back last, or never
-// The binner counts the lists that hold a sub-patch; uses are counted down while its outline is on chip. What would be
-// the first to leave again is not kept at all.
+// A sub-patch that no list names any more is evicted first, then the one that the order of tiles and the rectangles bring
+// back last, or never (Belady 1966); of equals, the one that was used longest ago. The binner counts the lists that hold a
+// sub-patch; uses are counted down while its outline is on chip. A sub-patch that would be the first to leave again is not
+// kept at all.
 //
 // Requests come in emulated order, tile by tile, whatever order the host works in.
 //
@@ -89,19 +82,13 @@ class TessellationCache {
     return grid.columns() <= 256 && grid.rows() <= 256 ? 4 : 8;
   }
 
-  TessellationCache(std::uint64_t capacity_bytes, CacheEviction eviction, const binner::TileGrid& grid,
-                    const TileOrder& order)
-      : capacity_(capacity_bytes),
-        rectangle_bytes_(rectangle_bytes(grid)),
-        eviction_(eviction),
-        grid_(grid),
-        order_(order) {}
+  TessellationCache(std::uint64_t capacity_bytes, const binner::TileGrid& grid, const TileOrder& order)
+      : capacity_(capacity_bytes), rectangle_bytes_(rectangle_bytes(grid)), grid_(grid), order_(order) {}
 
   // A tile's requests, in its core's order. `hidden`: what its list names beside them, and the core dropped.
   void use(binner::TileIndex tile, std::span<const TessellationRequest> requests,
            std::span<const SubPatchName> hidden = {});
 
-  CacheEviction eviction() const { return eviction_; }
   std::uint64_t bytes_in_use() const { return bytes_; }
   const TessellationCounters& counters() const { return counters_; }
 
@@ -156,7 +143,6 @@ class TessellationCache {
   void end_use(std::uint32_t sub_patch);
 
   std::uint64_t capacity_, rectangle_bytes_, bytes_ = 0;
-  CacheEviction eviction_;
   const binner::TileGrid& grid_;
   const TileOrder& order_;
   binner::TileIndex tile_ = 0;
@@ -177,19 +163,15 @@ class TessellationCache {
 namespace tessera {
 
 template <>
-inline constexpr auto kEnumWords<tilecore::CacheEviction> = std::to_array<std::string_view>({"lru", "uses",
-                                                                                             "next_use"});
-
-template <>
 inline constexpr auto kCounterFields<tilecore::TessellationCounters> = std::to_array<
     CounterField<tilecore::TessellationCounters>>({
     {"tilecore.tessellation_requests", &tilecore::TessellationCounters::requests, Combine::kSum, "sub-patches",
      "Sub-patches that tiles asked for. One that several tiles need counts once for each.", ""},
-    {"tilecore.tessellation_cache_hits", &tilecore::TessellationCounters::cache_hits, Combine::kSum, "sub-patches",
-     "Of these, all that the tile needs was in the on-chip cache (tessellator.cache_bytes).",
-     "Apple and Adreno: parameter or vertex cache hits (of triangles, there)"},
     {"tilecore.tessellated_sub_patches", &tilecore::TessellationCounters::sub_patches, Combine::kSum, "sub-patches",
-     "Requests for which vertices were evaluated, all or some of the sub-patch's.", ""},
+     "Requests for which vertices were evaluated, all or some of the sub-patch's. For the others all that the tile "
+     "needs "
+     "was in the on-chip cache (tessellator.cache_bytes).",
+     "Apple and Adreno: parameter or vertex cache misses (of triangles, there)"},
     {"tilecore.domain_evaluations", &tilecore::TessellationCounters::domain_evaluations, Combine::kSum, "vertices",
      "Vertices computed by the domain shader, repeated ones included; both motion keys of the shutter count once.",
      "Vulkan tessellation evaluation invocations; Apple postTessellationVertex"},

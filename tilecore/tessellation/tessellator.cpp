@@ -213,7 +213,7 @@ Tessellator::Work Tessellator::tessellate(const FrameGeometry& frame, std::uint3
     build_cluster_cells(clusters, clusters.clusters[patch - drawable.drawable->first_patch], mesh);
   }
   build_cells(mesh, {moving, lens, frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus),
-                     lens ? static_cast<float>(frame.projection.lens_scale) : 0.0f, box_bits_,
+                     lens ? static_cast<float>(frame.projection.lens_scale) : 0.0f,
                      lens ? frontend::sharp_factor(frame.projection) : 0.0f});
   return {vertices, mesh.triangle_count};
 }

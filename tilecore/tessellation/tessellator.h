@@ -33,9 +33,6 @@ class Tessellator {
   Work tessellate(const scene::FrameGeometry& frame, std::uint32_t patch, const scene::CellRange& range,
                   RayEffects effects, MicroMesh& mesh, bool displaced = true);
 
-  // Precision of the boxes of cells (see BoxSettings); 32 is single precision.
-  void set_box_bits(int bits) { box_bits_ = bits; }
-
   // Position of one vertex in object space at a key, as all grids that share it compute it. For tests and bounds.
   static Vec3 vertex_position(const scene::FrameGeometry& frame, std::uint32_t patch, int i, int j, int key,
                               bool displaced = true);
@@ -50,7 +47,6 @@ class Tessellator {
                      std::size_t key);
   void resize(std::size_t vertices);
 
-  int box_bits_ = 32;
   struct Points {
     std::vector<float> x, y, z;
     void resize(std::size_t n) { x.resize(n), y.resize(n), z.resize(n); }

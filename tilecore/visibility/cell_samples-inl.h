@@ -6,7 +6,6 @@
 #include <type_traits>
 #include <vector>
 
-#include "tilecore/visibility/ray_stages.h"
 #include "tilecore/visibility/sample_tests.h"
 
 #if defined(TESSERA_TILECORE_VISIBILITY_KERNEL_INL_H_) == defined(HWY_TARGET_TOGGLE)

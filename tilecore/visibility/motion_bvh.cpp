@@ -107,7 +107,8 @@ std::uint32_t or_pairs(std::uint64_t word) {
 
 }  // namespace
 
-void MotionBvh::build(const MicroMesh& mesh, std::size_t leaf_columns, RayEffects effects, const RaySpace& space) {
+std::uint64_t MotionBvh::build(const MicroMesh& mesh, std::size_t leaf_columns, RayEffects effects,
+                               const RaySpace& space) {
   space_ = space;
   const std::size_t leaves = std::max<std::size_t>(1, mesh.leaves.size()),
                     columns = std::clamp<std::size_t>(leaf_columns, 1, leaves);
@@ -134,8 +135,10 @@ void MotionBvh::build(const MicroMesh& mesh, std::size_t leaf_columns, RayEffect
     nodes_[n] = nodes_[2 * n];
     nodes_[n].merge(nodes_[2 * n + 1]);
   }
-  for (std::size_t n = 1; n < nodes_.size(); ++n) counters_.nodes_built += nodes_[n].is_empty() ? 0 : 1;
   alive_.resize(static_cast<std::size_t>(std::bit_width(leaf_count_)) + 2);
+  std::uint64_t built = 0;
+  for (std::size_t n = 1; n < nodes_.size(); ++n) built += nodes_[n].is_empty() ? 0 : 1;
+  return built;
 }
 
 bool MotionBvh::test_node(const BundleFrustum& frustum, std::uint32_t node) {

@@ -14,7 +14,6 @@
 namespace tessera::tilecore {
 
 struct RayCounters {
-  std::uint64_t nodes_built = 0;
   std::uint64_t frustum_node_tests = 0;
   std::uint64_t node_visits = 0;
   std::uint64_t rays_cast = 0;
@@ -41,7 +40,7 @@ class MotionBvh {
  public:
   // `leaf_columns`: leaves in a row of the sub-patch's grid; the number of leaves for lists of cells. Clipped cells are
   // left out. Boxes hold the vertices and the rounding of the inside test (see the source for the widths).
-  void build(const MicroMesh& mesh, std::size_t leaf_columns, RayEffects effects, const RaySpace& space);
+  std::uint64_t build(const MicroMesh& mesh, std::size_t leaf_columns, RayEffects effects, const RaySpace& space);
 
   static constexpr std::uint32_t kRoot = 1;
   std::uint32_t leaf_count() const { return leaf_count_; }  // a power of two; empty ones included
@@ -135,10 +134,6 @@ namespace tessera {
 
 template <>
 inline constexpr auto kCounterFields<tilecore::RayCounters> = std::to_array<CounterField<tilecore::RayCounters>>({
-    {"tilecore.nodes_built", &tilecore::RayCounters::nodes_built, Combine::kSum, "nodes",
-     "Nodes of motion BVHs that were built, boxes at both motion keys; one that several tiles need counts once for "
-     "each.",
-     ""},
     {"tilecore.frustum_node_tests", &tilecore::RayCounters::frustum_node_tests, Combine::kSum, "tests",
      "Nodes of motion BVHs that were tested against the frustum of a tile or of a part of it.", ""},
     {"tilecore.node_visits", &tilecore::RayCounters::node_visits, Combine::kSum, "tests",

@@ -14,17 +14,13 @@ Keys<PatternSettings> pattern_keys() {
        "replay."},
       {"sampling.time_bits", &S::time_bits, "Precision of a sample's time; the stencil unit sees the upper 8 bits."},
       {"sampling.times", &S::times, "times", 0, 256,
-       "Distinct times of samples; few of them show a fast thing as often. 0: as many as the pattern and the precision "
-       "have."},
+       "Distinct times of samples; few of them show a fast thing as often. 0: 16 with "
+       "tilecore.visibility_method=interleaved, else as many as the pattern and the precision have."},
       {"sampling.motion_segments", &S::motion_segments, "segments", 0, kMaxMotionSegments,
        "Straight pieces that the motion of a shutter consists of, where it is curved: what turns, bends or swings in "
        "between. Each is bounded, binned and tessellated for itself. 0: as many as sampling.motion_error asks."},
       {"sampling.motion_error", &S::motion_error, "pixels", 0.01, 100,
        "How far a piece of motion may be from the curve, with sampling.motion_segments=0."},
-      {"sampling.lens_points", &S::lens_points, "points", 0, 65536,
-       "Distinct points of the lens that a frame is seen through; few of them show as overlaid sharp images. 0: a "
-       "point of its own for every sample of the pattern, "
-       "moved from block to block."},
   };
 }
 
@@ -36,8 +32,7 @@ SamplingSettings sampling_settings(const PatternSettings& settings, const Visibi
           static_cast<std::uint32_t>(frame),
           settings.temporal_pattern == TemporalPattern::k32x32 ? 32 : 8,
           settings.time_bits == TimeBits::k16 ? 16 : 8,
-          settings.lens_points,
-          interleaved ? method.interleaved_times : settings.times,
+          interleaved ? VisibilityMethodSettings::kInterleavedTimes : settings.times,
           static_cast<int>(segments)};
 }
 

@@ -20,7 +20,6 @@ struct PatternSettings {
   int times = 0;
   int motion_segments = 0;
   double motion_error = 0.25;
-  int lens_points = 0;
 };
 Keys<PatternSettings> pattern_keys();
 

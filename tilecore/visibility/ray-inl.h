@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "tilecore/visibility/effect_kernels.h"
+#include "tilecore/visibility/sample_tests.h"
 
 #if defined(TESSERA_TILECORE_RAY_PATH_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_TILECORE_RAY_PATH_INL_H_

@@ -1,14 +1,15 @@
 #include "tilecore/visibility/sample_pattern.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <numeric>
 #include <utility>
 
 #include "base/check.h"
 #include "base/random.h"
-#include "tilecore/visibility/temporal_pattern.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -79,12 +80,80 @@ void repeat(T* values, std::size_t period, std::size_t count) {
     std::copy_n(values, std::min(done, count - done), values + done);
 }
 
+// Energy that each point spreads over the torus: a Gaussian of 1.5 cells.
+class Torus {
+ public:
+  explicit Torus(int n)
+      : n_(n), energy_(static_cast<std::size_t>(n) * static_cast<std::size_t>(n), 0.0), taken_(energy_.size(), false) {}
+
+  void put(std::size_t cell, bool present) {
+    taken_[cell] = present;
+    const int cx = static_cast<int>(cell) % n_, cy = static_cast<int>(cell) / n_;
+    for (int y = 0; y < n_; ++y)
+      for (int x = 0; x < n_; ++x) {
+        const int dx = std::min((x - cx + n_) % n_, (cx - x + n_) % n_),
+                  dy = std::min((y - cy + n_) % n_, (cy - y + n_) % n_);
+        energy_[static_cast<std::size_t>(y * n_ + x)] +=
+            (present ? 1.0 : -1.0) * std::exp(-(dx * dx + dy * dy) / (2.0 * 1.5 * 1.5));
+      }
+  }
+  // The free cell with the least energy, or the taken one with the most; the first of equals.
+  std::size_t largest_void() const {
+    return pick(false, [](double a, double b) { return a < b - 1e-9; });
+  }
+  std::size_t tightest_cluster() const {
+    return pick(true, [](double a, double b) { return a > b + 1e-9; });
+  }
+
+ private:
+  template <class Better>
+  std::size_t pick(bool taken, const Better& better) const {
+    std::size_t best = energy_.size();
+    for (std::size_t c = 0; c < energy_.size(); ++c)
+      if (taken_[c] == taken && (best == energy_.size() || better(energy_[c], energy_[best]))) best = c;
+    return best;
+  }
+
+  int n_;
+  std::vector<double> energy_;
+  std::vector<bool> taken_;
+};
+
 }  // namespace
+
+std::vector<std::uint16_t> void_and_cluster_ranks(int n) {
+  const std::size_t cells = static_cast<std::size_t>(n) * static_cast<std::size_t>(n);
+  std::vector<std::uint16_t> ranks(cells, 0);
+  Torus torus(n);
+  // Start from a tenth of the cells, moved from clusters to voids until that changes nothing.
+  const std::size_t start = std::max<std::size_t>(1, cells / 10);
+  for (std::size_t i = 0; i < start; ++i) torus.put(torus.largest_void(), true);
+  for (std::size_t guard = 0; guard < 4 * cells; ++guard) {
+    const std::size_t from = torus.tightest_cluster();
+    torus.put(from, false);
+    const std::size_t to = torus.largest_void();
+    torus.put(to, true);
+    if (to == from) break;
+  }
+  // The starting points are ranked by taking them away, clusters first; then all others by filling voids.
+  Torus rest = torus;
+  for (std::size_t r = start; r-- > 0;) {
+    const std::size_t cell = rest.tightest_cluster();
+    rest.put(cell, false);
+    ranks[cell] = static_cast<std::uint16_t>(r);
+  }
+  for (std::size_t r = start; r < cells; ++r) {
+    const std::size_t cell = torus.largest_void();
+    torus.put(cell, true);
+    ranks[cell] = static_cast<std::uint16_t>(r);
+  }
+  return ranks;
+}
 
 SamplePattern::SamplePattern(const SamplingSettings& settings)
     : settings_(settings),
       power_of_two_(std::bit_ceil(static_cast<std::uint32_t>(settings.samples_per_pixel))),
-      variants_(settings.pattern_side == 8 && settings.lens_points == 0 ? kLensVariants : 1) {
+      variants_(settings.pattern_side == 8 ? kLensVariants : 1) {
   TESSERA_CHECK(settings.pattern_side == 8 || settings.pattern_side == 32, "patterns are 8x8 or 32x32 pixels");
   make_offsets();
   make_times_and_lens();
@@ -124,9 +193,7 @@ void SamplePattern::make_times_and_lens() {
   // sub-pixel position, time and lens point would be tied together. Every pair of the two orders occurs equally often
   // (exactly, up to eight samples): so time and lens are uncorrelated over a pattern, not only on average.
   const std::vector<std::uint32_t> order = shuffled(pixels, settings_.seed);
-  const std::uint32_t lens_points =
-      settings_.lens_points > 0 ? static_cast<std::uint32_t>(settings_.lens_points) : pixels * power_of_two_;
-  const int digits = (std::bit_width(lens_points) - 1) / 2;  // of u and v that the net fixes
+  const int digits = (std::bit_width(pixels * power_of_two_) - 1) / 2;  // of u and v that the net fixes
   const std::uint32_t scramble_u = hash32(settings_.seed, settings_.frame, 0x1E45u),
                       scramble_v = mix32(scramble_u ^ 0x9E3779B9u);
   const int bits = std::bit_width(power_of_two_) - 1;  // of a sample's number
@@ -149,7 +216,7 @@ void SamplePattern::make_times_and_lens() {
                                        << (16 - settings_.time_bits));
         // Consecutive points of the sequence are stratified: a pixel's samples cover the lens evenly.
         const std::uint32_t point =
-            (lens_rank * power_of_two_ + (lens_number(s, bits) ^ (lens_order & (power_of_two_ - 1)))) % lens_points;
+            lens_rank * power_of_two_ + (lens_number(s, bits) ^ (lens_order & (power_of_two_ - 1)));
         for (std::uint32_t v = 0; v < variants_; ++v) {
           const std::uint32_t jitter_u = hash32(scramble_u, point, v) >> digits,
                               jitter_v = hash32(scramble_v, point, v) >> digits;

@@ -17,10 +17,8 @@ struct SamplingSettings {
   std::uint32_t frame = 0;
   int pattern_side = 8;  // pixels after which the pattern repeats: 8 or 32
   int time_bits = 8;     // 8 or 16: precision of a sample's time
-  int lens_points =
-      0;             // distinct points of the lens that the whole frame looks through; 0: as many as there are samples
-  int times = 0;     // distinct times, up to 256; 0: as many as there are strata and the precision tells apart
-  int segments = 0;  // of motion: parts of the shutter that samples are looked for in one at a time
+  int times = 0;         // distinct times, up to 256; 0: as many as there are strata and the precision tells apart
+  int segments = 0;      // of motion: parts of the shutter that samples are looked for in one at a time
 };
 
 // Times as stencil values 0..255, the upper eight bits of a sample's time. Empty when first > last.
@@ -33,7 +31,7 @@ struct TimeRange {
 // Samples of one pattern, sorted by time. A *class* is one sample of the pattern; since the pattern repeats, the
 // samples of a class lie on a grid as wide as the pattern, all with the same time and nearly the same lens point. So
 // the samples that a moving box may touch need no search: per class, the box at the class's time and lens point covers
-// a range of that grid. This is what keeps visibility's cost apart from blur (see visibility_kernel.h).
+// a range of that grid. This is what keeps visibility's cost apart from blur (see sample_tests.h).
 //
 // Arrays are padded, so that vectors may be loaded at any class.
 struct SampleClasses {
@@ -49,6 +47,10 @@ struct SampleClasses {
   std::array<std::uint32_t, 257> first_at{};  // first class with stencil value >= k
 };
 
+// Ranks 0 .. n*n-1 of the cells of an n x n torus, in an order that keeps every prefix evenly spread (void and cluster,
+// Ulichney 1993): neighbouring pixels get times far apart, and any run of ranks is blue noise. Row by row.
+std::vector<std::uint16_t> void_and_cluster_ranks(int n);
+
 // Where, when and through which point of the lens a sample looks. Everything follows from (pixel, sample index, frame,
 // seed): no state, any order.
 //   x, y    offset inside the pixel in [0, 1), a multiple of 1/256: a (0,2)-sequence around the middle of the pixel, the
@@ -58,8 +60,7 @@ struct SampleClasses {
 //           a pattern of blue-noise ranks that repeats over the frame and is shifted from frame to frame. The samples
 //           of a pattern come in pairs at t and 1 - t: their mean is 1/2 for any number of samples and any precision
 //   u, v    point of the unit disc (concentric map, Shirley and Chiu 1997): the samples of a pattern share out a
-//           (0,2)-net, evenly within each pixel; inside its cell of the net a sample moves from block to block. With
-//           lens_points = n: the first n points of the sequence, the same in all blocks, taken in turn
+//           (0,2)-net, evenly within each pixel; inside its cell of the net a sample moves from block to block
 class SamplePattern {
  public:
   explicit SamplePattern(const SamplingSettings& settings);

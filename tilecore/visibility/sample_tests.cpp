@@ -3,7 +3,6 @@
 #include <hwy/cache_control.h>
 
 #include "base/check.h"
-#include "tilecore/visibility/effect_kernels.h"
 
 namespace tessera::tilecore {
 namespace {

@@ -106,4 +106,32 @@ void test_cell_samples(const MicroMesh& mesh, std::size_t cell, std::span<const 
                        const TileSamples& samples, RayEffects effects, const VisibilitySettings& settings,
                        HitSink& sink, VisibilityWork& work);
 
+// The kernels of one set of effects, as the functions below of the same names describe them.
+struct VisibilityKernels {
+  void (*trace_leaf)(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times,
+                     const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work);
+  void (*test_cell_samples)(const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> list,
+                            const TileSamples& samples, const VisibilitySettings& settings, HitSink& sink,
+                            VisibilityWork& work);
+};
+
+// Kernels for the best SIMD target. Each set of effects has a file of its own, compiled for all targets; a build with
+// TESSERA_EFFECTS=static has the first only.
+VisibilityKernels still_kernels();
+VisibilityKernels motion_kernels();
+VisibilityKernels lens_kernels();
+VisibilityKernels motion_lens_kernels();
+
+// The stage that a kernel of the ray path is at: samples of the pattern against the box of a leaf; those that are left
+// against the boxes of its cells; the pairs that are left against both triangles, corners fetched; the values of a hit,
+// which goes to the sink. kRest: none of them.
+enum class RayStage { kClasses, kBoxes, kTriangles, kHits, kRest };
+inline constexpr int kRayStages = 5;
+
+// Kernels tell it where they are. A benchmark compiles them with a clock that looks.
+struct NoStageClock {
+  static void enter(RayStage) {}
+  static void count(RayStage, std::uint64_t) {}  // tests
+};
+
 }  // namespace tessera::tilecore

@@ -120,7 +120,7 @@ void MeshVisibility::test_rays(const MeshInTile& in, const VisibilityMethodSetti
                            ? static_cast<double>(in.settings.sharp_factor) * static_cast<double>(in.samples.lens_scale)
                            : 0.0};
   const RayCounters before = bvh_.counters();
-  bvh_.build(in.mesh, in.leaf_columns, in.effects, space);
+  work.boxes_built += bvh_.build(in.mesh, in.leaf_columns, in.effects, space);
   BundleFrustum frustum(space, tile, in.settings.limits.near, std::min(in.settings.farthest, in.settings.limits.far));
   frustum.drop_depth_planes(bvh_.node(MotionBvh::kRoot));
   const MotionBvh::Overlap overlap = bvh_.traverse(frustum, MotionBvh::kRoot, method.branch_node);
@@ -130,7 +130,6 @@ void MeshVisibility::test_rays(const MeshInTile& in, const VisibilityMethodSetti
         test_rectangle(in, method, space, IntRect{x, y, x + kBundleSide, y + kBundleSide}.intersect(tile),
                        overlap.branch, sink, work);
   const RayCounters& now = bvh_.counters();
-  work.boxes_built += now.nodes_built - before.nodes_built;
   const std::uint64_t tests =
       (now.frustum_node_tests - before.frustum_node_tests) + (now.node_visits - before.node_visits);
   work.box_tests += tests, work.box_lanes += tests;
@@ -151,22 +150,19 @@ void MeshVisibility::test_rectangle(const MeshInTile& in, const VisibilityMethod
   BundleFrustum frustum(space, pixels, in.settings.limits.near, farthest);
   frustum.drop_depth_planes(bvh_.node(start));
   if (!bvh_.traverse(frustum, start, method.branch_node).any) return;
-  for (int k = 0; k < method.ray_segments; ++k) {
-    const TimeRange segment{256 * k / method.ray_segments, 256 * (k + 1) / method.ray_segments - 1};
-    const MotionBvh::Overlap overlap = bvh_.within(segment.intersect(in.times));
-    if (!overlap.any) continue;
-    stencil_.keep(in.samples, pixels, StencilReferences::of(overlap.stencils), kept_);
-    rays_.clear();
-    for (const std::uint32_t s : kept_)
-      rays_.push_back(bvh_.ray(in.samples, s, depth == nullptr ? unlimited : std::min(unlimited, depth[s])));
-    bvh_.counters().rays_cast += rays_.size();
-    bvh_.trace(rays_, overlap.branch, [&](const MotionBvh::CellRays& leaf) {
-      test_cell_samples(in.mesh, leaf.cell, leaf.samples, in.samples, in.effects, inside_settings_, sink, work);
-    });
-    const std::uint64_t hits = sink.end_round();
-    bvh_.counters().rays_hit += hits;
-    stencil_.record_hits(hits);
-  }
+  const MotionBvh::Overlap overlap = bvh_.within(in.times);
+  if (!overlap.any) return;
+  stencil_.keep(in.samples, pixels, StencilReferences::of(overlap.stencils), kept_);
+  rays_.clear();
+  for (const std::uint32_t s : kept_)
+    rays_.push_back(bvh_.ray(in.samples, s, depth == nullptr ? unlimited : std::min(unlimited, depth[s])));
+  bvh_.counters().rays_cast += rays_.size();
+  bvh_.trace(rays_, overlap.branch, [&](const MotionBvh::CellRays& leaf) {
+    test_cell_samples(in.mesh, leaf.cell, leaf.samples, in.samples, in.effects, inside_settings_, sink, work);
+  });
+  const std::uint64_t hits = sink.end_round();
+  bvh_.counters().rays_hit += hits;
+  stencil_.record_hits(hits);
 }
 
 }  // namespace tessera::tilecore

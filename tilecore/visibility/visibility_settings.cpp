@@ -16,9 +16,6 @@ Keys<VisibilityMethodSettings> visibility_keys() {
        "Segments of the shutter of the methods segments and clusters; 0: as many as the primitive moves its own size, "
        "at most 64.",
        "[spec] US 9626762 leaves the number open; [assumed] 0"},
-      {"tilecore.interleaved_times", &VisibilityMethodSettings::interleaved_times, "times", 1, 256,
-       "Distinct times of samples with the method interleaved, where sampling.times does not say.",
-       "[assumed] 16, a small fixed number as in US 8791945"},
       {"tilecore.traversal", &VisibilityMethodSettings::traversal,
        "How patch-bvh finds samples: per class of the sample pattern (samples of one time, on a grid) from the moving "
        "box of a leaf, or each as a ray through "
@@ -30,11 +27,6 @@ Keys<VisibilityMethodSettings> visibility_keys() {
        "both children inside their frustum; the "
        "lowest one above all leaves inside.",
        "[spec] US 8791945 offers both; [measured] docs/visibility_methods.md: leaf_mask"},
-      {"tilecore.ray_segments", &VisibilityMethodSettings::ray_segments, "segments", 1, 64,
-       "With rays (tilecore.traversal): parts of the shutter that have a stencil test, a leaf mask and a branch node "
-       "of "
-       "their own.",
-       "[spec] US 8791945: 1; more is what US 9626762 does to a polygon"},
   };
 }
 

@@ -32,16 +32,18 @@ enum class BranchNode {
   kLeafMask,      // the lowest node that all leaves inside the frustum are under, at the times in question
 };
 
-// Keys tilecore.visibility_method, .stencil_segments, .interleaved_times, .traversal, .branch_node, .ray_segments.
+// Keys tilecore.visibility_method, .stencil_segments, .traversal, .branch_node.
 struct VisibilityMethodSettings {
+  // Distinct times of samples with kInterleaved, where sampling.times does not say [assumed]: a small fixed number as in
+  // US 8791945.
+  static constexpr int kInterleavedTimes = 16;
+
   VisibilityMethod method = VisibilityMethod::kPatchBvh;
-  int stencil_segments = 0;    // k; 0: by blur length over primitive size
-  int interleaved_times = 16;  // that samples have with kInterleaved, unless they have fewer
+  int stencil_segments = 0;  // k; 0: by blur length over primitive size
   Traversal traversal = Traversal::kAuto;
   BranchNode branch_node = BranchNode::kLeafMask;
-  int ray_segments = 1;  // parts of the shutter that have branch nodes of their own
 
-  // Classes of the sample pattern against moving boxes: the kernels of visibility_kernel.h, without the units below.
+  // Classes of the sample pattern against moving boxes: the kernels of sample_tests.h, without the units below.
   bool by_class() const { return method == VisibilityMethod::kPatchBvh && traversal == Traversal::kClass; }
   bool chooses() const { return method == VisibilityMethod::kPatchBvh && traversal == Traversal::kAuto; }
 };

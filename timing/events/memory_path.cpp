@@ -24,7 +24,6 @@ MemoryPath::MemoryPath(const hardware::Machine& gpu, EventQueue& events)
   if (gpu.memory.model != hardware::MemoryModel::kBanks) return;
   memory::DramSpec spec = memory::dram_spec(word(gpu.memory.type));
   spec.channels = static_cast<std::uint32_t>(gpu.memory.channels);
-  spec.ranks = static_cast<std::uint32_t>(gpu.memory.ranks);
   spec.transaction_bytes = spec.interleave_bytes = line_bytes_;
   banks_ = std::make_unique<memory::DramFront>(spec);
   dram_clocks_per_clk_ = spec.clock_mhz() / gpu.clock_mhz;

@@ -11,7 +11,6 @@ using hardware::Stage;
 ShaderCore::Rates ShaderCore::rates_of(const hardware::Machine& gpu) {
   return {gpu.shader.operations,
           gpu.shader.surface_operations,
-          gpu.shader.domain_operations,
           static_cast<double>(gpu.shader.lanes),
           static_cast<std::uint32_t>(gpu.shader.warp_lanes),
           gpu.per_clk(Event::kTexels),
@@ -74,7 +73,7 @@ double ShaderCore::cycles(std::uint32_t warp, bool first_part) const {
 
 double ShaderCore::domain_cycles(const DomainWarp& warp) const {
   const SubPatchItem& item = *vertices_[warp.of].item;
-  const double all = (rates_.compiled ? item.domain_clocks * rates_.compiled_clk : rates_.domain_operations) *
+  const double all = (rates_.compiled ? item.domain_clocks * rates_.compiled_clk : rates_.surface_operations) *
                      rates_.warp_lanes / rates_.lanes;
   if (item.domain_texels == 0) return all;
   return all * (warp.state == State::kFirst ? kBeforeLookups : 1 - kBeforeLookups);

@@ -10,7 +10,7 @@ TexturePath::TexturePath(const hardware::Machine& gpu, std::uint32_t core, Event
       events_(events),
       memory_(memory),
       latency_(gpu.queues.texture_latency_clk),
-      cache_(gpu.caches.texture_bytes, gpu.caches.texture_ways, gpu.line_bytes()),
+      cache_(gpu.caches.texture_bytes, hardware::Caches::kTextureWays, gpu.line_bytes()),
       requests_(static_cast<std::size_t>(gpu.queues.texture_requests)),
       free_requests_(requests_.size()) {
   std::iota(free_requests_.rbegin(), free_requests_.rend(), 0u);

@@ -31,7 +31,7 @@ capture() { echo "$root/captures/$1.glb"; }
 } >"$here/rates.csv"
 
 {
-  echo "capture,shutter_frames,sample,pixel,cache,cache_groups_of_4x4_tiles"
+  echo "capture,shutter_frames,sample,pixel,cache"
   for name in serpent flyby; do
     for shutter in 0 0.125 0.25 0.5 1; do
       "$root/tessera" pack "$(capture $name)" "$out/$name.glb" --shutter 0:$shutter >"$out/pack.log" 2>&1
@@ -40,20 +40,18 @@ capture() { echo "$root/captures/$1.glb"; }
         replay blur "$out/$name.glb" --set shading.rate=$rate
         row+=",$(count blur pixel_shader_invocations)"
       done
-      replay blur "$out/$name.glb" --set shading.rate=cache --set shading_cache.group=4 --set shading_cache.entries=16384
-      echo "$row,$(count blur pixel_shader_invocations)"
+      echo "$row"
     done
   done
 } >"$here/blur.csv"
 awk -f "$here/plot.awk" "$here/blur.csv" >"$here/blur.svg"
 
 {
-  echo "tiles,group,entries_64,entries_256,entries_1024,entries_4096,entries_16384"
-  for machine in "16 1" "32 1" "32 2" "32 4" "32 8" "64 1"; do
-    read -r tile group <<<"$machine"
-    row="${tile}x$tile,${group}x$group"
+  echo "tiles,entries_64,entries_256,entries_1024,entries_4096,entries_16384"
+  for tile in 16 32 64; do
+    row="${tile}x$tile"
     for entries in 64 256 1024 4096 16384; do
-      replay room "$(capture eggs)" --set shading.rate=cache --set tile.width=$tile --set tile.height=$tile --set shading_cache.group=$group --set shading_cache.entries=$entries
+      replay room "$(capture eggs)" --set shading.rate=cache --set tile.width=$tile --set tile.height=$tile --set shading_cache.entries=$entries
       row+=",$(count room pixel_shader_invocations)"
     done
     echo "$row"

@@ -6,11 +6,11 @@ const kUnits = {
   binner: { title: 'Binner', at: [232, 84, 150, 150], counters: /^binner\./, keys: /^(binner|parameter_buffer)\./ },
   entry_fetch: { title: 'List fetch', at: [440, 84, 126, 52], counters: /^(tilecore\.(entries_fetched|sort_steps|culled|tiles_|wrong)|binner\.queue_bytes_read)/, keys: /^tilecore\.occlusion/ },
   tessellator: { title: 'Tessellator', at: [574, 84, 126, 52], counters: /^tilecore\.(tessell|domain|vertex|triangles$|compulsory)/, keys: /^tessellator\./ },
-  box_builder: { title: 'Box builder', at: [708, 84, 126, 52], counters: /^tilecore\.(boxes_built|nodes_built)/, keys: /^$/ },
+  box_builder: { title: 'Box builder', at: [708, 84, 126, 52], counters: /^tilecore\.(boxes_built)/, keys: /^$/ },
   box_tests: { title: 'Box tests', at: [440, 144, 126, 52], counters: /^tilecore\.(box_|group_tests|node_visits|frustum|rays)/, keys: /^tilecore\.box/ },
   triangle_tests: { title: 'Triangle tests', at: [574, 144, 126, 52], counters: /^tilecore\.(triangle_|sample_hits)/, keys: /^$/ },
   stencil: { title: 'Time stencil', at: [708, 144, 126, 52], counters: /^tilecore\.stencil/, keys: /^tilecore\.stencil/ },
-  sampling: { title: 'Procedures', at: [440, 204, 126, 52], counters: /^sampling\./, keys: /^procedures/ },
+  sampling: { title: 'Procedures', at: [440, 204, 126, 52], counters: /^procedures\./, keys: /^procedures\./ },
   alpha_tests: { title: 'Alpha tests', at: [574, 204, 126, 52], counters: /^tilecore\.alpha/, keys: /^$/ },
   coarse_depth: { title: 'Coarse depth', at: [708, 204, 126, 52], counters: /^tilecore\.(depth|culled)/, keys: /^tilecore\.(depth|occlusion)/ },
   compaction: { title: 'Compaction', at: [862, 84, 106, 82], counters: /^tilecore\.(quads|fragments|samples_visible|warps)/, keys: /^$/ },
@@ -39,7 +39,7 @@ function flowsOf(frame) {
   return frame.dram.flatMap((row) => [['read', row.read_bytes], ['write', row.written_bytes]].filter(([, bytes]) => bytes > 0)
     .map(([way, bytes]) => ({ anchor: anchorOf(row), purpose: row.purpose, unit: row.unit, write: way === 'write', bytes })));
 }
-const l2Bytes = (frame, at) => (frame.counters['l2.requests'] || 0) * (run(at).stats.gpu.cache ? run(at).stats.gpu.cache.line_bytes : 64);
+const l2Bytes = (frame, at) => (frame.counters['l2.requests'] || 0) * Math.max(64, run(at).stats.gpu.memory.burst_bytes);
 
 // How busy a unit is, and what it costs.
 function unitState(name, frame, at = shown) {

@@ -1,11 +1,10 @@
 // KHR_animation_pointer and KHR_node_visibility: what channels move, and what a frame takes of it.
 #include "base/error.h"
-#include "scene/animated_values.h"
+#include "scene/animation.h"
 #include "scene/assembly.h"
-#include "scene/capture_reader.h"
 #include "scene/frame_geometry.h"
 #include "scene/pose.h"
-#include "tests/support/gltf_asset.h"
+#include "tests/support/read_asset.h"
 #include "tests/support/tests.h"
 
 namespace tessera::scene::animation_pointer_test {
@@ -35,12 +34,6 @@ GltfAsset animated(const std::string& pointer, const char* type, const std::vect
   return asset;
 }
 
-Capture read(const GltfAsset& asset, bool strict = false) {
-  const test::TemporaryFolder folder;
-  test::write_text(folder / "f.glb", asset.glb());
-  return read_capture(folder / "f.glb", {.strict = strict});
-}
-
 Material material_at(const Capture& capture, double time) {
   std::vector<Material> materials = {capture.materials[0]};
   animate_materials(capture, time, std::vector<int>{0}, materials);
@@ -49,7 +42,8 @@ Material material_at(const Capture& capture, double time) {
 
 TEST(AnimationPointer, MovesTheFactorsOfAMaterial) {
   const auto at_half = [](const char* rest, const char* type, std::vector<float> values) {
-    const Capture capture = read(animated(std::string("/materials/0/") + rest, type, values), true);
+    const Capture capture =
+        test::read_asset(animated(std::string("/materials/0/") + rest, type, values), {.strict = true});
     EXPECT_TRUE(capture.notices.empty());
     return material_at(capture, 0.5);
   };
@@ -66,7 +60,7 @@ TEST(AnimationPointer, MovesTheFactorsOfAMaterial) {
 TEST(AnimationPointer, MovesTheTransformationOfATexture) {
   const std::string base = "/materials/0/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/";
   const auto transform = [&](const char* member, const char* type, std::vector<float> values) {
-    return material_at(read(animated(base + member, type, values)), 0.5).base_color_texture.transform;
+    return material_at(test::read_asset(animated(base + member, type, values)), 0.5).base_color_texture.transform;
   };
   EXPECT_EQ(transform("offset", "VEC2", {0, 0, 1, 3}).offset, Vec2(0.5f, 1.5f));
   EXPECT_EQ(transform("scale", "VEC2", {1, 1, 3, 5}).apply(Vec2(1.0f)), Vec2(2.0f, 3.0f));
@@ -76,30 +70,35 @@ TEST(AnimationPointer, MovesTheTransformationOfATexture) {
 }
 
 TEST(AnimationPointer, MovesNodesAsTheirOwnPathsDo) {
-  const Capture capture = read(animated<float>("/nodes/4/translation", "VEC3", {0, 0, 0, 2, 4, 6}), true);
+  const Capture capture =
+      test::read_asset(animated<float>("/nodes/4/translation", "VEC3", {0, 0, 0, 2, 4, 6}), {.strict = true});
   EXPECT_EQ(DVec3(pose_at(capture, 0.5).world[4][3]), DVec3(1, 2, 3));
-  const Capture turned = read(animated<float>("/nodes/4/rotation", "VEC4", {0, 0, 0, 1, 1, 0, 0, 0}));
+  const Capture turned = test::read_asset(animated<float>("/nodes/4/rotation", "VEC4", {0, 0, 0, 1, 1, 0, 0, 0}));
   EXPECT_NEAR(pose_at(turned, 0.5).world[4][1][2], 1, 1e-9) << "a quarter turn about x, by slerp";
   GltfAsset weights = animated<float>("/nodes/1/weights", "SCALAR", {0, 1});
   weights.document["animations"][0]["channels"].erase(3);
-  EXPECT_THAT(pose_at(read(weights), 0.25).weights[1], ElementsAre(0.25f));
+  EXPECT_THAT(pose_at(test::read_asset(weights), 0.25).weights[1], ElementsAre(0.25f));
 }
 
 TEST(AnimationPointer, MovesCamerasAndLightsAtShutterOpen) {
-  const Camera opened =
-      animate_camera(read(animated<float>("/cameras/0/perspective/yfov", "SCALAR", {0.5f, 1.5f})), 0.5, 0, {});
+  const Camera opened = animate_camera(
+      test::read_asset(animated<float>("/cameras/0/perspective/yfov", "SCALAR", {0.5f, 1.5f})), 0.5, 0, {});
   EXPECT_EQ(opened.vertical_fov, 1.0f);
-  const Capture wide = read(animated<float>("/cameras/1/orthographic/xmag", "SCALAR", {1, 3}));
+  const Capture wide = test::read_asset(animated<float>("/cameras/1/orthographic/xmag", "SCALAR", {1, 3}));
   EXPECT_EQ(animate_camera(wide, 0.5, 1, wide.cameras[1]).x_mag, 2.0f);
   EXPECT_EQ(animate_camera(wide, 0.5, 0, wide.cameras[0]).x_mag, wide.cameras[0].x_mag);
   const std::string light = "/extensions/KHR_lights_punctual/lights/0/";
-  EXPECT_EQ(animate_lights(read(animated<float>(light + "color", "VEC3", {0, 0, 0, 1, 0.5f, 0})), 0.5)[0].color,
-            Vec3(0.5f, 0.25f, 0));
-  EXPECT_EQ(animate_lights(read(animated<float>(light + "intensity", "SCALAR", {0, 6})), 0.5)[0].color, Vec3(3.0f));
-  EXPECT_EQ(animate_lights(read(animated<float>(light + "range", "SCALAR", {10, 20})), 0.5)[0].range, 15.0f);
+  EXPECT_EQ(
+      animate_lights(test::read_asset(animated<float>(light + "color", "VEC3", {0, 0, 0, 1, 0.5f, 0})), 0.5)[0].color,
+      Vec3(0.5f, 0.25f, 0));
+  EXPECT_EQ(animate_lights(test::read_asset(animated<float>(light + "intensity", "SCALAR", {0, 6})), 0.5)[0].color,
+            Vec3(3.0f));
+  EXPECT_EQ(animate_lights(test::read_asset(animated<float>(light + "range", "SCALAR", {10, 20})), 0.5)[0].range,
+            15.0f);
   EXPECT_NEAR(
       static_cast<double>(
-          animate_lights(read(animated<float>(light + "spot/outerConeAngle", "SCALAR", {0.6f, 1})), 0.5)[0].cos_outer),
+          animate_lights(test::read_asset(animated<float>(light + "spot/outerConeAngle", "SCALAR", {0.6f, 1})), 0.5)[0]
+              .cos_outer),
       std::cos(0.8), 1e-6);
 }
 
@@ -111,7 +110,7 @@ TEST(AnimationPointer, FramesTakeMaterialsLightsAndCameraWhereTheShutterOpens) {
   more["samplers"][0]["output"] = asset.document["accessors"].size() - 1;
   more["channels"][0]["target"]["extensions"]["KHR_animation_pointer"]["pointer"] = "/cameras/0/perspective/yfov";
   asset.document["animations"].push_back(more);
-  const Capture capture = read(asset);
+  const Capture capture = test::read_asset(asset);
   const Assembly assembly = assemble(capture);
   FrameRequest request;
   request.width = request.height = 100;
@@ -126,7 +125,7 @@ TEST(AnimationPointer, FramesTakeMaterialsLightsAndCameraWhereTheShutterOpens) {
 }
 
 TEST(AnimationPointer, WhatNoChannelMovesStaysAsItWas) {  // AV1
-  const Capture capture = read(animated<float>("/materials/1/alphaCutoff", "SCALAR", {0, 1}));
+  const Capture capture = test::read_asset(animated<float>("/materials/1/alphaCutoff", "SCALAR", {0, 1}));
   const Material &before = capture.materials[0], after = material_at(capture, 0.5);
   EXPECT_EQ(after.alpha_cutoff, before.alpha_cutoff);
   EXPECT_EQ(after.base_color, before.base_color);
@@ -137,16 +136,18 @@ TEST(AnimationPointer, WhatNoChannelMovesStaysAsItWas) {  // AV1
 
 TEST(AnimationPointer, ValuesStayInTheRangesOfTheirProperties) {  // AV2
   const std::string pbr = "/materials/0/pbrMetallicRoughness/";
-  EXPECT_EQ(material_at(read(animated<float>(pbr + "roughnessFactor", "SCALAR", {-1, 5})), 1).roughness, 1.0f);
-  EXPECT_EQ(material_at(read(animated<float>(pbr + "roughnessFactor", "SCALAR", {-1, 5})), 0).roughness, 0.0f);
+  EXPECT_EQ(material_at(test::read_asset(animated<float>(pbr + "roughnessFactor", "SCALAR", {-1, 5})), 1).roughness,
+            1.0f);
+  EXPECT_EQ(material_at(test::read_asset(animated<float>(pbr + "roughnessFactor", "SCALAR", {-1, 5})), 0).roughness,
+            0.0f);
   for (const float fov : {-1.0f, 0.0f, 4.0f, 3e38f}) {
-    const Camera camera =
-        animate_camera(read(animated<float>("/cameras/0/perspective/yfov", "SCALAR", {fov, fov})), 0, 0, {});
+    const Camera camera = animate_camera(
+        test::read_asset(animated<float>("/cameras/0/perspective/yfov", "SCALAR", {fov, fov})), 0, 0, {});
     EXPECT_TRUE(camera.vertical_fov > 0 && camera.vertical_fov < 3.1416f) << fov;
   }
   for (const char* plane : {"znear", "zfar"}) {
     const Capture capture =
-        read(animated<float>(std::string("/cameras/0/perspective/") + plane, "SCALAR", {-5, 1e30f}));
+        test::read_asset(animated<float>(std::string("/cameras/0/perspective/") + plane, "SCALAR", {-5, 1e30f}));
     for (const double time : {0.0, 1.0}) {
       const Camera camera = animate_camera(capture, time, 0, capture.cameras[0]);
       EXPECT_TRUE(camera.near > 0 && camera.far > camera.near) << plane;
@@ -156,7 +157,7 @@ TEST(AnimationPointer, ValuesStayInTheRangesOfTheirProperties) {  // AV2
 
 TEST(AnimationPointer, IntegersAreValuesToo) {
   const std::string pointer = "/materials/0/pbrMetallicRoughness/metallicFactor";
-  const auto at = [&](const GltfAsset& asset) { return material_at(read(asset), 0).metallic; };
+  const auto at = [&](const GltfAsset& asset) { return material_at(test::read_asset(asset), 0).metallic; };
   EXPECT_EQ(at(animated<std::uint8_t>(pointer, "SCALAR", {1, 0})), 1.0f);
   EXPECT_EQ(at(animated<std::uint8_t>(pointer, "SCALAR", {51, 0}, json::object(), {{"normalized", true}})), 0.2f);
 }
@@ -167,18 +168,18 @@ TEST(AnimationPointer, WhatIsNotReadIsSkippedWithOneNote) {
   json more = asset.document["animations"][1];
   more["channels"][0]["target"]["extensions"]["KHR_animation_pointer"]["pointer"] = "/nodes/0/weights/0";
   asset.document["animations"].push_back(more);
-  const Capture capture = read(asset, true);
+  const Capture capture = test::read_asset(asset, {.strict = true});
   EXPECT_THAT(capture.notices, ElementsAre(testing::AllOf(HasSubstr("channels of what is not read are skipped"),
                                                           HasSubstr("subsurfaceFactor"), HasSubstr("and 1 more"))));
   EXPECT_TRUE(capture.animations[1].channels.empty() && capture.animations[2].channels.empty());
-  EXPECT_THAT(read(animated<float>("/materials/1/normalTexture/scale", "SCALAR", {0, 1})).notices,
+  EXPECT_THAT(test::read_asset(animated<float>("/materials/1/normalTexture/scale", "SCALAR", {0, 1})).notices,
               ElementsAre(HasSubstr("which the asset does not have")));
 }
 
 TEST(AnimationPointer, ThatDoesNotFitIsRefused) {
   const auto refused = [](const GltfAsset& asset, const char* fault) {
     try {
-      read(asset);
+      test::read_asset(asset);
       ADD_FAILURE() << "read: " << fault;
     } catch (const InputError& error) {
       EXPECT_THAT(error.what(), HasSubstr(fault));
@@ -206,7 +207,7 @@ TEST(NodeVisibility, HidesANodeWithAllBelowItAndItsLights) {
   asset.document["nodes"][2]["extensions"]["KHR_node_visibility"] = {{"visible", false}};
   asset.document["nodes"][3]["extensions"]["KHR_node_visibility"] = {{"visible", true}};
   asset.document["extensionsRequired"] = {"KHR_node_visibility"};
-  const Capture capture = read(asset, true);
+  const Capture capture = test::read_asset(asset, {.strict = true});
   EXPECT_THAT(pose_at(capture, 0).visible, ElementsAre(true, true, false, false, true, true, true, false));
   const Assembly assembly = assemble(capture);
   const auto frame = pose_frame(assembly, choose_camera(capture, 64, 32), {});
@@ -217,12 +218,12 @@ TEST(NodeVisibility, HidesANodeWithAllBelowItAndItsLights) {
 TEST(NodeVisibility, IsAnimatedInSteps) {
   const char* pointer = "/nodes/2/extensions/KHR_node_visibility/visible";
   const GltfAsset asset = animated<std::uint8_t>(pointer, "SCALAR", {1, 0}, {{"interpolation", "STEP"}});
-  const Capture capture = read(asset, true);
+  const Capture capture = test::read_asset(asset, {.strict = true});
   EXPECT_TRUE(pose_at(capture, 0.99).visible[3]);
   EXPECT_FALSE(pose_at(capture, 1).visible[3]);
   const GltfAsset linear = animated<std::uint8_t>(pointer, "SCALAR", {1, 0});
-  EXPECT_TRUE(pose_at(read(linear), 0.99).visible[3]) << "in steps all the same";
-  EXPECT_THROW(read(linear, true), InputError);
+  EXPECT_TRUE(pose_at(test::read_asset(linear), 0.99).visible[3]) << "in steps all the same";
+  EXPECT_THROW(test::read_asset(linear, {.strict = true}), InputError);
 }
 
 TEST(NodeVisibility, LeavesTheAutomaticCameraAlone) {

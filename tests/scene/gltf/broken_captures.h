@@ -44,9 +44,16 @@ BrokenCapture strictly(BrokenCapture broken);
 
 // ---- The corpus -------------------------------------------------------------------------------------------------
 
-std::vector<BrokenClass> broken_captures();     // all of them
+// Rows of a file beside this one. `set` gives values of the document new ones or adds them, `remove` takes them away,
+// both by JSON pointers into the document of `base` (everything_asset() unless it says otherwise).
+nlohmann::json capture_rows(const std::string& file);
+// Writes the capture that a row says.
+std::filesystem::path put_row(const std::filesystem::path& folder, const nlohmann::json& row);
+
+// All of them. What the document alone makes broken is in broken_captures.json, by class: `place` and `fault` are parts
+// of the message; without a place it names the value that was set.
+std::vector<BrokenClass> broken_captures();
 std::vector<BrokenClass> broken_containers();   // GLB, JSON, URIs
-std::vector<BrokenClass> broken_documents();    // the JSON document
 std::vector<BrokenClass> broken_contents();     // values in buffers, Draco streams, images
 std::vector<BrokenClass> broken_compression();  // compressed buffer views, WebP images
 

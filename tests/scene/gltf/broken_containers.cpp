@@ -4,6 +4,8 @@
 namespace tessera::test {
 namespace {
 
+namespace fs = std::filesystem;
+
 std::string header(std::uint32_t version, std::uint32_t length) {
   return "glTF" + little_endian32(version) + little_endian32(length);
 }

@@ -66,6 +66,58 @@ BrokenClass values() {
           }};
 }
 
+// Strides of what is not used as vertices, and indices of sparse accessors.
+BrokenClass strides() {
+  return {"ViewOrAccessorOutOfRange",
+          {
+              strictly(damaged(
+                  "stride_not_multiple_of_4",
+                  [](GltfAsset& a) {
+                    const std::vector<std::uint16_t> pairs(16, 7);
+                    const int view =
+                        a.add_view({reinterpret_cast<const std::uint8_t*>(pairs.data()), 32}, {{"byteStride", 6}});
+                    a.add("accessors", {{"bufferView", view}, {"componentType", 5123}, {"type", "VEC2"}, {"count", 4}});
+                  },
+                  "/byteStride", "is not a multiple of 4")),
+              strictly(damaged(
+                  "stride_of_indices_as_they_are",
+                  [](GltfAsset& a) {
+                    const std::vector<std::uint32_t> list = {0, 1, 2, 2, 1, 3};
+                    a.document["meshes"][0]["primitives"][0]["indices"] = a.add_accessor("SCALAR", list);
+                    a.document["bufferViews"].back()["byteStride"] = 4;
+                  },
+                  "/meshes/0/primitives/0/indices", "byteStride")),
+          }};
+}
+
+BrokenClass sparse_indices() {
+  const auto index = [&](const char* name, std::uint16_t first, std::uint16_t second) {
+    return damaged(
+        name,
+        [=](GltfAsset& a) {
+          const int view = a.document["accessors"][kControlPoints]["sparse"]["indices"]["bufferView"];
+          std::memcpy(&a.binary[a.first_byte_of_view(view)], &first, 2);
+          std::memcpy(&a.binary[a.first_byte_of_view(view) + 2], &second, 2);
+        },
+        "/accessors/" + std::to_string(kControlPoints) + "/sparse/indices");
+  };
+  return {"SparseAccessorBroken",
+          {index("index_out_of_range", 5, 16), index("index_minus_1", 5, 0xFFFF), index("indices_equal", 5, 5),
+           index("indices_decrease", 6, 5)}};
+}
+
+BrokenClass long_cycles() {
+  const auto cycle = [](const char* name, int length) {
+    return damaged(
+        name,
+        [=](GltfAsset& a) {
+          for (int i = 0; i < length; ++i) a.add("nodes", {{"children", {8 + (i + 1) % length}}});
+        },
+        "/nodes/", "ancestor");
+  };
+  return {"NodeGraphThatIsNoForest", {cycle("cycle_of_many", 1000), cycle("long_chain_into_a_cycle", 100000)}};
+}
+
 // ---- Draco ------------------------------------------------------------------------------------------------------
 
 const std::string kExtension = "/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression";
@@ -90,10 +142,6 @@ BrokenCapture draco_stream(std::string name, std::string stream, std::string fau
             a.document["bufferViews"][static_cast<std::size_t>(a.add_view(bytes_of(stream)))];
       },
       "", std::move(fault));
-}
-
-json& draco_member(GltfAsset& asset, const char* member) {
-  return asset.document["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"][member];
 }
 
 std::string varint(std::uint64_t value) {
@@ -137,55 +185,6 @@ BrokenClass broken_draco() {
           draco("geometry_type_unknown", true, poke_byte(7, 7)),
           draco("method_unknown", true, poke_byte(8, 9)),
           draco("method_of_the_other_kind", true, poke_byte(8, 1)),
-          draco(
-              "id_unknown", true, [](GltfAsset& a) { draco_member(a, "attributes")["TEXCOORD_0"] = 77; },
-              kExtension + "/attributes/TEXCOORD_0", "77"),
-          draco(
-              "id_twice", true,
-              [](GltfAsset& a) {
-                draco_member(a, "attributes")["TEXCOORD_0"] = draco_member(a, "attributes")["POSITION"];
-              },
-              kExtension + "/attributes", "shares"),
-          draco(
-              "id_negative", true, [](GltfAsset& a) { draco_member(a, "attributes")["POSITION"] = -1; },
-              kExtension + "/attributes/POSITION"),
-          draco(
-              "ids_swapped", true,
-              [](GltfAsset& a) {
-                std::swap(draco_member(a, "attributes")["POSITION"], draco_member(a, "attributes")["TEXCOORD_0"]);
-              },
-              kExtension + "/attributes", "components"),
-          draco(
-              "attribute_not_in_primitive", true, [](GltfAsset& a) { draco_member(a, "attributes")["NORMAL"] = 5; },
-              kExtension + "/attributes/NORMAL"),
-          draco(
-              "view_out_of_range", true, [](GltfAsset& a) { draco_member(a, "bufferView") = 9; },
-              kExtension + "/bufferView"),
-          draco(
-              "view_missing", true,
-              [](GltfAsset& a) {
-                a.document["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"].erase(
-                    "bufferView");
-              },
-              "", "bufferView"),
-          draco(
-              "without_indices", true, [](GltfAsset& a) { a.document["meshes"][0]["primitives"][0].erase("indices"); },
-              "/meshes/0/primitives/0", "indices"),
-          draco(
-              "of_lines", true, [](GltfAsset& a) { a.document["meshes"][0]["primitives"][0]["mode"] = 1; },
-              "/meshes/0/primitives/0/mode"),
-          draco(
-              "component_type_differs", true,
-              [](GltfAsset& a) {
-                a.document["accessors"][1].update({{"componentType", 5123}, {"normalized", true}});
-              },
-              kExtension + "/attributes/TEXCOORD_0", "component type"),
-          draco(
-              "fewer_indices_declared", true, [](GltfAsset& a) { a.document["accessors"][2]["count"] = 3; }, "",
-              "2 triangles"),
-          draco(
-              "fewer_indices_declared_edgebreaker", false,
-              [](GltfAsset& a) { a.document["accessors"][2]["count"] = 3; }, "", "2 triangles"),
           draco(
               "plain_attribute_of_another_count", true,
               [](GltfAsset& a) {
@@ -275,31 +274,13 @@ BrokenClass images_and_textures() {
               image("jpeg_segments_cut", jpeg.substr(0, 100)),
               image("jpeg_pixels_cut", jpeg.substr(0, jpeg.size() - 20)),
               image("jpeg_end_missing", jpeg.substr(0, jpeg.size() - 2)),
-              damaged(
-                  "uri_missing_file",
-                  [](GltfAsset& a) {
-                    a.document["images"][0] = {{"uri", "none.png"}};
-                  },
-                  "/images/0/uri", "no such file"),
-              damaged(
-                  "uri_leaves_folder",
-                  [](GltfAsset& a) {
-                    a.document["images"][0] = {{"uri", "../none.png"}};
-                  },
-                  "/images/0/uri", "leaves"),
-              damaged(
-                  "uri_is_text",
-                  [](GltfAsset& a) {
-                    a.document["images"][0] = {{"uri", "data:image/png;base64,AAAA"}};
-                  },
-                  "/images/0", "neither"),
           }};
 }
 
 }  // namespace
 
 std::vector<BrokenClass> broken_contents() {
-  return {values(), truncated_draco(), broken_draco(), images_and_textures()};
+  return {values(), strides(), sparse_indices(), long_cycles(), truncated_draco(), broken_draco(), images()};
 }
 
 }  // namespace tessera::test

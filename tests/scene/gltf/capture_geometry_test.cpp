@@ -1,5 +1,4 @@
-#include "scene/capture_reader.h"
-#include "tests/support/gltf_asset.h"
+#include "tests/support/read_asset.h"
 #include "tests/support/tests.h"
 
 namespace tessera::scene::capture_geometry_test {
@@ -7,18 +6,12 @@ namespace {
 
 using test::GltfAsset;
 
-Capture read(const GltfAsset& asset) {
-  const test::TemporaryFolder folder;
-  test::write_text(folder / "f.glb", asset.glb());
-  return read_capture(folder / "f.glb");
-}
-
 // A mesh of one primitive; `more` is merged into it.
 Primitive primitive_of(GltfAsset asset, const json& attributes, const json& more = json::object()) {
   json primitive = {{"attributes", attributes}};
   primitive.update(more);
   asset.add("meshes", {{"primitives", json::array({primitive})}});
-  return read(asset).meshes.at(0).primitives.at(0);
+  return test::read_asset(asset).meshes.at(0).primitives.at(0);
 }
 
 std::vector<float> some_positions(int count) {
@@ -243,7 +236,7 @@ TEST(CaptureInfluences, AreRenormalizedOverBothSets) {
 }
 
 TEST(CaptureMorphTargets, KeepTheDifferencesOfEachAttribute) {
-  const Capture capture = read(test::everything_asset());
+  const Capture capture = test::read_asset(test::everything_asset());
   const Mesh& mesh = capture.meshes.at(0);
   EXPECT_EQ(mesh.default_weights, std::vector<float>{0.5f});
   const MorphTarget& target = mesh.primitives.at(0).vertices.morph_targets.at(0);
@@ -252,7 +245,7 @@ TEST(CaptureMorphTargets, KeepTheDifferencesOfEachAttribute) {
 }
 
 TEST(CapturePatches, KeepTheOrderOfTheirControlPoints) {
-  const Capture capture = read(test::everything_asset());
+  const Capture capture = test::read_asset(test::everything_asset());
   const Primitive& patch = capture.meshes.at(1).primitives.at(0);
   EXPECT_EQ(patch.kind, Primitive::Kind::kBezierPatches);
   for (std::size_t n = 0; n < 16; ++n) {
@@ -293,11 +286,11 @@ TEST(CaptureDraco, DecodesToTheSurfaceThatWasCompressed) {
   const int indices = plain.add_accessor<std::uint16_t>("SCALAR", {0, 1, 2, 2, 1, 3});
   const auto expected = soup(primitive_of(plain, attributes, {{"indices", indices}}));
   for (const bool sequential : {true, false})
-    EXPECT_EQ(soup(read(test::draco_asset(sequential)).meshes.at(0).primitives.at(0)), expected);
+    EXPECT_EQ(soup(test::read_asset(test::draco_asset(sequential)).meshes.at(0).primitives.at(0)), expected);
 }
 
 TEST(CaptureDraco, KeepsTheNumberingOfSequentialStreams) {
-  const Capture capture = read(test::draco_asset(true));
+  const Capture capture = test::read_asset(test::draco_asset(true));
   EXPECT_EQ(capture.meshes.at(0).primitives.at(0).indices, (std::vector<std::uint32_t>{0, 1, 2, 2, 1, 3}));
 }
 

@@ -1,6 +1,5 @@
-#include "scene/capture_reader.h"
 #include "scene/pose.h"
-#include "tests/support/gltf_asset.h"
+#include "tests/support/read_asset.h"
 #include "tests/support/tests.h"
 
 namespace tessera::scene::capture_reader_test {
@@ -8,17 +7,11 @@ namespace {
 
 using test::GltfAsset;
 
-Capture read(const GltfAsset& asset) {
-  const test::TemporaryFolder folder;
-  test::write_text(folder / "f.glb", asset.glb());
-  return read_capture(folder / "f.glb");
-}
-
 // everything_asset() with some members replaced, by JSON pointer.
 Capture read_with(const std::vector<std::pair<const char*, json>>& edits) {
   GltfAsset asset = test::everything_asset();
   for (const auto& [pointer, value] : edits) asset.document[json::json_pointer(pointer)] = value;
-  return read(asset);
+  return test::read_asset(asset);
 }
 
 // ---- Files ------------------------------------------------------------------------------------------------------
@@ -36,7 +29,7 @@ void expect_same_geometry(const Capture& a, const Capture& b) {
 
 TEST(CaptureFiles, MeanTheSameAsGlbDataUriOrFilesBeside) {
   const GltfAsset asset = test::everything_asset();
-  const Capture glb = read(asset);
+  const Capture glb = test::read_asset(asset);
   const test::TemporaryFolder folder;
   test::write_text(folder / "data.gltf", asset.gltf());
   expect_same_geometry(read_capture(folder / "data.gltf"), glb);
@@ -77,20 +70,20 @@ TEST(CaptureScene, DrawsTheDefaultSceneElseTheFirstElseEveryRoot) {
   EXPECT_EQ(read_with({{"/scenes/1", {{"nodes", json::array()}}}, {"/scene", 1}}).roots, std::vector<int>{});
   GltfAsset asset = test::everything_asset();
   asset.document.erase("scene");
-  EXPECT_EQ(read(asset).roots, std::vector<int>{0});
+  EXPECT_EQ(test::read_asset(asset).roots, std::vector<int>{0});
   asset.document.erase("scenes");
   asset.add("nodes", json::object());
-  EXPECT_EQ(read(asset).roots, (std::vector<int>{0, 8}));
+  EXPECT_EQ(test::read_asset(asset).roots, (std::vector<int>{0, 8}));
 }
 
 TEST(CaptureScene, KeepsSkinsWithTheirInverseBindMatrices) {
-  const Capture capture = read(test::everything_asset());
+  const Capture capture = test::read_asset(test::everything_asset());
   ASSERT_EQ(capture.skins.size(), 1u);
   EXPECT_EQ(capture.skins[0].joints, (std::vector<int>{2, 3}));
   EXPECT_EQ(capture.skins[0].inverse_bind[0], DMat4(1.0));
   GltfAsset without = test::everything_asset();
   without.document["skins"][0].erase("inverseBindMatrices");
-  EXPECT_EQ(read(without).skins[0].inverse_bind[1], DMat4(1.0)) << "the default is the identity";
+  EXPECT_EQ(test::read_asset(without).skins[0].inverse_bind[1], DMat4(1.0)) << "the default is the identity";
 }
 
 TEST(CaptureScene, ReadsCameras) {
@@ -109,8 +102,8 @@ TEST(CaptureScene, ReadsCameras) {
   GltfAsset endless = test::everything_asset();
   endless.document["cameras"][0]["perspective"].erase("zfar");
   endless.document["cameras"][0]["extensions"]["TESSERA_lens"].erase("focusDistance");
-  EXPECT_EQ(read(endless).cameras[0].far, 0.0f);
-  EXPECT_EQ(read(endless).cameras[0].lens.focus_distance, std::numeric_limits<float>::infinity());
+  EXPECT_EQ(test::read_asset(endless).cameras[0].far, 0.0f);
+  EXPECT_EQ(test::read_asset(endless).cameras[0].lens.focus_distance, std::numeric_limits<float>::infinity());
 }
 
 TEST(CaptureScene, ReadsLights) {
@@ -128,7 +121,7 @@ TEST(CaptureScene, ReadsLights) {
 }
 
 TEST(CaptureScene, ReadsAnimationsWithTheirDuration) {
-  const Capture capture = read(test::everything_asset());
+  const Capture capture = test::read_asset(test::everything_asset());
   const Animation& animation = capture.animations.at(0);
   ASSERT_EQ(animation.channels.size(), 4u);
   EXPECT_EQ(animation.duration(), 1.0f);
@@ -147,7 +140,7 @@ TEST(CaptureScene, PlaysOnlyAnimationsThatDoNotFight) {
   friendly["channels"] = json::array({{{"sampler", 0}, {"target", {{"node", 4}, {"path", "translation"}}}}});
   asset.add("animations", baseline);
   asset.add("animations", friendly);
-  EXPECT_EQ(read(asset).played_animations, (std::vector<int>{0, 2}));
+  EXPECT_EQ(test::read_asset(asset).played_animations, (std::vector<int>{0, 2}));
 }
 
 // ---- Materials --------------------------------------------------------------------------------------------------
@@ -234,7 +227,7 @@ TEST(CaptureMaterials, ReadDisplacement) {
 // ---- Settings ---------------------------------------------------------------------------------------------------
 
 TEST(CaptureSettings, AreReadFromTheExtension) {
-  const CaptureSettings s = read(test::everything_asset()).settings;
+  const CaptureSettings s = test::read_asset(test::everything_asset()).settings;
   EXPECT_TRUE(s.declared);
   EXPECT_EQ(s.width, 64);
   EXPECT_EQ(s.height, 32);
@@ -252,10 +245,10 @@ TEST(CaptureSettings, AreReadFromTheExtension) {
 TEST(CaptureSettings, HaveTheDocumentedDefaults) {
   GltfAsset asset = test::everything_asset();
   asset.document["extensions"].erase("TESSERA_capture");
-  const CaptureSettings undeclared = read(asset).settings;
+  const CaptureSettings undeclared = test::read_asset(asset).settings;
   EXPECT_FALSE(undeclared.declared);
   asset.document["extensions"]["TESSERA_capture"] = json::object();
-  const CaptureSettings empty = read(asset).settings;
+  const CaptureSettings empty = test::read_asset(asset).settings;
   EXPECT_TRUE(empty.declared);
   for (const CaptureSettings& s : {undeclared, empty}) {
     EXPECT_EQ(s.width, 1280);

@@ -1,6 +1,6 @@
 #include "base/error.h"
 #include "scene/capture_reader.h"
-#include "scene/gltf/container.h"
+#include "scene/gltf/json_reader.h"
 #include "scene/gltf/resources.h"
 #include "tests/support/gltf_asset.h"
 #include "tests/support/tests.h"

@@ -2,9 +2,9 @@
 #include "scene/held_textures.h"
 #include "base/error.h"
 #include "scene/assembly.h"
-#include "scene/capture_reader.h"
 #include "tests/support/basis_asset.h"
 #include "tests/support/heap_meter.h"
+#include "tests/support/read_asset.h"
 #include "tests/support/tests.h"
 
 namespace tessera::scene::held_textures_test {
@@ -90,15 +90,9 @@ TEST(HeldTextures, AsStoredTheyStayAndCostNothing) {
   EXPECT_EQ(textures.charged_bytes, 0u);
 }
 
-Capture read(const test::GltfAsset& asset) {
-  const test::TemporaryFolder folder;
-  test::write_text(folder / "capture.gltf", asset.gltf());
-  return read_capture(folder / "capture.gltf");
-}
-
 // Invariant HT2.
 TEST(HeldTextures, AnyFormatTakesTheTexturesOfKtx2ImagesAndLeavesTheirHeights) {
-  const Capture capture = read(test::basis_texture_asset(test::basis_file("uastc_cloud_mips_32x20")));
+  const Capture capture = test::read_asset(test::basis_texture_asset(test::basis_file("uastc_cloud_mips_32x20")));
   ASSERT_EQ(capture.basis_images.size(), 1u);
   for (const ktx2::BasisTarget target : {kPlain, ktx2::BasisTarget::kAstc4x4}) {
     std::vector<Material> stored = capture.materials, blocks = capture.materials;

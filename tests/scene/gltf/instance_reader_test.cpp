@@ -2,8 +2,7 @@
 #include <tessera/error.h>
 
 #include "scene/assembly.h"
-#include "scene/capture_reader.h"
-#include "tests/support/gltf_asset.h"
+#include "tests/support/read_asset.h"
 #include "tests/support/tests.h"
 
 namespace tessera::scene::instance_reader_test {
@@ -33,18 +32,12 @@ GltfAsset instanced_asset() {
   return asset;
 }
 
-Capture read(const GltfAsset& asset, const CaptureLimits& limits = {}) {
-  const test::TemporaryFolder folder;
-  test::write_text(folder / "f.glb", asset.glb());
-  return read_capture(folder / "f.glb", limits);
-}
-
 // What is said of the asset with one member replaced.
 std::string refusal(const std::string& pointer, const json& value) {
   GltfAsset asset = instanced_asset();
   asset.document[json::json_pointer(pointer)] = value;
   try {
-    read(asset);
+    test::read_asset(asset);
   } catch (const InputError& error) {
     return error.what();
   }
@@ -52,7 +45,7 @@ std::string refusal(const std::string& pointer, const json& value) {
 }
 
 TEST(InstanceReader, TakesFloatsAndNormalisedIntegers) {
-  const Capture capture = read(instanced_asset());
+  const Capture capture = test::read_asset(instanced_asset());
   const auto& instances = capture.nodes.at(0).instances;
   ASSERT_EQ(instances.size(), 2u);
   EXPECT_THAT(instances[0].translation, ElementsAre(1, 2, 3));
@@ -66,17 +59,17 @@ TEST(InstanceReader, TakesFloatsAndNormalisedIntegers) {
 TEST(InstanceReader, WhatIsNotSaidIsTheIdentity) {
   GltfAsset asset = instanced_asset();
   asset.document[json::json_pointer(kAttributes)] = {{"TRANSLATION", 1}};
-  const Capture capture = read(asset);
+  const Capture capture = test::read_asset(asset);
   EXPECT_THAT(capture.nodes.at(0).instances.at(1).rotation, ElementsAre(0, 0, 0, 1));
   EXPECT_THAT(capture.nodes.at(0).instances.at(1).scale, ElementsAre(1, 1, 1));
   asset.document[json::json_pointer(kAttributes)] = json::object();
-  EXPECT_TRUE(read(asset).nodes.at(0).instances.empty());
+  EXPECT_TRUE(test::read_asset(asset).nodes.at(0).instances.empty());
 }
 
 TEST(InstanceReader, NotesAttributesOfTheApplication) {
   GltfAsset asset = instanced_asset();
   asset.document[json::json_pointer(kAttributes)] = {{"_ID", 3}};
-  const Capture capture = read(asset);
+  const Capture capture = test::read_asset(asset);
   EXPECT_EQ(capture.nodes.at(0).instances.size(), 2u);
   ASSERT_EQ(capture.notices.size(), 1u);
   EXPECT_THAT(capture.notices[0], HasSubstr("_ID: belongs to the application"));
@@ -87,7 +80,7 @@ TEST(InstanceReader, DrawsASkinnedMeshAsItRests) {
   const int translation = asset.add_accessor("VEC3", std::vector<float>{1, 2, 3});
   asset.document["nodes"][1]["extensions"]["EXT_mesh_gpu_instancing"] = {
       {"attributes", {{"TRANSLATION", translation}}}};
-  const Capture capture = read(asset);
+  const Capture capture = test::read_asset(asset);
   EXPECT_EQ(capture.nodes.at(1).skin, kNone);
   ASSERT_EQ(capture.notices.size(), 1u);
   EXPECT_THAT(capture.notices[0], HasSubstr("/nodes/1: is skinned and has instances"));
@@ -108,7 +101,7 @@ TEST(InstanceReader, RefusesWhatDoesNotFit) {
   GltfAsset zero = instanced_asset();
   zero.poke(2, 4, std::int16_t{0});
   try {
-    read(zero);
+    test::read_asset(zero);
     FAIL() << "a rotation of no length";
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr(kAttributes + "/ROTATION"));
@@ -122,14 +115,14 @@ TEST(InstanceReader, ChargesInstancesBeforeTheyAreMade) {
   asset.document[json::json_pointer(kAttributes)] = {{"TRANSLATION", 1}};
   asset.document["accessors"][1].erase("bufferView");
   asset.document["accessors"][1]["count"] = 2147483647;
-  EXPECT_THROW(read(asset), LimitError);
+  EXPECT_THROW(test::read_asset(asset), LimitError);
   asset.document["accessors"][1]["count"] = 1000;
-  const Capture capture = read(asset);
+  const Capture capture = test::read_asset(asset);
   const Assembly assembly = assemble(capture);
   EXPECT_GE(capture.charged_bytes, assembly.drawables.size() * sizeof(Drawable) + assembly.patch_count() * 4);
   CaptureLimits tight;
   tight.max_bytes = capture.charged_bytes - 1;
-  EXPECT_THROW(read(asset, tight), LimitError);
+  EXPECT_THROW(test::read_asset(asset, tight), LimitError);
 }
 
 }  // namespace

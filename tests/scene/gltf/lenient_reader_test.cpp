@@ -2,7 +2,6 @@
 #include "base/error.h"
 #include "scene/assembly.h"
 #include "scene/capture_reader.h"
-#include "scene/extension_registry.h"
 #include "scene/extensions.h"
 #include "scene/pose.h"
 #include "tests/support/gltf_asset.h"
@@ -71,7 +70,7 @@ TEST(LenientReader, OneNoteNamesEveryExtensionThatIsNotRead) {  // EC1
 }
 
 TEST(RegisteredExtensions, AreReadOrNotedAndWhatIsNotReadRefusesFilesThatRequireIt) {
-  for (const RegisteredExtension& extension : extension_registry()) {
+  for (const Extension& extension : extension_registry()) {
     const std::string name(extension.name);
     const Capture capture = read_with({{"/extensionsUsed", {name}}});
     if (extension.read()) {
@@ -86,7 +85,7 @@ TEST(RegisteredExtensions, AreReadOrNotedAndWhatIsNotReadRefusesFilesThatRequire
 
 TEST(RegisteredExtensions, HoldWhateverIsSupportedButTesserasOwn) {
   std::set<std::string_view> read, supported;
-  for (const RegisteredExtension& extension : extension_registry())
+  for (const Extension& extension : extension_registry())
     if (extension.read()) read.insert(extension.name);
   for (const Extension& extension : supported_extensions())
     if (!extension.name.starts_with("TESSERA_")) supported.insert(extension.name);

@@ -1,10 +1,8 @@
 // Materials' extensions as files have them.
 #include "base/error.h"
-#include "scene/animated_values.h"
+#include "scene/animation.h"
 #include "scene/assembly.h"
-#include "scene/capture_reader.h"
-#include "scene/effect_numbers.h"
-#include "tests/support/gltf_asset.h"
+#include "tests/support/read_asset.h"
 #include "tests/support/tests.h"
 
 namespace tessera::scene::material_effects_test {
@@ -12,17 +10,12 @@ namespace {
 
 using test::GltfAsset;
 
-Capture read(const GltfAsset& asset) {
-  const test::TemporaryFolder folder;
-  test::write_text(folder / "f.glb", asset.glb());
-  return read_capture(folder / "f.glb");
-}
 GltfAsset with_extensions(const json& extensions) {
   GltfAsset asset = test::everything_asset();
   asset.document["materials"][0]["extensions"] = extensions;
   return asset;
 }
-Material material_with(const json& extensions) { return read(with_extensions(extensions)).materials.at(0); }
+Material material_with(const json& extensions) { return test::read_asset(with_extensions(extensions)).materials.at(0); }
 
 std::set<MaterialEffect> effects_of(const Material& material) {
   std::set<MaterialEffect> effects;
@@ -83,7 +76,7 @@ TEST(MaterialEffects, FactorsAreRead) {
   EXPECT_EQ(m.volume.thickness, 0.2f);
   EXPECT_EQ(m.volume.attenuation_distance, 3.0f);
   EXPECT_EQ(m.volume.attenuation_color, Vec3(1, 0.5f, 0.25f));
-  EXPECT_EQ(m.volume.dispersion, 0.3f);
+  EXPECT_EQ(m.dispersion.strength, 0.3f);
   EXPECT_EQ(m.diffuse_transmission.factor, 0.35f);
   EXPECT_EQ(m.diffuse_transmission.color, Vec3(0.5f, 1, 0));
   EXPECT_EQ(m.emissive, m.emissive_factor * 5.0f);
@@ -146,7 +139,7 @@ TEST(MaterialEffects, SpecularGlossinessReplacesTheCore) {
                                        {"glossinessFactor", 0.7},
                                        {"specularGlossinessTexture", {{"index", 0}}}}}});
   asset.document["materials"][0]["pbrMetallicRoughness"]["metallicRoughnessTexture"] = {{"index", 0}};
-  const Material m = read(asset).materials.at(0);
+  const Material m = test::read_asset(asset).materials.at(0);
   EXPECT_EQ(effects_of(m), Effects{MaterialEffect::kSpecularGlossiness});
   EXPECT_EQ(m.base_color, Vec4(0.1f, 0.2f, 0.3f, 0.5f));
   EXPECT_EQ(m.specular_glossiness.specular, Vec3(0.4f, 0.5f, 0.6f));
@@ -193,8 +186,9 @@ GltfAsset animated(const std::string& pointer, int components, const json& exten
 }
 
 TEST(MaterialEffects, EveryFactorMoves) {
-  for (const EffectNumber& number : effect_numbers()) {
-    const std::string pointer(number.pointer);
+  for (const MaterialNumber& number : material_numbers()) {
+    const std::string& pointer = number.pointer;
+    if (!number.effect || !number.animated) continue;
     const std::string extension = pointer.substr(12, pointer.find('/', 12) - 12);
     json owner = json::object();
     if (pointer.ends_with("/scale")) owner["clearcoatNormalTexture"] = {{"index", 0}};
@@ -202,18 +196,19 @@ TEST(MaterialEffects, EveryFactorMoves) {
     if (number.effect == MaterialEffect::kVolume || number.effect == MaterialEffect::kDispersion)
       extensions["KHR_materials_transmission"] = {{"transmissionFactor", 1}};
     if (number.effect == MaterialEffect::kDispersion) extensions["KHR_materials_volume"] = {{"thicknessFactor", 1}};
-    const Capture capture = read(animated(pointer, number.components, extensions));
-    EXPECT_TRUE(capture.materials[0].has(number.effect)) << pointer << " is there from the first frame on";
+    const Capture capture = test::read_asset(animated(pointer, number.components, extensions));
+    EXPECT_TRUE(capture.materials[0].has(*number.effect)) << pointer << " is there from the first frame on";
     std::vector<Material> materials = {capture.materials[0]};
     animate_materials(capture, 0.5, std::vector<int>{0}, materials);
     for (int c = 0; c < number.components; ++c)
-      EXPECT_EQ(number.of(materials[0])[c], number.low > 0.5 ? static_cast<float>(number.low) : 0.5f) << pointer;
+      EXPECT_EQ(number.of(materials[0])[c], number.range.low > 0.5 ? static_cast<float>(number.range.low) : 0.5f)
+          << pointer;
   }
 }
 
 TEST(MaterialEffects, StrengthAndFactorOfEmissionMoveApart) {
-  const Capture capture = read(animated("/extensions/KHR_materials_emissive_strength/emissiveStrength", 1,
-                                        {{"KHR_materials_emissive_strength", {{"emissiveStrength", 5}}}}));
+  const Capture capture = test::read_asset(animated("/extensions/KHR_materials_emissive_strength/emissiveStrength", 1,
+                                                    {{"KHR_materials_emissive_strength", {{"emissiveStrength", 5}}}}));
   std::vector<Material> materials = {capture.materials[0]};
   animate_materials(capture, 0.5, std::vector<int>{0}, materials);
   EXPECT_EQ(materials[0].emissive, capture.materials[0].emissive_factor * 0.5f);

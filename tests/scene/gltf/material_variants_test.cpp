@@ -1,7 +1,6 @@
 // KHR_materials_variants: which material a primitive is drawn with.
 #include "base/error.h"
-#include "scene/capture_reader.h"
-#include "tests/support/gltf_asset.h"
+#include "tests/support/read_asset.h"
 #include "tests/support/tests.h"
 
 namespace tessera::scene::material_variants_test {
@@ -37,12 +36,6 @@ GltfAsset cups() {
   return asset;
 }
 
-Capture read(const GltfAsset& asset, const CaptureLimits& limits = {}) {
-  const test::TemporaryFolder folder;
-  test::write_text(folder / "f.glb", asset.glb());
-  return read_capture(folder / "f.glb", limits);
-}
-
 std::vector<int> materials_of(const Capture& capture) {
   std::vector<int> materials;
   for (const Mesh& mesh : capture.meshes)
@@ -52,7 +45,7 @@ std::vector<int> materials_of(const Capture& capture) {
 
 std::string complaint(const GltfAsset& asset, const std::string& variant) {
   try {
-    read(asset, {.variant = variant});
+    test::read_asset(asset, {.variant = variant});
   } catch (const UsageError& error) {
     return error.what();
   }
@@ -60,7 +53,7 @@ std::string complaint(const GltfAsset& asset, const std::string& variant) {
 }
 
 TEST(MaterialVariants, WithoutAChoicePrimitivesKeepTheirMaterials) {
-  const Capture capture = read(cups());
+  const Capture capture = test::read_asset(cups());
   EXPECT_THAT(capture.variants, ElementsAre("meadow", "sky", "sea"));
   EXPECT_EQ(capture.variant, kNone);
   EXPECT_THAT(materials_of(capture), ElementsAre(0, 0, 0, kNone));
@@ -72,7 +65,7 @@ TEST(MaterialVariants, AMappingOfTheChosenVariantReplacesTheMaterial) {
   const std::vector<std::pair<std::string, std::vector<int>>> cases = {
       {"meadow", {1, 0, 0, kNone}}, {"sky", {2, 0, 0, kNone}}, {"sea", {2, 0, 1, 1}}};
   for (std::size_t v = 0; v < cases.size(); ++v) {
-    const Capture capture = read(cups(), {.variant = cases[v].first});
+    const Capture capture = test::read_asset(cups(), {.variant = cases[v].first});
     EXPECT_EQ(capture.variant, static_cast<int>(v));
     EXPECT_EQ(materials_of(capture), cases[v].second) << cases[v].first;
   }
@@ -93,7 +86,7 @@ TEST(MaterialVariants, AnUnknownNameIsAnsweredWithThoseThatThereAre) {
 TEST(MaterialVariants, OfTwoOfOneNameTheFirstIsChosenWithANote) {
   GltfAsset asset = cups();
   asset.document["extensions"]["KHR_materials_variants"]["variants"][1]["name"] = "sea";
-  const Capture capture = read(asset, {.variant = "sea"});
+  const Capture capture = test::read_asset(asset, {.variant = "sea"});
   EXPECT_EQ(capture.variant, 1);
   EXPECT_THAT(materials_of(capture), ElementsAre(2, 0, 0, kNone));
   EXPECT_THAT(capture.notices, ElementsAre(HasSubstr("/extensions/KHR_materials_variants/variants/2")));
@@ -103,9 +96,9 @@ TEST(MaterialVariants, OfTwoOfOneNameTheFirstIsChosenWithANote) {
 TEST(MaterialVariants, EmptyNamesAndEmptyListsAreVariantsToo) {
   GltfAsset asset = cups();
   asset.document["extensions"]["KHR_materials_variants"]["variants"][0]["name"] = "";
-  EXPECT_THAT(materials_of(read(asset, {.variant = ""})), ElementsAre(1, 0, 0, kNone));
+  EXPECT_THAT(materials_of(test::read_asset(asset, {.variant = ""})), ElementsAre(1, 0, 0, kNone));
   asset.document["meshes"][0]["primitives"][0]["extensions"]["KHR_materials_variants"]["mappings"] = json::array();
-  EXPECT_THAT(materials_of(read(asset, {.variant = ""})), ElementsAre(0, 0, 0, kNone));
+  EXPECT_THAT(materials_of(test::read_asset(asset, {.variant = ""})), ElementsAre(0, 0, 0, kNone));
 }
 
 // What the chosen material reads must be there; what others read need not.
@@ -115,7 +108,7 @@ TEST(MaterialVariants, NotesAreAboutTheMaterialsThatAreDrawn) {
   asset.document["materials"][1]["normalTexture"] = {{"index", 0}};
   const auto lacking = [&](const CaptureLimits& limits) {
     std::size_t count = 0;
-    for (const std::string& notice : read(asset, limits).notices)
+    for (const std::string& notice : test::read_asset(asset, limits).notices)
       count += notice.find("lacks TEXCOORD_0") != std::string::npos ? 1 : 0;
     return count;
   };

@@ -2,21 +2,15 @@
 #include "scene/gltf/meshopt_reader.h"
 #include "base/webp_codec.h"
 #include "replay/pack/meshopt_encoder.h"
-#include "scene/capture_reader.h"
 #include "scene/gltf/document.h"
 #include "tests/support/meshopt_asset.h"
+#include "tests/support/read_asset.h"
 #include "tests/support/tests.h"
 
 namespace tessera::scene::meshopt_reader_test {
 namespace {
 
 using test::GltfAsset;
-
-Capture read(const std::string& contents, const CaptureLimits& limits = {}) {
-  const test::TemporaryFolder folder;
-  test::write_text(folder / "capture.glb", contents);
-  return read_capture(folder / "capture.glb", limits);
-}
 
 void expect_equal_data(const Capture& a, const Capture& b) {
   ASSERT_EQ(a.meshes.size(), b.meshes.size());
@@ -48,20 +42,20 @@ void expect_equal_data(const Capture& a, const Capture& b) {
 }
 
 TEST(MeshoptViews, GiveWhateverReadsThemThePlainData) {
-  const Capture plain = read(test::everything_asset().glb());
+  const Capture plain = test::read_contents(test::everything_asset().glb());
   for (const char* name : {"EXT_meshopt_compression", "KHR_meshopt_compression"}) {
     GltfAsset asset = test::meshopt_asset(name);
-    expect_equal_data(read(asset.glb()), plain);
+    expect_equal_data(test::read_contents(asset.glb()), plain);
     // Only used, not required; or not even declared.
     asset.document.erase("extensionsRequired");
-    expect_equal_data(read(asset.glb()), plain);
+    expect_equal_data(test::read_contents(asset.glb()), plain);
     asset.document.erase("extensionsUsed");
-    expect_equal_data(read(asset.glb()), plain);
+    expect_equal_data(test::read_contents(asset.glb()), plain);
   }
 }
 
 TEST(MeshoptViews, FallbackBuffersAreNeitherReadNorAllocated) {
-  const Capture plain = read(test::everything_asset().glb());
+  const Capture plain = test::read_contents(test::everything_asset().glb());
   for (const bool tagged : {true, false})
     for (const bool uri : {true, false}) {
       GltfAsset asset = test::meshopt_asset();
@@ -71,7 +65,7 @@ TEST(MeshoptViews, FallbackBuffersAreNeitherReadNorAllocated) {
       if (!tagged) fallback.erase("extensions");
       CaptureLimits limits;
       limits.max_bytes = 16 << 20;
-      expect_equal_data(read(asset.glb(), limits), plain);
+      expect_equal_data(test::read_contents(asset.glb(), limits), plain);
     }
 }
 
@@ -135,7 +129,7 @@ TEST(MeshoptViews, FiltersAndQuantisedTypesGoTogether) {
   asset.add("nodes", {{"mesh", 0}, {"scale", {0.5, 0.5, 0.5}}});
   asset.document["extensionsUsed"] = {"KHR_mesh_quantization", "EXT_meshopt_compression"};
   asset.document["extensionsRequired"] = asset.document["extensionsUsed"];
-  const Primitive primitive = read(asset.glb()).meshes.at(0).primitives.at(0);
+  const Primitive primitive = test::read_contents(asset.glb()).meshes.at(0).primitives.at(0);
   EXPECT_EQ(primitive.vertices.positions, (std::vector<Vec3>{{0, 0, 0}, {16383, 0, 0}, {0, 16383, 100}}));
   EXPECT_EQ(primitive.vertices.normals, (std::vector<Vec3>{{1, 0, 0}, {0, -1, 0}, {0, 0, 1}}));
 }
@@ -201,10 +195,10 @@ GltfAsset webp_asset(const Image8& image, bool lossless) {
 TEST(TextureWebp, TheExtensionsImageIsTakenBeforeTheFallback) {
   for (const bool lossless : {true, false}) {
     GltfAsset asset = webp_asset(Image8(20, 12, 3), lossless);
-    EXPECT_EQ(read(asset.glb()).materials.at(0).base_color_texture.texture->width(), 20);
+    EXPECT_EQ(test::read_contents(asset.glb()).materials.at(0).base_color_texture.texture->width(), 20);
     asset.document["textures"][0].erase("source");
     asset.document["extensionsRequired"] = {"EXT_texture_webp"};
-    const Capture capture = read(asset.glb());
+    const Capture capture = test::read_contents(asset.glb());
     EXPECT_EQ(capture.materials.at(0).base_color_texture.texture->width(), 20);
     EXPECT_EQ(capture.materials.at(1).displacement->texture->levels()[0].width, 20);  // heights as well
     EXPECT_TRUE(capture.notices.empty());
@@ -216,13 +210,13 @@ TEST(TextureWebp, AnImageThatCannotBeReadGivesWayToTheFallbackWithANotice) {
   const auto source = asset.document["textures"][0]["extensions"]["EXT_texture_webp"]["source"].get<std::size_t>();
   const int view = asset.document["images"][source]["bufferView"];
   asset.binary[asset.first_byte_of_view(view) + 13] ^= 0xFF;
-  const Capture capture = read(asset.glb());
+  const Capture capture = test::read_contents(asset.glb());
   EXPECT_EQ(capture.materials.at(0).base_color_texture.texture->width(), 4);
   ASSERT_EQ(capture.notices.size(), 1u);
   EXPECT_THAT(capture.notices[0], testing::HasSubstr("/images/1"));
   // Without a fallback it is the texture's fault.
   asset.document["textures"][0].erase("source");
-  EXPECT_THROW(read(asset.glb()), InputError);
+  EXPECT_THROW(test::read_contents(asset.glb()), InputError);
 }
 
 }  // namespace

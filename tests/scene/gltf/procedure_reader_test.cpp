@@ -1,10 +1,9 @@
 // TESSERA_procedure in captures: what is read, what is refused and where.
 #include "base/error.h"
-#include "scene/animated_procedures.h"
+#include "scene/animation.h"
 #include "scene/assembly.h"
-#include "scene/capture_reader.h"
 #include "shaders_cpp/procedures/procedures.h"
-#include "tests/support/gltf_asset.h"
+#include "tests/support/read_asset.h"
 #include "tests/support/tests.h"
 
 namespace tessera::scene::procedure_reader_test {
@@ -126,15 +125,9 @@ test::GltfAsset animated(const json& procedure, const std::string& pointer, cons
   return asset;
 }
 
-Capture read(const test::GltfAsset& asset) {
-  const test::TemporaryFolder folder;
-  test::write_text(folder / "f.glb", asset.glb());
-  return read_capture(folder / "f.glb");
-}
-
 Procedure at_half(const json& procedure, const std::string& pointer, const char* type,
                   const std::vector<float>& values) {
-  const Capture capture = read(animated(procedure, pointer, type, values));
+  const Capture capture = test::read_asset(animated(procedure, pointer, type, values));
   EXPECT_TRUE(capture.notices.empty()) << pointer;
   const PosedProcedures posed = pose_procedures(capture, 0.5, 0.5);
   return posed.at(capture, 0, 0);
@@ -181,9 +174,10 @@ TEST(AnimatedProcedureReader, MovesTheUniformsOfPrograms) {
 TEST(AnimatedProcedureReader, WhatIsNotThereIsSkippedAndAWrongCountRefused) {
   const json sphere = {{"shape", "sphere"}};
   for (const char* pointer : {"parameters/radios", "texture/color", "shape", "sampling/more", "parameters"})
-    EXPECT_EQ(read(animated(sphere, pointer, "SCALAR", {1, 2})).animations[0].channels.size(), 0u) << pointer;
-  EXPECT_THROW(read(animated(sphere, "parameters/radius", "VEC2", {1, 2, 3, 4})), InputError);
-  EXPECT_THROW(read(animated(sphere, "parameters/radius", "SCALAR", {1, 2, 3})), InputError);
+    EXPECT_EQ(test::read_asset(animated(sphere, pointer, "SCALAR", {1, 2})).animations[0].channels.size(), 0u)
+        << pointer;
+  EXPECT_THROW(test::read_asset(animated(sphere, "parameters/radius", "VEC2", {1, 2, 3, 4})), InputError);
+  EXPECT_THROW(test::read_asset(animated(sphere, "parameters/radius", "SCALAR", {1, 2, 3})), InputError);
 }
 
 // ---- Programs ---------------------------------------------------------------------------------------------------

@@ -3,10 +3,10 @@
 #include "base/error.h"
 #include "base/ktx2/ktx2.h"
 #include "scene/basis_textures.h"
-#include "scene/capture_reader.h"
 #include "scene/held_textures.h"
 #include "tests/support/basis_asset.h"
 #include "tests/support/heap_meter.h"
+#include "tests/support/read_asset.h"
 #include "tests/support/tests.h"
 
 namespace tessera::scene::texture_basisu_test {
@@ -18,12 +18,6 @@ using test::basis_texture_asset;
 using test::GltfAsset;
 
 constexpr BasisTarget kTargets[] = {BasisTarget::kRgba32, BasisTarget::kAstc4x4};
-
-Capture read(const std::string& contents, const CaptureLimits& limits = {}) {
-  const test::TemporaryFolder folder;
-  test::write_text(folder / "capture.gltf", contents);
-  return read_capture(folder / "capture.gltf", limits);
-}
 
 std::vector<Material> materials_for(const Capture& capture, BasisTarget target) {
   std::vector<Material> materials = capture.materials;
@@ -56,7 +50,7 @@ ktx2::BasisTexture unpacked(const std::string& file, BasisTarget target) {
 TEST(TextureBasisu, TexturesAreTheFilesLevelsAsEachTargetHoldsThem) {
   for (const char* name : {"etc1s_disc_mips_64", "uastc_cloud_mips_32x20", "uastc_normal_32", "etc1s_noisea_32"}) {
     const std::string file = basis_file(name);
-    const Capture capture = read(basis_texture_asset(file).gltf());
+    const Capture capture = test::read_contents(basis_texture_asset(file).gltf());
     ASSERT_EQ(capture.basis_images.size(), 1u);
     for (const BasisTarget target : kTargets) {
       const ktx2::BasisTexture wanted = unpacked(file, target);
@@ -94,7 +88,7 @@ TEST(TextureBasisu, LevelsThatAreMadeWouldBeNoticed) {
 TEST(TextureBasisu, IsReadFromBufferViewsDataUrisAndFiles) {
   const std::string file = basis_file("uastc_soft_mips_32");
   const GltfAsset in_view = basis_texture_asset(file);
-  const Capture wanted = read(in_view.gltf());
+  const Capture wanted = test::read_contents(in_view.gltf());
   GltfAsset in_uri = in_view;
   json& image = in_uri.document["images"][in_uri.document["images"].size() - 1];
   const test::TemporaryFolder folder;
@@ -105,7 +99,7 @@ TEST(TextureBasisu, IsReadFromBufferViewsDataUrisAndFiles) {
   std::string percent = "data:image/ktx2,";
   for (const char c : file) percent += fmt::format("%{:02X}", static_cast<unsigned char>(c));
   image = {{"uri", percent}, {"mimeType", "image/ktx2"}};
-  const Capture from_data = read(in_uri.gltf());
+  const Capture from_data = test::read_contents(in_uri.gltf());
   for (const Capture* capture : {&from_file, &from_data}) {
     EXPECT_EQ(base_color(*capture).level_count(), base_color(wanted).level_count());
     EXPECT_EQ(capture->basis_images.at(0).file, wanted.basis_images.at(0).file);
@@ -114,13 +108,13 @@ TEST(TextureBasisu, IsReadFromBufferViewsDataUrisAndFiles) {
 
 TEST(TextureBasisu, TheExtensionsImageIsTakenBeforeTheFallback) {
   GltfAsset asset = basis_texture_asset(basis_file("uastc_cloud_mips_32x20"));
-  const Capture with_fallback = read(asset.gltf());
+  const Capture with_fallback = test::read_contents(asset.gltf());
   EXPECT_EQ(base_color(with_fallback).width(), 32);
   EXPECT_EQ(with_fallback.materials[0].base_color_texture.source.format, TextureFormat::kKtx2Uastc);
   EXPECT_EQ(with_fallback.materials[0].base_color_texture.source.levels, 6);
   asset.document["textures"][0].erase("source");
   asset.document["extensionsRequired"] = {"KHR_texture_basisu"};
-  const Capture required = read(asset.gltf());
+  const Capture required = test::read_contents(asset.gltf());
   EXPECT_EQ(base_color(required).width(), 32);
   EXPECT_EQ(required.materials.at(1).displacement->texture->levels()[0].width, 32);  // heights as well
 }
@@ -129,28 +123,28 @@ TEST(TextureBasisu, AnImageThatCannotBeReadGivesWayToTheFallbackWithANotice) {
   std::string file = basis_file("uastc_cloud_mips_32x20");
   file.resize(file.size() - 1);
   GltfAsset asset = basis_texture_asset(file);
-  const Capture capture = read(asset.gltf());
+  const Capture capture = test::read_contents(asset.gltf());
   EXPECT_EQ(base_color(capture).width(), 4);
   EXPECT_TRUE(capture.basis_images.empty());
   ASSERT_EQ(capture.notices.size(), 1u);
   EXPECT_THAT(capture.notices[0], testing::HasSubstr("/images/1: "));
   // Without a fallback it is the texture's fault.
   asset.document["textures"][0].erase("source");
-  EXPECT_THROW(read(asset.gltf()), InputError);
+  EXPECT_THROW(test::read_contents(asset.gltf()), InputError);
 }
 
 TEST(TextureBasisu, FollowsTheFilesTransferFunctionAndSaysWhereTheUseIsAnother) {
   // Linear data as a colour.
-  const Capture linear = read(basis_texture_asset(basis_file("uastc_modes_linear")).gltf());
+  const Capture linear = test::read_contents(basis_texture_asset(basis_file("uastc_modes_linear")).gltf());
   ASSERT_EQ(linear.notices.size(), 1u);
   EXPECT_THAT(linear.notices[0], testing::HasSubstr("/images/1: is linear as it says, though it is used for colours"));
-  EXPECT_TRUE(read(basis_texture_asset(basis_file("uastc_modes")).gltf()).notices.empty());
+  EXPECT_TRUE(test::read_contents(basis_texture_asset(basis_file("uastc_modes")).gltf()).notices.empty());
 }
 
 // Invariant BT3.
 TEST(TextureBasisu, HeightsAreTheRedChannelAndTheirCoarserLevelsMeans) {
   const std::string file = basis_file("etc1s_disc_mips_64");
-  const Capture capture = read(basis_texture_asset(file).gltf());
+  const Capture capture = test::read_contents(basis_texture_asset(file).gltf());
   for (const BasisTarget target : kTargets) {
     const ktx2::BasisTexture wanted = unpacked(file, target);
     const std::vector<Material> materials = materials_for(capture, target);
@@ -170,7 +164,7 @@ TEST(TextureBasisu, HeightsAreTheRedChannelAndTheirCoarserLevelsMeans) {
 }
 
 TEST(TextureBasisu, OtherTexturesAreSharedByAllTargets) {
-  const Capture capture = read(test::everything_asset().gltf());
+  const Capture capture = test::read_contents(test::everything_asset().gltf());
   EXPECT_TRUE(capture.basis_images.empty());
   for (const BasisTarget target : kTargets)
     EXPECT_EQ(materials_for(capture, target).at(0).base_color_texture.texture,
@@ -181,7 +175,7 @@ TEST(TextureBasisu, SidesBeyondTheLimitsAreRefusedWithThePlaceOfTheImage) {
   CaptureLimits limits;
   limits.image.max_side = 31;
   try {
-    read(basis_texture_asset(basis_file("uastc_cloud_mips_32x20")).gltf(), limits);
+    test::read_contents(basis_texture_asset(basis_file("uastc_cloud_mips_32x20")).gltf(), limits);
     FAIL();
   } catch (const LimitError& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("/images/1"));
@@ -190,7 +184,7 @@ TEST(TextureBasisu, SidesBeyondTheLimitsAreRefusedWithThePlaceOfTheImage) {
 
 TEST(TextureBasisu, MaterialsWithBlocksTakeNoMoreThanReadingCharged) {
   for (const char* name : {"etc1s_q128_cloud_128", "uastc_l4_noisea_64", "uastc_zstd_mips_ramp_32"}) {
-    const Capture capture = read(basis_texture_asset(basis_file(name)).gltf());
+    const Capture capture = test::read_contents(basis_texture_asset(basis_file(name)).gltf());
     const test::HeapMeter meter;
     const std::vector<Material> astc = materials_for(capture, BasisTarget::kAstc4x4);
     EXPECT_LE(meter.peak_bytes(), static_cast<std::int64_t>(capture.charged_bytes) + (512 << 10)) << name;

@@ -47,7 +47,6 @@ inline void draw_cells(SamplingController& controller, const SamplingController:
   for (const binner::QueueEntry& entry : entries)
     if (controller.take(job.maps, ParameterMaps::cell_of(entry.range), {entry.t0, entry.t1})) controller.draw(job);
   controller.draw(job);
-  if (job.maps.settings().refill) controller.refill_holes(job);
 }
 
 }  // namespace tessera::tilecore

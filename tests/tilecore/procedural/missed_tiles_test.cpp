@@ -196,7 +196,7 @@ TEST(ParameterMaps, ThePublishedOnesMissWhatLiesBetweenTheirTuples) {
   Trials trials;
   trials.scenes = 2000;
   trials.general = false;
-  trials.settings.maps = ProcedureSettings::Maps::kPublished;
+  trials.settings.mode = ProcedureSettings::Mode::kPublished;
   trials.settings.padding = 0;
   trials.settings.sparse_spacing = 16;
   const Misses bare = count_misses(trials);
@@ -249,7 +249,7 @@ TEST(ParameterMaps, PublishedCellsAreCaughtWhereTheyComeClosestToLeavingTheirBou
   trials.general = false;
   trials.width = 48, trials.height = 32;
   trials.points = 8;
-  trials.settings.maps = ProcedureSettings::Maps::kPublished;
+  trials.settings.mode = ProcedureSettings::Mode::kPublished;
   trials.settings.padding = 0.5;
   trials.settings.sparse_spacing = 16;
   const Misses anywhere = count_misses(trials);

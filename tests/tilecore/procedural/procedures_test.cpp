@@ -328,20 +328,21 @@ TEST(SamplingController, EqualDepthsGoToTheLowerPatchWhateverComesFirst) {  // S
   EXPECT_GT(seen(drawn.state), 1000u);
 }
 
-TEST(SamplingController, PointsLeaveHolesAtATwiceTooWideSpacingAndRefillingClosesThem) {
+TEST(SamplingController, PublishedSamplesLeaveFewSubPixelsOutAndFewerTheDenserTheyAre) {
   shaders::ShapeInput in;
   in.p[0] = 1;
   const TestFrame scene = one(ShapeId::kSphere, in, DVec3(0, 0, 0));
   ProcedureSettings settings;
-  settings.scatter = ProcedureSettings::Scatter::kPoint;
-  settings.spacing = 2.5;
-  const Drawn holey = draw(*scene.frame, settings);
-  settings.refill = true;
-  const Drawn filled = draw(*scene.frame, settings);
+  settings.mode = ProcedureSettings::Mode::kPublished;
+  const Drawn published = draw(*scene.frame, settings);
+  settings.spacing = 0.25;
+  const Drawn dense = draw(*scene.frame, settings);
   const Drawn whole = draw(*scene.frame, {});
-  EXPECT_LT(seen(holey.state), seen(whole.state) * 9 / 10);
-  EXPECT_GT(filled.counters.holes_refilled, 100u);
-  EXPECT_GT(seen(filled.state), seen(whole.state) * 97 / 100);
+  EXPECT_LT(seen(published.state), seen(dense.state));
+  EXPECT_GT(seen(published.state), seen(whole.state) * 9 / 10);
+  EXPECT_GT(seen(dense.state), seen(whole.state) * 99 / 100);
+  EXPECT_GT(dense.counters.samples, 4 * published.counters.samples);
+  EXPECT_EQ(published.counters.footprint_tests, 0u);  // each is written where it falls
 }
 
 // ---- Hard cases -------------------------------------------------------------------------------------------------

@@ -447,16 +447,21 @@ TEST(Lines, CostWhatTheArrayDoesForThemAndTheSurfaceBeneathWhatItCostsWithout) {
     const auto drawn_lines =
         std::count_if(lines.samples.begin(), lines.samples.end(), [](const Sample& s) { return s.drawn_line(); });
     for (const auto& field : kCounterFields<SamplingCounters>) {
-      const std::set<std::string_view> of_maps = {
-          "sampling.cells", "sampling.cells_outside", "sampling.interval_evaluations",  "sampling.map_entries",
-          "sampling.tags",  "sampling.rates_clamped", "sampling.cells_culled_backface", "sampling.steps_tested"};
-      const std::set<std::string_view> of_lines = {"sampling.strokes", "sampling.writes", "sampling.array_slots",
-                                                   "sampling.operations", "sampling.footprint_tests"};
+      const std::set<std::string_view> of_maps = {"procedures.cells",
+                                                  "procedures.cells_outside",
+                                                  "procedures.interval_evaluations",
+                                                  "procedures.map_entries",
+                                                  "procedures.tags",
+                                                  "procedures.rates_clamped",
+                                                  "procedures.cells_culled_backface",
+                                                  "procedures.steps_tested"};
+      const std::set<std::string_view> of_lines = {"procedures.strokes", "procedures.writes", "procedures.array_slots",
+                                                   "procedures.operations", "procedures.footprint_tests"};
       // A list that has a cell for its lines alone may have it where exact coverage leaves out its surface: steps are
       // evaluated there that reach nothing.
-      const std::set<std::string_view> of_nothing = {"sampling.samples", "sampling.samples_outside_tile",
-                                                     "sampling.samples_backfacing", "sampling.samples_behind",
-                                                     "sampling.samples_not_finite"};
+      const std::set<std::string_view> of_nothing = {"procedures.samples", "procedures.samples_outside_tile",
+                                                     "procedures.samples_backfacing", "procedures.samples_behind",
+                                                     "procedures.samples_not_finite"};
       if (of_lines.contains(field.name) || of_maps.contains(field.name)) continue;
       if (of_nothing.contains(field.name))
         EXPECT_GE(lines.counters.*field.member, surface.counters.*field.member) << field.name;
@@ -471,7 +476,7 @@ TEST(Lines, CostWhatTheArrayDoesForThemAndTheSurfaceBeneathWhatItCostsWithout) {
     // Lanes are issued by the group.
     const std::uint64_t slots = lines.counters.array_slots - surface.counters.array_slots;
     EXPECT_GE(slots, lines.counters.drawn_lines);
-    EXPECT_EQ(slots % static_cast<std::uint64_t>(kLineStyle.lanes), 0u);
+    EXPECT_EQ(slots % SamplingController::kArrayLanes, 0u);
     EXPECT_EQ(lines.counters.drawn_lines > 0, lines.counters.operations > surface.counters.operations);
     EXPECT_GE(lines.counters.footprint_tests,
               surface.counters.footprint_tests + static_cast<std::uint64_t>(drawn_lines));

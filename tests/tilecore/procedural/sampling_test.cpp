@@ -1,6 +1,5 @@
 #include "tests/support/tests.h"
 #include "tilecore/visibility/sample_pattern.h"
-#include "tilecore/visibility/temporal_pattern.h"
 
 namespace tessera::tilecore::sampling_test {
 namespace {

@@ -54,7 +54,8 @@ void add_layers(Random& random, scene::Material& m) {
                    random_slot(random, false),
                    random_slot(random, false)};
   m.transmission = {unit(), random_slot(random, false)};
-  m.volume = {unit(), random.uniform(0.1f, 2), color(), unit(), random_slot(random, false)};
+  m.volume = {unit(), random.uniform(0.1f, 2), color(), random_slot(random, false)};
+  m.dispersion.strength = unit();
   m.diffuse_transmission = {unit(), color(), random_slot(random, false), random_slot(random, true)};
   for (std::size_t effect = 0; effect < scene::kMaterialEffectCount; ++effect) m.effects[effect] = random.coin();
 }

@@ -115,10 +115,8 @@ std::string whole_shader(const ShaderFeatures& f) {
   const std::array kinds = {"directional", "point", "point_in_range", "spot", "spot_in_range"};
   for (std::size_t kind = 0; kind < kinds.size(); ++kind)
     if (f.lights[kind] > 0) out << " lights=" << f.lights[kind] << " light=" << kinds[kind];
-  const std::array layers = {"glossy", "dielectric",   "coat",   "sheen",      "anisotropy",
-                             "film",   "transmission", "volume", "dispersion", "spread"};
   flag("layered", f.layered()), flag("layer_texture", f.layer_textures > 0), flag("coat_normals", f.coat_normals);
-  for (std::size_t layer = 0; layer < layers.size(); ++layer) flag(layers[layer], f.layers[layer]);
+  for (const std::string_view layer : f.layers) flag(layer.data(), true);
   return out.str();
 }
 
@@ -148,24 +146,23 @@ TEST(ShaderCostsWhole, SumsAreCloseToShadersCompiledAtOnce) {
   ShaderFeatures unlit;
   unlit.unlit = unlit.base_color = unlit.vertex_colors = true;
   all.push_back(unlit);
-  using Layer = ShaderFeatures::Layer;
-  const auto with_layers = [&](ShaderFeatures plain, std::initializer_list<Layer> layers) {
-    for (const Layer layer : layers) plain.layers[static_cast<std::size_t>(layer)] = true;
+  const auto with_layers = [&](ShaderFeatures plain, std::vector<std::string_view> layers) {
+    plain.layers = std::move(layers);
     all.push_back(plain);
   };
   ShaderFeatures still, textured, lit;
   textured.quads = textured.base_color = textured.metallic_roughness = true, textured.normals = Normals::kMapped;
   lit = textured;
   lit.lights[0] = 2;
-  with_layers(still, {Layer::kDielectric, Layer::kCoat});
-  with_layers(still, {Layer::kSheen, Layer::kFilm});
-  with_layers(still, {Layer::kTransmission, Layer::kVolume, Layer::kDispersion});
-  with_layers(textured, {Layer::kAnisotropy, Layer::kCoat});
-  with_layers(lit, {Layer::kCoat, Layer::kSheen});
+  with_layers(still, {"dielectric", "clearcoat"});
+  with_layers(still, {"sheen", "iridescence"});
+  with_layers(still, {"transmission", "volume", "dispersion"});
+  with_layers(textured, {"anisotropy", "clearcoat"});
+  with_layers(lit, {"clearcoat", "sheen"});
   lit.metallic_roughness = false;  // the glossiness's texture is one of the layers'
-  with_layers(lit, {Layer::kGlossy, Layer::kSpread});
+  with_layers(lit, {"specular_glossiness", "diffuse_transmission"});
   textured.surface = Surface::kPatch, textured.layer_textures = 1;
-  with_layers(textured, {Layer::kCoat, Layer::kTransmission});
+  with_layers(textured, {"clearcoat", "transmission"});
   std::vector<std::string> command = {"/usr/bin/env", "python3", kScript, "--clang", kClang, "--whole"};
   for (const ShaderFeatures& one : all) command.push_back(whole_shader(one));
   const test::ProcessResult made = test::run_process(command, {.seconds = 900});
@@ -205,9 +202,9 @@ std::vector<ShaderFeatures> with_one_more(const ShaderFeatures& f) {
   if (f.unlit) more.push_back(f), more.back().unlit = false;
   for (std::size_t kind = 0; kind < f.lights.size(); ++kind) more.push_back(f), ++more.back().lights[kind];
   // Specular-glossiness comes in place of metalness.
-  constexpr auto kGlossy = static_cast<std::size_t>(ShaderFeatures::Layer::kGlossy);
-  for (std::size_t layer = 0; layer < ShaderFeatures::kLayers && !f.unlit; ++layer)
-    if (layer != kGlossy) more.push_back(f), more.back().layers[layer] = true;
+  for (const std::string_view layer : scene::kMaterialEffectNames)
+    if (!f.unlit && layer != "specular_glossiness" && !f.has(layer))
+      more.push_back(f), more.back().layers.push_back(layer);
   return more;
 }
 
@@ -429,7 +426,7 @@ TEST(ShaderFeatures, LayersReadTheirOwnTextures) {
     material.effects.reset();
     material.effects.set(static_cast<std::size_t>(effect));
     const ShaderFeatures f = material_features(material);
-    EXPECT_TRUE(f.layers[static_cast<std::size_t>(effect)]);
+    EXPECT_TRUE(f.has(scene::kMaterialEffectNames[static_cast<std::size_t>(effect)]));
     EXPECT_TRUE(f.layered());
     return f;
   };

@@ -7,15 +7,14 @@ namespace {
 
 constexpr std::uint64_t kLine = 64 * TessellationCache::kPositionBytes;
 constexpr std::uint64_t kOutline = 4;
-constexpr CacheEviction kEvictions[] = {CacheEviction::kLru, CacheEviction::kUses, CacheEviction::kNextUse};
 
 // Tiles of 8x8 pixels in a grid of `columns` x `rows`, and a cache in front of them.
 struct Machine {
-  Machine(int columns, int rows, TileSequence sequence, std::uint64_t capacity_bytes, CacheEviction eviction)
+  Machine(int columns, int rows, TileSequence sequence, std::uint64_t capacity_bytes)
       : capacity(capacity_bytes),
         grid(columns * 8, rows * 8, 8, 8),
         order(sequence, grid),
-        cache(capacity, eviction, grid, order) {}
+        cache(capacity, grid, order) {}
   std::uint64_t capacity;
   binner::TileGrid grid;
   TileOrder order;
@@ -48,60 +47,56 @@ TessellationRequest request(std::uint32_t patch, std::vector<VertexGroup> groups
 
 constexpr IntRect kAll{0, 0, 4, 2};
 
-TEST(TessellationCache, WhatWasUsedLongestAgoLeavesFirst) {
-  Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline, CacheEviction::kLru);
-  const auto a = request(1, {group(0, kAll)}), b = request(2, {group(0, kAll)}), c = request(3, {group(0, kAll)});
+TEST(TessellationCache, OfEqualsWhatWasUsedLongestAgoLeavesFirst) {
+  Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline);
+  const auto a = request(1, {group(0, kAll)}), b = request(2, {group(0, kAll)}), c = request(3, {group(0, kAll)}, 2);
   EXPECT_EQ(m.use(0, {a, b}), 128u);
-  EXPECT_EQ(m.use(1, {a}), 0u);
-  EXPECT_EQ(m.use(2, {c}), 64u);  // b leaves
-  EXPECT_EQ(m.use(3, {a}), 0u);
-  EXPECT_EQ(m.use(4, {b}), 64u);
-  EXPECT_EQ(m.cache.counters().cache_hits, 2u);
-  EXPECT_EQ(m.cache.counters().sub_patches, 4u);
+  EXPECT_EQ(m.use(1, {c}), 64u);  // a leaves: no list names it or b any more
+  EXPECT_EQ(m.use(2, {b}), 0u);
+  EXPECT_EQ(m.use(3, {a}), 64u);
+  EXPECT_EQ(m.cache.counters().requests - m.cache.counters().sub_patches, 1u);
   EXPECT_EQ(m.cache.counters().compulsory_evaluations, 192u);
 }
 
 TEST(TessellationCache, WhatNoListNamesAnyMoreLeavesFirst) {
-  for (const CacheEviction eviction : kEvictions) {
-    Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline, eviction);
-    const auto b = request(2, {group(0, kAll)}, 2), a = request(1, {group(0, kAll)}, 1),
+  for (const bool named : {true, false}) {
+    Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline);
+    const auto b = request(2, {group(0, kAll)}, named ? 2 : 1), a = request(1, {group(0, kAll)}, 1),
                c = request(3, {group(0, kAll)}, 1);
     m.use(0, {b, a});
     m.use(1, {c});
-    EXPECT_EQ(m.use(2, {b}), eviction == CacheEviction::kLru ? 64u : 0u) << word(eviction);
+    EXPECT_EQ(m.use(2, {b}), named ? 0u : 64u);
   }
 }
 
 TEST(TessellationCache, AUseThatTheCoreDroppedIsOverToo) {
   for (const bool told : {true, false}) {
-    Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline, CacheEviction::kUses);
+    Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline);
     const auto b = request(2, {group(0, kAll)}, 2), a = request(1, {group(0, kAll)}, 2),
                c = request(3, {group(0, kAll)}, 2);
     m.use(0, {b, a});
     const SubPatchName hidden = a;
     m.cache.use(1, {}, std::span(&hidden, told ? 1 : 0));
-    m.use(2, {c});
-    EXPECT_EQ(m.use(3, {b}), told ? 0u : 64u);
+    m.use(2, {c});  // a leaves for it, or it would be the first to leave again
+    EXPECT_EQ(m.use(3, {c}), told ? 0u : 64u);
   }
 }
 
 TEST(TessellationCache, WhatTheOrderOfTilesBringsBackLastLeavesFirst) {
   // 0 1 2 3    a: 0, 4    b: 0, 1, 2    c: 1, 2
   // 4 5 6 7
-  for (const CacheEviction eviction : kEvictions) {
-    Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline, eviction);
-    const auto a = request(1, {group(0, {0, 0, 1, 2})}, 2), b = request(2, {group(0, {0, 0, 3, 1})}, 3),
-               c = request(3, {group(0, {1, 0, 3, 1})}, 2);
-    m.use(0, {b, a});
-    m.use(1, {c});
-    EXPECT_EQ(m.use(2, {b}), eviction == CacheEviction::kNextUse ? 0u : 64u) << word(eviction);
-  }
+  Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline);
+  const auto a = request(1, {group(0, {0, 0, 1, 2})}, 2), b = request(2, {group(0, {0, 0, 3, 1})}, 3),
+             c = request(3, {group(0, {1, 0, 3, 1})}, 2);
+  m.use(0, {b, a});
+  m.use(1, {c});
+  EXPECT_EQ(m.use(2, {b}), 0u);
 }
 
 TEST(TessellationCache, WhatWouldLeaveFirstIsNotKept) {
   // The third comes back after both others, or never: it passes by.
   for (const bool never : {true, false}) {
-    Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline, CacheEviction::kNextUse);
+    Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline);
     const auto a = request(1, {group(0, {0, 0, 2, 1})}, 2), b = request(2, {group(0, {0, 0, 3, 1})}, 3),
                c = request(3, {group(0, {0, 0, 1, 2})}, never ? 1 : 2);
     EXPECT_EQ(m.use(0, {a, b, c}), 192u);
@@ -112,7 +107,7 @@ TEST(TessellationCache, WhatWouldLeaveFirstIsNotKept) {
 
 TEST(TessellationCache, TilesThatBeginAnewAreComparedAgain) {
   // By what the first round left, neither a nor b would come back, and a was used longer ago.
-  Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline, CacheEviction::kNextUse);
+  Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline);
   const auto a = request(1, {group(0, {0, 0, 2, 1})}, 9), b = request(2, {group(0, {3, 1, 4, 2})}, 9),
              c = request(3, {group(0, {0, 0, 2, 1})}, 9);
   m.use(0, {a});
@@ -123,7 +118,7 @@ TEST(TessellationCache, TilesThatBeginAnewAreComparedAgain) {
 }
 
 TEST(TessellationCache, SubPatchesThatMeetShareTheirVertices) {
-  Machine m(4, 2, TileSequence::kMorton, 1 << 20, CacheEviction::kNextUse);
+  Machine m(4, 2, TileSequence::kMorton, 1 << 20);
   TessellationRequest left = request(1, {group(0, kAll, 0x0F0F)}), right = request(1, {group(0, kAll, 0xF8F8)});
   right.range = {1, 0, 2, 1};
   EXPECT_EQ(m.use(0, {left, right}), 8u + 8u);  // 10 of the right, 2 of them there
@@ -133,7 +128,7 @@ TEST(TessellationCache, SubPatchesThatMeetShareTheirVertices) {
 
 TEST(TessellationCache, ATileNeedsOnlyTheGroupsThatItTouches) {
   // Both groups while nothing is known of them; then the first in tile 1, both in tile 0 alone.
-  Machine m(4, 2, TileSequence::kRows, 1 << 20, CacheEviction::kLru);
+  Machine m(4, 2, TileSequence::kRows, 1 << 20);
   const auto a = request(1, {group(0, {0, 0, 2, 1}), group(1, {0, 0, 1, 1})});
   EXPECT_EQ(m.use(0, {a}), 128u);
   EXPECT_EQ(m.cache.counters().group_tests, 0u);
@@ -141,7 +136,7 @@ TEST(TessellationCache, ATileNeedsOnlyTheGroupsThatItTouches) {
   EXPECT_EQ(m.cache.counters().group_tests, 2u);
 
   // Room for two groups: what a tile does not touch need not come back.
-  Machine small(4, 2, TileSequence::kRows, 2 * kLine + 4 * kOutline, CacheEviction::kLru);
+  Machine small(4, 2, TileSequence::kRows, 2 * kLine + 4 * kOutline);
   small.use(0, {a});
   EXPECT_EQ(small.use(0, {request(2, {group(0, kAll)})}), 64u);  // the first group leaves
   EXPECT_EQ(small.use(1, {a}), 64u);
@@ -149,16 +144,16 @@ TEST(TessellationCache, ATileNeedsOnlyTheGroupsThatItTouches) {
 
 TEST(TessellationCache, OutlinesOutliveTheirVertices) {
   // Nothing of the first is left but where it is: a tile that it does not touch evaluates nothing.
-  Machine m(4, 2, TileSequence::kRows, kLine + 16 * kOutline, CacheEviction::kLru);
-  const auto a = request(1, {group(0, {0, 0, 1, 1})});
-  m.use(0, {a, request(2, {group(0, kAll)})});
+  Machine m(4, 2, TileSequence::kRows, kLine + 16 * kOutline);
+  const auto a = request(1, {group(0, {0, 0, 1, 1})}, 3);
+  m.use(0, {a, request(2, {group(0, kAll)}, 3)});
   EXPECT_EQ(m.use(1, {a}), 0u);
   EXPECT_EQ(m.use(0, {a}), 64u);
 }
 
 TEST(TessellationCache, RigidVerticesLieThereOnceAndDeformingOnesOncePerKey) {
   const auto bytes = [](bool moving, bool deforming, std::vector<std::uint8_t> segments) {
-    Machine m(4, 2, TileSequence::kRows, 1 << 20, CacheEviction::kLru);
+    Machine m(4, 2, TileSequence::kRows, 1 << 20);
     for (const std::uint8_t segment : segments) {
       TessellationRequest r = request(1, {group(0, kAll)});
       r.moving = moving;
@@ -176,7 +171,7 @@ TEST(TessellationCache, RigidVerticesLieThereOnceAndDeformingOnesOncePerKey) {
 }
 
 TEST(TessellationCache, RigidVerticesAreTransformedWhenTheyAreRead) {
-  Machine m(4, 2, TileSequence::kRows, 1 << 20, CacheEviction::kLru);
+  Machine m(4, 2, TileSequence::kRows, 1 << 20);
   TessellationRequest rigid = request(1, {group(0, kAll)}), still = request(2, {group(0, kAll)}), soft = still;
   rigid.moving = soft.moving = soft.deforming = true;
   soft.patch = 3;
@@ -216,31 +211,50 @@ Scene generate(Random& random, int sub_patches, bool exact, bool two_groups) {
     if (by_tile.contains(tile)) scene.tiles.emplace_back(tile, by_tile[tile]);
   return scene;
 }
-TessellationCounters run(const Scene& scene, std::uint64_t capacity, CacheEviction eviction) {
-  Machine m(Scene::kColumns, Scene::kRows, TileSequence::kMorton, capacity, eviction);
+TessellationCounters run(const Scene& scene, std::uint64_t capacity) {
+  Machine m(Scene::kColumns, Scene::kRows, TileSequence::kMorton, capacity);
   for (const auto& [tile, requests] : scene.tiles) m.use(tile, requests);
   return m.cache.counters();
 }
 
-// Misses when what is used last leaves first or is not kept (Belady), for groups of one size, and room for `lines`.
-std::uint64_t optimal_misses(const Scene& scene, std::size_t lines) {
+// Patches in the order in which tiles ask for them.
+std::vector<std::uint32_t> uses_of(const Scene& scene) {
   std::vector<std::uint32_t> uses;
   for (const auto& [tile, requests] : scene.tiles)
     for (const TessellationRequest& r : requests) uses.push_back(r.patch);
+  return uses;
+}
+
+// Misses of a memory with room for `lines` groups of one size, where `leaves` picks what leaves from the patches that were
+// kept, the longest unused first: after use k.
+template <class Leaves>
+std::uint64_t misses_of(const std::vector<std::uint32_t>& uses, std::size_t lines, const Leaves& leaves) {
   std::vector<std::uint32_t> kept;
   std::uint64_t misses = 0;
   for (std::size_t k = 0; k < uses.size(); ++k) {
-    if (std::find(kept.begin(), kept.end(), uses[k]) != kept.end()) continue;
-    ++misses;
+    const auto there = std::find(kept.begin(), kept.end(), uses[k]);
+    misses += there == kept.end() ? 1 : 0;
+    if (there != kept.end()) kept.erase(there);
     kept.push_back(uses[k]);
-    if (kept.size() <= lines) continue;
+    if (kept.size() > lines) kept.erase(leaves(kept, k));
+  }
+  return misses;
+}
+
+// When what is used last leaves first or is not kept (Belady).
+std::uint64_t optimal_misses(const Scene& scene, std::size_t lines) {
+  const std::vector<std::uint32_t> uses = uses_of(scene);
+  return misses_of(uses, lines, [&](std::vector<std::uint32_t>& kept, std::size_t k) {
     const auto next = [&](std::uint32_t patch) {
       return std::find(uses.begin() + static_cast<std::ptrdiff_t>(k) + 1, uses.end(), patch) - uses.begin();
     };
-    kept.erase(std::max_element(kept.begin(), kept.end(),
-                                [&](std::uint32_t a, std::uint32_t b) { return next(a) < next(b); }));
-  }
-  return misses;
+    return std::max_element(kept.begin(), kept.end(),
+                            [&](std::uint32_t a, std::uint32_t b) { return next(a) < next(b); });
+  });
+}
+
+std::uint64_t lru_misses(const Scene& scene, std::size_t lines) {
+  return misses_of(uses_of(scene), lines, [](std::vector<std::uint32_t>& kept, std::size_t) { return kept.begin(); });
 }
 
 TEST(TessellationCache, TC1TC2TC3NoCapacityEvaluatesMoreThanNoneOrLessThanAll) {
@@ -250,43 +264,36 @@ TEST(TessellationCache, TC1TC2TC3NoCapacityEvaluatesMoreThanNoneOrLessThanAll) {
     std::uint64_t all = 0;
     for (const auto& [tile, requests] : scene.tiles)
       for (const TessellationRequest& r : requests) all += r.vertices;
-    for (const CacheEviction eviction : kEvictions) {
-      const TessellationCounters none = run(scene, 0, eviction), unlimited = run(scene, 1 << 30, eviction);
-      EXPECT_EQ(none.domain_evaluations, all);
-      EXPECT_EQ(none.cache_hits, 0u);
-      EXPECT_EQ(unlimited.domain_evaluations, unlimited.compulsory_evaluations);
-      for (std::uint64_t lines = 1; lines < 40; lines += 7) {
-        const TessellationCounters c = run(scene, lines * 1000, eviction);
-        EXPECT_LE(c.compulsory_evaluations, c.domain_evaluations);
-        EXPECT_LE(c.domain_evaluations, all);
-        EXPECT_EQ(c.compulsory_evaluations, unlimited.compulsory_evaluations);
-        EXPECT_EQ(c.requests, c.cache_hits + c.sub_patches);
-      }
+    const TessellationCounters none = run(scene, 0), unlimited = run(scene, 1 << 30);
+    EXPECT_EQ(none.domain_evaluations, all);
+    EXPECT_EQ(none.sub_patches, none.requests);
+    EXPECT_EQ(unlimited.domain_evaluations, unlimited.compulsory_evaluations);
+    for (std::uint64_t lines = 1; lines < 40; lines += 7) {
+      const TessellationCounters c = run(scene, lines * 1000);
+      EXPECT_LE(c.compulsory_evaluations, c.domain_evaluations);
+      EXPECT_LE(c.domain_evaluations, all);
+      EXPECT_EQ(c.compulsory_evaluations, unlimited.compulsory_evaluations);
+      EXPECT_LE(c.sub_patches, c.requests);
     }
   }
 }
 
-TEST(TessellationCache, NoEvictionBeatsTheOptimumAndCountedUsesNeverLoseToLru) {
-  // All groups are as large, all outlines fit beside them. What no list names is never wanted again, so whatever LRU
-  // has on chip of the rest, a cache that drops those first has, too.
+TEST(TessellationCache, LosesLessThanHalfOfWhatLruLosesAgainstTheOptimum) {
+  // All groups are as large, all outlines fit beside them.
   constexpr int kSubPatches = 40;
   Random random(12);
   std::uint64_t optimum = 0, lru = 0, next_use = 0;
   for (int n = 0; n < 40; ++n) {
     const Scene scene = generate(random, kSubPatches, n % 2 == 0, false);
     for (const std::uint64_t lines : {6u, 9u, 14u}) {
-      const std::uint64_t capacity = lines * kLine + kSubPatches * kOutline;
-      std::map<CacheEviction, std::uint64_t> misses;
-      for (const CacheEviction eviction : kEvictions) misses[eviction] = run(scene, capacity, eviction).sub_patches;
-      const std::uint64_t best = optimal_misses(scene, lines);
-      for (const auto& [eviction, count] : misses) EXPECT_GE(count, best) << word(eviction);
-      EXPECT_LE(misses[CacheEviction::kUses], misses[CacheEviction::kLru]);
+      const std::uint64_t misses = run(scene, lines * kLine + kSubPatches * kOutline).sub_patches,
+                          best = optimal_misses(scene, lines);
+      EXPECT_GE(misses, best);
       optimum += best;
-      lru += misses[CacheEviction::kLru];
-      next_use += misses[CacheEviction::kNextUse];
+      lru += lru_misses(scene, lines);
+      next_use += misses;
     }
   }
-  // Half of what LRU loses against the optimum, at least.
   EXPECT_LT(2 * (next_use - optimum), lru - optimum);
 }
 
@@ -295,8 +302,7 @@ TEST(TessellationCache, TwinARoomTooManyBeatsTheOptimum) {
   bool beaten = false;
   for (int n = 0; n < 10; ++n) {
     const Scene scene = generate(random, 40, true, false);
-    beaten = beaten ||
-             run(scene, 12 * kLine + 40 * kOutline, CacheEviction::kNextUse).sub_patches < optimal_misses(scene, 6);
+    beaten = beaten || run(scene, 12 * kLine + 40 * kOutline).sub_patches < optimal_misses(scene, 6);
   }
   EXPECT_TRUE(beaten);
 }

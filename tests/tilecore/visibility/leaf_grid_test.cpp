@@ -117,7 +117,7 @@ TEST(LeafGrid, AStoredMeshHasCostsOfItsOwn) {
   MeshStore store(1);
   std::vector<double> costs;
   for (const std::uint32_t patch : {0u, 1u, 0u}) {
-    const MeshStore::Item& item = store.get(*test.frame, patch, whole_patch(*test.frame, patch), {true, false}, 32);
+    const MeshStore::Item& item = store.get(*test.frame, patch, whole_patch(*test.frame, patch), {true, false});
     EXPECT_EQ(item.costs({true, false}).by_class, test_costs(item.mesh, {true, false}).by_class);
     costs.push_back(item.costs({true, false}).by_class);
   }

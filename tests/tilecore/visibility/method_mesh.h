@@ -167,22 +167,19 @@ inline std::set<HitSet::Key> hits_by_class(const MethodMesh& m) {
 // Every method but that, some with several settings.
 inline std::vector<NamedMethod> methods_of_units() {
   using M = VisibilityMethod;
-  return {
-      {"brute", {M::kBrute}},
-      {"segments", {M::kSegments}},
-      {"one segment", {M::kSegments, 1}},
-      {"seven segments", {M::kSegments, 7}},
-      {"256 segments", {M::kSegments, 256}},
-      {"partition", {M::kPartition}},
-      {"clusters", {M::kClusters}},
-      {"five segments of clusters", {M::kClusters, 5}},
-      {"interleaved", {M::kInterleaved}},
-      {"partition of clusters", {M::kClusterPartition}},
-      {"rays from the root", {M::kPatchBvh, 0, 16, Traversal::kRay, BranchNode::kRoot}},
-      {"rays from the first fork", {M::kPatchBvh, 0, 16, Traversal::kRay, BranchNode::kBothChildren}},
-      {"rays from the leaf mask's node", {M::kPatchBvh, 0, 16, Traversal::kRay, BranchNode::kLeafMask}},
-      {"rays in 8 segments of the shutter", {M::kPatchBvh, 0, 16, Traversal::kRay, BranchNode::kLeafMask, 8}},
-      {"rays from the first fork in 3 segments", {M::kPatchBvh, 0, 16, Traversal::kRay, BranchNode::kBothChildren, 3}}};
+  return {{"brute", {M::kBrute}},
+          {"segments", {M::kSegments}},
+          {"one segment", {M::kSegments, 1}},
+          {"seven segments", {M::kSegments, 7}},
+          {"256 segments", {M::kSegments, 256}},
+          {"partition", {M::kPartition}},
+          {"clusters", {M::kClusters}},
+          {"five segments of clusters", {M::kClusters, 5}},
+          {"interleaved", {M::kInterleaved}},
+          {"partition of clusters", {M::kClusterPartition}},
+          {"rays from the root", {M::kPatchBvh, 0, Traversal::kRay, BranchNode::kRoot}},
+          {"rays from the first fork", {M::kPatchBvh, 0, Traversal::kRay, BranchNode::kBothChildren}},
+          {"rays from the leaf mask's node", {M::kPatchBvh, 0, Traversal::kRay, BranchNode::kLeafMask}}};
 }
 
 struct Found {

@@ -292,8 +292,8 @@ TEST(VisibilityMethods, TurningAndComingCloserTakeTheDefaultNoMoreTestsThanEithe
     if (how == "closer") test::add_motion(*test.capture, node, {0, 0, 2.2});
     test.pose(96, 64);
     using M = VisibilityMethod;
-    const Rate chosen = rate_of(test, {}), classes = rate_of(test, {M::kPatchBvh, 0, 16, Traversal::kClass}),
-               rays = rate_of(test, {M::kPatchBvh, 0, 16, Traversal::kRay});
+    const Rate chosen = rate_of(test, {}), classes = rate_of(test, {M::kPatchBvh, 0, Traversal::kClass}),
+               rays = rate_of(test, {M::kPatchBvh, 0, Traversal::kRay});
     EXPECT_EQ(chosen.hits, classes.hits);
     EXPECT_EQ(chosen.hits, rays.hits);
     const auto all = [](const Rate& r) { return r.triangles + r.boxes; };
@@ -345,8 +345,8 @@ TEST(VisibilityMethods, WhatCrossesTheNearPlaneTakesFewTestsPerHitByEachMethodIn
   EXPECT_LE(bvh, 20);
   RecordProperty("brute", std::to_string(brute));
   std::printf("triangle tests per hit: brute %.1f, patch-bvh %.2f", brute, bvh);
-  const double classes = rate({M::kPatchBvh, 0, 16, Traversal::kClass}, hits),
-               rays = rate({M::kPatchBvh, 0, 16, Traversal::kRay}, hits);
+  const double classes = rate({M::kPatchBvh, 0, Traversal::kClass}, hits),
+               rays = rate({M::kPatchBvh, 0, Traversal::kRay}, hits);
   std::printf(", classes %.1f, rays %.1f", classes, rays);
   EXPECT_LE(bvh, 1.3 * std::min(classes, rays));
   for (const M method : {M::kSegments, M::kPartition, M::kClusters, M::kClusterPartition, M::kInterleaved}) {
@@ -374,8 +374,7 @@ TEST(VisibilityMethods, AsBlurGrowsBruteForceCollapsesAndTheBvhDoesNot) {
     const Found found = find(m.in_tile(), method);
     return static_cast<double>(found.work.sample_hits) / static_cast<double>(found.work.triangle_tests);
   };
-  const VisibilityMethodSettings brute{VisibilityMethod::kBrute},
-      rays{VisibilityMethod::kPatchBvh, 0, 16, Traversal::kRay};
+  const VisibilityMethodSettings brute{VisibilityMethod::kBrute}, rays{VisibilityMethod::kPatchBvh, 0, Traversal::kRay};
   EXPECT_LT(efficiency(brute, 40), 0.05 * efficiency(brute, 0));
   EXPECT_GT(efficiency(rays, 40), 0.5 * efficiency(rays, 0));
 }

@@ -109,17 +109,8 @@ struct Material {
     explicit operator bool() const { return there; }
     const Displacement& operator*() const { return value; }
   } displacement;
-  std::array<bool, kMaterialEffectCount> effects{};
-  SpecularGlossiness specular_glossiness;
-  Dielectric dielectric;
-  Clearcoat clearcoat;
-  Sheen sheen;
-  Anisotropy anisotropy;
-  Iridescence iridescence;
-  Transmission transmission;
-  Volume volume;
-  DiffuseTransmission diffuse_transmission;
-  bool has(MaterialEffect effect) const { return effects[static_cast<std::size_t>(effect)]; }
+#define EFFECT(Name, member, ...) Name member;
+#include "scene/material_extensions.def"
 };
 struct Primitive {
   enum class Kind : std::uint8_t { kTriangles, kBezierPatches, kProcedure };
@@ -157,7 +148,7 @@ struct DrawConstants {
   shaders::Lights lights;
   shaders::Surroundings surroundings;
   bool layered = false;
-  shaders::LayerFlags layers;
+  scene::EffectFlags layers;
   shaders::LayerConstants layer_constants;
   float ior = 1.5f, reflectance = 0.04f, anisotropy_cosine = 1.0f, anisotropy_sine = 0.0f, volume_scale = 1.0f;
   shaders::RadianceView behind;

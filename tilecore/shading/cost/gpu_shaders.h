@@ -69,6 +69,16 @@ struct Uniforms {
     float diffuse[9][3];
     ImageConstants image;
   } around;
+  // The numbers of every effect; `layers` has those that were measured as neighbours, which one load brings.
+  struct EffectUniforms {
+#define EFFECT(Name, ...) struct {
+#define NUMBER(member, ...) float member;
+#define COLOR(member, ...) float member[3];
+#define END_EFFECT(member) \
+  }                        \
+  member;
+#include "scene/material_extensions.def"
+  } effects;
 };
 
 enum class Surface { kTriangles, kPatch, kDisplacedPatch, kComputed };
@@ -87,10 +97,10 @@ struct Shader {
   LightKind light = LightKind::kDirectional;
   bool light_moves = false;
   bool apart = false;  // emission has a texture coordinate of its own
-  // Layers: the material has some; which; a texture of the coat; its normal map.
-  bool layered = false, glossy = false, dielectric = false, coat = false, sheen = false, anisotropy = false,
-       film = false, transmission = false, volume = false, dispersion = false, spread = false, layer_texture = false,
-       coat_normals = false;
+  // Layers: the material has some; a texture of the coat; its normal map; which.
+  bool layered = false, layer_texture = false, coat_normals = false;
+#define EFFECT(Name, member, ...) bool member = false;
+#include "scene/material_extensions.def"
   bool environment_image = false;
 };
 
@@ -145,12 +155,16 @@ void set_posed(const TESSERA_CONSTANT Uniforms& u, scene::PosedDrawable& posed) 
   }
 }
 
-template <Shader S>
-void set_layers(const TESSERA_CONSTANT Uniforms& u, scene::Material& material) {
-  using Effect = scene::MaterialEffect;
+inline void set_layers(const TESSERA_CONSTANT Uniforms& u, scene::Material& material) {
+#define EFFECT(Name, effect, ...) \
+  {                               \
+    auto& to = material.effect;   \
+    const auto TESSERA_CONSTANT& from = u.effects.effect;
+#define NUMBER(member, ...) to.member = from.member;
+#define COLOR(member, ...) to.member = vector(from.member);
+#define END_EFFECT(...) }
+#include "scene/material_extensions.def"
   const Uniforms::LayerUniforms TESSERA_CONSTANT& l = u.layers;
-  const auto has = [&](Effect effect, bool there) { material.effects[static_cast<std::size_t>(effect)] = there; };
-  has(Effect::kSpecularGlossiness, S.glossy), has(Effect::kDielectric, S.dielectric);
   material.specular_glossiness.specular = material.dielectric.specular_color = vector(l.specular);
   material.specular_glossiness.glossiness = material.dielectric.specular = l.glossiness;
   material.clearcoat.factor = l.coat, material.clearcoat.roughness = l.coat_roughness;
@@ -179,7 +193,7 @@ void set_material(const TESSERA_CONSTANT Uniforms& u, scene::Material& material)
   slot(material.metallic_roughness_texture, 2, S.metallic_roughness, false);
   slot(material.occlusion_texture, 3, S.occlusion, false);
   slot(material.emissive_texture, 4, S.emissive, S.apart);
-  if (S.layered) set_layers<S>(u, material);
+  if (S.layered) set_layers(u, material);
   slot(material.clearcoat.texture, 6, S.layer_texture, false);
   slot(material.clearcoat.normal_texture, 7, S.coat_normals, false);
   if (S.surface != Surface::kDisplacedPatch) return;
@@ -197,7 +211,8 @@ void set_constants(const TESSERA_CONSTANT Uniforms& u, DrawConstants& draw) {
   draw.surroundings.intensity = u.environment;
   if (S.environment_image) draw.surroundings.kind = shaders::Surroundings::Kind::kImage;
   draw.layered = S.layered;
-  draw.layers = {S.coat, S.sheen, S.anisotropy, S.film, S.transmission, S.volume, S.dispersion, S.spread};
+#define EFFECT(Name, member, ...) draw.layers.member = S.member;
+#include "scene/material_extensions.def"
   const Uniforms::LayerUniforms TESSERA_CONSTANT& l = u.layers;
   draw.ior = l.ior, draw.reflectance = l.reflectance;
   draw.anisotropy_cosine = l.anisotropy_cosine, draw.anisotropy_sine = l.anisotropy_sine;

@@ -64,7 +64,6 @@ using shaders::kMinSheenRoughness;
 using shaders::kPi;
 using shaders::kSoftBoxes;
 using shaders::LayerConstants;
-using shaders::LayerFlags;
 using shaders::Light;
 using shaders::Lights;
 using shaders::lobe_numbers;

@@ -42,9 +42,21 @@ LIGHTS = {"directional": "LightKind::kDirectional", "point": "LightKind::kPoint"
           "point_in_range": "LightKind::kPointInRange", "spot": "LightKind::kSpot",
           "spot_in_range": "LightKind::kSpotInRange"}
 ENUMS = {"surface": SURFACES, "motion": MOTIONS, "normals": NORMALS, "light": LIGHTS}
-LAYERS = ["glossy", "dielectric", "coat", "sheen", "anisotropy", "film", "transmission", "volume", "dispersion", "spread"]
+
+
+def read_layers():
+    """The effects of material_extensions.def, and those that each needs."""
+    with open(os.path.join(ROOT, "scene", "material_extensions.def")) as file:
+        rows = re.findall(r"^EFFECT\((\w+), (\w+),(.*?)\nEXTENSION", file.read(), re.M | re.S)
+    members = {name: member for name, member, _ in rows}
+    needed = {member: rest.rsplit(",", 1)[1].split("||")[0] for _, member, rest in rows}
+    return {member: [members[other] for other in re.findall(r"(?<!!)has\(k(\w+)\)", condition)]
+            for member, condition in needed.items()}
+
+
+LAYERS = read_layers()
 FIELDS = ["surface", "motion", "quads", "unlit", "colors", "base_color", "metallic_roughness", "occlusion", "emissive",
-          "normals", "lights", "light", "light_moves", "apart", "layered"] + LAYERS + ["layer_texture", "coat_normals", "environment_image"]
+          "normals", "lights", "light", "light_moves", "apart", "layered", "layer_texture", "coat_normals"] + list(LAYERS) + ["environment_image"]
 
 
 class Shader:
@@ -141,8 +153,6 @@ def rows():
 def add_layers(all_rows, added, drawn):
     """What extensions of materials add, and what they add to each light."""
     plain, layered = Shader(), Shader(layered=True)
-    # A volume is one of what transmits, and what disperses has a volume.
-    needs = {"volume": ["transmission"], "dispersion": ["transmission", "volume"]}
 
     def per_light(name, with_it, without):
         all_rows.append((f"add/layer_light/{name}", [with_it.but(lights=2), without.but(lights=1)],
@@ -150,18 +160,18 @@ def add_layers(all_rows, added, drawn):
 
     added("layer/base", layered, plain)
     per_light("base", layered, plain)
-    for layer in LAYERS:
-        if layer in ("anisotropy", "coat"):
+    for layer, needed in LAYERS.items():
+        if layer in ("anisotropy", "clearcoat"):
             continue
-        without = layered.but(**{other: True for other in needs.get(layer, [])})
+        without = layered.but(**{other: True for other in needed})
         added(f"layer/{layer}", without.but(**{layer: True}), without)
         per_light(layer, without.but(**{layer: True}), without)
     # What a coat shares with the base: its normal where that is not mapped, and what a uniform roughness fixes.
     for normals in ("of_surface", "mapped"):
         for name, textured in {"roughness_of_factor": False, "roughness_of_texture": True}.items():
             base = layered.but(base_color=True, quads=True, normals=normals, metallic_roughness=textured)
-            added(f"layer/coat/{normals}/{name}", base.but(coat=True), base)
-            per_light(f"coat/{normals}/{name}", base.but(coat=True), base)
+            added(f"layer/clearcoat/{normals}/{name}", base.but(clearcoat=True), base)
+            per_light(f"clearcoat/{normals}/{name}", base.but(clearcoat=True), base)
     # Along what the texture coordinate or the attribute says.
     for surface in drawn:
         for motion in kinds_of_motion(surface):
@@ -171,7 +181,7 @@ def add_layers(all_rows, added, drawn):
     per_light("anisotropy", layered.but(base_color=True, quads=True, normals="mapped", anisotropy=True),
               layered.but(base_color=True, quads=True, normals="mapped"))
     for name, quads in {"quads": True, "surface": False}.items():
-        coat = layered.but(base_color=True, quads=quads, coat=True)
+        coat = layered.but(base_color=True, quads=quads, clearcoat=True)
         added(f"layer_texture/{name}", coat.but(layer_texture=True), coat)
 
 
@@ -181,7 +191,7 @@ def add_environment(all_rows, added):
     added("environment/roughness_of_factor", plain.but(environment_image=True), plain)
     added("environment/roughness_of_texture", textured.but(environment_image=True), textured)
     layered = Shader(layered=True)
-    for layer in ("coat", "spread"):
+    for layer in ("clearcoat", "diffuse_transmission"):
         with_it = layered.but(**{layer: True})
         all_rows.append((f"add/environment/{layer}", [with_it.but(environment_image=True), layered],
                          [with_it, layered.but(environment_image=True)]))

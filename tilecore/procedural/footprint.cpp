@@ -1,4 +1,4 @@
-#include "tilecore/procedural/moving_footprint.h"
+#include "tilecore/procedural/footprint.h"
 
 namespace tessera::tilecore {
 

@@ -1,11 +1,35 @@
 #pragma once
 
+#include <functional>
 #include <map>
+#include <optional>
+#include <string_view>
 #include <vector>
 
-#include "shaders_cpp/procedures/program_text.h"
+#include "shaders_cpp/procedures/program.h"
 
 namespace tessera::shaders::program_text {
+
+// A word of a program's text.
+struct Token {
+  enum class Kind : std::uint8_t { kName, kNumber, kText, kSymbol, kEnd };
+  Kind kind = Kind::kEnd;
+  std::string_view text;  // of kText without its quotes
+  float value = 0;        // of kNumber
+  int line = 1, column = 1;
+};
+
+// Thrown inside the compiler; compile_programs() turns it into a value.
+struct Fault {
+  ProgramFault fault;
+};
+[[noreturn]] void refuse(const Token& at, std::string message);
+
+// The name of a token in messages.
+std::string shown(const Token& token);
+
+// All tokens of a text of at most ProgramLimits::kSourceBytes; the last is kEnd. Views into `text`.
+std::vector<Token> split(std::string_view text);
 
 // One number of an expression: known while compiling, the same for all samples, or of a sample.
 struct Scalar {
@@ -90,5 +114,20 @@ class Emitter {
   std::map<std::uint32_t, int> literals_;  // constants by their bits
   std::vector<bool> assigned_;             // of virtual registers: variables
 };
+
+// The functions that every program has.
+struct BuiltinCall {
+  const Token& name;
+  Emitter& emitter;
+  ProgramKind kind;
+  std::vector<std::vector<Scalar>> arguments;
+};
+
+// Functions of whole vectors; none where the name is not one of theirs.
+std::optional<std::vector<Scalar>> call_on_vectors(const BuiltinCall& call);
+
+// Functions that work number by number.
+using NumberFunction = std::function<Scalar(Emitter&, const std::vector<Scalar>&)>;
+std::optional<NumberFunction> number_function(const BuiltinCall& call);
 
 }  // namespace tessera::shaders::program_text
