@@ -339,7 +339,8 @@ namespace {
 std::string former_counters_markdown() {
   std::string text = "\n## Former names\n\n| counter | now |\n|---|---|\n";
   for (const gpu::FormerCounter& counter : gpu::former_counters())
-    text += fmt::format(counter.now.empty() ? "| `{}` | removed |\n" : "| `{}` | `{}` |\n", counter.name, counter.now);
+    text += fmt::format("| `{}` | {} |\n", counter.name,
+                        counter.now.empty() ? std::string("removed") : fmt::format("`{}`", counter.now));
   return text;
 }
 

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <limits>
 
-#include "shaders_cpp/studio.h"
 #include "shaders_cpp/environment_map.h"
+#include "shaders_cpp/studio.h"
 #include "tilecore/shading/view_rays.h"
 
 #undef HWY_TARGET_INCLUDE
