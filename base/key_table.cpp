@@ -106,8 +106,8 @@ json key_value_json(const KeyValue& value) {
   return std::visit([](const auto& v) { return json(v); }, value);
 }
 
-KeyEnds key_ends(const KeyInfo& key, double value, double default_value) {
-  KeyEnds ends = {value / 2, value * 2};
+PlausibleRange key_ends(const KeyInfo& key, double value, double default_value) {
+  PlausibleRange ends = {value / 2, value * 2};
   if (key.ends && default_value != 0)
     ends = {value * (key.ends->low / default_value), value * (key.ends->high / default_value)};
   return {std::clamp(ends.low, key.min, key.max), std::clamp(ends.high, key.min, key.max)};
@@ -128,7 +128,7 @@ json describe_key(const KeyInfo& key, const KeyValue& default_value) {
       const bool whole = default_value.index() == 0;
       const double value =
           whole ? static_cast<double>(std::get<std::int64_t>(default_value)) : std::get<double>(default_value);
-      const KeyEnds ends = key_ends(key, value, value);
+      const PlausibleRange ends = key_ends(key, value, value);
       row["low"] = whole ? std::floor(ends.low) : ends.low;
       row["high"] = whole ? std::floor(ends.high) : ends.high;
     }

@@ -27,7 +27,7 @@ concept KeyNumber = std::floating_point<T> ||(std::integral<T> && !std::same_as<
 using KeyValue = std::variant<std::int64_t, double, bool, std::string>;
 
 // Where a number may lie that nobody publishes: the ends for the default; those of another value lie in the same ratio.
-struct KeyEnds {
+struct PlausibleRange {
   double low = 0, high = 0;
 };
 
@@ -42,12 +42,12 @@ struct KeyInfo {
   double max = 0;
   std::vector<std::string_view> choices;  // texts: the allowed words; none: any text, a name or a file
   bool timing = false;  // read only by what times a record of the machine's work: the record does not hang on it
-  std::optional<KeyEnds> ends;  // numbers: none means half and twice
+  std::optional<PlausibleRange> ends;  // numbers: none means half and twice
 
   bool assumed() const { return source.find("[assumed]") != std::string_view::npos; }
 };
 // Of `value`, within the range: where a study of what hangs on it may put it.
-KeyEnds key_ends(const KeyInfo& key, double value, double default_value);
+PlausibleRange key_ends(const KeyInfo& key, double value, double default_value);
 
 // The decimal number of the fewest digits that means this float: 0.02 for 0.02f.
 double shortest_decimal(float value);
@@ -91,7 +91,8 @@ struct Key : KeyInfo {
   template <KeyNumber T, class Owner>
   requires std::derived_from<S, Owner> Key(std::string_view key, T Owner::*where, std::string_view unit_in,
                                            double least, double most, std::string_view means,
-                                           std::string_view from = "", std::optional<KeyEnds> between = std::nullopt)
+                                           std::string_view from = "",
+                                           std::optional<PlausibleRange> between = std::nullopt)
       : Key(KeyInfo{key, unit_in, means, from, least, most, {}, false, between}, where) {}
   Key(std::string_view key, bool S::*where, std::string_view means, std::string_view from = "")
       : Key(KeyInfo{key, "", means, from, 0, 1, {}, false, {}}, where) {}

@@ -22,8 +22,8 @@ void BaselineSet::accumulate(const BaselineSet& frame) {
 }
 
 BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu,
-                                       const gpu::RecordMemory& records, const gpu::FrameCounters& counters,
-                                       const gpu::MachineRecord& record) {
+                                       const gpu::PatchTable& records, const gpu::FrameCounters& counters,
+                                       const gpu::ObservedWork& record) {
   const memory::Ledger& ledger = counters.ledger;
   const memory::Traffic state = ledger.traffic(Unit::kTilecore, Purpose::kTileState),
                         frame = ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer),
@@ -38,11 +38,11 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
   // Without the caches every request is a tessellation, and every line is read.
   const auto line_bytes = static_cast<std::uint64_t>(gpu.line_bytes());
   std::uint64_t evaluations_uncached = 0, tile_lines_uncached = 0;
-  std::vector<gpu::RecordMemory::Lines> fetched;
+  std::vector<gpu::PatchTable::Lines> fetched;
   for (const tilecore::TessellationRequest& r : record.tessellations) {
     evaluations_uncached += r.vertices;
     records.of_tessellation(job.frame->segment(r.segment), r, fetched);
-    for (const gpu::RecordMemory::Lines& lines : fetched) tile_lines_uncached += lines.end - lines.first;
+    for (const gpu::PatchTable::Lines& lines : fetched) tile_lines_uncached += lines.end - lines.first;
   }
   const std::uint64_t uncached = (tile_lines_uncached + counters.l2.attribute_requests) * line_bytes;
   BaselineCounters out;
@@ -75,7 +75,7 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
   return out;
 }
 
-void measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineRecord& record,
+void measure_triangle_machines(const tilecore::TileJob& job, const gpu::ObservedWork& record,
                                const frontend::PyramidLibrary& pyramids, const gpu::FrameCounters& replay,
                                const gpu::GpuConfiguration& gpu, BaselineSet& out, const MachineWork* machine,
                                SchemeWorks* works) {
@@ -127,7 +127,7 @@ void BaselineObserver::view_rendered(const gpu::RenderedView& view) {
   const gpu::GpuConfiguration whole_gpu = patch_whole_machine(view.gpu);
   gpu::FrameResult whole(view.result.frame, tilecore::FrameTargets(view.result.targets.region, false));
   gpu::WorkRecorder whole_work(whole_gpu, view.records, view.heights, false);
-  gpu::MachineRecord whole_record;
+  gpu::ObservedWork whole_record;
   gpu::Pipeline(whole_gpu, view.pyramids).render({whole_gpu, job, whole_work, whole, &whole_record}, {});
   // The maps of procedures are made before the pipeline.
   if (job.procedures != nullptr) whole.counters.ledger += job.procedures->ledger();

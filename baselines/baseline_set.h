@@ -26,14 +26,14 @@ using SchemeWorks = std::array<timing::FrameWork, kSchemeCount>;
 
 // Counters of a machine that bins patches, from those of its run.
 BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu,
-                                       const gpu::RecordMemory& records, const gpu::FrameCounters& counters,
-                                       const gpu::MachineRecord& record);
+                                       const gpu::PatchTable& records, const gpu::FrameCounters& counters,
+                                       const gpu::ObservedWork& record);
 
 // Fills in the machines that tessellate first. `machine`: of the same run, for their work, cycles and energies; nullptr:
 // none. `replay`: counters of the run of `job`, for what the finished frame and
 // its shading take. `record`: its entries, which lead to the samples that triangles touch. Counters do not depend on the
 // number of threads.
-void measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineRecord& record,
+void measure_triangle_machines(const tilecore::TileJob& job, const gpu::ObservedWork& record,
                                const frontend::PyramidLibrary& pyramids, const gpu::FrameCounters& replay,
                                const gpu::GpuConfiguration& gpu, BaselineSet& out, const MachineWork* machine = nullptr,
                                SchemeWorks* works = nullptr);

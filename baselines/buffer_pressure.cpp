@@ -45,17 +45,17 @@ std::vector<std::uint64_t> tile_state_bytes(const binner::TileGrid& grid, int sa
 
 namespace {
 
-using Placements = std::vector<binner::QueueHierarchy::Placement>;
+using Placements = std::vector<binner::ListLevels::Placement>;
 
 // The sub-patches that a machine binned, in its order, each with the tiles that read it.
 struct BinnedSubPatch {
-  binner::QueueEntry entry;
+  binner::ListEntry entry;
   Placements placements;
 };
-std::vector<BinnedSubPatch> binned_sub_patches(const gpu::MachineRecord& record) {
+std::vector<BinnedSubPatch> binned_sub_patches(const gpu::ObservedWork& record) {
   std::vector<BinnedSubPatch> out;
   for (std::size_t t = 0; t < record.entries.size(); ++t)
-    for (const binner::QueueEntry& entry : record.entries[t]) {
+    for (const binner::ListEntry& entry : record.entries[t]) {
       if (entry.record >= out.size()) out.resize(std::size_t{entry.record} + 1);
       BinnedSubPatch& sub_patch = out[entry.record];
       const auto tile = static_cast<binner::QueueIndex>(t);
@@ -106,7 +106,7 @@ class StateTraffic {
 
 }  // namespace
 
-BufferPressure queue_pressure(const gpu::MachineRecord& record, const gpu::GpuConfiguration& gpu,
+BufferPressure queue_pressure(const gpu::ObservedWork& record, const gpu::GpuConfiguration& gpu,
                               std::span<const std::uint64_t> state_bytes) {
   const std::vector<BinnedSubPatch> sub_patches = binned_sub_patches(record);
   const auto lists = static_cast<binner::QueueIndex>(record.entries.size());

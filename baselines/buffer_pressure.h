@@ -49,7 +49,7 @@ std::vector<std::uint64_t> tile_state_bytes(const binner::TileGrid& grid, int sa
 
 // Of a machine that bins patches: its sub-patches put into further parameter buffers in the same order, as if each tile
 // had a list of its own, tile by tile. What spills is written once and read once.
-BufferPressure queue_pressure(const gpu::MachineRecord& record, const gpu::GpuConfiguration& gpu,
+BufferPressure queue_pressure(const gpu::ObservedWork& record, const gpu::GpuConfiguration& gpu,
                               std::span<const std::uint64_t> state_bytes);
 
 }  // namespace tessera::baselines

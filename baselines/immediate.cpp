@@ -84,7 +84,7 @@ void move_lines(const std::vector<TileDrawing>& tiles, const tilecore::TileJob& 
 
 }  // namespace
 
-ImmediateFrame draw_immediately(const tilecore::TileJob& job, const gpu::MachineRecord& record,
+ImmediateFrame draw_immediately(const tilecore::TileJob& job, const gpu::ObservedWork& record,
                                 const gpu::GpuConfiguration& gpu) {
   const SampleLayout layout(job.grid->region(), job.pattern->samples_per_pixel(), job.burst_bytes());
   std::vector<TileDrawing> tiles(record.entries.size());

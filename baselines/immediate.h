@@ -34,7 +34,7 @@ struct ImmediateFrame {
 //
 // Colour is compressed (CompressedColorMemory) if immediate.color_compression is on and that moves fewer bytes in the
 // frame than plain lines do.
-ImmediateFrame draw_immediately(const tilecore::TileJob& job, const gpu::MachineRecord& record,
+ImmediateFrame draw_immediately(const tilecore::TileJob& job, const gpu::ObservedWork& record,
                                 const gpu::GpuConfiguration& gpu);
 
 }  // namespace tessera::baselines

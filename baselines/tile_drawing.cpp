@@ -265,15 +265,15 @@ class Drawing {
 
 }  // namespace
 
-TileDrawing draw_tile(const tilecore::TileJob& job, std::uint32_t tile, std::vector<binner::QueueEntry> entries,
+TileDrawing draw_tile(const tilecore::TileJob& job, std::uint32_t tile, std::vector<binner::ListEntry> entries,
                       const SampleLayout& layout, bool colors, TileDrawer& drawer, std::uint64_t& invocations) {
   // Cells of procedures have no triangles.
   if (job.procedures != nullptr)
-    std::erase_if(entries, [&](const binner::QueueEntry& entry) {
+    std::erase_if(entries, [&](const binner::ListEntry& entry) {
       return job.frame->drawable_of(entry.base_patch).procedure != nullptr;
     });
   std::sort(entries.begin(), entries.end(),
-            [](const binner::QueueEntry& a, const binner::QueueEntry& b) { return a.base_patch < b.base_patch; });
+            [](const binner::ListEntry& a, const binner::ListEntry& b) { return a.base_patch < b.base_patch; });
   Drawing drawing(job, tile, layout);
   CollectingSink sink;
   drawer.core.begin_tile(job, tile);

@@ -130,7 +130,7 @@ struct TileDrawer {
 
 // `entries`: of the tile, cut and ordered in any way. Hits are exact, also where motion and defocus scatter them.
 // `colors` false: no pixel is shaded, colours stay empty; `point` still numbers invocations.
-TileDrawing draw_tile(const tilecore::TileJob& job, std::uint32_t tile, std::vector<binner::QueueEntry> entries,
+TileDrawing draw_tile(const tilecore::TileJob& job, std::uint32_t tile, std::vector<binner::ListEntry> entries,
                       const SampleLayout& layout, bool colors, TileDrawer& drawer, std::uint64_t& invocations);
 
 }  // namespace tessera::baselines

@@ -13,9 +13,9 @@ bool moves(const scene::FrameGeometry& frame, const frontend::BoundedSubPatch& s
 }
 
 // `frame`: the one by which the sub-patch moves.
-QueueEntry make_entry(const scene::FrameGeometry& frame, const frontend::BoundedSubPatch& sub_patch) {
+ListEntry make_entry(const scene::FrameGeometry& frame, const frontend::BoundedSubPatch& sub_patch) {
   const scene::PosedDrawable& drawable = frame.drawable_of(sub_patch.base_patch);
-  QueueEntry entry;
+  ListEntry entry;
   entry.base_patch = sub_patch.base_patch;
   entry.segment = sub_patch.segment;
   entry.range = sub_patch.range;
@@ -23,15 +23,15 @@ QueueEntry make_entry(const scene::FrameGeometry& frame, const frontend::Bounded
   entry.near_depth = sub_patch.bounds.near_z;
   entry.blocks = BlockRange::of(sub_patch.bounds);
   entry.flags = 0;
-  const auto flag = [&](bool on, QueueEntry::Flag which) { entry.flags |= on ? which : 0; };
-  flag(moves(frame, sub_patch), QueueEntry::kMoving);
-  flag((sub_patch.effects & frontend::kEffectDefocus) != 0 && frame.projection.lens_scale != 0, QueueEntry::kDefocused);
+  const auto flag = [&](bool on, ListEntry::Flag which) { entry.flags |= on ? which : 0; };
+  flag(moves(frame, sub_patch), ListEntry::kMoving);
+  flag((sub_patch.effects & frontend::kEffectDefocus) != 0 && frame.projection.lens_scale != 0, ListEntry::kDefocused);
   flag((sub_patch.effects & frontend::kEffectDisplacement) != 0 && drawable.material->displacement.has_value(),
-       QueueEntry::kDisplaced);
+       ListEntry::kDisplaced);
   flag(
       (sub_patch.effects & frontend::kEffectAlphaTest) != 0 && drawable.material->alpha_mode == scene::AlphaMode::kMask,
-      QueueEntry::kAlphaMask);
-  flag(drawable.material->alpha_mode == scene::AlphaMode::kBlend, QueueEntry::kBlended);
+      ListEntry::kAlphaMask);
+  flag(drawable.material->alpha_mode == scene::AlphaMode::kBlend, ListEntry::kBlended);
   return entry;
 }
 
@@ -43,8 +43,8 @@ void Binner::count(const Placed& placed) {
   counters.tiles_dropped += placed.dropped;
 }
 
-void Binner::place_ahead(const scene::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches,
-                         std::size_t first) {
+void Binner::compute_coverage_batch(const scene::FrameGeometry& frame,
+                                    std::span<const frontend::BoundedSubPatch> sub_patches, std::size_t first) {
   constexpr std::size_t kBlock = 64;
   ahead_first_ = first;
   ahead_.resize(std::min(kAhead, sub_patches.size() - first));
@@ -67,7 +67,7 @@ bool Binner::run(const scene::FrameGeometry& frame, std::span<const frontend::Bo
   if (cursor.sub_patch == 0 && cursor.entry == 0) ahead_.clear();
   for (; cursor.sub_patch < sub_patches.size(); ++cursor.sub_patch, cursor.entry = 0) {
     if (cursor.sub_patch < ahead_first_ || cursor.sub_patch >= ahead_first_ + ahead_.size())
-      place_ahead(frame, sub_patches, cursor.sub_patch);
+      compute_coverage_batch(frame, sub_patches, cursor.sub_patch);
     const Placed& placed = ahead_[cursor.sub_patch - ahead_first_];
     const frontend::BoundedSubPatch& sub_patch = sub_patches[cursor.sub_patch];
     const bool begun = cursor.entry > 0;  // before a partial render: its tiles are counted
@@ -84,11 +84,11 @@ bool Binner::run(const scene::FrameGeometry& frame, std::span<const frontend::Bo
   return true;
 }
 
-std::vector<QueueEntry> Binner::read_tile(const scene::FrameGeometry& frame, TileIndex tile, memory::Ledger& ledger,
-                                          std::uint64_t& bytes_read) const {
-  std::vector<QueueEntry> entries;
+std::vector<ListEntry> Binner::read_tile(const scene::FrameGeometry& frame, TileIndex tile, memory::Ledger& ledger,
+                                         std::uint64_t& bytes_read) const {
+  std::vector<ListEntry> entries;
   hierarchy_.for_each_queue_of(tile, [&](QueueIndex queue) { buffer_.read_queue(queue, entries, ledger, bytes_read); });
-  for (QueueEntry& entry : entries)
+  for (ListEntry& entry : entries)
     if (entry.whole) entry.range = scene::patch_cells(frame.segment(entry.segment), entry.base_patch);
   return entries;
 }

@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
+#include "binner/list_levels.h"
 #include "binner/parameter_buffer.h"
-#include "binner/queue_hierarchy.h"
 #include "binner/tile_coverage.h"
 #include "binner/tile_grid.h"
 #include "frontend/front_end.h"
@@ -35,8 +35,8 @@ class Binner {
 
   // What a tile has to render: its own queue and those of the groups around it. See ParameterBuffer::read_queue. How many
   // cells a whole patch has, its own record says.
-  std::vector<QueueEntry> read_tile(const scene::FrameGeometry& frame, TileIndex tile, memory::Ledger& ledger,
-                                    std::uint64_t& bytes_read) const;
+  std::vector<ListEntry> read_tile(const scene::FrameGeometry& frame, TileIndex tile, memory::Ledger& ledger,
+                                   std::uint64_t& bytes_read) const;
 
   // After a partial render: empty queues, same counters.
   void reset() { buffer_.reset(); }
@@ -48,18 +48,18 @@ class Binner {
  private:
   // Where the entries of one sub-patch go, and what coverage counted for it.
   struct Placed {
-    std::vector<QueueHierarchy::Placement> placements;
+    std::vector<ListLevels::Placement> placements;
     std::uint64_t covered, dropped;
   };
   // Sub-patches whose coverage is found at once, by all threads; entries are then written in order.
   static constexpr std::size_t kAhead = 2048;
 
-  void place_ahead(const scene::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches,
-                   std::size_t first);
+  void compute_coverage_batch(const scene::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches,
+                              std::size_t first);
   void count(const Placed& placed);
 
   TileGrid grid_;
-  QueueHierarchy hierarchy_;
+  ListLevels hierarchy_;
   TileCoverageUnit coverage_;  // each thread works with a copy
   ParameterBuffer buffer_;
   std::size_t ahead_first_ = 0;  // of the sub-patches in ahead_

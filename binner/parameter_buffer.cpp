@@ -80,7 +80,7 @@ void ParameterBuffer::write_record(std::uint32_t number, std::span<const std::ui
   if (offset >= records_spilled_from_) counters_.spilled_bytes += bytes.size();
 }
 
-bool ParameterBuffer::append_entry(const QueueHierarchy::Placement& placement, const PackedRecord* record) {
+bool ParameterBuffer::append_entry(const ListLevels::Placement& placement, const PackedRecord* record) {
   const std::uint32_t number = record != nullptr ? number_of_next(*record) : last_record_;
   TESSERA_CHECK(number < (std::uint32_t{1} << TileLists::kNoteBits) - 1, "numbers of records fit a list's cursor");
   code_.clear();
@@ -111,11 +111,11 @@ bool ParameterBuffer::append_entry(const QueueHierarchy::Placement& placement, c
   return true;
 }
 
-bool ParameterBuffer::append(const QueueEntry& sub_patch, std::span<const QueueHierarchy::Placement> placements,
+bool ParameterBuffer::append(const ListEntry& sub_patch, std::span<const ListLevels::Placement> placements,
                              std::uint32_t& next) {
   constexpr std::size_t kMost = std::numeric_limits<std::uint16_t>::max();
   const std::uint32_t first = next;
-  QueueEntry named = sub_patch;
+  ListEntry named = sub_patch;
   named.lists = static_cast<std::uint16_t>(std::min(placements.size() - first, kMost));
   PackedRecord record = pack_record(named);
   for (; next < placements.size(); ++next) {
@@ -135,7 +135,7 @@ void ParameterBuffer::finish() {
   ledger_.read_at(memory::Unit::kBinner, memory::Purpose::kTileQueue, 0, layout().bit_bytes(), burst_bytes_);
 }
 
-void ParameterBuffer::read_queue(QueueIndex list, std::vector<QueueEntry>& entries, memory::Ledger& ledger,
+void ParameterBuffer::read_queue(QueueIndex list, std::vector<ListEntry>& entries, memory::Ledger& ledger,
                                  std::uint64_t& bytes_read) const {
   const std::vector<std::uint8_t> bytes = lists_.read(list, [&](std::uint64_t address, std::uint64_t count) {
     ledger.read_at(memory::Unit::kTilecore, memory::Purpose::kTileQueue, address, count, burst_bytes_);
@@ -144,7 +144,7 @@ void ParameterBuffer::read_queue(QueueIndex list, std::vector<QueueEntry>& entri
   std::uint32_t before = 0;
   for (std::size_t at = 0; at < bytes.size();) {
     const ListEntry code = decode_entry(bytes, before, at);
-    QueueEntry& entry =
+    ListEntry& entry =
         entries.emplace_back(unpack_record(std::span(table_).subspan(std::size_t{code.record} * kSlotBytes)));
     entry.record = code.record;
     entry.t0 = static_cast<std::uint8_t>(code.times.first);

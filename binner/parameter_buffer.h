@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "base/counter.h"
-#include "binner/queue_entry.h"
-#include "binner/queue_hierarchy.h"
+#include "binner/list_entry.h"
+#include "binner/list_levels.h"
 #include "binner/settings.h"
 #include "binner/tile_lists.h"
 #include "binner/write_combiner.h"
@@ -33,7 +33,7 @@ struct BinnerCounters {
 // no more than parameter_buffer.bytes. The bytes are really there: what a tile core reads is decoded from them.
 //
 //   lists    entries as in list_code.h
-//   table    a record for each sub-patch that is in a list, in the order of binning, as in queue_entry.h; a record's
+//   table    a record for each sub-patch that is in a list, in the order of binning, as in list_entry.h; a record's
 //            number is its address over kSlotBytes
 //
 // Configured by parameter_buffer.*, binner.combining_bursts, memory.burst_bytes.
@@ -53,7 +53,7 @@ class ParameterBuffer {
 
   // Puts a sub-patch into the lists of `placements` from `next` on, which then stands behind those that took it. False:
   // the buffer is full; the caller renders what is there, calls reset() and goes on with `next`.
-  [[nodiscard]] bool append(const QueueEntry& sub_patch, std::span<const QueueHierarchy::Placement> placements,
+  [[nodiscard]] bool append(const ListEntry& sub_patch, std::span<const ListLevels::Placement> placements,
                             std::uint32_t& next);
 
   // Writes back what is still on chip, and reads for the tile scheduler which lists have entries. Between this and the
@@ -71,7 +71,7 @@ class ParameterBuffer {
 
   // Adds the list's entries to `entries`, in order. Bursts of the list are charged to `ledger` as tilecore / tile_queue,
   // its bytes to `bytes_read`; what is read of the table, RecordCache charges. May be called by many threads at once.
-  void read_queue(QueueIndex list, std::vector<QueueEntry>& entries, memory::Ledger& ledger,
+  void read_queue(QueueIndex list, std::vector<ListEntry>& entries, memory::Ledger& ledger,
                   std::uint64_t& bytes_read) const;
 
   // Empties lists and table.
@@ -96,7 +96,7 @@ class ParameterBuffer {
  private:
   std::uint64_t bytes_with(std::uint64_t chunks, std::uint64_t table_bytes) const;
   // `record`: of a sub-patch that has none yet; otherwise null.
-  bool append_entry(const QueueHierarchy::Placement& placement, const PackedRecord* record);
+  bool append_entry(const ListLevels::Placement& placement, const PackedRecord* record);
   std::uint32_t number_of_next(const PackedRecord& record) const;
   void write_record(std::uint32_t number, std::span<const std::uint8_t> bytes);
   void grow(std::vector<std::uint8_t>& memory, std::uint64_t bytes);

@@ -64,8 +64,9 @@ std::vector<PatchRun> cut(const std::vector<PatchRun>& runs) {
   return blocks;
 }
 
-TableFetches make_fetches(const FrontEndSpec& spec) {
-  return TableFetches({kTableCacheBytes, kTableCacheWays, static_cast<std::int64_t>(spec.burst_bytes), kCachedRecords});
+HeightTableCache make_fetches(const FrontEndSpec& spec) {
+  return HeightTableCache(
+      {kTableCacheBytes, kTableCacheWays, static_cast<std::int64_t>(spec.burst_bytes), kCachedRecords});
 }
 
 // The L2 as the front end has it: empty at first, and to itself, for tiles begin when all is binned. What blocks of
@@ -88,7 +89,7 @@ class TableL2 {
   memory::LineCache cache_;
 };
 
-void charge_records(TableFetches& fetches, memory::Ledger& ledger) {
+void charge_records(HeightTableCache& fetches, memory::Ledger& ledger) {
   (void)fetches.take_table_bytes();
   ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData, fetches.take_record_bytes());
 }
@@ -115,7 +116,7 @@ std::vector<BoundedSubPatch> split_runs(const scene::FrameGeometry& frame, const
     std::vector<Pieces> pieces(std::min(kBlocksAtOnce, blocks.size() - first));
     parallel_for(pieces.size(), [&](std::size_t b) {
       Counts& own = counts.local();
-      TableFetches fetches = make_fetches(spec);
+      HeightTableCache fetches = make_fetches(spec);
       PatchSplitter splitter(frame, pyramids, spec, depth, &fetches);
       for (std::uint32_t patch = blocks[first + b].first; patch < blocks[first + b].end; ++patch) {
         own.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
@@ -157,7 +158,7 @@ void count(const PatchCulling& culling, FrontEndResult& all) {
 // What moves by one frame's poses: by those of the whole shutter or of a segment. Counts and charges into `all`.
 struct Part {
   std::vector<BoundedSubPatch> sub_patches;
-  std::vector<Deferred> deferred;
+  std::vector<OcclusionCandidate> deferred;
 };
 Part run_part(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, const FrontEndSpec& spec,
               const CoarseDepth* guess, TableL2& l2, scene::MemoryBudget* budget, FrontEndResult& all) {
@@ -175,14 +176,14 @@ Part run_part(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
 
 // The patches of what was deferred of one frame's poses and is not hidden, but for groups among them that are. Each
 // instance's record is read again.
-std::vector<PatchRun> patches_again(const scene::FrameGeometry& frame, const std::vector<Deferred>& visible,
+std::vector<PatchRun> patches_again(const scene::FrameGeometry& frame, const std::vector<OcclusionCandidate>& visible,
                                     const PyramidLibrary& pyramids, const FrontEndSpec& spec, const CoarseDepth& depth,
                                     FrontEndResult& all) {
   std::vector<std::uint8_t> read(frame.drawables.size(), 0);
   std::vector<PatchRun> runs;
   all.counters.second_pass_visible += visible.size();
-  for (const Deferred& d : visible) {
-    if (d.kind == Deferred::kGroup) {
+  for (const OcclusionCandidate& d : visible) {
+    if (d.kind == OcclusionCandidate::kGroup) {
       --all.previous_depth.groups_culled;
       all.previous_depth.patches_culled -= group_patches(frame, d);
       const PatchCulling left = cull_group(frame, d, pyramids, spec, depth);
@@ -215,9 +216,9 @@ FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLib
   for (int s = 0; s <= static_cast<int>(frame.segments.size()); ++s) {
     Part part = run_part(frame.segment(s), pyramids, spec, guess, l2, budget, all);
     for (BoundedSubPatch& piece : part.sub_patches) piece.segment = static_cast<std::uint8_t>(s);
-    for (Deferred& deferred : part.deferred) {
+    for (OcclusionCandidate& deferred : part.deferred) {
       deferred.segment = static_cast<std::uint8_t>(s);
-      pack_deferred(deferred, all.deferred);
+      pack_candidates(deferred, all.deferred);
     }
     if (s == 0)
       all.sub_patches = std::move(part.sub_patches);
@@ -235,8 +236,8 @@ std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& fra
                                                  FrontEndResult& front_end) {
   front_end.ledger.read(memory::Unit::kFrontend, memory::Purpose::kCoarseDepth,
                         memory::burst_bytes(0, front_end.deferred.size(), spec.burst_bytes));
-  std::vector<std::vector<Deferred>> visible(frame.segments.size() + 1);
-  for (const Deferred& d : unpack_deferred(front_end.deferred))
+  std::vector<std::vector<OcclusionCandidate>> visible(frame.segments.size() + 1);
+  for (const OcclusionCandidate& d : unpack_candidates(front_end.deferred))
     if (!depth.hides(d.footprint, front_end.previous_depth.blocks_tested)) visible[d.segment].push_back(d);
   std::vector<BoundedSubPatch> all;
   TableL2 l2(spec);

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "base/counter.h"
-#include "frontend/deferred.h"
 #include "frontend/instance_culling.h"
+#include "frontend/occlusion_candidate.h"
 #include "frontend/patch_culling.h"
 #include "frontend/patch_record.h"
 #include "frontend/patch_splitter.h"
@@ -29,7 +29,7 @@ inline constexpr std::int64_t kTableCacheBytes = 16384, kTableCacheWays = 4, kCa
 // has; what it exceeds is no more than what 32768 base patches become.
 struct FrontEndResult {
   std::vector<BoundedSubPatch> sub_patches;
-  std::vector<std::uint8_t> deferred;      // pack_deferred(), segment by segment
+  std::vector<std::uint8_t> deferred;      // pack_candidates(), segment by segment
   std::vector<PatchRun> read;              // base patches whose records were read, in order
   std::vector<std::uint32_t> table_lines;  // FrontendCounters::table_lines, by number within the tables, in order
   FrontendCounters counters;

@@ -64,7 +64,7 @@ bool any_moves_here(const FrameGeometry& frame, const InstancedNode& node) {
 struct CulledInstances {
   InstanceCounters counters;
   PreviousDepthCounters previous_depth;
-  std::vector<Deferred> deferred;
+  std::vector<OcclusionCandidate> deferred;
 };
 
 std::uint64_t patches_of(const FrameGeometry& frame, std::uint32_t first_drawable, std::uint32_t drawables) {
@@ -83,7 +83,7 @@ bool hidden(const FrameGeometry& frame, const InstancedNode& node, std::uint32_t
   if (!depth->hides(footprint, out.previous_depth.blocks_tested)) return false;
   ++out.previous_depth.groups_culled;
   out.previous_depth.patches_culled += patches_of(frame, first, node.primitives);
-  out.deferred.push_back({Deferred::kInstance, 0, 0, first, footprint});
+  out.deferred.push_back({OcclusionCandidate::kInstance, 0, 0, first, footprint});
   return true;
 }
 

@@ -5,7 +5,7 @@
 
 #include "base/counter.h"
 #include "frontend/bounds/sub_patch_bounder.h"
-#include "frontend/deferred.h"
+#include "frontend/occlusion_candidate.h"
 #include "frontend/settings.h"
 #include "memory/ledger.h"
 #include "scene/frame_geometry.h"
@@ -52,7 +52,7 @@ SubPatchBody group_body(const scene::FrameGeometry& frame, const scene::Instance
 // Instances that `depth`, unless null, hides are deferred.
 struct InstanceCulling {
   std::vector<std::uint8_t> read;
-  std::vector<Deferred> deferred;
+  std::vector<OcclusionCandidate> deferred;
   InstanceCounters counters;
   PreviousDepthCounters previous_depth;
   memory::Ledger ledger;

@@ -69,7 +69,7 @@ class GroupWalk {
     ++out_.previous_depth.groups_culled;
     out_.previous_depth.patches_culled += patches_in(level, box);
     out_.deferred.push_back(
-        {Deferred::kGroup, static_cast<std::uint8_t>(level), 0, patches_of(level, box).first, footprint});
+        {OcclusionCandidate::kGroup, static_cast<std::uint8_t>(level), 0, patches_of(level, box).first, footprint});
     return true;
   }
 
@@ -149,15 +149,15 @@ PatchCulling cull_patches(const scene::FrameGeometry& frame, const std::vector<s
   return all;
 }
 
-std::uint64_t group_patches(const scene::FrameGeometry& frame, const Deferred& group) {
+std::uint64_t group_patches(const scene::FrameGeometry& frame, const OcclusionCandidate& group) {
   const scene::Drawable& drawn = *frame.drawable_of(group.number).drawable;
   std::uint64_t patches = kPatchesPerGroup;
   for (int k = 0; k < group.level; ++k) patches *= kPatchesPerGroup;
   return std::min(patches, std::uint64_t{drawn.first_patch} + drawn.patch_count - group.number);
 }
 
-PatchCulling cull_group(const scene::FrameGeometry& frame, const Deferred& group, const PyramidLibrary& pyramids,
-                        const FrontEndSpec& spec, const CoarseDepth& depth) {
+PatchCulling cull_group(const scene::FrameGeometry& frame, const OcclusionCandidate& group,
+                        const PyramidLibrary& pyramids, const FrontEndSpec& spec, const CoarseDepth& depth) {
   PatchCulling left;
   GroupWalk(frame, frame.drawable_of(group.number), pyramids, spec.burst_bytes, &depth, left)
       .run_group(group.level, group.number);

@@ -5,7 +5,7 @@
 
 #include "base/counter.h"
 #include "frontend/bounds/sub_patch_bounder.h"
-#include "frontend/deferred.h"
+#include "frontend/occlusion_candidate.h"
 #include "frontend/settings.h"
 #include "memory/ledger.h"
 #include "scene/frame_geometry.h"
@@ -46,7 +46,7 @@ MovingBox group_box(const scene::PatchGroups::Box& box, double offset);
 // What is left of the drawables' patches, in order. `drawables`: their numbers, rising.
 struct PatchCulling {
   std::vector<PatchRun> read;
-  std::vector<Deferred> deferred;
+  std::vector<OcclusionCandidate> deferred;
   PatchGroupCounters counters;
   PreviousDepthCounters previous_depth;
   memory::Ledger ledger;
@@ -55,12 +55,12 @@ PatchCulling cull_patches(const scene::FrameGeometry& frame, const std::vector<s
                           const PyramidLibrary& pyramids, const FrontEndSpec& spec, const CoarseDepth* depth = nullptr);
 
 // Base patches of a group that was deferred.
-std::uint64_t group_patches(const scene::FrameGeometry& frame, const Deferred& group);
+std::uint64_t group_patches(const scene::FrameGeometry& frame, const OcclusionCandidate& group);
 
 // What is left of a group that was deferred, when `depth` is the frame's own: what that hides is dropped. Its box stays
 // out of it: that was tested.
-PatchCulling cull_group(const scene::FrameGeometry& frame, const Deferred& group, const PyramidLibrary& pyramids,
-                        const FrontEndSpec& spec, const CoarseDepth& depth);
+PatchCulling cull_group(const scene::FrameGeometry& frame, const OcclusionCandidate& group,
+                        const PyramidLibrary& pyramids, const FrontEndSpec& spec, const CoarseDepth& depth);
 
 }  // namespace tessera::frontend
 

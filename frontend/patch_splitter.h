@@ -67,7 +67,7 @@ class PatchSplitter {
   // Sub-patches that `depth`, unless null, hides are dropped unsplit: the frame's own. `fetches`, unless null, gets what
   // bounding reads besides the patch.
   PatchSplitter(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, const FrontEndSpec& settings,
-                const CoarseDepth* depth = nullptr, TableFetches* fetches = nullptr)
+                const CoarseDepth* depth = nullptr, HeightTableCache* fetches = nullptr)
       : frame_(frame),
         pyramids_(pyramids),
         settings_(settings),
@@ -120,7 +120,7 @@ class PatchSplitter {
   std::vector<Halves*> spare_;
   std::uint32_t visited_ = 0;
   std::uint64_t blocks_tested_ = 0;
-  TableFetches* fetches_;
+  HeightTableCache* fetches_;
   SplitCost cost_;
   std::uint64_t bounds_ = 0,
                 bound_bytes_ = 0;  // so far, and what they fetched: the next ones are expected to do likewise

@@ -69,12 +69,12 @@ bool stays_still(const SubPatchBody& body, const scene::Projection& projection, 
     }
     // Both motion keys' pixels are off by the transformation's rounding and by that of a quotient.
     const double error = (position_error + farthest * w_error) / least_w + farthest * 0x1p-23;
-    way += body.way_margin.position + (farthest + outside) * body.way_margin.w;
+    way += body.motion_margin.position + (farthest + outside) * body.motion_margin.w;
     if (!(way / least_w + 2 * error < still_pixels)) return false;
   }
   for (std::size_t k = 0; k < kBodyCorners; ++k) {
     const double way = std::abs(body.corners[k + kBodyCorners].z - body.corners[k].z);
-    if (!(way + body.way_margin.depth + 3 * depth_error < still_depth * (least_depth - depth_error))) return false;
+    if (!(way + body.motion_margin.depth + 3 * depth_error < still_depth * (least_depth - depth_error))) return false;
   }
   return true;
 }

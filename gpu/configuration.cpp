@@ -13,7 +13,7 @@
 #include "base/json_text.h"
 #include "base/text.h"
 #include "base/whole_file.h"
-#include "binner/queue_entry.h"
+#include "binner/list_entry.h"
 #include "binner/record_cache.h"
 #include "gpu/presets.h"
 #include "gpu/relative_value.h"

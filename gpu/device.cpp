@@ -66,7 +66,7 @@ Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfigu
       behind_(image_behind(scene_.assembly, request)),
       texture_memory_(scene_.assembly.materials, gpu.line_bytes(), shader_images(behind_, prepared_->capture)),
       displacement_memory_(scene_.assembly.materials, gpu.line_bytes(), texture_memory_.lines()),
-      record_memory_(scene_.assembly, gpu.line_bytes(), displacement_memory_.end()),
+      patch_table_(scene_.assembly, gpu.line_bytes(), displacement_memory_.end()),
       camera_(request.camera ? frame_camera(*request.camera, settings)
                              : frame_camera(prepared_->capture, settings, request.width, request.height)),
       resolve_(resolve_settings(settings, behind_.level_count() > 0)),
@@ -176,7 +176,7 @@ std::unique_ptr<tilecore::ParameterMaps> Device::map_procedures(const tilecore::
   return maps;
 }
 
-void Device::begin_elimination(int frame, Eye& eye, tilecore::TileJob& job) const {
+void Device::begin_elimination(int frame, ViewState& eye, tilecore::TileJob& job) const {
   // A frame that is not finished leaves nothing.
   const std::optional<int> kept = std::exchange(eye.kept, std::nullopt);
   const bool follows = kept && *kept == frame - 1;
@@ -187,7 +187,7 @@ void Device::begin_elimination(int frame, Eye& eye, tilecore::TileJob& job) cons
   if (gpu_.tile.rendering_elimination) eye.inputs.begin(follows);
 }
 
-void Device::end_elimination(Eye& eye, const FrameResult& result) const {
+void Device::end_elimination(ViewState& eye, const FrameResult& result) const {
   eye.stored.known = true;
   if (gpu_.tile.rendering_elimination) eye.inputs.finish(result.targets);
   eye.kept = result.frame;
@@ -199,7 +199,7 @@ void Device::measure_error(const tilecore::TileJob& job, FrameResult& result) {
   plain.resolve = nullptr;
   plain.store.before = nullptr;
   FrameResult full(result.frame, tilecore::FrameTargets(request_.region, false));
-  WorkRecorder recorder(gpu_, record_memory_, nullptr, false);
+  WorkRecorder recorder(gpu_, patch_table_, nullptr, false);
   pipeline_.render({gpu_, plain, recorder, full, nullptr}, {});
   for (std::size_t pixel = 0; pixel < result.targets.error.values.size(); ++pixel) {
     float& error = result.targets.error.values[pixel];
@@ -208,7 +208,7 @@ void Device::measure_error(const tilecore::TileJob& job, FrameResult& result) {
   }
 }
 
-tilecore::ResolveFrame& Device::begin_resolve(int frame, Eye& eye, const scene::FrameGeometry& geometry,
+tilecore::ResolveFrame& Device::begin_resolve(int frame, ViewState& eye, const scene::FrameGeometry& geometry,
                                               const scene::FrameGeometry* left, FrameResult& result) {
   const StageTimer timer(result, "motion");
   std::shared_ptr<const scene::FrameGeometry> previous;
@@ -237,8 +237,8 @@ tilecore::ResolveFrame& Device::begin_resolve(int frame, Eye& eye, const scene::
   return resolve;
 }
 
-std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& eye, const scene::FrameGeometry* left,
-                                                                FrameResult& result) {
+std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewState& eye,
+                                                                const scene::FrameGeometry* left, FrameResult& result) {
   std::shared_ptr<const scene::FrameGeometry> geometry;
   {
     const StageTimer timer(result, "pose");
@@ -259,11 +259,11 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& 
   std::optional<frontend::CoarseDepth> guess;
   if (guesses && last_depth_ && last_frame_ == frame - 1)
     guess = frontend::reproject(*last_depth_, geometry->projection, geometry->views[0]);
-  MachineRecord record;
+  ObservedWork record;
   const bool observed = observer_ != nullptr && left == nullptr;
   const DisplacementMemory* const heights = settings_.output.machine_model ? &displacement_memory_ : nullptr;
   WorkRecorder recorder(
-      gpu_, record_memory_, heights, request_.record_accesses,
+      gpu_, patch_table_, heights, request_.record_accesses,
       request_.record_items || request_.attribute || gpu_.queues.model == hardware::TimingModel::kEvents);
   if (eliminates(gpu_)) begin_elimination(frame, eye, job);
   pipeline_.render({gpu_, job, recorder, result, observed ? &record : nullptr, &progress_,
@@ -289,7 +289,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& 
   if (request_.error && job.resolve != nullptr) measure_error(job, result);
   if (observed) {
     const StageTimer timer(result, "observe");
-    observer_->view_rendered({gpu_, scene_.pyramids, record_memory_, heights, job, record, result});
+    observer_->view_rendered({gpu_, scene_.pyramids, patch_table_, heights, job, record, result});
   }
   return geometry;
 }

@@ -10,9 +10,9 @@
 #include "gpu/displacement_memory.h"
 #include "gpu/frame_result.h"
 #include "gpu/moving_focus.h"
+#include "gpu/patch_table.h"
 #include "gpu/pipeline.h"
 #include "gpu/prepared_capture.h"
-#include "gpu/record_memory.h"
 #include "gpu/resolve_sequence.h"
 #include "gpu/settings.h"
 #include "gpu/view_observer.h"
@@ -79,11 +79,11 @@ class Device {
   // Cache lines of all textures, displacement maps last.
   std::uint64_t texture_lines() const { return displacement_memory_.end(); }
   // And of records for the pixel shader.
-  std::uint64_t record_lines() const { return record_memory_.end() - record_memory_.first_line(); }
+  std::uint64_t record_lines() const { return patch_table_.end() - patch_table_.first_line(); }
 
  private:
   // A view of the scene that is rendered, and what its frames leave to each other.
-  struct Eye {
+  struct ViewState {
     scene::CameraChoice camera;
     ResolveSequence sequence;
     std::shared_ptr<const scene::FrameGeometry> pose{};  // of the frame rendered last, if it is worth its memory
@@ -97,17 +97,17 @@ class Device {
   tilecore::TileJob make_job(const scene::FrameGeometry& frame, const binner::TileGrid& grid,
                              const tilecore::SamplePattern& pattern);
   // What the frame before leaves to this one, where tiles may be eliminated.
-  void begin_elimination(int frame, Eye& eye, tilecore::TileJob& job) const;
-  void end_elimination(Eye& eye, const FrameResult& result) const;
+  void begin_elimination(int frame, ViewState& eye, tilecore::TileJob& job) const;
+  void end_elimination(ViewState& eye, const FrameResult& result) const;
   // The sparse pass of the sampling controller; null where ordinary patches draw the procedures, or there are none.
   std::unique_ptr<tilecore::ParameterMaps> map_procedures(const tilecore::TileJob& job, FrameResult& result) const;
   // What a frame leaves to the next, as it lies in the frame buffer. `whole`: all of its pixels are there.
   void prepare_history(tilecore::History& history, bool whole) const;
   // What the resolve unit works by in this view. `left`: the pose of the finished left eye, for the right one.
-  tilecore::ResolveFrame& begin_resolve(int frame, Eye& eye, const scene::FrameGeometry& geometry,
+  tilecore::ResolveFrame& begin_resolve(int frame, ViewState& eye, const scene::FrameGeometry& geometry,
                                         const scene::FrameGeometry* left, FrameResult& result);
   // Renders one view into `result`.
-  std::shared_ptr<const scene::FrameGeometry> render_view(int frame, Eye& eye, const scene::FrameGeometry* left,
+  std::shared_ptr<const scene::FrameGeometry> render_view(int frame, ViewState& eye, const scene::FrameGeometry* left,
                                                           FrameResult& result);
   void render_right_eye(int frame, const scene::FrameGeometry& left, FrameResult& result);
   // Renders the same frame fully and writes the difference to result.targets.error.
@@ -121,11 +121,11 @@ class Device {
   shaders::RadianceImage behind_;  // without levels where nothing transmits
   tilecore::TextureMemory texture_memory_;
   DisplacementMemory displacement_memory_;
-  RecordMemory record_memory_;
+  PatchTable patch_table_;
   scene::CameraChoice camera_;
   tilecore::ResolveSettings resolve_;
   MovingFocus focus_;
-  std::vector<Eye> eyes_;  // the left or only one, the right one
+  std::vector<ViewState> eyes_;  // the left or only one, the right one
   Pipeline pipeline_;
   ViewObserver* observer_ = nullptr;
   std::optional<frontend::CoarseDepth> last_depth_;  // of frame last_frame_, where the next may use it

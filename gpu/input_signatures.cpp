@@ -135,12 +135,12 @@ std::uint64_t constants_signature(const GpuConfiguration& gpu, const TileJob& jo
 }
 
 std::uint64_t tile_signature(const TileJob& job, std::uint64_t constants, std::span<const std::uint64_t> drawables,
-                             std::span<const binner::QueueEntry> entries) {
+                             std::span<const binner::ListEntry> entries) {
   const FrameGeometry& frame = *job.frame;
   bool sees_times = frame.projection.lens_scale != 0 || frame.moving_lights || job.forced.motion || job.forced.lens;
   Crc64 crc;
   crc.add_value(constants);
-  for (const binner::QueueEntry& entry : entries) {
+  for (const binner::ListEntry& entry : entries) {
     const std::uint32_t drawable = frame.assembly->patch_drawable[entry.base_patch];
     sees_times = sees_times || frame.drawables[drawable].moving;
     crc.add_value(drawables[drawable]);
@@ -204,9 +204,9 @@ std::vector<bool> InputSignatures::unchanged(const GpuConfiguration& gpu, const 
   parallel_for(tiles, [&](std::size_t tile) {
     memory::Ledger ledger;
     std::uint64_t bytes = 0;
-    const std::vector<binner::QueueEntry> entries =
+    const std::vector<binner::ListEntry> entries =
         binner.read_tile(frame, static_cast<binner::TileIndex>(tile), ledger, bytes);
-    for (const binner::QueueEntry& entry : entries)
+    for (const binner::ListEntry& entry : entries)
       std::atomic_ref(in_lists[entry.base_patch]).store(1, std::memory_order_relaxed);
     entry_counts[tile] = entries.size();
     now[tile] = tile_signature(job, constants, drawables, entries);

@@ -58,7 +58,7 @@ void Pipeline::second_pass(const ViewRun& run, TileScheduler& scheduler, binner:
   const std::vector<bool> again = tiles_again(binner.grid(), depth, visible, front_end.previous_depth);
   run.recorder.front_end(*run.job.frame, front_end);
   if (std::ranges::count(again, true) == 0) {
-    scheduler.no_tiles();
+    scheduler.record_empty_round();
   } else {
     // The lists still hold what the tiles were rendered from, unless a partial render emptied them.
     if (run.result.counters.binner.partial_renders > 0) {

@@ -48,19 +48,19 @@ void TileScheduler::render_tile(Round& round, std::size_t t) {
   WorkRecorder::Tile work = round.work.tile(t, core);
   memory::Ledger ledger;
   ledger.record_into(work.log());
-  std::vector<binner::QueueEntry> entries = binner_.read_tile(*job.frame, tile, ledger, counts.queue_bytes_read);
+  std::vector<binner::ListEntry> entries = binner_.read_tile(*job.frame, tile, ledger, counts.queue_bytes_read);
   core.charge(ledger);
   SharedRequests& shared = round.shared[t];
-  for (const binner::QueueEntry& entry : entries) shared.records.push_back(entry.record);
+  for (const binner::ListEntry& entry : entries) shared.records.push_back(entry.record);
   if (std::vector<scene::MaterialEffects>& drawn = run_.result.materials.tiles; !drawn.empty())
-    for (const binner::QueueEntry& entry : entries)
+    for (const binner::ListEntry& entry : entries)
       drawn[t] |= job.frame->drawable_of(entry.base_patch).material->effects;
   tilecore::TileState fresh;
   tilecore::TileState& state = round.unfinished.empty() ? fresh : round.unfinished[t];
   if (round.last || !entries.empty()) {
     if (state.started) core.load_state(job, state);
     if (run_.record != nullptr)
-      for (const binner::QueueEntry& entry : entries) {
+      for (const binner::ListEntry& entry : entries) {
         run_.record->entries[t].push_back(entry);
         run_.record->entries[t].back().record += records_before_;
       }

@@ -9,7 +9,7 @@
 #include "frontend/front_end.h"
 #include "gpu/frame_result.h"
 #include "gpu/input_signatures.h"
-#include "gpu/machine_record.h"
+#include "gpu/observed_work.h"
 #include "gpu/work_progress.h"
 #include "gpu/work_recorder.h"
 #include "tilecore/tessellation/tessellation_cache.h"
@@ -23,7 +23,7 @@ struct ViewRun {
   const tilecore::TileJob& job;
   WorkRecorder& recorder;
   FrameResult& result;
-  MachineRecord* record;  // null: nobody observes
+  ObservedWork* record;  // null: nobody observes
   WorkProgress* progress = nullptr;
   InputSignatures* inputs = nullptr;  // rendering elimination; null: all tiles are rendered
 };
@@ -59,7 +59,7 @@ class TileScheduler {
   void empty_lists();
 
   // A round of what the recorder got, without lists or tiles.
-  void no_tiles() { (void)run_.recorder.begin_round(binner_, order_); }
+  void record_empty_round() { (void)run_.recorder.begin_round(binner_, order_); }
 
   // What the depths take that tile cores store for the next frame: 2 bytes a block, tile by tile in the machine's order.
   std::uint64_t depth_bytes() const { return tile_depth_bytes() * binner_.grid().tile_count(); }

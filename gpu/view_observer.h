@@ -4,8 +4,8 @@
 #include "gpu/configuration.h"
 #include "gpu/displacement_memory.h"
 #include "gpu/frame_result.h"
-#include "gpu/machine_record.h"
-#include "gpu/record_memory.h"
+#include "gpu/observed_work.h"
+#include "gpu/patch_table.h"
 #include "tilecore/tile_job.h"
 
 namespace tessera::gpu {
@@ -14,10 +14,10 @@ namespace tessera::gpu {
 struct RenderedView {
   const GpuConfiguration& gpu;
   const frontend::PyramidLibrary& pyramids;
-  const RecordMemory& records;
+  const PatchTable& records;
   const DisplacementMemory* heights;  // null where textures are not modelled
   const tilecore::TileJob& job;
-  const MachineRecord& record;
+  const ObservedWork& record;
   const FrameResult& result;
 };
 

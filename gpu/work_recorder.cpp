@@ -24,7 +24,7 @@ std::uint64_t& bytes_of(TileTraffic& traffic, Purpose purpose, bool write) {
 
 }  // namespace
 
-WorkRecorder::WorkRecorder(const GpuConfiguration& gpu, const RecordMemory& records, const DisplacementMemory* heights,
+WorkRecorder::WorkRecorder(const GpuConfiguration& gpu, const PatchTable& records, const DisplacementMemory* heights,
                            bool record_accesses, bool keep_items)
     : gpu_(gpu),
       records_(records),
@@ -311,11 +311,11 @@ void WorkRecorder::share_cells(Slot& slot, const tilecore::CellsDrawn& cells, st
     const std::size_t numbers = record_lines_.size();
     records_.of_image(*frame_, patch, {cell.u0, cell.v0, cell.u1, cell.v1}, record_lines_);
     if (maps_->settings().mode == tilecore::ProcedureSettings::Mode::kPublished) keep_misses(numbers);
-    for (const RecordMemory::Lines& of : record_lines_) {
+    for (const PatchTable::Lines& of : record_lines_) {
       share_lines(slot, of, Phase::kVisibility, Purpose::kPatchData);
       keep_lines(slot, of);
     }
-    const RecordMemory::Lines of = records_.of_cell(read.cell, tilecore::ParameterMaps::kCellBytes);
+    const PatchTable::Lines of = records_.of_cell(read.cell, tilecore::ParameterMaps::kCellBytes);
     share_lines(slot, of, Phase::kVisibility, Purpose::kSamplingMaps);
     keep_lines(slot, of);
   }
@@ -324,7 +324,7 @@ void WorkRecorder::share_cells(Slot& slot, const tilecore::CellsDrawn& cells, st
 }
 
 void WorkRecorder::keep_misses(std::size_t first) {
-  std::vector<RecordMemory::Lines> missed;
+  std::vector<PatchTable::Lines> missed;
   for (std::size_t k = first; k < record_lines_.size(); ++k)
     for (std::uint32_t line = record_lines_[k].first; line < record_lines_[k].end; ++line) {
       ++image_counts_.cache_requests;
@@ -359,7 +359,7 @@ std::uint64_t WorkRecorder::move(binner::TileIndex tile, TileArray& array, std::
 
 std::uint32_t WorkRecorder::share_records_and_heights(Slot& slot, const tilecore::TessellationRequest& request) {
   records_.of_tessellation(frame_->segment(request.segment), request, record_lines_);
-  for (const RecordMemory::Lines& lines : record_lines_) {
+  for (const PatchTable::Lines& lines : record_lines_) {
     share_lines(slot, lines, Phase::kVisibility, Purpose::kPatchData);
     keep_lines(slot, lines);
   }
@@ -370,12 +370,12 @@ std::uint32_t WorkRecorder::share_records_and_heights(Slot& slot, const tilecore
   return static_cast<std::uint32_t>(height_lines_.size());
 }
 
-void WorkRecorder::keep_lines(Slot& slot, const RecordMemory::Lines& lines) {
+void WorkRecorder::keep_lines(Slot& slot, const PatchTable::Lines& lines) {
   if (!keep_items_) return;
   for (std::uint32_t line = lines.first; line < lines.end; ++line) slot.items.lines.push_back(line);
 }
 
-void WorkRecorder::share_lines(Slot& slot, const RecordMemory::Lines& lines, timing::Phase phase, Purpose purpose) {
+void WorkRecorder::share_lines(Slot& slot, const PatchTable::Lines& lines, timing::Phase phase, Purpose purpose) {
   for (std::uint32_t line = lines.first; line < lines.end; ++line) share_line(slot, line, phase, purpose);
 }
 
@@ -386,7 +386,7 @@ void WorkRecorder::share_shading(Slot& slot) {
     share_line(slot, misses[next], Phase::kVisibility);
   const std::size_t lines = slot.items.lines.size();
   for (const std::uint32_t patch : slot.patches_read)
-    for (const RecordMemory::Lines& read : {records_.of_shading(*frame_, patch), records_.of_instance(patch)}) {
+    for (const PatchTable::Lines& read : {records_.of_shading(*frame_, patch), records_.of_instance(patch)}) {
       share_lines(slot, read, Phase::kShading, Purpose::kAttributes);
       keep_lines(slot, read);
     }
@@ -398,7 +398,7 @@ void WorkRecorder::share_shading(Slot& slot) {
 
 void WorkRecorder::share_history(Slot& slot) {
   for (const std::uint32_t line : slot.history_lines)
-    if (!share_line(slot, RecordMemory::kHistoryAt + line, Phase::kStore, Purpose::kHistory))
+    if (!share_line(slot, PatchTable::kHistoryAt + line, Phase::kStore, Purpose::kHistory))
       slot.items.resolve_bytes += l2_.line_bytes();
   slot.history_lines.clear();
 }
@@ -418,8 +418,8 @@ bool WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phas
   slot.work.dram_bytes[static_cast<std::size_t>(phase)] += bytes;
   bytes_of(traffic_[slot.work.tile], purpose, false) += bytes;
   const std::uint64_t first = purpose == Purpose::kTexture        ? 0
-                              : purpose == Purpose::kSamplingMaps ? RecordMemory::kCellsAt
-                              : purpose == Purpose::kHistory      ? RecordMemory::kHistoryAt
+                              : purpose == Purpose::kSamplingMaps ? PatchTable::kCellsAt
+                              : purpose == Purpose::kHistory      ? PatchTable::kHistoryAt
                                                                   : records_.first_line();
   if (record_accesses_) slot.log.add(unit, purpose, false, (line - first) * bytes, bytes);
   return false;

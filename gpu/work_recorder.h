@@ -12,8 +12,8 @@
 #include "frontend/front_end.h"
 #include "gpu/configuration.h"
 #include "gpu/displacement_memory.h"
-#include "gpu/machine_record.h"
-#include "gpu/record_memory.h"
+#include "gpu/observed_work.h"
+#include "gpu/patch_table.h"
 #include "hardware/shader_costs.h"
 #include "memory/l2.h"
 #include "memory/ledger.h"
@@ -85,7 +85,7 @@ class WorkRecorder {
 
   // `heights`: null where textures are not modelled. Both must outlive the recorder. `keep_items`: of every sub-patch and
   // warp, for machine.timing=events.
-  WorkRecorder(const GpuConfiguration& gpu, const RecordMemory& records, const DisplacementMemory* heights,
+  WorkRecorder(const GpuConfiguration& gpu, const PatchTable& records, const DisplacementMemory* heights,
                bool record_accesses, bool keep_items = false);
 
   // Events of the front end since the last call; they go to the round that begins next.
@@ -146,7 +146,7 @@ class WorkRecorder {
                           tilecore::TessellationCache& cache, timing::SubPatchItem* item);
   // Lines of a tessellation: records, then heights; the number of these.
   std::uint32_t share_records_and_heights(Slot& slot, const tilecore::TessellationRequest& request);
-  void share_lines(Slot& slot, const RecordMemory::Lines& lines, timing::Phase phase, memory::Purpose purpose);
+  void share_lines(Slot& slot, const PatchTable::Lines& lines, timing::Phase phase, memory::Purpose purpose);
   // Leaves those of record_lines_ from `first` on that the texture cache lacks.
   void keep_misses(std::size_t first);
   // Lines that drawing cells of procedures fetches: numbers of pieces, and cells.
@@ -161,18 +161,18 @@ class WorkRecorder {
   // A vertex's own shader.
   const hardware::ShaderCost& domain_cost(const tilecore::TessellationRequest& request) const;
   // What an item of a tile that tessellates or reads asks of the L2.
-  void keep_lines(Slot& slot, const RecordMemory::Lines& lines);
+  void keep_lines(Slot& slot, const PatchTable::Lines& lines);
   void end_round();
   // Adds what a ledger moved since `seen` to rounds_; bytes of it.
   std::uint64_t since(const memory::Ledger& ledger, memory::Traffic& seen);
 
   const GpuConfiguration& gpu_;
-  const RecordMemory& records_;
+  const PatchTable& records_;
   const DisplacementMemory* heights_;
   const scene::FrameGeometry* frame_ = nullptr;
   const tilecore::ParameterMaps* maps_ = nullptr;
   std::vector<std::uint32_t> height_lines_;
-  std::vector<RecordMemory::Lines> record_lines_;
+  std::vector<PatchTable::Lines> record_lines_;
   memory::LineCache image_cache_;           // a core's texture cache, where geometry images are read through it
   tilecore::TextureCounters image_counts_;  // of it
   std::array<std::array<hardware::ShaderCost, 3>, 3> domain_costs_;  // by ShaderFeatures::Surface, Motion

@@ -73,13 +73,13 @@ struct EventRate {
   std::string_view key;
   double per_clk = 0;
   std::string_view unit, meaning, source;
-  std::optional<KeyEnds> ends = std::nullopt;
+  std::optional<PlausibleRange> ends = std::nullopt;
 };
 struct EventEnergy {
   std::string_view key;
   double pj = 0;
   std::string_view meaning, source;
-  std::optional<KeyEnds> ends = std::nullopt;
+  std::optional<PlausibleRange> ends = std::nullopt;
 };
 
 struct EventColumns {
@@ -104,7 +104,7 @@ struct SiliconRow {
   std::string_view key;
   double mm2 = 0;
   std::string_view meaning, source;
-  std::optional<KeyEnds> ends = std::nullopt;
+  std::optional<PlausibleRange> ends = std::nullopt;
 };
 
 inline constexpr EventArray<EventRow> kEventTable = {{

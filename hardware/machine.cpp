@@ -72,7 +72,7 @@ Keys<PixelShader> shader_keys() {
        "shader.operations, and of a vertex with tessellator.domain_shading=lanes.",
        "[assumed] as in the tessellator, energy.vertex_pj; compiled: 16 of a mesh, 91 to 163 of a patch, 298 "
        "to 514 of a displaced one",
-       KeyEnds{91, 298}},
+       PlausibleRange{91, 298}},
       {"tessellator.domain_shading", &PixelShader::domain,
        "Where vertices are evaluated: in a unit of the tessellator, at tessellator.vertices_per_clk; or on "
        "the shader's lanes, as warps that go before those of pixels and look heights up in the texture "
@@ -85,14 +85,15 @@ Keys<Machine> speed_keys() {
   Keys<Machine> keys = {
       {"clock.mhz", &Machine::clock_mhz, "MHz", 1, 10000,
        "Clock of the whole GPU; cycles everywhere are cycles of this clock.",
-       "[spec] 650 on Mali-G31, 653 and 900 on Adreno 530 and 730; [assumed] 850 between them", KeyEnds{650, 1000}},
+       "[spec] 650 on Mali-G31, 653 and 900 on Adreno 530 and 730; [assumed] 850 between them",
+       PlausibleRange{650, 1000}},
       {"voltage.nominal_mhz", &Machine::nominal_mhz, "MHz", 1, 10000,
        "Clock that the GPU reaches at 0.8 V, for which energies and leakage are given. Other clocks have other "
        "voltages "
        "(hardware/voltage.h); energy of an event goes with their square, the memory's stays.",
        "[spec] curve: Mali-G57 in MT8192, 7 nm, 358 MHz at 0.606 V to 866 at 0.8, Linux's operating points; [assumed] "
        "each preset runs at its own",
-       KeyEnds{700, 1000}},
+       PlausibleRange{700, 1000}},
   };
   keys.add(&Machine::cores,
            Keys<TileCores>{
@@ -147,17 +148,17 @@ Keys<Machine> memory_keys() {
            "[spec] LPDDR4-3200 x32 (12.8 GB/s), LPDDR4X-4266 x64 (34.1), LPDDR5X-8533 x64 (68.3)"},
           {"memory.gpu_share", &MemoryInterface::gpu_share, "", 0.01, 1,
            "Part of the peak rate that the GPU gets: refresh, turn-around, other users.", "[assumed]",
-           KeyEnds{0.5, 0.9}},
+           PlausibleRange{0.5, 0.9}},
           {"memory.latency_ns", &MemoryInterface::latency_ns, "ns", 0, 100000,
            "Time from a read to its data on an idle memory. memory.latency_clk sets it too, by the clock.mhz of that "
            "moment.",
            "[spec] Arm counts latencies from 128 to 384 cycles, above 256 as trouble; [assumed] the middle, 192 of 850 "
            "MHz",
-           KeyEnds{150, 450}},
+           PlausibleRange{150, 450}},
           {"memory.pj_per_bit", &MemoryInterface::pj_per_bit, "pJ/bit", 0, 1000,
            "Energy of a bit over the external interface, memory, interface and controller together.",
            "[spec] Arm: 100 mW per GB/s is 12.5; [assumed] 8 for LPDDR5X by its makers' claims of better efficiency",
-           KeyEnds{8, 16}},
+           PlausibleRange{8, 16}},
       });
   return keys;
 }
@@ -215,12 +216,12 @@ Keys<OtherSilicon> other_silicon_keys() {
       {"area.sram_mm2_per_kib", &OtherSilicon::sram_mm2_per_kib, "mm2/KiB", 0, kMaxArea, "Caches and tile memory.",
        "[spec] TSMC, 7 nm: cells of 0.027 um2, 0.00022 a KiB; a test chip of 256 Mbit takes 42.64 mm2, 0.0013; "
        "[assumed] between",
-       KeyEnds{0.00022, 0.0013}},
+       PlausibleRange{0.00022, 0.0013}},
       {"area.register_mm2_per_kib", &OtherSilicon::register_mm2_per_kib, "mm2/KiB", 0, kMaxArea, "Registers of a core.",
        "[assumed] twice area.sram_mm2_per_kib: more ports"},
       {"energy.leakage_mw_per_mm2", &OtherSilicon::leakage_mw_per_mm2, "mW/mm2", 0, 1e6,
        "Power of a mm2 that does nothing, at 0.8 V; goes with the voltage.",
-       "[assumed] 60 mW for four cores in a warm phone", KeyEnds{3, 30}},
+       "[assumed] 60 mW for four cores in a warm phone", PlausibleRange{3, 30}},
   };
 }
 

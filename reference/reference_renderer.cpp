@@ -117,7 +117,7 @@ class PixelRenderer {
                    y = static_cast<double>(py) + s.y - scene.center_y;
       const double u = s.u * scene.lens_scale, v = s.v * scene.lens_scale, tilt_x = u * scene.inverse_focus,
                    tilt_y = v * scene.inverse_focus;
-      const ShutterPart& part = scene.posed.part;
+      const ShutterSegment& part = scene.posed.part;
       packet_.t[r] = part.whole() ? s.t : (s.t - part.at(0)) / (part.at(1) - part.at(0));
       packet_.origin_x[r] = scene.orthographic ? x + u : u;
       packet_.origin_y[r] = scene.orthographic ? y + v : v;

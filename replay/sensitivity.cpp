@@ -51,7 +51,7 @@ std::vector<Influence> timing_numbers(const gpu::GpuConfiguration& machine) {
     const KeyValue value = key.get(machine);
     if (!key.timing || !has_number(value)) continue;
     const double number = key_number(value);
-    const KeyEnds ends = key_ends(key, number, key_number(gpu::gpu_keys().default_value(key)));
+    const PlausibleRange ends = key_ends(key, number, key_number(gpu::gpu_keys().default_value(key)));
     Influence of;
     of.key = key.name;
     of.assumed = key.assumed();

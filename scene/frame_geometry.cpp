@@ -335,7 +335,7 @@ void cut_shutter(FrameGeometry& frame, const CameraChoice& camera) {
     segment.identity = frame.identity;
     segment.assembly = &assembly;
     segment.request = frame.request;
-    segment.part = shutter_part(s, plan.count);
+    segment.part = shutter_segment(s, plan.count);
     const auto pose = [&](std::size_t key) {
       return pose_at(*assembly.capture, time_of(frame.request, segment.part.at(key)));
     };

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "base/shutter_part.h"
+#include "base/shutter_segment.h"
 #include "scene/animation.h"
 #include "scene/assembly.h"
 #include "scene/pose.h"
@@ -64,7 +64,7 @@ struct PosedDrawable {
 struct FrameGeometry {
   const Assembly* assembly = nullptr;
   FrameRequest request;
-  ShutterPart part;                       // of the shutter that is posed here
+  ShutterSegment part;                    // of the shutter that is posed here
   Projection projection;                  // at shutter open; of a segment, in its middle
   std::array<Projection, 2> projections;  // at both motion keys
   std::array<View, 2> views;

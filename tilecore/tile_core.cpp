@@ -129,7 +129,7 @@ VisibilityMethodSettings method_for(const TileJob& job, const MeshStore::Item& i
 }
 
 // Leaves in a row of the grid that the entry's cells form; clusters are one row.
-std::size_t leaf_columns(const scene::FrameGeometry& frame, const binner::QueueEntry& entry) {
+std::size_t leaf_columns(const scene::FrameGeometry& frame, const binner::ListEntry& entry) {
   const bool grid = frame.drawable_of(entry.base_patch).drawable->kind == scene::Primitive::Kind::kBezierPatches;
   const std::size_t cells = grid ? 4 : kLeafCells;
   return (static_cast<std::size_t>(entry.range.i1 - entry.range.i0) + cells - 1) / cells;
@@ -191,8 +191,8 @@ void TileCore::keep_item(const timing::SubPatchItem& before, std::uint32_t drawa
   result_.sub_patches.push_back(item);
 }
 
-TileCore::EntryEffects TileCore::effects_of(const TileJob& job, const binner::QueueEntry& entry) {
-  using Flag = binner::QueueEntry::Flag;
+TileCore::EntryEffects TileCore::effects_of(const TileJob& job, const binner::ListEntry& entry) {
+  using Flag = binner::ListEntry::Flag;
   const scene::FrameGeometry& frame = job.frame->segment(entry.segment);
   const scene::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const auto needs = [&](Flag flag, bool forced) { return (entry.flags & flag) != 0 || forced; };
@@ -211,7 +211,7 @@ void TileCore::prepare_samples(const TileJob& job, IntRect pixels, bool lens) {
   samples_.fill(*job.pattern, pixels, static_cast<float>(job.frame->projection.lens_scale), lens);
 }
 
-const scene::FrameGeometry& TileCore::enter(const TileJob& job, const binner::QueueEntry& entry) {
+const scene::FrameGeometry& TileCore::enter(const TileJob& job, const binner::ListEntry& entry) {
   const scene::FrameGeometry& frame = job.frame->segment(entry.segment);
   if (samples_.part != frame.part)
     samples_.enter(*job.pattern, entry.segment, static_cast<float>(frame.projection.lens_scale));
@@ -220,16 +220,16 @@ const scene::FrameGeometry& TileCore::enter(const TileJob& job, const binner::Qu
 
 // ---- Visibility -------------------------------------------------------------------------------------------------
 
-void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::vector<binner::QueueEntry> entries,
+void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::vector<binner::ListEntry> entries,
                               TileState& state) {
   shader_.textures().begin_tile(job.textures);
   const IntRect pixels = job.grid->pixels(tile);
-  const auto needs_lens = [&](const binner::QueueEntry& entry) { return effects_of(job, entry).ray.lens; };
+  const auto needs_lens = [&](const binner::ListEntry& entry) { return effects_of(job, entry).ray.lens; };
   prepare_samples(
       job, pixels,
       has_lens(job) && (job.procedures != nullptr || std::any_of(entries.begin(), entries.end(), needs_lens)));
   result_.counters.tilecore.entries_fetched += entries.size();
-  for (const binner::QueueEntry& entry : entries) ++counts_of(job, entry).entries;
+  for (const binner::ListEntry& entry : entries) ++counts_of(job, entry).entries;
   if (!state.started) {
     state.start(samples_.count, pixels.width(), samples_.spp);
     state.keeps_rest = sees_rest(job);
@@ -240,7 +240,7 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
     count_cells(job, entries);
   }
   result_.counters.tilecore.sort_steps += sort_steps(entries.size());
-  std::sort(entries.begin(), entries.end(), [](const binner::QueueEntry& a, const binner::QueueEntry& b) {
+  std::sort(entries.begin(), entries.end(), [](const binner::ListEntry& a, const binner::ListEntry& b) {
     return std::tie(a.near_depth, a.base_patch, a.segment, a.range.j0, a.range.i0) <
            std::tie(b.near_depth, b.base_patch, b.segment, b.range.j0, b.range.i0);
   });
@@ -248,7 +248,7 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
   // depth is no farther than any of its vertices, rounding included; one that begins at the same depth may still win.
   timing::SubPatchItem before = keep_items_ ? counted() : timing::SubPatchItem();
   for (std::size_t e = 0; e < entries.size(); ++e) {
-    const binner::QueueEntry& entry = entries[e];
+    const binner::ListEntry& entry = entries[e];
     if (job.core.occlusion_culling && entry.near_depth > state.farthest()) {
       result_.counters.tilecore.culled_occlusion += entries.size() - e;
       for (std::size_t rest = e; rest < entries.size(); ++rest) count_hidden(job, entries[rest]);
@@ -288,10 +288,10 @@ void TileCore::draw_cells(const TileJob& job, TileState& state, timing::SubPatch
 }
 
 // Cells of a procedure follow each other in a list, as they were binned.
-void TileCore::count_cells(const TileJob& job, std::span<const binner::QueueEntry> entries) {
+void TileCore::count_cells(const TileJob& job, std::span<const binner::ListEntry> entries) {
   std::uint64_t cells = 0, objects = 0;
   std::uint32_t last = ~0u;
-  for (const binner::QueueEntry& entry : entries) {
+  for (const binner::ListEntry& entry : entries) {
     if (!is_cell(job, entry)) continue;
     const std::uint32_t drawable = job.frame->assembly->patch_drawable[entry.base_patch];
     ++cells;
@@ -301,17 +301,17 @@ void TileCore::count_cells(const TileJob& job, std::span<const binner::QueueEntr
   sampler_.count_entries(cells, objects);
 }
 
-void TileCore::count_hidden(const TileJob& job, const binner::QueueEntry& entry) {
+void TileCore::count_hidden(const TileJob& job, const binner::ListEntry& entry) {
   if (!is_cell(job, entry)) result_.hidden.push_back({entry.base_patch, entry.segment, entry.range});
 }
 
-float TileCore::farthest_behind(const binner::QueueEntry& entry, TileState& state) const {
+float TileCore::farthest_behind(const binner::ListEntry& entry, TileState& state) const {
   const IntRect& tile = samples_.pixels;
   const IntRect pixels = entry.blocks.pixels(tile);
   return state.farthest({pixels.x0 - tile.x0, pixels.y0 - tile.y0, pixels.x1 - tile.x0, pixels.y1 - tile.y0});
 }
 
-bool TileCore::hidden(const binner::QueueEntry& entry, TileState& state) {
+bool TileCore::hidden(const binner::ListEntry& entry, TileState& state) {
   ++result_.counters.tilecore.depth_tests;
   if (!(entry.near_depth > farthest_behind(entry, state))) return false;
   ++result_.counters.tilecore.culled_occlusion;
@@ -319,7 +319,7 @@ bool TileCore::hidden(const binner::QueueEntry& entry, TileState& state) {
   return true;
 }
 
-void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& entry, TileState& state) {
+void TileCore::render_sub_patch(const TileJob& job, const binner::ListEntry& entry, TileState& state) {
   const scene::FrameGeometry& frame = enter(job, entry);
   const scene::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const EntryEffects effects = effects_of(job, entry);
@@ -367,7 +367,7 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
   }
 }
 
-void TileCore::find_hits(const TileJob& job, const binner::QueueEntry& entry, HitSink& sink) {
+void TileCore::find_hits(const TileJob& job, const binner::ListEntry& entry, HitSink& sink) {
   const scene::FrameGeometry& frame = enter(job, entry);
   const scene::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const EntryEffects effects = effects_of(job, entry);
@@ -377,7 +377,7 @@ void TileCore::find_hits(const TileJob& job, const binner::QueueEntry& entry, Hi
   leave_segment(job);
 }
 
-void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MeshStore::Item& item,
+void TileCore::test_mesh(const TileJob& job, const binner::ListEntry& entry, const MeshStore::Item& item,
                          RayEffects effects, const VisibilitySettings& settings, HitSink& sink) {
   const MicroMesh& mesh = item.mesh;
   const scene::FrameGeometry& frame = job.frame->segment(entry.segment);

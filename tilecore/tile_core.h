@@ -28,7 +28,7 @@ class TileCore {
  public:
   // Tests the sub-patches of `entries` against the tile's samples; `state` gathers what they see. May be called several
   // times for one tile (partial renders); the result does not depend on how the entries are divided or ordered.
-  void render_entries(const TileJob& job, binner::TileIndex tile, std::vector<binner::QueueEntry> entries,
+  void render_entries(const TileJob& job, binner::TileIndex tile, std::vector<binner::ListEntry> entries,
                       TileState& state);
 
   // Shades, blends, resolves and writes the pixels of the tile that render_entries was last called for.
@@ -56,7 +56,7 @@ class TileCore {
   void begin_tile(const TileJob& job, binner::TileIndex tile) {
     prepare_samples(job, job.grid->pixels(tile), has_lens(job));
   }
-  void find_hits(const TileJob& job, const binner::QueueEntry& entry, HitSink& sink);
+  void find_hits(const TileJob& job, const binner::ListEntry& entry, HitSink& sink);
 
   // From now on, results have what units did for each sub-patch and warp, or no more.
   void keep_items(bool keep);
@@ -74,7 +74,7 @@ class TileCore {
  private:
   static bool has_lens(const TileJob& job) { return job.frame->projection.lens_scale != 0 || job.forced.lens; }
   // The frame by which an entry's sub-patch moves; the samples are then those of its segment of motion.
-  const scene::FrameGeometry& enter(const TileJob& job, const binner::QueueEntry& entry);
+  const scene::FrameGeometry& enter(const TileJob& job, const binner::ListEntry& entry);
   void leave_segment(const TileJob& job) {
     if (!samples_.part.whole()) samples_.enter(*job.pattern, 0, static_cast<float>(job.frame->projection.lens_scale));
   }
@@ -92,27 +92,27 @@ class TileCore {
     RayEffects ray;
     bool displaced, alpha_tested;
   };
-  DrawableCounts& counts_of(const TileJob& job, const binner::QueueEntry& entry) {
+  DrawableCounts& counts_of(const TileJob& job, const binner::ListEntry& entry) {
     return totals_.drawables[job.frame->assembly->patch_drawable[entry.base_patch]];
   }
-  static EntryEffects effects_of(const TileJob& job, const binner::QueueEntry& entry);
+  static EntryEffects effects_of(const TileJob& job, const binner::ListEntry& entry);
   // `lens`: also through which point of it the samples look.
   void prepare_samples(const TileJob& job, IntRect pixels, bool lens);
   // Whether all samples that the entry may touch see something nearer than it begins; counts it.
-  bool hidden(const binner::QueueEntry& entry, TileState& state);
+  bool hidden(const binner::ListEntry& entry, TileState& state);
   // The farthest depth of the blocks that it may touch.
-  float farthest_behind(const binner::QueueEntry& entry, TileState& state) const;
-  void render_sub_patch(const TileJob& job, const binner::QueueEntry& entry, TileState& state);
+  float farthest_behind(const binner::ListEntry& entry, TileState& state) const;
+  void render_sub_patch(const TileJob& job, const binner::ListEntry& entry, TileState& state);
   // An entry that is a cell of a procedure.
-  static bool is_cell(const TileJob& job, const binner::QueueEntry& entry) {
+  static bool is_cell(const TileJob& job, const binner::ListEntry& entry) {
     return job.procedures != nullptr && job.frame->drawable_of(entry.base_patch).procedure != nullptr;
   }
   // `begin`: what was counted when they began to wait for each other; it moves on.
   void draw_cells(const TileJob& job, TileState& state, timing::SubPatchItem& begin);
-  void count_cells(const TileJob& job, std::span<const binner::QueueEntry> entries);
-  void count_hidden(const TileJob& job, const binner::QueueEntry& entry);
+  void count_cells(const TileJob& job, std::span<const binner::ListEntry> entries);
+  void count_hidden(const TileJob& job, const binner::ListEntry& entry);
   // Tests the mesh of `entry`; samples outside the entry's times are not tested.
-  void test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MeshStore::Item& item, RayEffects effects,
+  void test_mesh(const TileJob& job, const binner::ListEntry& entry, const MeshStore::Item& item, RayEffects effects,
                  const VisibilitySettings& settings, HitSink& sink);
 
   MeshStore meshes_;

@@ -137,7 +137,7 @@ Result run(const Scene& scene, const VisibilityMethodSettings& method, int sampl
     core.begin_tile(job, tile);
     for (std::uint32_t patch = 0; patch < scene.assembly.patch_count(); ++patch) {
       if (scene.pixels[patch].intersect(grid.pixels(tile)).empty()) continue;
-      binner::QueueEntry entry{};
+      binner::ListEntry entry{};
       entry.base_patch = patch;
       entry.range = scene::patch_cells(frame, patch);
       core.find_hits(job, entry, sink);

@@ -115,7 +115,7 @@ CellsOfTiles cells_of_tiles(const scene::FrameGeometry& frame, const binner::Til
   for (std::uint32_t t = 0; t < grid.tile_count(); ++t) {
     memory::Ledger ledger;
     std::uint64_t bytes = 0;
-    for (const binner::QueueEntry& entry : binner.read_tile(frame, t, ledger, bytes))
+    for (const binner::ListEntry& entry : binner.read_tile(frame, t, ledger, bytes))
       out[t].push_back(tilecore::ParameterMaps::cell_of(entry.range));
   }
   return out;

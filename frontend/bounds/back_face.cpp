@@ -75,7 +75,7 @@ struct HeightSteps {
   double error;
 };
 HeightSteps height_steps(const scene::PatchDisplacement& d, const scene::ParameterRange& r,
-                         const PyramidLibrary& pyramids, TableFetches* fetches) {
+                         const PyramidLibrary& pyramids, HeightTableCache* fetches) {
   const scene::PatchDisplacement::Footprint f = d.footprint(r);
   const HeightSlopes slopes =
       pyramids.slopes_of(*d.material->texture).query(d.material->sampler, f.low, f.high, d.lod, fetches);

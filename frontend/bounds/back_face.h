@@ -23,7 +23,7 @@ namespace tessera::frontend {
 class BackFaceTest {
  public:
   // `fetches`, unless null, gets every entry of a table that is read.
-  explicit BackFaceTest(const scene::FrameGeometry& frame, TableFetches* fetches = nullptr)
+  explicit BackFaceTest(const scene::FrameGeometry& frame, HeightTableCache* fetches = nullptr)
       : frame_(frame), fetches_(fetches) {}
 
   void begin(std::uint32_t patch);
@@ -44,7 +44,7 @@ class BackFaceTest {
   void stitch(const scene::CellRange& cells, Chords& chords) const;
 
   const scene::FrameGeometry& frame_;
-  TableFetches* fetches_;
+  HeightTableCache* fetches_;
   std::uint32_t patch_ = 0;
   bool applies_ = false;
   const scene::ClusterBound* cluster_ = nullptr;  // where the patch is a cluster that may be culled

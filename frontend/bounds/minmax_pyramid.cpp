@@ -118,7 +118,7 @@ Pieces footprint_pieces(shaders::Wrap wrap, float a, float b, int size, double b
   return wrapped_pieces(wrap, first, last, size);
 }
 
-ValueRange over(const WindowTable& table, const Pieces& columns, const Pieces& rows, TableFetches* fetches) {
+ValueRange over(const WindowTable& table, const Pieces& columns, const Pieces& rows, HeightTableCache* fetches) {
   ValueRange range = table.over(columns.first[0], rows.first[0], columns.last[0], rows.last[0], fetches);
   if (columns.count == 1 && rows.count == 1) return range;
   for (int j = 0; j < rows.count; ++j)
@@ -130,7 +130,7 @@ ValueRange over(const WindowTable& table, const Pieces& columns, const Pieces& r
 
 // All texels that bilinear lookups in the box read.
 ValueRange lookups(const WindowTable& table, const shaders::Sampler& sampler, Vec2 low, Vec2 high,
-                   TableFetches* fetches) {
+                   HeightTableCache* fetches) {
   int x0, x1, y0, y1;
   if (inner_texels(sampler.wrap_s, low.x, high.x, table.width(), x0, x1) &&
       inner_texels(sampler.wrap_t, low.y, high.y, table.height(), y0, y1))
@@ -177,7 +177,7 @@ MinMaxPyramid::MinMaxPyramid(const shaders::ScalarTexture& texture) {
 ValueRange MinMaxPyramid::whole() const { return widen(levels_.front().whole(), kMipSlack); }
 
 ValueRange MinMaxPyramid::query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float lod,
-                                TableFetches* fetches) const {
+                                HeightTableCache* fetches) const {
   const auto [below, weight] = between_levels(lod, levels_.size());
   const ValueRange fine = lookups(levels_[below], sampler, low, high, fetches);
   if (weight == 0.0f) return widen(fine, kFilterSlack);
@@ -185,7 +185,7 @@ ValueRange MinMaxPyramid::query(const shaders::Sampler& sampler, Vec2 low, Vec2 
 }
 
 void MinMaxPyramid::query(const shaders::Sampler& sampler, std::span<HeightLookup> lookups_of,
-                          TableFetches* fetches) const {
+                          HeightTableCache* fetches) const {
   WindowPlaces places;
   places.s.repeats = sampler.wrap_s == shaders::Wrap::kRepeat;
   places.t.repeats = sampler.wrap_t == shaders::Wrap::kRepeat;
@@ -247,7 +247,7 @@ std::uint64_t MinMaxPyramid::place(std::uint64_t address) {
   return address;
 }
 
-void MinMaxPyramid::fetch_texels(const shaders::Sampler& sampler, Vec2 at, float lod, TableFetches& fetches) const {
+void MinMaxPyramid::fetch_texels(const shaders::Sampler& sampler, Vec2 at, float lod, HeightTableCache& fetches) const {
   const auto [below, weight] = between_levels(lod, levels_.size());
   for (std::size_t l = below; l <= below + (weight > 0.0f ? 1 : 0); ++l) {
     const WindowTable& level = levels_[l];
@@ -273,7 +273,7 @@ std::uint64_t SlopePyramid::place(std::uint64_t address) {
 }
 
 HeightSlopes SlopePyramid::of_level(const Level& level, const shaders::Sampler& sampler, Vec2 low, Vec2 high,
-                                    TableFetches* fetches) {
+                                    HeightTableCache* fetches) {
   // A lookup lies between a texel and the next, whose difference the first has. Mirroring turns differences round, to
   // the texel on their other side; beyond the edge of a clamped texture, and at that of a mirrored one, all is level.
   const auto pieces = [](shaders::Wrap wrap, float a, float b, int size, bool along) {
@@ -294,7 +294,7 @@ HeightSlopes SlopePyramid::of_level(const Level& level, const shaders::Sampler& 
 }
 
 HeightSlopes SlopePyramid::query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float lod,
-                                 TableFetches* fetches) const {
+                                 HeightTableCache* fetches) const {
   const auto [below, weight] = between_levels(lod, levels_.size());
   const HeightSlopes fine = of_level(levels_[below], sampler, low, high, fetches);
   if (weight == 0.0f) return fine;
@@ -378,7 +378,7 @@ std::uint64_t LevelDifferences::place(std::uint64_t address) {
 }
 
 float LevelDifferences::query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float lod0, float lod1,
-                              TableFetches* fetches) const {
+                              HeightTableCache* fetches) const {
   const auto last = static_cast<float>(levels_.size());
   const float from = std::clamp(std::min(lod0, lod1), 0.0f, last), to = std::clamp(std::max(lod0, lod1), 0.0f, last);
   float sum = 0;

@@ -30,15 +30,15 @@ class MinMaxPyramid {
   // Contains every value that ScalarTexture::sample can return for coordinates in the box [low, high] at this lod,
   // rounding included: the box is widened by the filter's footprint, wrap modes respected.
   ValueRange query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float lod,
-                   TableFetches* fetches = nullptr) const;
+                   HeightTableCache* fetches = nullptr) const;
   // The same of several at once, at most kMaxPlaces / 2; `fetches` to postpone what they fetch.
-  void query(const shaders::Sampler& sampler, std::span<HeightLookup> lookups, TableFetches* fetches) const;
+  void query(const shaders::Sampler& sampler, std::span<HeightLookup> lookups, HeightTableCache* fetches) const;
   // The same at any lod.
   ValueRange query_all(const shaders::Sampler& sampler, Vec2 low, Vec2 high) const;
 
   ValueRange whole() const;
   // What one lookup of the texture itself fetches.
-  void fetch_texels(const shaders::Sampler& sampler, Vec2 at, float lod, TableFetches& fetches) const;
+  void fetch_texels(const shaders::Sampler& sampler, Vec2 at, float lod, HeightTableCache& fetches) const;
   // Where its tables and the texels lie in memory, from `address`; the end.
   std::uint64_t place(std::uint64_t address);
 
@@ -64,7 +64,7 @@ class SlopePyramid {
   // The change of the filtered value along any way inside the box is at this lod the way's length along s times a value
   // of `along_s` and that along t times one of `along_t`, but for rounding of the values; wrap modes respected.
   HeightSlopes query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float lod,
-                     TableFetches* fetches = nullptr) const;
+                     HeightTableCache* fetches = nullptr) const;
   std::uint64_t place(std::uint64_t address);
 
  private:
@@ -72,7 +72,7 @@ class SlopePyramid {
     WindowTable along_s, along_t;
   };
   static HeightSlopes of_level(const Level& level, const shaders::Sampler& sampler, Vec2 low, Vec2 high,
-                               TableFetches* fetches);
+                               HeightTableCache* fetches);
 
   std::vector<Level> levels_;
 };
@@ -85,7 +85,7 @@ class LevelDifferences {
 
   // At least |sample(c, lod0) - sample(c, lod1)| for all coordinates c in the box, but for rounding of the values.
   float query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float lod0, float lod1,
-              TableFetches* fetches = nullptr) const;
+              HeightTableCache* fetches = nullptr) const;
   std::uint64_t place(std::uint64_t address);
 
  private:

@@ -408,7 +408,7 @@ SubPatchBody SubPatchBounder::body_of(const MovingBox& box) const {
   if (!drawable_->moving) return body;
   // The vertex rule of kStillPixels leaves a vertex up to that far behind.
   body.margin.pixels += static_cast<double>(scene::kStillPixels);
-  body.way_margin = vertex_rounding_margin(box, largest_, way_, subpixels);
+  body.motion_margin = vertex_rounding_margin(box, largest_, way_, subpixels);
   return body;
 }
 

@@ -46,7 +46,7 @@ struct SubPatchBody {
   RoundingMargin margin;
   // The same for the difference of a vertex's coordinates at both motion keys, as far as it comes from the vertex itself and
   // not from its transformation; of rigid drawables, whose vertex is the same at both.
-  RoundingMargin way_margin{};
+  RoundingMargin motion_margin{};
   MovingBox box{};  // in object space
 };
 
@@ -75,7 +75,7 @@ class SubPatchBounder {
  public:
   // `fetches`, unless null, gets every entry of a table that is read, and every record but the base patch's own.
   SubPatchBounder(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, BoundMethod method,
-                  TableFetches* fetches = nullptr)
+                  HeightTableCache* fetches = nullptr)
       : frame_(frame), pyramids_(pyramids), method_(method), fetches_(fetches) {}
 
   // Chooses the base patch; what its sub-patches share is computed here.
@@ -168,7 +168,7 @@ class SubPatchBounder {
   const scene::FrameGeometry& frame_;
   const PyramidLibrary& pyramids_;
   BoundMethod method_;
-  TableFetches* fetches_;
+  HeightTableCache* fetches_;
 
   std::uint32_t patch_ = 0;
   const scene::PosedDrawable* drawable_ = nullptr;

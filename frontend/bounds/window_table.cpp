@@ -82,7 +82,8 @@ WindowTable::Span WindowTable::span(const Step& step, int count, int low, int hi
   return {first, std::max(first, last)};
 }
 
-ValueRange WindowTable::joined(const Step& step, int column0, int row0, int column1, int row1, TableFetches* fetches) {
+ValueRange WindowTable::joined(const Step& step, int column0, int row0, int column1, int row1,
+                               HeightTableCache* fetches) {
   const int stride = (1 << step.log2_side) >> step.log2_apart;
   if (fetches != nullptr)
     for (int row = row0;; row = std::min(row + stride, row1)) {
@@ -111,7 +112,7 @@ ValueRange WindowTable::joined(const Step& step, int column0, int row0, int colu
   return range;
 }
 
-ValueRange WindowTable::over(int x0, int y0, int x1, int y1, TableFetches* fetches) const {
+ValueRange WindowTable::over(int x0, int y0, int x1, int y1, HeightTableCache* fetches) const {
   const int width = x1 - x0 + 1, height = y1 - y0 + 1;
   const int k = std::max({log2_below(std::min(width, height)), log2_below((std::max(width, height) - 1) | 1) - 1, 1});
   const Step& step = steps_[static_cast<std::size_t>(std::min(k, static_cast<int>(steps_.size())) - 1)];

@@ -28,13 +28,13 @@ struct ValueRange {
 // Invariants (cited by the tests):
 //   BFT1  A line costs its bytes when it is not among the last used of its set, a record its bytes when it is not among
 //        the last `records` used; otherwise nothing.
-class TableFetches {
+class HeightTableCache {
  public:
   struct Caches {
     std::int64_t bytes, ways, line_bytes;  // of lines: as memory::LineCache
     std::int64_t records;
   };
-  explicit TableFetches(const Caches& caches)
+  explicit HeightTableCache(const Caches& caches)
       : lines_(caches.bytes, caches.ways, caches.line_bytes),
         records_(caches.records, std::max<std::int64_t>(caches.records, 1), 1),
         line_bytes_(static_cast<std::uint64_t>(caches.line_bytes)) {}
@@ -93,9 +93,9 @@ class WindowTable {
   WindowTable(int width, int height, const std::function<ValueRange(int, int)>& value);
 
   // Ends inclusive, inside the grid.
-  ValueRange over(int x0, int y0, int x1, int y1, TableFetches* fetches) const;
+  ValueRange over(int x0, int y0, int x1, int y1, HeightTableCache* fetches) const;
   // Of the windows that find_windows() found for a place of this table: as over() its texels.
-  ValueRange joined(const WindowPlaces& places, std::size_t place, TableFetches* fetches) const {
+  ValueRange joined(const WindowPlaces& places, std::size_t place, HeightTableCache* fetches) const {
     const Step& step = steps_[static_cast<std::size_t>(places.step[place])];
     return joined(step, places.s.first[place], places.t.first[place], places.s.last[place], places.t.last[place],
                   fetches);
@@ -121,7 +121,7 @@ class WindowTable {
     int first, last;
   };
   // Of the windows in [column0, column1] x [row0, row1], no more of them than overlap.
-  static ValueRange joined(const Step& step, int column0, int row0, int column1, int row1, TableFetches* fetches);
+  static ValueRange joined(const Step& step, int column0, int row0, int column1, int row1, HeightTableCache* fetches);
   static Span span(const Step& step, int count, int low, int high);
 
   int width_, height_;

@@ -151,7 +151,7 @@ TEST(KeyTable, NumbersHaveEndsInTheRatioOfTheDefaultsAndWithinTheRange) {
   EXPECT_EQ(key_ends(key, 8, 4).low, 4);
   EXPECT_EQ(key_ends(key, 8, 4).high, 16);
   EXPECT_EQ(key_ends(key, 80, 4).high, 100);
-  key.ends = KeyEnds{3, 5};
+  key.ends = PlausibleRange{3, 5};
   EXPECT_DOUBLE_EQ(key_ends(key, 4, 4).low, 3);
   EXPECT_DOUBLE_EQ(key_ends(key, 8, 4).high, 10);
   EXPECT_EQ(describe_key(key, 4.0)["low"], 3);

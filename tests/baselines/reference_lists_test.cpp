@@ -336,10 +336,10 @@ TEST(BufferPressure, SpillsAreWhatMovesBehindHalfTheRoom) {
 
 TEST(BufferPressure, OfPatchListsIsThatOfTheBufferThatHoldsThem) {
   gpu::GpuConfiguration gpu;  // first chunks of 32 bytes, further ones of 64
-  gpu::MachineRecord record;
+  gpu::ObservedWork record;
   record.entries.resize(4);
   for (std::uint32_t n = 0; n < 36; ++n) {
-    binner::QueueEntry entry{};
+    binner::ListEntry entry{};
     entry.base_patch = entry.record = n;
     record.entries[0].push_back(entry);
     if (n >= 20) record.entries[3].push_back(entry);
@@ -356,15 +356,15 @@ TEST(BufferPressure, OfPatchListsIsThatOfTheBufferThatHoldsThem) {
 
 TEST(BufferPressureTwin, TilesOfASecondPassDoNotCountTwice) {
   gpu::GpuConfiguration gpu;
-  gpu::MachineRecord record;
+  gpu::ObservedWork record;
   record.entries.resize(2);
   for (const std::uint32_t n : {0u, 1u, 2u, 0u, 1u, 2u, 3u}) {
-    binner::QueueEntry entry{};
+    binner::ListEntry entry{};
     entry.record = n;
     record.entries[1].push_back(entry);
   }
   const std::vector<std::uint64_t> state = {64, 64};
-  gpu::MachineRecord once = record;
+  gpu::ObservedWork once = record;
   once.entries[1].erase(once.entries[1].begin(), once.entries[1].begin() + 3);
   EXPECT_EQ(queue_pressure(record, gpu, state).needed_bytes, queue_pressure(once, gpu, state).needed_bytes);
   once.entries[1].back().record = 4;  // a fifth sub-patch of which nothing is in a list takes no room

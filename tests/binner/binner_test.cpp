@@ -86,8 +86,8 @@ TEST(TileGrid, MoreThan65535TilesAreNumberedRight) {
 
 // ---- Queue entry ------------------------------------------------------------------------------------------------
 
-RC_GTEST_PROP(QueueEntry, ARecordUnpacksToItself, ()) {
-  QueueEntry e;
+RC_GTEST_PROP(ListEntry, ARecordUnpacksToItself, ()) {
+  ListEntry e;
   e.base_patch = *rc::gen::arbitrary<std::uint32_t>() >> *rc::gen::inRange(0, 20);
   const auto cell = [] { return *rc::gen::inRange<std::uint8_t>(0, 128); };
   e.whole = *rc::gen::arbitrary<bool>();
@@ -101,7 +101,7 @@ RC_GTEST_PROP(QueueEntry, ARecordUnpacksToItself, ()) {
   PackedRecord record = pack_record(e);
   const bool is_short = record.size == kSlotBytes;
   RC_ASSERT(is_short == (e.whole && e.base_patch < 1u << 24 && e.lists < 16 && e.segment == 0 && !e.blocks.wide));
-  const QueueEntry back = unpack_record(record.used());
+  const ListEntry back = unpack_record(record.used());
   RC_ASSERT(back.base_patch == e.base_patch);
   RC_ASSERT(back.whole == is_short);
   RC_ASSERT(back.range == (is_short ? scene::CellRange{} : e.range));
@@ -111,14 +111,14 @@ RC_GTEST_PROP(QueueEntry, ARecordUnpacksToItself, ()) {
   RC_ASSERT(back.near_depth <= e.near_depth && back.near_depth >= e.near_depth * (is_short ? 255.0f / 256 : 1.0f));
   const auto fewer = static_cast<std::uint16_t>(e.lists / 2);
   lower_lists(std::span(record.bytes).first(record.size), fewer);
-  QueueEntry expected = back;
+  ListEntry expected = back;
   expected.lists = fewer;
   RC_ASSERT(unpack_record(record.used()) == expected);
 }
 
-TEST(QueueEntry, ExtremeDepthsStayOrdered) {
+TEST(ListEntry, ExtremeDepthsStayOrdered) {
   const auto stored = [](float depth) {
-    QueueEntry e;
+    ListEntry e;
     e.near_depth = depth;
     return unpack_record(pack_record(e).used()).near_depth;
   };
@@ -129,8 +129,8 @@ TEST(QueueEntry, ExtremeDepthsStayOrdered) {
   EXPECT_EQ(stored(std::numeric_limits<float>::max()), std::numeric_limits<float>::max());
 }
 
-TEST(QueueEntry, ARangeThatDoesNotFitIsABrokenInvariantNotAWrap) {
-  QueueEntry e;
+TEST(ListEntry, ARangeThatDoesNotFitIsABrokenInvariantNotAWrap) {
+  ListEntry e;
   e.range.i1 = 128;
   EXPECT_DEATH(pack_record(e), "7 bits");
   e = {};
@@ -159,9 +159,9 @@ gpu::GpuConfiguration small_gpu() {
 
 // Puts a sub-patch into one list.
 bool put(ParameterBuffer& buffer, QueueIndex list, std::uint32_t patch, TimeInterval times = {}) {
-  QueueEntry e;
+  ListEntry e;
   e.base_patch = patch;
-  const std::vector<QueueHierarchy::Placement> one = {{list, times}};
+  const std::vector<ListLevels::Placement> one = {{list, times}};
   std::uint32_t next = 0;
   return buffer.append(e, one, next);
 }
@@ -169,10 +169,10 @@ bool put(ParameterBuffer& buffer, QueueIndex list, std::uint32_t patch, TimeInte
 // Patches of a list's entries, and the bytes read with them.
 std::vector<std::uint32_t> numbers(const ParameterBuffer& buffer, QueueIndex list, memory::Ledger& ledger,
                                    std::uint64_t& bytes_read) {
-  std::vector<QueueEntry> entries;
+  std::vector<ListEntry> entries;
   buffer.read_queue(list, entries, ledger, bytes_read);
   std::vector<std::uint32_t> out;
-  for (const QueueEntry& e : entries) out.push_back(e.base_patch);
+  for (const ListEntry& e : entries) out.push_back(e.base_patch);
   return out;
 }
 std::vector<std::uint32_t> numbers(const ParameterBuffer& buffer, QueueIndex list) {
@@ -361,7 +361,7 @@ TEST(Binner, APassThatStopsWhenFullGoesOnWhereItStopped) {
       for (TileIndex t = 0; t < binner.grid().tile_count(); ++t) {
         memory::Ledger ledger;
         std::uint64_t payload = 0;
-        for (const QueueEntry& e : binner.read_tile(*scene.frame, t, ledger, payload)) queues[t].push_back(e.range.i0);
+        for (const ListEntry& e : binner.read_tile(*scene.frame, t, ledger, payload)) queues[t].push_back(e.range.i0);
       }
       binner.reset();
     }

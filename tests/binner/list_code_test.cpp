@@ -10,7 +10,7 @@
 namespace tessera::binner::list_code_test {
 namespace {
 
-using Placements = std::vector<QueueHierarchy::Placement>;
+using Placements = std::vector<ListLevels::Placement>;
 
 // ---- The description ----------------------------------------------------------------------------------------------
 
@@ -56,8 +56,8 @@ std::vector<std::uint8_t> record_by_hand(const std::map<std::string, std::uint64
   return bytes;
 }
 
-QueueEntry any_sub_patch() {
-  QueueEntry e;
+ListEntry any_sub_patch() {
+  ListEntry e;
   e.near_depth = static_cast<float>(*rc::gen::inRange(0, 1 << 30)) * 1e-4f;
   e.flags = *rc::gen::inRange<std::uint8_t>(0, 32);
   const auto bits = [](int count) { return *rc::gen::inRange<std::uint8_t>(0, static_cast<std::uint8_t>(1 << count)); };
@@ -66,7 +66,7 @@ QueueEntry any_sub_patch() {
 }
 
 RC_GTEST_PROP(SubPatchTable, ARecordHasTheBytesOfTheDocument, ()) {
-  QueueEntry e = any_sub_patch();
+  ListEntry e = any_sub_patch();
   e.base_patch = *rc::gen::arbitrary<std::uint32_t>();
   const auto cell = [] { return *rc::gen::inRange<std::uint8_t>(0, 128); };
   e.range = {cell(), cell(), cell(), cell()};
@@ -86,7 +86,7 @@ RC_GTEST_PROP(SubPatchTable, ARecordHasTheBytesOfTheDocument, ()) {
 }
 
 RC_GTEST_PROP(SubPatchTable, TheRecordOfAWholePatchHasTheBitsOfTheDocument, ()) {
-  QueueEntry e = any_sub_patch();
+  ListEntry e = any_sub_patch();
   e.whole = true;
   e.base_patch = *rc::gen::inRange<std::uint32_t>(0, 1u << 24);
   e.lists = *rc::gen::inRange<std::uint8_t>(1, 16);
@@ -329,11 +329,11 @@ std::uint16_t lists_of(const ParameterBuffer& buffer, std::uint32_t record) {
 std::map<std::uint32_t, int> uses(const ParameterBuffer& buffer, QueueIndex lists) {
   std::map<std::uint32_t, int> out;
   for (QueueIndex list = 0; list < lists; ++list) {
-    std::vector<QueueEntry> entries;
+    std::vector<ListEntry> entries;
     memory::Ledger ledger;
     std::uint64_t ignored = 0;
     buffer.read_queue(list, entries, ledger, ignored);
-    for (const QueueEntry& entry : entries) ++out[entry.record];
+    for (const ListEntry& entry : entries) ++out[entry.record];
   }
   return out;
 }
@@ -350,7 +350,7 @@ TEST(ParameterBuffer, PB4WhatIsRefusedLeavesNoByteAndPB5RecordsSayHowManyListsHo
       const std::uint64_t in_use = buffer.bytes_in_use(), entries = buffer.counters().entries,
                           content = buffer.counters().queue_bytes_written;
       const std::vector<std::uint8_t> before = contents(buffer);
-      QueueEntry sub_patch;
+      ListEntry sub_patch;
       sub_patch.base_patch = static_cast<std::uint32_t>(entries);
       sub_patch.whole = trial % 3 == 0 || (trial % 3 == 1 && random.coin());
       std::uint32_t next = 0;

@@ -30,10 +30,10 @@ TileCoverage random_coverage(Random& random, const TileGrid& grid) {
   return c;
 }
 
-using Placements = std::vector<QueueHierarchy::Placement>;
+using Placements = std::vector<ListLevels::Placement>;
 
 // Covered tiles that do not read exactly one entry that holds their times; others may read one in vain, not two.
-int misplaced(const QueueHierarchy& hierarchy, const TileGrid& grid, const TileCoverage& coverage,
+int misplaced(const ListLevels& hierarchy, const TileGrid& grid, const TileCoverage& coverage,
               const Placements& placements) {
   std::map<QueueIndex, TimeInterval> queues;
   for (const auto& p : placements) queues[p.queue] = p.times;
@@ -55,19 +55,19 @@ int misplaced(const QueueHierarchy& hierarchy, const TileGrid& grid, const TileC
 }
 
 // Bytes that entries move: written once, read by every tile of their queue, which then fetches the patch.
-std::uint64_t bytes_moved(const QueueHierarchy& hierarchy, const TileGrid& grid, const Placements& placements,
+std::uint64_t bytes_moved(const ListLevels& hierarchy, const TileGrid& grid, const Placements& placements,
                           std::uint64_t patch_bytes) {
   std::map<QueueIndex, std::uint64_t> readers;
   for (TileIndex tile = 0; tile < grid.tile_count(); ++tile)
     hierarchy.for_each_queue_of(tile, [&](QueueIndex queue) { ++readers[queue]; });
   std::uint64_t bytes = 0;
   for (const auto& p : placements)
-    bytes += QueueHierarchy::kWrittenBytes + readers[p.queue] * (QueueHierarchy::kReadBytes + patch_bytes);
+    bytes += ListLevels::kWrittenBytes + readers[p.queue] * (ListLevels::kReadBytes + patch_bytes);
   return bytes;
 }
 
 // All covered tiles' entries at one level.
-Placements uniform(const QueueHierarchy& hierarchy, const TileCoverage& c, int level) {
+Placements uniform(const ListLevels& hierarchy, const TileCoverage& c, int level) {
   std::map<QueueIndex, TimeInterval> queues;
   for (int row = c.tiles.y0; row < c.tiles.y1; ++row)
     for (int column = c.tiles.x0; column < c.tiles.x1; ++column) {
@@ -81,12 +81,12 @@ Placements uniform(const QueueHierarchy& hierarchy, const TileCoverage& c, int l
   return out;
 }
 
-TEST(QueueHierarchy, EveryCoveredTileReadsOneEntryWithItsTimesAndNoLevelAloneMovesFewerBytes) {
+TEST(ListLevels, EveryCoveredTileReadsOneEntryWithItsTimesAndNoLevelAloneMovesFewerBytes) {
   Random random(1);
   for (int trial = 0; trial < 400; ++trial) {
     const int levels = random.integer(1, 5);
     const TileGrid grid(random.integer(1, 700), random.integer(1, 500), 32, 16);
-    const QueueHierarchy hierarchy(grid, levels);
+    const ListLevels hierarchy(grid, levels);
     const TileCoverage coverage = random_coverage(random, grid);
     const std::uint64_t patch_bytes = random.coin() ? 0 : 224;
     Placements placements;
@@ -105,7 +105,7 @@ TEST(QueueHierarchy, EveryCoveredTileReadsOneEntryWithItsTimesAndNoLevelAloneMov
 TEST(QueueHierarchyTwin, AnEntryForgottenDoubledShiftedOrCutShortIsCaught) {
   Random random(2);
   const TileGrid grid(640, 360, 32, 32);
-  const QueueHierarchy hierarchy(grid, 3);
+  const ListLevels hierarchy(grid, 3);
   TileCoverage coverage{
       {0, 0, grid.columns(), grid.rows()}, std::vector<TimeInterval>(grid.tile_count()), grid.tile_count(), 0, 0};
   Placements good;
@@ -119,18 +119,18 @@ TEST(QueueHierarchyTwin, AnEntryForgottenDoubledShiftedOrCutShortIsCaught) {
     EXPECT_GT(misplaced(hierarchy, grid, coverage, bad), 0);
 }
 
-TEST(QueueHierarchy, QueuesAreNumberedLevelByLevelAndThoseOfTilesAsTheTiles) {
+TEST(ListLevels, QueuesAreNumberedLevelByLevelAndThoseOfTilesAsTheTiles) {
   const TileGrid grid(160, 96, 32, 32);  // 5 x 3 tiles, 3 x 2 groups of four, 2 x 1 of sixteen
-  const QueueHierarchy hierarchy(grid, 3);
+  const ListLevels hierarchy(grid, 3);
   EXPECT_EQ(hierarchy.queue_count(), 15u + 6u + 2u);
   std::vector<QueueIndex> queues;
   hierarchy.for_each_queue_of(grid.index(4, 2), [&](QueueIndex q) { queues.push_back(q); });
   EXPECT_EQ(queues, (std::vector<QueueIndex>{14, 15 + 5, 15 + 6 + 1}));
 }
 
-TEST(QueueHierarchy, OneTileHasAQueueOfItsOwnAtEveryLevelAndUsesTheFinest) {
+TEST(ListLevels, OneTileHasAQueueOfItsOwnAtEveryLevelAndUsesTheFinest) {
   const TileGrid grid(1, 1, 32, 32);
-  const QueueHierarchy hierarchy(grid, 5);
+  const ListLevels hierarchy(grid, 5);
   EXPECT_EQ(hierarchy.queue_count(), 5u);
   Placements placements;
   hierarchy.place({{0, 0, 1, 1}, {TimeInterval{3, 9}}, 1, 0, 0}, 0, placements);
@@ -258,9 +258,9 @@ bool traffic_agrees(std::uint32_t seed, std::int64_t burst, std::int64_t chunk, 
   oracle.begin();
   for (int n = 0; n < 900; ++n) {
     const auto queue = static_cast<QueueIndex>(random.coin() ? random.integer(0, kQueues - 2) : random.integer(3, 5));
-    const std::vector<QueueHierarchy::Placement> one = {{queue, {}}};
+    const std::vector<ListLevels::Placement> one = {{queue, {}}};
     std::uint32_t next = 0;
-    QueueEntry sub_patch;  // whole, or a part of a patch
+    ListEntry sub_patch;  // whole, or a part of a patch
     sub_patch.whole = random.coin();
     EXPECT_TRUE(buffer.append(sub_patch, one, next));
     oracle.append(queue, sub_patch.whole ? 8 : 16);
@@ -273,7 +273,7 @@ bool traffic_agrees(std::uint32_t seed, std::int64_t burst, std::int64_t chunk, 
   for (QueueIndex queue = 0; queue < kQueues; ++queue) {
     memory::Ledger ledger;
     std::uint64_t payload = 0;
-    std::vector<QueueEntry> entries;
+    std::vector<ListEntry> entries;
     buffer.read_queue(queue, entries, ledger, payload);
     agrees =
         agrees && ledger.total().read_bytes == oracle.list_bursts(queue) * b && payload == oracle.list_bytes(queue);
@@ -311,7 +311,7 @@ std::map<TileIndex, std::multiset<int>> read_all(Binner& binner, const PosedObje
     for (TileIndex t = 0; t < binner.grid().tile_count(); ++t) {
       memory::Ledger ledger;
       std::uint64_t payload = 0;
-      for (const QueueEntry& e : binner.read_tile(*scene.frame, t, ledger, payload)) tiles[t].insert(e.range.i0);
+      for (const ListEntry& e : binner.read_tile(*scene.frame, t, ledger, payload)) tiles[t].insert(e.range.i0);
     }
     binner.reset();
   }

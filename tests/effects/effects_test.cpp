@@ -184,9 +184,9 @@ TEST(Effects, AMovingSubPatchThatRanWithoutMotionWouldBeNoticed) {
     for (binner::TileIndex t = 0; t < grid.tile_count(); ++t) {
       memory::Ledger ledger;
       std::uint64_t bytes = 0;
-      std::vector<binner::QueueEntry> entries = binner.read_tile(*frame, t, ledger, bytes);
-      for (binner::QueueEntry& e : entries)
-        if (cleared) e.flags &= static_cast<std::uint8_t>(~binner::QueueEntry::kMoving);
+      std::vector<binner::ListEntry> entries = binner.read_tile(*frame, t, ledger, bytes);
+      for (binner::ListEntry& e : entries)
+        if (cleared) e.flags &= static_cast<std::uint8_t>(~binner::ListEntry::kMoving);
       tilecore::TileState state;
       core.render_entries(job, t, std::move(entries), state);
       seen.insert(seen.end(), state.patch.begin(), state.patch.end());

@@ -2,7 +2,7 @@
 #include "frontend/bounds/coarse_depth.h"
 #include "frontend/bounds/minmax_pyramid.h"
 #include "frontend/bounds/screen_bounds.h"
-#include "frontend/deferred.h"
+#include "frontend/occlusion_candidate.h"
 #include "tests/frontend/bound_scenes.h"
 #include "tests/support/tests.h"
 
@@ -336,24 +336,24 @@ TEST(CoarseDepth, HidesWhatBeginsBehindAllBlocksThatItTouches) {
   EXPECT_FALSE(hides(1, 5, std::numeric_limits<float>::quiet_NaN()));
 }
 
-TEST(Deferred, RecordsAreReadAsTheyWereWritten) {
+TEST(OcclusionCandidate, RecordsAreReadAsTheyWereWritten) {
   Random random(12);
-  std::vector<Deferred> all;
+  std::vector<OcclusionCandidate> all;
   std::vector<std::uint8_t> bytes;
   for (int trial = 0; trial < 3000; ++trial) {
-    Deferred d;
-    d.kind = random.coin() ? Deferred::kGroup : Deferred::kInstance;
+    OcclusionCandidate d;
+    d.kind = random.coin() ? OcclusionCandidate::kGroup : OcclusionCandidate::kInstance;
     d.number = static_cast<std::uint32_t>(random.integer(0, 2147483646)) * 2u;
     d.segment = static_cast<std::uint8_t>(random.integer(0, 16));
-    if (d.kind == Deferred::kGroup) d.level = static_cast<std::uint8_t>(random.integer(0, 7));
+    if (d.kind == OcclusionCandidate::kGroup) d.level = static_cast<std::uint8_t>(random.integer(0, 7));
     const int x = random.integer(0, 2047), y = random.integer(0, 2047);
     d.footprint = {{x, y, x + random.integer(1, 2048), y + random.integer(1, 2048)},
                    static_cast<DepthCode>(random.integer(0, 65535))};
-    pack_deferred(d, bytes);
+    pack_candidates(d, bytes);
     all.push_back(d);
   }
   EXPECT_EQ(bytes.size(), all.size() * kDeferredBytes);
-  EXPECT_EQ(unpack_deferred(bytes), all);
+  EXPECT_EQ(unpack_candidates(bytes), all);
 }
 
 // ---- Slopes -----------------------------------------------------------------------------------------------------
@@ -468,11 +468,11 @@ TEST(WindowTable, HoldsARectangleAndLittleElse) {
 TEST(WindowTable, CountsTheLinesThatItFetches) {
   WindowTable table(64, 64, [](int x, int y) { return ValueRange{static_cast<float>(x), static_cast<float>(y)}; });
   table.place(4096);
-  TableFetches none({0, 1, 64, 0}), cached({4096, 4, 64, 0});
+  HeightTableCache none({0, 1, 64, 0}), cached({4096, 4, 64, 0});
   // 16 x 16 texels are one window; 20 x 20 are four of those, in four lines.
   (void)table.over(8, 8, 23, 23, &none);
   EXPECT_EQ(none.take_table_bytes(), 64u);
-  for (TableFetches* fetches : {&none, &cached}) {
+  for (HeightTableCache* fetches : {&none, &cached}) {
     (void)table.over(8, 8, 27, 27, fetches);
     (void)table.over(8, 8, 27, 27, fetches);
   }

@@ -224,7 +224,7 @@ TEST(FrontEndTraffic, HeightsThatBoundDisplacementAreFetched) {
 }
 
 TEST(FrontEndTraffic, RecordsAmongTheLastUsedCostNothing) {  // BFT1
-  TableFetches fetches({1024, 4, 64, 2});
+  HeightTableCache fetches({1024, 4, 64, 2});
   fetches.pass_record(1);
   fetches.fetch_record(1, 224);
   EXPECT_EQ(fetches.take_record_bytes(), 0u);

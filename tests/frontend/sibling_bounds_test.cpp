@@ -16,7 +16,7 @@ bool same(const scene::ParameterRange& a, const scene::ParameterRange& b) {
   return a.u0 == b.u0 && a.v0 == b.v0 && a.u1 == b.u1 && a.v1 == b.v1;
 }
 bool same(const SubPatchBody& a, const SubPatchBody& b) {
-  return a.corners == b.corners && same(a.margin, b.margin) && same(a.way_margin, b.way_margin) &&
+  return a.corners == b.corners && same(a.margin, b.margin) && same(a.motion_margin, b.motion_margin) &&
          a.box.axes == b.box.axes && a.box.low == b.box.low && a.box.high == b.box.high;
 }
 bool same_nets(const SubPatchBounder& a, const SubPatchBounder& b) {
@@ -45,8 +45,8 @@ struct SiblingOutcome {
 
 // Bounds each range alone, and all together, one to four at a time; each bounder fetches through caches of its own.
 void compare(const Scene& scene, BoundMethod method, Random& random, SiblingOutcome& out) {
-  const TableFetches::Caches caches{1024, 4, 64, 2};
-  TableFetches fetches_alone(caches), fetches_together(caches);
+  const HeightTableCache::Caches caches{1024, 4, 64, 2};
+  HeightTableCache fetches_alone(caches), fetches_together(caches);
   SubPatchBounder alone(*scene.frame, *scene.pyramids, method, &fetches_alone),
       together(*scene.frame, *scene.pyramids, method, &fetches_together);
   for (std::uint32_t patch = 0; patch < scene.assembly.patch_count(); ++patch) {
@@ -111,7 +111,7 @@ TEST(SiblingsTwin, ABodyOfOtherCellsIsCaught) {
 TEST(Siblings, ThatAreNotUsedFetchNothing) {  // SB2
   Random random(4);
   const Scene scene(Hard::kRandom, random);
-  TableFetches fetches({1024, 4, 64, 2});
+  HeightTableCache fetches({1024, 4, 64, 2});
   SubPatchBounder bounder(*scene.frame, *scene.pyramids, BoundMethod::kNpatch, &fetches);
   bounder.begin(0);
   (void)fetches.take_missed_lines();

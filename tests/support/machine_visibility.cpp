@@ -46,7 +46,7 @@ MachineVisibility::Result MachineVisibility::run(const scene::FrameGeometry& fra
       const auto tile = static_cast<binner::TileIndex>(t);
       tilecore::TileCore& core = cores_.local();
       memory::Ledger ledger;
-      std::vector<binner::QueueEntry> entries = binner.read_tile(frame, tile, ledger, queue_bytes_read.local());
+      std::vector<binner::ListEntry> entries = binner.read_tile(frame, tile, ledger, queue_bytes_read.local());
       core.charge(ledger);
       tilecore::TileState& state = keep ? result.tiles[t] : states_.local();
       if (!keep) state.started = false;

@@ -46,8 +46,8 @@ struct PixelScene : TestFrame {
     job.background = Vec3(0.0f);
   }
 
-  std::vector<binner::QueueEntry> entries() const {
-    std::vector<binner::QueueEntry> out(assembly->patch_count());
+  std::vector<binner::ListEntry> entries() const {
+    std::vector<binner::ListEntry> out(assembly->patch_count());
     for (std::uint32_t p = 0; p < out.size(); ++p) out[p].base_patch = p, out[p].range = whole_patch(*frame, p);
     return out;
   }

@@ -230,7 +230,7 @@ void SamplePattern::make_times_and_lens() {
     }
 }
 
-SampleClasses SamplePattern::make_classes(const ShutterPart& part) const {
+SampleClasses SamplePattern::make_classes(const ShutterSegment& part) const {
   SampleClasses classes;
   const auto n = static_cast<std::size_t>(settings_.samples_per_pixel),
              side = static_cast<std::size_t>(settings_.pattern_side);
@@ -282,7 +282,7 @@ void TileSamples::fill(const SamplePattern& pattern, IntRect tile, float lens_sc
   spp = pattern.samples_per_pixel();
   classes = &pattern.classes();
   half_quantum = pattern.half_quantum();
-  part = ShutterPart();
+  part = ShutterSegment();
   time_scale = 1, time_offset = 0;
   lens_scale = lens ? lens_scale_in : 0.0f;
   const auto n = static_cast<std::size_t>(spp);

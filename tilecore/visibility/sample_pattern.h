@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/rect.h"
-#include "base/shutter_part.h"
+#include "base/shutter_segment.h"
 
 namespace tessera::tilecore {
 
@@ -88,8 +88,8 @@ class SamplePattern {
   // Of the whole shutter (0), or of one segment of motion (1 on): the classes whose times lie in it, with times and
   // stencil values that count from its beginning to its end.
   const SampleClasses& classes(int segment = 0) const { return classes_[static_cast<std::size_t>(segment)]; }
-  ShutterPart part(int segment) const {
-    return segment == 0 ? ShutterPart() : shutter_part(segment - 1, settings_.segments);
+  ShutterSegment part(int segment) const {
+    return segment == 0 ? ShutterSegment() : shutter_segment(segment - 1, settings_.segments);
   }
 
  private:
@@ -103,7 +103,7 @@ class SamplePattern {
   std::size_t lens_variant(int x, int y) const;
   void make_offsets();
   void make_times_and_lens();
-  SampleClasses make_classes(const ShutterPart& part) const;
+  SampleClasses make_classes(const ShutterSegment& part) const;
 
   SamplingSettings settings_;
   std::uint32_t power_of_two_;  // smallest that is >= samples per pixel
@@ -128,7 +128,7 @@ struct TileSamples {
   std::vector<float> x, y;          // pixels of the frame
   std::vector<std::uint16_t> time;  // code: t = time / 65536 + half_quantum
   float half_quantum = 0;
-  ShutterPart part;                        // of the shutter that is looked at
+  ShutterSegment part;                     // of the shutter that is looked at
   float time_scale = 1, time_offset = 0;   // to time within it
   std::vector<float> lens_u, lens_v;       // in lens_scale; empty for a pinhole
   float lens_scale = 0;                    // largest |(u, v)|

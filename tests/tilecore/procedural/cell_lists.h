@@ -17,10 +17,10 @@ class CellLists {
   }
 
   // Near to far.
-  std::vector<binner::QueueEntry> of_tile(binner::TileIndex tile) const {
+  std::vector<binner::ListEntry> of_tile(binner::TileIndex tile) const {
     memory::Ledger ledger;
     std::uint64_t bytes = 0;
-    std::vector<binner::QueueEntry> entries = binner_.read_tile(frame_, tile, ledger, bytes);
+    std::vector<binner::ListEntry> entries = binner_.read_tile(frame_, tile, ledger, bytes);
     std::stable_sort(entries.begin(), entries.end(),
                      [](const auto& a, const auto& b) { return a.near_depth < b.near_depth; });
     return entries;
@@ -42,9 +42,9 @@ class CellLists {
 
 // All cells of a tile, none of which anything hides.
 inline void draw_cells(SamplingController& controller, const SamplingController::Job& job,
-                       std::span<const binner::QueueEntry> entries) {
+                       std::span<const binner::ListEntry> entries) {
   controller.begin_tile(job.samples);
-  for (const binner::QueueEntry& entry : entries)
+  for (const binner::ListEntry& entry : entries)
     if (controller.take(job.maps, ParameterMaps::cell_of(entry.range), {entry.t0, entry.t1})) controller.draw(job);
   controller.draw(job);
 }

@@ -77,7 +77,7 @@ class Scene {
     ++misses.points;
     const auto tile = grid_.index(static_cast<int>(px) / kTile, static_cast<int>(py) / kTile);
     bool tagged = false, listed = false;
-    for (const binner::QueueEntry& entry : of_tile_[tile]) {
+    for (const binner::ListEntry& entry : of_tile_[tile]) {
       const ParameterCell& cell = maps_.cells()[ParameterMaps::cell_of(entry.range)];
       if (t < entry.t0 / 256.0 || t > (entry.t1 + 1) / 256.0) continue;
       tagged = true;
@@ -144,7 +144,7 @@ class Scene {
   const scene::PosedDrawable& drawable_;
   binner::TileGrid grid_;
   ParameterMaps maps_;
-  std::vector<std::vector<binner::QueueEntry>> of_tile_;
+  std::vector<std::vector<binner::ListEntry>> of_tile_;
 };
 
 Misses count_misses(const Trials& trials) {

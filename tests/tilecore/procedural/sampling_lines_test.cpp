@@ -427,7 +427,7 @@ TEST(Lines, EveryStepOfEveryLineOfATilesCellsIsCountedOnce) {
       const CellLists lists(*scene.frame, maps, grid);
       std::uint64_t expected = 0;
       for (binner::TileIndex t = 0; t < grid.tile_count(); ++t)
-        for (const binner::QueueEntry& entry : lists.of_tile(t))
+        for (const binner::ListEntry& entry : lists.of_tile(t))
           expected += lines_of(maps.cells()[ParameterMaps::cell_of(entry.range)]);
       EXPECT_EQ(draw(*scene.frame, kLineStyle, side, side).counters.drawn_lines, expected);
       all += expected;

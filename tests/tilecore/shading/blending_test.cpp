@@ -201,7 +201,7 @@ TEST(Blending, ShuffledEntriesAndPartialRendersGiveTheSameBits) {  // DS1
   EXPECT_EQ(render(scene).counters.blend_overflows, expected.counters.blend_overflows);
   scene.tile(32, 32);
   for (const std::size_t passes : {1u, 3u, 7u}) {
-    std::vector<binner::QueueEntry> entries = scene.entries();
+    std::vector<binner::ListEntry> entries = scene.entries();
     for (std::size_t i = entries.size() - 1; i > 0; --i)
       std::swap(entries[i], entries[static_cast<std::size_t>(random.integer(0, static_cast<int>(i)))]);
     for (auto& e : entries) e.near_depth = -random.uniform(0, 1);  // any order within a pass
@@ -209,7 +209,7 @@ TEST(Blending, ShuffledEntriesAndPartialRendersGiveTheSameBits) {  // DS1
     TileState state;
     FrameTargets targets({0, 0, 32, 32}, true);
     for (std::size_t pass = 0; pass < passes; ++pass) {
-      std::vector<binner::QueueEntry> part;
+      std::vector<binner::ListEntry> part;
       for (std::size_t e = pass; e < entries.size(); e += passes) part.push_back(entries[e]);
       core.render_entries(scene.job, 0, part, state);
     }

@@ -29,7 +29,7 @@ struct Stage : TestFrame {
     job.grid = &grid;
     job.pattern = &pattern;
     job.shading.rate = rate;
-    std::vector<binner::QueueEntry> entries(assembly->patch_count());
+    std::vector<binner::ListEntry> entries(assembly->patch_count());
     for (std::uint32_t p = 0; p < entries.size(); ++p)
       entries[p].base_patch = p, entries[p].range = whole_patch(*frame, p);
     FrameTargets targets({0, 0, kWidth, kHeight}, false);

@@ -221,7 +221,7 @@ TEST(MultisampleResolve, AveragesSamplesAndChargesWholeBurstsPerRow) {
 struct TileScene : TestFrame {
   binner::TileGrid grid{64, 64, 64, 64};
   SamplePattern pattern{{4, 0, 0}};
-  std::vector<binner::QueueEntry> entries;
+  std::vector<binner::ListEntry> entries;
   TileJob job;
 
   explicit TileScene(bool moving) {
@@ -242,7 +242,7 @@ struct TileScene : TestFrame {
     test::add_camera(*capture, {0, 0, 4});
     pose(64, 64);
     for (std::uint32_t p = 0; p < assembly->patch_count(); ++p) {
-      binner::QueueEntry e;
+      binner::ListEntry e;
       e.base_patch = p;
       e.range = whole_patch(*frame, p);
       e.near_depth = static_cast<float>(p % 3);
@@ -261,12 +261,12 @@ struct Rendered {
 };
 
 // Renders with the entries dealt out in several passes.
-Rendered render(const TileScene& scene, std::vector<binner::QueueEntry> entries, std::size_t passes) {
+Rendered render(const TileScene& scene, std::vector<binner::ListEntry> entries, std::size_t passes) {
   Rendered out;
   TileCore core;
   TileState state;
   for (std::size_t pass = 0; pass < passes; ++pass) {
-    std::vector<binner::QueueEntry> part;
+    std::vector<binner::ListEntry> part;
     for (std::size_t e = pass; e < entries.size(); e += passes) part.push_back(entries[e]);
     core.render_entries(scene.job, 0, part, state);
   }
@@ -283,7 +283,7 @@ TEST(TileCore, TheImageDoesNotDependOnTheOrderOrDivisionOfTheEntries) {
     const Rendered expected = render(scene, scene.entries, 1);
     EXPECT_GT(expected.shading.blended_layers, 0u);
     EXPECT_GT(expected.counters.alpha_tests, 0u);
-    std::vector<binner::QueueEntry> entries = scene.entries;
+    std::vector<binner::ListEntry> entries = scene.entries;
     for (const std::size_t passes : {1u, 2u, 5u}) {
       std::reverse(entries.begin(), entries.end());
       for (auto& e : entries) e.near_depth = -e.near_depth;  // another order of depth
@@ -299,10 +299,10 @@ TEST(TileCore, SamplesOutsideTheTimesOfAnEntryAreNotTestedAgainstIt) {
   TileScene scene(true);
   scene.job.forced.motion = true;  // what does not move has all times, and a raster path that knows of none
   const Rendered expected = render(scene, scene.entries, 1);
-  std::vector<binner::QueueEntry> early = scene.entries, both;
+  std::vector<binner::ListEntry> early = scene.entries, both;
   for (auto& e : early) e.t1 = 99;
   both = early;
-  for (binner::QueueEntry e : scene.entries) {
+  for (binner::ListEntry e : scene.entries) {
     e.t0 = 100;
     both.push_back(e);
   }
@@ -355,7 +355,7 @@ struct LayeredScene : TestFrame {
     TileCore core;
     TileState state;
     FrameTargets targets({0, 0, 8, 8}, false);
-    std::vector<binner::QueueEntry> entries(2);
+    std::vector<binner::ListEntry> entries(2);
     for (std::uint32_t p = 0; p < 2; ++p) entries[p].base_patch = p, entries[p].range = whole_patch(*frame, p);
     core.render_entries(job, 0, entries, state);
     core.finish(job, 0, state, targets);

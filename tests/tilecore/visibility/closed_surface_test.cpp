@@ -15,7 +15,7 @@ struct Machine {
   SamplePattern pattern;
   std::unique_ptr<binner::TileGrid> grid;
   TileJob job;
-  std::vector<binner::QueueEntry> entries;
+  std::vector<binner::ListEntry> entries;
 
   explicit Machine(const SamplingSettings& sampling) : pattern(sampling) {}
 
@@ -34,7 +34,7 @@ struct Machine {
   }
   void add_entry(std::uint32_t patch, const CellRange& range) {
     if (range.i0 >= range.i1 || range.j0 >= range.j1) return;
-    binner::QueueEntry entry;
+    binner::ListEntry entry;
     entry.base_patch = patch;
     entry.range = range;
     entries.push_back(entry);
@@ -119,7 +119,7 @@ TEST(ClosedSurface, ACellLeftOutIsCaught) {
     const scene::TessellationPattern& grid = machine->test.frame->pattern_of(patch);
     const auto i = static_cast<std::uint8_t>(cell % grid.nu), j = static_cast<std::uint8_t>(cell / grid.nu);
     const auto after_i = static_cast<std::uint8_t>(i + 1), after_j = static_cast<std::uint8_t>(j + 1);
-    std::erase_if(machine->entries, [&](const binner::QueueEntry& e) { return e.base_patch == patch; });
+    std::erase_if(machine->entries, [&](const binner::ListEntry& e) { return e.base_patch == patch; });
     machine->add_entry(patch, {0, 0, grid.nu, j});
     machine->add_entry(patch, {0, j, i, after_j});
     machine->add_entry(patch, {after_i, j, grid.nu, after_j});
@@ -180,7 +180,7 @@ TEST(CameraPlane, AWallThatPassesThroughItIsSeenExactlyUntilItReachesTheNearPlan
           TileCore core;
           DepthSink sink;
           core.begin_tile(machine.job, 0);
-          for (const binner::QueueEntry& entry : machine.entries) core.find_hits(machine.job, entry, sink);
+          for (const binner::ListEntry& entry : machine.entries) core.find_hits(machine.job, entry, sink);
           int seen = 0, missed = 0, wrong = 0;
           for (std::uint32_t s = 0; s < samples.count; ++s) {
             // The ray (dx, dy, -1) z meets z' = -2 + slope x + 4t.
@@ -223,7 +223,7 @@ TEST(CoplanarPatches, WhereTwoMoveTogetherTheLowerNumberIsSeenWhateverTheOrderAn
   ASSERT_EQ(machine.entries.size(), 2u);
   const auto alone = [&](std::size_t entry) {
     Machine& all = machine;
-    const std::vector<binner::QueueEntry> both = all.entries;
+    const std::vector<binner::ListEntry> both = all.entries;
     all.entries = {both[entry]};
     const auto states = all.render();
     all.entries = both;
@@ -299,9 +299,9 @@ TEST(TileCore, AHundredThousandEntriesOfOneCellAreTheFewPatchesThatTheyAreCutFro
     machine.add_entry(patch, whole_patch(*test.frame, patch));
   const TileState expected = machine.render()[0];
   EXPECT_LT(expected.uncovered, expected.z.size() / 2);
-  std::vector<binner::QueueEntry> whole = std::move(machine.entries);
+  std::vector<binner::ListEntry> whole = std::move(machine.entries);
   machine.entries.clear();
-  for (const binner::QueueEntry& e : whole)
+  for (const binner::ListEntry& e : whole)
     for (int j = e.range.j0; j < e.range.j1; ++j)
       for (int i = e.range.i0; i < e.range.i1; ++i)
         machine.add_entry(e.base_patch, {static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(j),
@@ -317,7 +317,7 @@ TEST(TileCore, AHundredThousandEntriesOfOneCellAreTheFewPatchesThatTheyAreCutFro
       static_cast<std::size_t>(std::find_if(expected.patch.begin(), expected.patch.end(),
                                             [](std::uint32_t patch) { return patch != TileState::kNoPatch; }) -
                                expected.patch.begin());
-  std::erase_if(machine.entries, [&](const binner::QueueEntry& e) {
+  std::erase_if(machine.entries, [&](const binner::ListEntry& e) {
     return e.base_patch == expected.patch[seen] && e.range.j0 * 64u + e.range.i0 == expected.triangle[seen] / 2;
   });
   EXPECT_NE(machine.render()[0].triangle, expected.triangle);

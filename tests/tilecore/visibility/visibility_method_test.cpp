@@ -188,7 +188,7 @@ std::set<std::tuple<std::uint64_t, std::uint32_t, HitSet::Key>> frame_hits(const
     const IntRect pixels = grid.pixels(tile);
     core.begin_tile(job, tile);
     for (std::uint32_t patch = 0; patch < frame.assembly->patch_count(); ++patch) {
-      binner::QueueEntry entry{};
+      binner::ListEntry entry{};
       entry.base_patch = patch;
       entry.range = whole_patch(frame, patch);
       entry.t0 = 0;

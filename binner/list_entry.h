@@ -11,7 +11,7 @@ namespace tessera::binner {
 
 // What a tile core needs to fetch, order and cull a sub-patch without touching the patch: the sub-patch's record in the
 // table, and from the tile's list when it may touch the tile.
-struct QueueEntry {
+struct ListEntry {
   enum Flag : std::uint8_t { kMoving = 1, kAlphaMask = 2, kBlended = 4, kDefocused = 8, kDisplaced = 16 };
   // Of an entry that nobody looked at: the tile core leaves out only what the scene has not.
   static constexpr std::uint8_t kEveryEffect = kMoving | kAlphaMask | kBlended | kDefocused | kDisplaced;
@@ -27,7 +27,7 @@ struct QueueEntry {
   BlockRange blocks;         // that it may touch
   std::uint32_t record = 0;  // number in the sub-patch table: its address there over kSlotBytes
 
-  bool operator==(const QueueEntry&) const = default;
+  bool operator==(const ListEntry&) const = default;
 };
 
 // A record of the sub-patch table, little endian, as binner/README.md has both forms in tables, which a test reads. Of a
@@ -64,9 +64,9 @@ struct PackedRecord {
 };
 
 // Times and number are not in the record. A field that does not fit is a broken invariant.
-PackedRecord pack_record(const QueueEntry& sub_patch);
+PackedRecord pack_record(const ListEntry& sub_patch);
 // Of the record that begins there: all of it is in `bytes`.
-QueueEntry unpack_record(std::span<const std::uint8_t> bytes);
+ListEntry unpack_record(std::span<const std::uint8_t> bytes);
 // Makes a record say that fewer lists hold it: it keeps its form.
 void lower_lists(std::span<std::uint8_t> record, std::uint16_t lists);
 

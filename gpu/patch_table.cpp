@@ -1,4 +1,4 @@
-#include "gpu/record_memory.h"
+#include "gpu/patch_table.h"
 
 #include <algorithm>
 
@@ -23,7 +23,7 @@ bool may_deform(const scene::Assembly& assembly, const std::vector<int>& animate
 
 }  // namespace
 
-RecordMemory::RecordMemory(const scene::Assembly& assembly, std::int64_t line_bytes, std::uint64_t first_line)
+PatchTable::PatchTable(const scene::Assembly& assembly, std::int64_t line_bytes, std::uint64_t first_line)
     : assembly_(assembly), line_bytes_(static_cast<std::uint64_t>(line_bytes)), first_line_(first_line) {
   offsets_.reserve(std::size_t{assembly.record_count} + 1);
   offsets_.push_back(0);
@@ -42,31 +42,31 @@ RecordMemory::RecordMemory(const scene::Assembly& assembly, std::int64_t line_by
   if (end_ >= kCellsAt) throw LimitError("textures and base patches have more cache lines than 3/4 of 2^32");
 }
 
-RecordMemory::Lines RecordMemory::lines(std::uint64_t begin, std::uint64_t end) const {
+PatchTable::Lines PatchTable::lines(std::uint64_t begin, std::uint64_t end) const {
   return {static_cast<std::uint32_t>(first_line_ + begin / line_bytes_),
           static_cast<std::uint32_t>(first_line_ + (end + line_bytes_ - 1) / line_bytes_)};
 }
 
-RecordMemory::Lines RecordMemory::of_shading(const scene::FrameGeometry& frame, std::uint32_t patch) const {
+PatchTable::Lines PatchTable::of_shading(const scene::FrameGeometry& frame, std::uint32_t patch) const {
   const std::uint64_t begin = offsets_[assembly_.record_of(patch)];
   return lines(begin, begin + frontend::patch_shading_bytes(frame, patch));
 }
 
-RecordMemory::Lines RecordMemory::of_geometry(const scene::FrameGeometry& frame, std::uint32_t patch) const {
+PatchTable::Lines PatchTable::of_geometry(const scene::FrameGeometry& frame, std::uint32_t patch) const {
   const std::uint64_t begin = offsets_[assembly_.record_of(patch)];
   return lines(begin, begin + frontend::patch_record_bytes(frame, patch));
 }
 
-void RecordMemory::of_tessellation(const scene::FrameGeometry& frame, const tilecore::TessellationRequest& request,
-                                   std::vector<Lines>& out) const {
+void PatchTable::of_tessellation(const scene::FrameGeometry& frame, const tilecore::TessellationRequest& request,
+                                 std::vector<Lines>& out) const {
   out = {of_geometry(frame, request.patch), of_instance(request.patch)};
   std::vector<std::uint32_t> others;
   tilecore::fetched_neighbours(frame, request.patch, request.range, request.displaced, others);
   for (const std::uint32_t other : others) out.push_back(of_geometry(frame, other));
 }
 
-void RecordMemory::of_piece(const scene::FrameGeometry& frame, std::uint32_t patch, std::uint32_t piece,
-                            std::vector<Lines>& out) const {
+void PatchTable::of_piece(const scene::FrameGeometry& frame, std::uint32_t patch, std::uint32_t piece,
+                          std::vector<Lines>& out) const {
   const scene::Procedure& procedure = *frame.drawable_of(patch).procedure;
   // Of both motion keys, side by side.
   const std::uint64_t begin = offsets_[assembly_.record_of(patch)],
@@ -78,8 +78,8 @@ void RecordMemory::of_piece(const scene::FrameGeometry& frame, std::uint32_t pat
   if (of.first < of.end) out.push_back(of);
 }
 
-void RecordMemory::of_image(const scene::FrameGeometry& frame, std::uint32_t patch, const scene::ParameterRange& part,
-                            std::vector<Lines>& out) const {
+void PatchTable::of_image(const scene::FrameGeometry& frame, std::uint32_t patch, const scene::ParameterRange& part,
+                          std::vector<Lines>& out) const {
   const scene::Procedure& procedure = *frame.drawable_of(patch).procedure;
   if (!procedure.image) return;
   constexpr std::uint64_t kPointBytes = 12;  // three floats
@@ -98,13 +98,13 @@ void RecordMemory::of_image(const scene::FrameGeometry& frame, std::uint32_t pat
   }
 }
 
-RecordMemory::Lines RecordMemory::of_cell(std::uint32_t cell, std::uint64_t cell_bytes) const {
+PatchTable::Lines PatchTable::of_cell(std::uint32_t cell, std::uint64_t cell_bytes) const {
   const std::uint64_t at = cell * cell_bytes;
   const auto line = [&](std::uint64_t bytes) { return static_cast<std::uint32_t>(kCellsAt + bytes / line_bytes_); };
   return {line(at), line(at + cell_bytes - 1) + 1};
 }
 
-RecordMemory::Lines RecordMemory::of_instance(std::uint32_t patch) const {
+PatchTable::Lines PatchTable::of_instance(std::uint32_t patch) const {
   if (!assembly_.drawable_of(patch).instanced) return {0, 0};
   const std::uint64_t begin =
       offsets_.back() + instance_of_[assembly_.patch_drawable[patch]] * frontend::kInstanceRecordBytes;

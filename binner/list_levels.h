@@ -14,13 +14,13 @@ namespace tessera::binner {
 // the queue of its tile and those of the groups around it. Configured by binner.queue_levels.
 //
 // Queues are numbered level by level, row by row; those of level 0 have the numbers of their tiles.
-class QueueHierarchy {
+class ListLevels {
  public:
   static constexpr int kMaxLevels = 5;
   // That an entry is taken to move: written to a list; read again there and from the sub-patch table.
   static constexpr std::uint64_t kWrittenBytes = 2, kReadBytes = 2 + 16;
 
-  QueueHierarchy(const TileGrid& grid, int levels);
+  ListLevels(const TileGrid& grid, int levels);
 
   QueueIndex queue_count() const { return first_[static_cast<std::size_t>(levels_)]; }
   QueueIndex queue(int level, int column, int row) const {

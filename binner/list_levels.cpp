@@ -1,4 +1,4 @@
-#include "binner/queue_hierarchy.h"
+#include "binner/list_levels.h"
 
 #include <algorithm>
 #include <limits>
@@ -7,7 +7,7 @@
 
 namespace tessera::binner {
 
-QueueHierarchy::QueueHierarchy(const TileGrid& grid, int levels)
+ListLevels::ListLevels(const TileGrid& grid, int levels)
     : levels_(levels), columns_(grid.columns()), rows_(grid.rows()) {
   TESSERA_CHECK(levels >= 1 && levels <= kMaxLevels, "binner.queue_levels is in range");
   std::uint64_t count = 0;
@@ -18,7 +18,7 @@ QueueHierarchy::QueueHierarchy(const TileGrid& grid, int levels)
   }
 }
 
-void QueueHierarchy::place(const TileCoverage& coverage, std::uint64_t patch_bytes, std::vector<Placement>& out) const {
+void ListLevels::place(const TileCoverage& coverage, std::uint64_t patch_bytes, std::vector<Placement>& out) const {
   out.clear();
   if (coverage.tiles.empty()) return;
   const Costs costs{coverage, kReadBytes + patch_bytes};
@@ -29,8 +29,8 @@ void QueueHierarchy::place(const TileCoverage& coverage, std::uint64_t patch_byt
 }
 
 // Appends the cheapest entries for the covered tiles of a group; returns the bytes that they move.
-std::uint64_t QueueHierarchy::place_group(const Costs& costs, int level, int column, int row,
-                                          std::vector<Placement>& out) const {
+std::uint64_t ListLevels::place_group(const Costs& costs, int level, int column, int row,
+                                      std::vector<Placement>& out) const {
   const TileCoverage& coverage = costs.coverage;
   if (level == 0) {
     if (!coverage.tiles.contains(column, row) || coverage.at(column, row).empty()) return 0;

@@ -11,10 +11,10 @@ namespace tessera::gpu {
 // Where the records of base patches (frontend/patch_record.h) lie for tile cores, in cache lines behind the textures: one
 // behind the other, without holes; those of instances are one. Which lines tessellating a patch reads, and which shading
 // it: its whole record, and that of its instance.
-class RecordMemory {
+class PatchTable {
  public:
   // `first_line`: the first that is free. Throws LimitError where lines cannot be numbered below kCellsAt.
-  RecordMemory(const scene::Assembly& assembly, std::int64_t line_bytes, std::uint64_t first_line);
+  PatchTable(const scene::Assembly& assembly, std::int64_t line_bytes, std::uint64_t first_line);
 
   std::uint64_t first_line() const { return first_line_; }
   // One line behind the last.

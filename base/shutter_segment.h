@@ -5,11 +5,11 @@
 namespace tessera {
 
 // A part of the shutter: codes first..end - 1 of the 256 that its times are counted in (a sample's stencil value).
-struct ShutterPart {
+struct ShutterSegment {
   int first = 0, end = 256;
 
   bool whole() const { return first == 0 && end == 256; }
-  bool operator==(const ShutterPart&) const = default;
+  bool operator==(const ShutterSegment&) const = default;
 
   // Time within the part of a time of the shutter: scale() * t + offset(). Exact for the whole shutter.
   float scale() const { return 256.0f / static_cast<float>(end - first); }
@@ -22,13 +22,15 @@ struct ShutterPart {
 inline constexpr int kMaxMotionSegments = 16;
 
 // Part `number` of `count` nearly equal ones, 1 to kMaxMotionSegments.
-inline ShutterPart shutter_part(int number, int count) { return {256 * number / count, 256 * (number + 1) / count}; }
+inline ShutterSegment shutter_segment(int number, int count) {
+  return {256 * number / count, 256 * (number + 1) / count};
+}
 
 // Which of the parts holds time t, 0 to 1.
 inline int part_of_time(float t, int count) {
   const float scaled = t * 256.0f;
   const int code = scaled < 0.0f ? 0 : scaled > 255.0f ? 255 : static_cast<int>(scaled), guess = code * count / 256;
-  return guess + 1 < count && code >= shutter_part(guess, count).end ? guess + 1 : guess;
+  return guess + 1 < count && code >= shutter_segment(guess, count).end ? guess + 1 : guess;
 }
 
 }  // namespace tessera

@@ -1,4 +1,4 @@
-#include "frontend/deferred.h"
+#include "frontend/occlusion_candidate.h"
 
 #include "base/check.h"
 
@@ -16,7 +16,7 @@ std::uint32_t get(std::span<const std::uint8_t> bytes) {
 
 }  // namespace
 
-void pack_deferred(const Deferred& d, std::vector<std::uint8_t>& out) {
+void pack_candidates(const OcclusionCandidate& d, std::vector<std::uint8_t>& out) {
   const IntRect& b = d.footprint.blocks;
   TESSERA_CHECK(b.x0 >= 0 && b.y0 >= 0 && !b.empty() && b.x1 <= 65536 && b.y1 <= 65536, "blocks fit 16 bits");
   TESSERA_CHECK(d.level < 8 && d.segment < 32, "a level fits 3 bits, a segment 5");
@@ -26,13 +26,13 @@ void pack_deferred(const Deferred& d, std::vector<std::uint8_t>& out) {
   for (const int at : {b.x0, b.y0, b.x1 - 1, b.y1 - 1}) put(static_cast<std::uint64_t>(at), 2, out);
 }
 
-std::vector<Deferred> unpack_deferred(std::span<const std::uint8_t> bytes) {
-  std::vector<Deferred> all;
+std::vector<OcclusionCandidate> unpack_candidates(std::span<const std::uint8_t> bytes) {
+  std::vector<OcclusionCandidate> all;
   for (; bytes.size() >= kDeferredBytes; bytes = bytes.subspan(kDeferredBytes)) {
     const std::uint32_t word = get(bytes.subspan(6, 2));
     const auto block = [&](std::size_t at) { return static_cast<int>(get(bytes.subspan(at, 2))); };
-    Deferred d;
-    d.kind = (word >> 3 & 1) != 0 ? Deferred::kInstance : Deferred::kGroup;
+    OcclusionCandidate d;
+    d.kind = (word >> 3 & 1) != 0 ? OcclusionCandidate::kInstance : OcclusionCandidate::kGroup;
     d.level = static_cast<std::uint8_t>(word & 7);
     d.segment = static_cast<std::uint8_t>(word >> 4 & 31);
     d.number = get(bytes.first(4));

@@ -1,4 +1,4 @@
-#include "binner/queue_entry.h"
+#include "binner/list_entry.h"
 
 #include <algorithm>
 #include <bit>
@@ -49,21 +49,21 @@ constexpr Field kDepth{0, 32}, kFlags{32, 5}, kColumn{37, 4}, kRow{41, 4}, kMore
     kWide{53, 1}, kLists{54, 10};
 }  // namespace part
 
-bool fits_short(const QueueEntry& e) {
+bool fits_short(const ListEntry& e) {
   return e.whole && e.base_patch <= whole::kPatch.most() && e.lists <= whole::kLists.most() && e.segment == 0 &&
          !e.blocks.wide;
 }
 
-std::uint64_t pack_short(const QueueEntry& e, std::uint32_t depth) {
+std::uint64_t pack_short(const ListEntry& e, std::uint32_t depth) {
   using namespace whole;
   return kPatch.put(e.base_patch) | kDepth.put(depth >> kDepthBitsLeftOut) | kLists.put(e.lists) | kFlags.put(e.flags) |
          kColumn.put(e.blocks.column) | kRow.put(e.blocks.row) | kMoreColumns.put(e.blocks.more_columns) |
          kMoreRows.put(e.blocks.more_rows) | kForm.put(1);
 }
 
-QueueEntry unpack_short(std::uint64_t word) {
+ListEntry unpack_short(std::uint64_t word) {
   using namespace whole;
-  QueueEntry e;
+  ListEntry e;
   e.whole = true;
   e.base_patch = static_cast<std::uint32_t>(kPatch.of(word));
   e.near_depth = std::bit_cast<float>(static_cast<std::uint32_t>(kDepth.of(word)) << kDepthBitsLeftOut);
@@ -75,7 +75,7 @@ QueueEntry unpack_short(std::uint64_t word) {
 
 }  // namespace
 
-PackedRecord pack_record(const QueueEntry& e) {
+PackedRecord pack_record(const ListEntry& e) {
   TESSERA_CHECK(e.range.i0 < 128 && e.range.i1 < 128 && e.range.j0 < 128 && e.range.j1 < 128,
                 "a cell range fits 7 bits");
   TESSERA_CHECK(e.flags <= part::kFlags.most() && e.segment <= part::kSegment.most(),
@@ -102,12 +102,12 @@ PackedRecord pack_record(const QueueEntry& e) {
   return out;
 }
 
-QueueEntry unpack_record(std::span<const std::uint8_t> bytes) {
+ListEntry unpack_record(std::span<const std::uint8_t> bytes) {
   const std::uint64_t first = get64(&bytes[0]);
   if (whole::kForm.of(first) != 0) return unpack_short(first);
   using namespace part;
   const std::uint64_t second = get64(&bytes[kSlotBytes]);
-  QueueEntry e;
+  ListEntry e;
   e.base_patch = static_cast<std::uint32_t>(kPatch.of(first));
   e.range = {kI0.byte_of(first), kJ0.byte_of(first), kI1.byte_of(first), kJ1.byte_of(first)};
   e.near_depth = std::bit_cast<float>(static_cast<std::uint32_t>(kDepth.of(second)));

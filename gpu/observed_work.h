@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "binner/queue_entry.h"
+#include "binner/list_entry.h"
 #include "tilecore/tile_core.h"
 
 namespace tessera::gpu {
@@ -15,8 +15,8 @@ struct TextureUse {
 };
 
 // What a run of the machine asked of its tile cores, kept to be looked at by the baselines.
-struct MachineRecord {
-  std::vector<std::vector<binner::QueueEntry>> entries;      // per tile; records numbered on where lists were emptied
+struct ObservedWork {
+  std::vector<std::vector<binner::ListEntry>> entries;       // per tile; records numbered on where lists were emptied
   std::vector<tilecore::TessellationRequest> tessellations;  // tile by tile, in emulated order
   std::vector<TextureUse> textures;                          // per tile, with output.machine_model
 };

@@ -11,7 +11,7 @@ namespace tessera::frontend {
 
 // What a guess hid, kept in memory until the frame's own depths say whether it was right: a group of base patches
 // (scene/cluster_bounds.h) or an instance, neither of them looked into.
-struct Deferred {
+struct OcclusionCandidate {
   enum Kind : std::uint8_t { kGroup, kInstance };
 
   Kind kind = kGroup;
@@ -20,7 +20,7 @@ struct Deferred {
   std::uint32_t number = 0;  // a group's first base patch, or the instance's first drawable
   BlockFootprint footprint;
 
-  bool operator==(const Deferred&) const = default;
+  bool operator==(const OcclusionCandidate&) const = default;
 };
 
 // Records of it, one behind the other, 16 bytes each, little endian:
@@ -36,8 +36,8 @@ struct Deferred {
 //   96..111  last column
 //   112..127 last row
 inline constexpr std::size_t kDeferredBytes = 16;
-void pack_deferred(const Deferred& deferred, std::vector<std::uint8_t>& out);
-std::vector<Deferred> unpack_deferred(std::span<const std::uint8_t> bytes);
+void pack_candidates(const OcclusionCandidate& deferred, std::vector<std::uint8_t>& out);
+std::vector<OcclusionCandidate> unpack_candidates(std::span<const std::uint8_t> bytes);
 
 struct PreviousDepthCounters {
   std::uint64_t blocks_reprojected = 0;
