@@ -8,9 +8,17 @@ namespace {
 class Vega : public testing::Test {
  protected:
   Vega() {
+    for (const char* name : {"TESSERA_VEGA", "XDG_DATA_HOME", "XDG_DATA_DIRS"}) {
+      const char* value = std::getenv(name);
+      before_[name] = value == nullptr ? std::nullopt : std::optional<std::string>(value);
+    }
     unsetenv("TESSERA_VEGA");
     setenv("XDG_DATA_HOME", (folder_ / "home").c_str(), 1);
     setenv("XDG_DATA_DIRS", ((folder_ / "a/share").string() + ":" + (folder_ / "b/share").string()).c_str(), 1);
+  }
+  // Tests of the same process start programs that look for Vega.
+  ~Vega() override {
+    for (const auto& [name, value] : before_) value ? setenv(name.c_str(), value->c_str(), 1) : unsetenv(name.c_str());
   }
   fs::path put(const std::string& name) {
     const fs::path file = folder_ / name;
@@ -19,6 +27,9 @@ class Vega : public testing::Test {
     return file;
   }
   test::TemporaryFolder folder_;
+
+ private:
+  std::map<std::string, std::optional<std::string>> before_;
 };
 
 TEST_F(Vega, IsFoundBelowEveryDataFolderAsDistributionsAndNpmHaveIt) {
