@@ -10,7 +10,7 @@ constexpr TimeInterval kAllTimes{0, 255};
 
 }  // namespace
 
-void encode_entry(const ListEntry& entry, std::uint32_t before, std::vector<std::uint8_t>& out) {
+void encode_entry(const CodedEntry& entry, std::uint32_t before, std::vector<std::uint8_t>& out) {
   TESSERA_CHECK(entry.record >= before && entry.record < ~0u, "records of a list rise");
   const bool times = entry.times != kAllTimes;
   std::uint32_t distance = entry.record + 1 - before, low = distance & ((1u << kFirstBits) - 1);
@@ -29,7 +29,7 @@ void encode_entry(const ListEntry& entry, std::uint32_t before, std::vector<std:
   out.push_back(static_cast<std::uint8_t>(entry.times.last));
 }
 
-ListEntry decode_entry(std::span<const std::uint8_t> bytes, std::uint32_t before, std::size_t& at) {
+CodedEntry decode_entry(std::span<const std::uint8_t> bytes, std::uint32_t before, std::size_t& at) {
   std::uint32_t byte = bytes[at++];
   const bool times = (byte & kTimesFollow) != 0;
   std::uint32_t distance = byte >> 1 & ((1u << kFirstBits) - 1);
@@ -37,7 +37,7 @@ ListEntry decode_entry(std::span<const std::uint8_t> bytes, std::uint32_t before
     byte = bytes[at++];
     distance |= (byte & ~kMore) << shift;
   }
-  ListEntry entry{before + distance - 1, kAllTimes};
+  CodedEntry entry{before + distance - 1, kAllTimes};
   if (times) {
     entry.times = {bytes[at], bytes[at + 1]};
     at += 2;

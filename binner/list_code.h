@@ -17,16 +17,16 @@ namespace tessera::binner {
 //
 // The distance is the record's number less that of the entry before in the list, or plus 1 in the first entry: never 0,
 // so that no entry begins with a byte 0. Times that are [0, 255] are left out.
-struct ListEntry {
+struct CodedEntry {
   std::uint32_t record = 0;
   TimeInterval times;
-  bool operator==(const ListEntry&) const = default;
+  bool operator==(const CodedEntry&) const = default;
 };
 
 // Appends the bytes of an entry. `before`: one more than the record of the entry before, or 0; record >= before.
-void encode_entry(const ListEntry& entry, std::uint32_t before, std::vector<std::uint8_t>& out);
+void encode_entry(const CodedEntry& entry, std::uint32_t before, std::vector<std::uint8_t>& out);
 
 // Reads an entry at `at`, which then is behind it. Only of what encode_entry() wrote.
-ListEntry decode_entry(std::span<const std::uint8_t> bytes, std::uint32_t before, std::size_t& at);
+CodedEntry decode_entry(std::span<const std::uint8_t> bytes, std::uint32_t before, std::size_t& at);
 
 }  // namespace tessera::binner

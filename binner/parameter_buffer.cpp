@@ -143,7 +143,7 @@ void ParameterBuffer::read_queue(QueueIndex list, std::vector<ListEntry>& entrie
   });
   std::uint32_t before = 0;
   for (std::size_t at = 0; at < bytes.size();) {
-    const ListEntry code = decode_entry(bytes, before, at);
+    const CodedEntry code = decode_entry(bytes, before, at);
     ListEntry& entry =
         entries.emplace_back(unpack_record(std::span(table_).subspan(std::size_t{code.record} * kSlotBytes)));
     entry.record = code.record;

@@ -173,8 +173,8 @@ TEST(ListCode, AnEntryHasTheBytesOfTheDocumentAndOneByteOrTwoWhereListsAreDense)
 
 // ---- Back again ---------------------------------------------------------------------------------------------------
 
-std::vector<ListEntry> decode(std::span<const std::uint8_t> bytes) {
-  std::vector<ListEntry> out;
+std::vector<CodedEntry> decode(std::span<const std::uint8_t> bytes) {
+  std::vector<CodedEntry> out;
   std::uint32_t before = 0;
   for (std::size_t at = 0; at < bytes.size(); before = out.back().record + 1)
     out.push_back(decode_entry(bytes, before, at));
@@ -184,7 +184,7 @@ std::vector<ListEntry> decode(std::span<const std::uint8_t> bytes) {
 RC_GTEST_PROP(ListCode, LI2EntriesOfAListComeBackAndNoneBeginsWithItsEnd, ()) {
   const auto steps = *rc::gen::container<std::vector<std::uint32_t>>(rc::gen::weightedOneOf<std::uint32_t>(
       {{8, rc::gen::inRange(0u, 70u)}, {2, rc::gen::inRange(0u, 20000u)}, {1, rc::gen::inRange(0u, 20000000u)}}));
-  std::vector<ListEntry> entries;
+  std::vector<CodedEntry> entries;
   std::vector<std::uint8_t> bytes;
   std::uint32_t before = 0;
   for (const std::uint32_t step : steps) {
@@ -202,9 +202,9 @@ RC_GTEST_PROP(ListCode, LI2EntriesOfAListComeBackAndNoneBeginsWithItsEnd, ()) {
 
 TEST(ListCodeTwin, ABitThatIsTurnedChangesTheListAndRecordsThatFallAreBrokenInvariants) {
   std::vector<std::uint8_t> bytes;
-  const std::vector<ListEntry> entries = {{70, {}}, {71, {3, 9}}, {9000, {0, 254}}};
+  const std::vector<CodedEntry> entries = {{70, {}}, {71, {3, 9}}, {9000, {0, 254}}};
   std::uint32_t before = 0;
-  for (const ListEntry& entry : entries) encode_entry(entry, std::exchange(before, entry.record + 1), bytes);
+  for (const CodedEntry& entry : entries) encode_entry(entry, std::exchange(before, entry.record + 1), bytes);
   ASSERT_EQ(decode(bytes), entries);
   bytes[0] ^= 2;
   EXPECT_NE(decode(bytes), entries);
