@@ -61,7 +61,7 @@ class Registry {
          "All of it.");
     read("KHR_texture_basisu", kRatified, "TextureBasisu", "texture",
          "A KTX2 image with Basis Universal data (ETC1S, UASTC) and its mip levels; where it cannot be read, the "
-         "texture's source. The setting texture.basis_target chooses what memory holds of it.",
+         "texture's source. Memory holds ASTC blocks of 4x4 texels, or what texture.format says.",
          "All of it: ETC1S and UASTC, with mip levels.");
     read("KHR_texture_transform", kRatified, "CaptureMaterials", "texture info",
          "Offset, rotation and scale of texture coordinates.", "All of it.");

@@ -6,7 +6,6 @@
 #include "scene/subdivision/control_cage.h"
 
 #include "scene/assembly.h"
-#include "scene/subdivision/catmull_clark.h"
 #include "scene/subdivision/refined_cage.h"
 #include "tests/support/cages.h"
 #include "tests/support/tests.h"
