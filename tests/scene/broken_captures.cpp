@@ -63,8 +63,8 @@ json capture_rows(const std::string& file) {
 
 fs::path put_row(const fs::path& folder, const json& row) {
   GltfAsset asset = base_asset(row.value("base", "everything"));
-  for (const auto& [pointer, value] : row.value("set", json::object()).items())
-    asset.document[json::json_pointer(pointer)] = value;
+  const json set = row.value("set", json::object());
+  for (const auto& [pointer, value] : set.items()) asset.document[json::json_pointer(pointer)] = value;
   json removed = row.value("remove", json::array());
   if (removed.is_string()) removed = json::array({removed});
   for (const json& pointer : removed) asset.document.patch_inplace({{{"op", "remove"}, {"path", pointer}}});
@@ -77,7 +77,8 @@ std::vector<BrokenClass> broken_captures() {
     const auto at = std::find_if(out.begin(), out.end(), [&](const BrokenClass& c) { return c.name == name; });
     return (at == out.end() ? out.emplace_back(BrokenClass{name, {}}) : *at).captures;
   };
-  for (const auto& [name, captures] : capture_rows("broken_captures.json").items())
+  const json rows = capture_rows("broken_captures.json");
+  for (const auto& [name, captures] : rows.items())
     for (const json& row : captures) captures_of(name).push_back(broken_row(row));
   for (const auto& part : {broken_containers(), broken_contents(), broken_compression()})
     for (const BrokenClass& c : part) {
