@@ -74,8 +74,8 @@ bool is_read(const Material& material, MaterialTexture slot) {
 // ---- Rows -------------------------------------------------------------------------------------------------------
 
 float NumberRange::nearest(double value) const {
-  constexpr double kLeast = 1e-6;
-  return static_cast<float>(std::clamp(value, above_low ? std::max(low, kLeast) : low, high));
+  constexpr double kLeastFactor = 1e-6;
+  return static_cast<float>(std::clamp(value, above_low ? std::max(low, kLeastFactor) : low, high));
 }
 
 namespace {

@@ -9,7 +9,7 @@
 namespace {
 
 // Async-signal-safe but for GoogleTest's lock, which the test that crashed does not hold.
-void name_test(int) {
+[[maybe_unused]] void name_test(int) {
   const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
   if (test == nullptr) return;
   for (const char* part : {"crashed in ", test->test_suite_name(), ".", test->name(), "\n"})
