@@ -280,7 +280,8 @@ BrokenClass images_and_textures() {
 }  // namespace
 
 std::vector<BrokenClass> broken_contents() {
-  return {values(), strides(), sparse_indices(), long_cycles(), truncated_draco(), broken_draco(), images_and_textures()};
+  return {values(),          strides(),      sparse_indices(),     long_cycles(),
+          truncated_draco(), broken_draco(), images_and_textures()};
 }
 
 }  // namespace tessera::test
