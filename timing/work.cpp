@@ -98,13 +98,31 @@ StageCycles stage_cycles(const hardware::Machine& gpu, const GeometryWork& work)
   return cycles;
 }
 
+namespace {
+
+constexpr bool timed_in_tiles(Event event) {
+  const hardware::EventRow& row = hardware::kEventTable[event];
+  return row.unit && row.phase != hardware::EventPhase::kGeometry && hardware::takes_time(event);
+}
+
+constexpr auto timed_events() {
+  std::array<Event, static_cast<std::size_t>(std::count_if(hardware::kAllEvents.begin(), hardware::kAllEvents.end(),
+                                                           timed_in_tiles))>
+      events{};
+  std::copy_if(hardware::kAllEvents.begin(), hardware::kAllEvents.end(), events.begin(), timed_in_tiles);
+  return events;
+}
+
+}  // namespace
+
 StageCycles stage_cycles(const hardware::Machine& gpu, const TileWork& work) {
   const EventCounts counts = placed(gpu, work.events);
   UnitTimes times;
-  for (const Event event : hardware::kAllEvents) {
+  static constexpr auto kTimed = timed_events();
+  for (const Event event : kTimed) {
+    if (counts[event] == 0) continue;
     const hardware::EventRow& row = hardware::kEventTable[event];
-    if (row.unit && row.phase != hardware::EventPhase::kGeometry)
-      times.add(*row.unit, row.parts, gpu.clocks(event, counts[event]));
+    times.add(*row.unit, row.parts, gpu.clocks(event, counts[event]));
   }
   StageCycles cycles = times.cycles();
   cycles[static_cast<std::size_t>(Stage::kDram)] =
