@@ -13,12 +13,13 @@
 namespace tessera::memory {
 namespace {
 
-constexpr std::array<std::string_view, 3> kDramTypes = {"lpddr4x-4266", "lpddr5-6400", "lpddr5x-8533"};
+constexpr std::array<std::string_view, 4> kDramTypes = {"lpddr4x-4266", "lpddr5-6400", "lpddr5x-8533", "lpddr4-3200"};
 
 constexpr std::string_view kLpddr4xSource =
     "JESD209-4: tRCD, tRPpb 18 ns, tRPab 21 ns, tRAS 42 ns, tRRD 7.5 ns, tFAW 30 ns, tWTR 10 ns, tWR 18 ns, tRTP 7.5 "
     "ns, tRFCab 280 ns (8 Gb a channel), tREFI 3.904 us, tCCD 8, RL 36, WL 18 at 2133 MHz, tDQSCK 3.5 ns; clocks of "
     "commands 4, 4 and 2";
+constexpr std::string_view kLpddr4Source = "as lpddr4x-4266 in ns; RL 28, WL 14 at 1600 MHz";
 constexpr std::string_view kLpddr5Source =
     "JESD209-5B, bank group mode, WCK:CK 4:1: RL 17, WL 9, BL/n 2 and 4, tRCD, tRPpb 18 ns, tRPab 21 ns, tRAS 42 ns, "
     "tRRD 5 ns, tFAW 20 ns, tRFCab 210 ns (8 Gb), tREFI 3.906 us; tAAD 8; tCS 2 clocks assumed";
@@ -28,13 +29,13 @@ constexpr std::string_view kLpddr5xSource =
 // Whole clocks that last at least so long.
 std::uint32_t clocks(double ns, double tck_ns) { return static_cast<std::uint32_t>(std::ceil(ns / tck_ns - 1e-9)); }
 
-DramSpec lpddr4x_4266() {
+DramSpec lpddr4(std::string_view type, double tck_ns, std::uint32_t rl, std::uint32_t wl) {
   DramSpec spec;
-  spec.type = kDramTypes[0];
+  spec.type = type;
   spec.bank_groups = 1;
   spec.banks_per_group = 8;
   spec.rows = 65536;
-  spec.tck_ns = 1 / 2.1333;
+  spec.tck_ns = tck_ns;
   spec.mapping = "RoBaRaCoCh";
   spec.interleave_bytes = 256;
   const double t = spec.tck_ns;
@@ -44,7 +45,7 @@ DramSpec lpddr4x_4266() {
   n.rrd_s = n.rrd_l = clocks(7.5, t), n.faw = clocks(30, t);
   // tDQSCK is part of what a read takes at the pins.
   const std::uint32_t dqsck = clocks(3.5, t);
-  n.rl = 36 + dqsck, n.wl = 18;
+  n.rl = rl + dqsck, n.wl = wl;
   n.rtw = n.rl + n.burst + 2 - n.wl;
   n.wtr_s = n.wtr_l = clocks(10, t) + 1, n.rtp = clocks(7.5, t), n.wr = clocks(18, t) + 1, n.ppd = 4, n.cs = 4;
   n.refi = clocks(3904, t), n.rfc = clocks(280, t);
@@ -149,7 +150,8 @@ void check_timings(const DramSpec& spec) {
 std::span<const std::string_view> dram_types() { return kDramTypes; }
 
 DramSpec dram_spec(std::string_view type) {
-  if (type == kDramTypes[0]) return lpddr4x_4266();
+  if (type == kDramTypes[0]) return lpddr4(type, 1 / 2.1333, 36, 18);
+  if (type == kDramTypes[3]) return lpddr4(type, 1 / 1.6, 28, 14);
   // WR of JESD209-5B for 6400: 28.
   if (type == kDramTypes[1]) return lpddr5(kDramTypes[1], 1.25, 17, 9, 28);
   if (type == kDramTypes[2]) return lpddr5x_8533();
@@ -159,6 +161,7 @@ DramSpec dram_spec(std::string_view type) {
 std::string_view dram_source(std::string_view type) {
   if (type == kDramTypes[0]) return kLpddr4xSource;
   if (type == kDramTypes[1]) return kLpddr5Source;
+  if (type == kDramTypes[3]) return kLpddr4Source;
   return type == kDramTypes[2] ? kLpddr5xSource : "described by hand";
 }
 
