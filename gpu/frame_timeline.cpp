@@ -147,6 +147,23 @@ void add_tracks(const GpuConfiguration& gpu, const timing::FrameWork& work, cons
   }
 }
 
+// No window holds more than the memory moves in it: what is above moves to windows before, which asked for it, and what
+// these have no room for to windows behind. `most`: bytes of a window.
+void limit_windows(double most, std::array<std::vector<double>, kSourceCount>& bytes) {
+  const auto move = [&](std::size_t from, std::size_t to) {
+    double all = 0;
+    for (const std::vector<double>& of : bytes) all += of[from];
+    if (all <= most) return;
+    for (std::vector<double>& of : bytes) {
+      const double over = of[from] * (1 - most / all);
+      of[from] -= over;
+      of[to] += over;
+    }
+  };
+  for (std::size_t w = FrameTimeline::kWindows; w-- > 1;) move(w, w - 1);
+  for (std::size_t w = 0; w + 1 < FrameTimeline::kWindows; ++w) move(w, w + 1);
+}
+
 void add_windows(const GpuConfiguration& gpu, const timing::FrameWork& work, const timing::Schedule& schedule,
                  const timing::FrameTiming& timing, FrameTimeline& timeline) {
   std::vector<Windows> bytes(kSourceCount, Windows(timeline.window)),
@@ -166,15 +183,16 @@ void add_windows(const GpuConfiguration& gpu, const timing::FrameWork& work, con
     const timing::StageCycles cycles = stage_cycles(gpu, of);
     for (std::size_t p = 0; p < kPhaseCount; ++p) {
       const TileSchedule::Span& span = tile.phases[p];
-      add_bytes(static_cast<Source>(p + 1), span.flow, span.end, of.dram_bytes[p]);
+      add_bytes(static_cast<Source>(p + 1), span.begin, span.end, of.dram_bytes[p]);
       for (const Stage stage : timing::phase_stages(static_cast<Phase>(p)))
         busy[static_cast<std::size_t>(stage)].add(span.flow, span.end, cycles[static_cast<std::size_t>(stage)]);
     }
   }
   add_bytes(Source::kOther, schedule.other.begin, schedule.other.end, work.other_bytes);
+  for (std::size_t s = 0; s < kSourceCount; ++s) timeline.bytes[s] = std::move(bytes[s]).amounts();
+  limit_windows(gpu.peak_gb_per_s() * 1e3 / gpu.clock_mhz * timeline.window, timeline.bytes);
   Windows all(timeline.window);
   for (std::size_t s = 0; s < kSourceCount; ++s) {
-    timeline.bytes[s] = std::move(bytes[s]).amounts();
     for (std::size_t w = 0; w < kWindows; ++w) {
       const double begin = timeline.window * (static_cast<double>(w) + 0.25);
       all.add(begin, begin + timeline.window / 2, timeline.bytes[s][w]);

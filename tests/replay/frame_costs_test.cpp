@@ -201,7 +201,7 @@ TEST(FrameCosts, OfManyDrawablesTheRestIsOneRow) {
   EXPECT_EQ(tile["unlisted"][0], FrameCosts::kMaxRows + 1 - FrameCosts::kMaxInList);
 }
 
-// FT1 and FT2, in the file.
+// FT1, FT2 and FT3, in the file.
 TEST(FrameCosts, TheTimelineHoldsTheBytesOfTheFrameAndTilesOfASlotFollowEachOther) {
   for (const char* model : {"phases", "events"}) {
     const test::TemporaryFolder out;
@@ -215,6 +215,13 @@ TEST(FrameCosts, TheTimelineHoldsTheBytesOfTheFrameAndTilesOfASlotFollowEachOthe
     const double moved =
         frame["counters"]["dram.read_bytes"].get<double>() + frame["counters"]["dram.written_bytes"].get<double>();
     EXPECT_NEAR(bytes, moved, 0.01 * moved) << model;
+    const std::size_t windows = of["bytes"].begin()->size();
+    const double most = 34.085e3 / 850 * of["cycles"].get<double>() / static_cast<double>(windows);
+    for (std::size_t w = 0; w < windows; ++w) {
+      double in_window = 0;
+      for (const auto& [source, values] : of["bytes"].items()) in_window += values[w].get<double>();
+      EXPECT_LE(in_window, 1.01 * most + 64) << model << ' ' << w << ": more than the memory moves at its peak";
+    }
     std::map<std::pair<int, int>, std::vector<std::pair<double, double>>> slots;
     for (std::size_t t = 0; t < of["tile"].size(); ++t) {
       double end = of["begin"][t];
