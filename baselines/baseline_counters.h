@@ -140,7 +140,7 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
     {"baseline.texture_bytes", &baselines::BaselineCounters::texture_bytes, Combine::kSum, "bytes",
      "Textures and heights moved besides: the machine's own; with immediate, per invocation.", "MaliExtBusRdBy"},
     {"baseline.cycles", &baselines::BaselineCounters::cycles, Combine::kSum, "cycles",
-     "Cycles of the frame, of one eye, by machine.timing=phases for all schemes (docs/timing_model.md).",
+     "Cycles of the frame, of one eye, from empty caches, by the model of machine.timing (docs/timing_model.md).",
      "MaliGPUActiveCy"},
     {"baseline.energy_nj", &baselines::BaselineCounters::energy_nj, Combine::kSum, "nJ",
      "Its energy at the machine's prices.", ""},
@@ -154,7 +154,6 @@ namespace tessera::baselines {
 // What the list of a tile, or of a bin, makes its core do.
 struct ListWork {
   std::uint64_t entries = 0;                   // references read
-  std::uint64_t triangles = 0;                 // set up to be tested
   std::uint64_t vertices = 0, transforms = 0;  // shaded again; taken from the cache and put through their motion
   std::uint64_t bytes = 0;                     // of the list and what it leads to, over the external memory interface
   std::uint64_t cache_bytes = 0;               // asked of caches behind that interface, and filled into them

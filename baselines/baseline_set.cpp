@@ -126,7 +126,8 @@ void BaselineObserver::view_rendered(const gpu::RenderedView& view) {
   last_[SchemeId::kTessera] = measure_patch_machine(job, view.gpu, view.records, view.result.counters, view.record);
   const gpu::GpuConfiguration whole_gpu = patch_whole_machine(view.gpu);
   gpu::FrameResult whole(view.result.frame, tilecore::FrameTargets(view.result.targets.region, false));
-  gpu::WorkRecorder whole_work(whole_gpu, view.records, view.heights, false);
+  const bool items = view.gpu.queues.model == hardware::TimingModel::kEvents;
+  gpu::WorkRecorder whole_work(whole_gpu, view.records, view.heights, false, items);
   gpu::ObservedWork whole_record;
   gpu::Pipeline(whole_gpu, view.pyramids).render({whole_gpu, job, whole_work, whole, &whole_record}, {});
   // The maps of procedures are made before the pipeline.
@@ -134,7 +135,7 @@ void BaselineObserver::view_rendered(const gpu::RenderedView& view) {
   last_[SchemeId::kPatchWhole] = measure_patch_machine(job, whole_gpu, view.records, whole.counters, whole_record);
   std::optional<MachineWork> machine;
   if (view.result.model) {
-    machine.emplace(MachineWork{view.result.model->record.work, view.record.textures});
+    machine.emplace(MachineWork{view.result.model->record.work, view.record.textures, view.heights});
     add_patch_machine(view.gpu, machine->work, view.result.counters, SchemeId::kTessera);
     add_patch_machine(whole_gpu, whole_work.finish(job, whole.counters.ledger).work, whole.counters,
                       SchemeId::kPatchWhole);

@@ -97,20 +97,6 @@ std::uint64_t distinct_vertices(const TriangleList& list, std::size_t vertices) 
   return static_cast<std::uint64_t>(std::count(used.begin(), used.end(), true));
 }
 
-// What a patch has in each tile.
-std::vector<PatchInTile> in_tiles(std::uint32_t patch, const TriangleList& list) {
-  std::vector<std::pair<binner::TileIndex, std::uint32_t>> touched;
-  for (std::size_t k = 0; k < list.tiles.size(); ++k) touched.emplace_back(list.tiles[k], list.stamps[k]);
-  std::sort(touched.begin(), touched.end());
-  std::vector<PatchInTile> out;
-  for (const auto& [tile, stamps] : touched) {
-    if (out.empty() || out.back().tile != tile) out.push_back({patch, tile, 0, 0});
-    ++out.back().triangles;
-    out.back().stamps += stamps;
-  }
-  return out;
-}
-
 }  // namespace
 
 TessellatedPatch tessellate_patch(const tilecore::TileJob& job, std::uint32_t number) {
@@ -174,7 +160,6 @@ GeometryCounts run_geometry(const tilecore::TileJob& job, const frontend::Pyrami
   struct Counted {
     BaselineCounters tiles, bins;
     std::uint64_t kept_vertices = 0;
-    std::vector<PatchInTile> in_tiles;
   };
   GeometryCounts counts;
   const std::vector<std::uint8_t> kept = run_hull_stage(job, pyramids, gpu, counts.tiles);
@@ -190,8 +175,6 @@ GeometryCounts run_geometry(const tilecore::TileJob& job, const frontend::Pyrami
       DrawnPatch& drawn = batch[k];
       drawn.patch = tessellate_first(job, patches[first + k], scratch.local());
       drawn.tiles = tiles.run(drawn.patch, counted[k].tiles);
-      tiles.add_stamps(drawn.patch, drawn.tiles);
-      counted[k].in_tiles = in_tiles(drawn.patch.number, drawn.tiles);
       drawn.bins = bins.run(drawn.patch, counted[k].bins);
       counted[k].kept_vertices = distinct_vertices(drawn.tiles, drawn.patch.x0.size());
     });
@@ -202,7 +185,6 @@ GeometryCounts run_geometry(const tilecore::TileJob& job, const frontend::Pyrami
       counts.kept_vertices += counted[k].kept_vertices;
       counts.patches.push_back(
           {batch[k].patch.number, batch[k].patch.domain_evaluations, batch[k].patch.triangles.size()});
-      counts.in_tiles.insert(counts.in_tiles.end(), counted[k].in_tiles.begin(), counted[k].in_tiles.end());
       counts.attribute_bytes += batch[k].patch.stored_attribute_bytes;
       if (!batch[k].tiles.triangles.empty()) counts.kept_attribute_bytes += batch[k].patch.stored_attribute_bytes;
     }

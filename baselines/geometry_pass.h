@@ -21,15 +21,10 @@ struct DrawnPatch {
   TriangleList tiles, bins;
 };
 
-// A patch that the hull stage kept, as far as time and energy go, and what setup kept of it in a tile.
+// A patch that the hull stage kept, as far as time and energy go.
 struct PatchWork {
   std::uint32_t patch = 0;
   std::uint64_t vertices = 0, triangles = 0;  // shaded; culled and set up
-};
-struct PatchInTile {
-  std::uint32_t patch = 0;
-  binner::TileIndex tile = 0;
-  std::uint64_t triangles = 0, stamps = 0;
 };
 
 // What the stages before a binner of triangles did.
@@ -40,8 +35,7 @@ struct GeometryCounts {
   // Bursts of what records hold for the pixel shader: of the patches that the hull stage kept, and of these, those of
   // which setup kept a triangle.
   std::uint64_t attribute_bytes = 0, kept_attribute_bytes = 0;
-  std::vector<PatchWork> patches;     // in their order
-  std::vector<PatchInTile> in_tiles;  // in the order of patches, then tiles
+  std::vector<PatchWork> patches;  // in their order
 };
 
 // The stages before a binner of triangles, for all machines that have one.

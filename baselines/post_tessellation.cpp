@@ -269,7 +269,6 @@ void PostTessellationBinner::read_tile(binner::TileIndex tile, Reading& reading)
   for (const TileReference& reference :
        decode_references(list, [&](std::uint64_t address) { return head_at(memory, address).triangles; })) {
     ++work.entries;
-    work.triangles += reference.triangles.count();
     read_block(reference, tile, reading);
   }
   work.bytes = reading.ledger.total().read_bytes - before.ledger;
@@ -321,6 +320,7 @@ class PostTessellation final : public Scheme {
     if (drawn.work == nullptr) return out;
     FrontWork before = front_work(counters, binner_->buffer(), geometry.tiles.patch_bytes_cached + attributes);
     before.vertices += counters.domain_evaluations;
+    before.passes = apart ? 2 : 1;
     out.work = drawn.work->tiled(counters, before, binner_->tiles(), *pass_->job.grid);
     counters.texture_bytes = drawn.work->texture_bytes();
     return out;

@@ -34,7 +34,6 @@ Reshading::Counts Reshading::run(std::vector<ListWork>* work) const {
   for (const binner::TileIndex tile : order_) {
     auto patch = patches_.begin();
     ListWork done;
-    done.triangles = tiles_[tile].size();
     for (std::size_t k = 0; k < tiles_[tile].size();) {
       patch = std::prev(std::upper_bound(patch, patches_.end(), tiles_[tile][k],
                                          [](std::uint32_t t, const Patch& p) { return t < p.first_triangle; }));
@@ -64,7 +63,6 @@ Reshading::Counts Reshading::run(std::vector<ListWork>* work) const {
     counts.patch_bytes_cached += done.bytes;
     if (work == nullptr) continue;
     ListWork& of_tile = (*work)[tile];
-    of_tile.triangles += done.triangles;
     of_tile.vertices += done.vertices;
     of_tile.transforms += done.transforms;
     of_tile.bytes += done.bytes;

@@ -2,18 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
+#include <utility>
 
 #include "base/round_up.h"
-#include "hardware/energy.h"
+#include "gpu/machine_model.h"
+#include "tilecore/shading/shader_features.h"
 #include "tilecore/tile_order.h"
-#include "timing/timing_model.h"
 
 namespace tessera::baselines {
 namespace {
 
 using timing::Event;
 using timing::Phase;
+using timing::SubPatchItem;
+using timing::TileItems;
 using timing::TileWork;
 
 constexpr auto kVisibility = static_cast<std::size_t>(Phase::kVisibility),
@@ -52,6 +54,15 @@ void add_shading(const TileWork& from, TileWork& to) {
     to.events[event] += from.events[event];
 }
 
+void add_events(std::span<const SubPatchItem> items, TileWork& work) {
+  for (std::size_t e = 0; e < hardware::kItemEventCount; ++e) work.events[hardware::kFirstItemEvent + e] = 0;
+  for (const SubPatchItem& item : items) {
+    for (std::size_t e = 0; e < hardware::kItemEventCount; ++e)
+      work.events[hardware::kFirstItemEvent + e] += item.events[e];
+    work.events[Event::kDomainTexels] += std::uint64_t{item[Event::kVertices]} * item.domain_texels;
+  }
+}
+
 std::uint64_t pixels_of(const binner::TileGrid& grid, binner::TileIndex tile) {
   const IntRect pixels = grid.pixels(tile);
   return static_cast<std::uint64_t>(pixels.width()) * static_cast<std::uint64_t>(pixels.height());
@@ -81,24 +92,141 @@ SchemeWork::SchemeWork(const gpu::GpuConfiguration& gpu, const tilecore::TileJob
       job_(job),
       geometry_(geometry),
       drawn_(drawn),
+      machine_(machine),
       textures_(machine.textures),
+      has_items_(gpu.queues.model == hardware::TimingModel::kEvents),
       order_(tilecore::TileOrder(gpu.tilecore.tile_order, *job.grid).tiles()),
       own_(job.grid->tile_count()),
       samples_(static_cast<std::uint64_t>(job.pattern->samples_per_pixel())) {
+  take_shaders();
   for (const timing::WorkRound& round : machine.work.rounds)
-    for (const TileWork& tile : round.tiles) add_shading(tile, own_[tile.tile].work);
-  for (const PatchInTile& part : geometry.in_tiles) own_[part.tile].stamps += part.stamps;
-  for (const DrawnInTile& part : drawn.order) {
-    OwnTile& own = own_[part.tile];
-    own.hits += part.hits;
-    own.depth_tests += part.depth_tests;
-    own.blocks_scanned += part.blocks_scanned;
+    for (std::size_t k = 0; k < round.tiles.size(); ++k) {
+      OwnTile& own = own_[round.tiles[k].tile];
+      add_shading(round.tiles[k], own.work);
+      if (has_items_) add_own_items(round.items[k], own);
+    }
+  for (std::size_t k = 0; k < drawn.order.size(); ++k)
+    own_[drawn.order[k].tile].drawn.push_back(static_cast<std::uint32_t>(k));
+}
+
+void SchemeWork::take_shaders() {
+  const bool quads = job_.shading.derivatives == tilecore::ShadingDerivatives::kQuad &&
+                     job_.shading.rate != tilecore::ShadingRate::kCache;
+  for (const scene::PosedDrawable& drawable : job_.frame->drawables) {
+    Shaders& of = shaders_.emplace_back();
+    of.pixel = tilecore::warp_item(*job_.frame, drawable, job_.lighting, quads, false);
+    of.masks = drawable.material->alpha_mode == scene::AlphaMode::kMask;
+    if (drawable.procedure != nullptr) continue;
+    of.domain = hardware::shader_cost(tilecore::domain_features(drawable));
+    of.displaced = of.domain.texture_instructions > 0;
   }
 }
 
-std::uint64_t SchemeWork::lanes(std::uint64_t stamps, std::uint64_t hits, std::uint64_t depth_tests) const {
-  const std::uint64_t all = stamps * TriangleSetup::kStampSide * TriangleSetup::kStampSide * samples_;
-  return hits == 0 ? all : scaled(all, depth_tests, hits);
+void SchemeWork::add_own_items(const timing::TileItems& items, OwnTile& own) const {
+  std::size_t alpha = 0;
+  for (const timing::SubPatchItem& item : items.sub_patches) alpha += item.texel_lines;
+  const auto middle = items.texel_lines.begin() + static_cast<std::ptrdiff_t>(alpha);
+  own.alpha_lines.insert(own.alpha_lines.end(), items.texel_lines.begin(), middle);
+  own.texel_lines.insert(own.texel_lines.end(), middle, items.texel_lines.end());
+  for (timing::WarpItem warp : items.warps) {
+    if (warp.drawable > 0 && warp.evaluates != 0) {
+      const timing::WarpItem& interpolates = shaders_[warp.drawable - 1].pixel;
+      warp.evaluates = 0, warp.clocks = interpolates.clocks, warp.registers = interpolates.registers;
+      warp.texels -=
+          std::min(warp.texels, warp.lanes * tilecore::height_lookups(job_.frame->drawables[warp.drawable - 1]));
+    }
+    own.warps.push_back(warp);
+  }
+}
+
+timing::SubPatchItem SchemeWork::tests_of(const DrawnInTile& drawn) const {
+  timing::SubPatchItem item;
+  for (const Event event :
+       {Event::kBoxTests, Event::kBoxLanes, Event::kStencilTests, Event::kTriangleTests, Event::kTriangleLanes})
+    item[event] = drawn.hits == 0
+                      ? drawn.tests[event]
+                      : static_cast<std::uint32_t>(scaled(drawn.tests[event], drawn.depth_tests, drawn.hits));
+  item[Event::kBoxes] = drawn.tests[Event::kBoxes];
+  item[Event::kHits] = static_cast<std::uint32_t>(drawn.depth_tests);
+  item[Event::kDepthBlocks] = static_cast<std::uint32_t>(drawn.blocks_scanned);
+  item.drawable = job_.frame->assembly->patch_drawable[drawn.patch] + 1;
+  return item;
+}
+
+void SchemeWork::shade_vertices(std::uint32_t patch, std::uint64_t vertices, TileItems& items,
+                                SubPatchItem& item) const {
+  const Shaders& shaders = shaders_of(patch);
+  item[Event::kVertices] += static_cast<std::uint32_t>(vertices);
+  item.domain_clocks = static_cast<std::uint32_t>(hardware::lane_clocks(shaders.domain));
+  item.domain_registers = static_cast<std::uint32_t>(shaders.domain.registers);
+  item.domain_texels = static_cast<std::uint32_t>(shaders.domain.texture_instructions);
+  if (!shaders.displaced || machine_.heights == nullptr) return;
+  std::vector<std::uint32_t> lines;
+  machine_.heights->lines_of(*job_.frame, patch, scene::patch_cells(*job_.frame, patch), lines);
+  lines.resize(std::min<std::size_t>(lines.size(), vertices));
+  item.height_lines = item.lines = static_cast<std::uint32_t>(lines.size());
+  items.lines.insert(items.lines.end(), lines.begin(), lines.end());
+}
+
+// Items of a tile: a patch that it draws each, among which what its list makes it do is divided; and the events of all.
+void SchemeWork::add_items(const ListWork& list, const OwnTile& own, Draw out) const {
+  std::vector<SubPatchItem> items;
+  std::uint64_t boxes = 0, masked = 0;
+  for (const std::uint32_t k : own.drawn) {
+    items.push_back(tests_of(drawn_.order[k]));
+    boxes += items.back()[Event::kBoxes] + 1;
+    if (shaders_[items.back().drawable - 1].masks) masked += items.back()[Event::kTriangleTests];
+  }
+  const std::uint64_t alpha_tests = own.work.events[Event::kAlphaTests];
+  if (items.empty() && list.vertices + list.transforms + alpha_tests + own.alpha_lines.size() > 0) items.emplace_back();
+  Parts vertices(list.vertices, boxes), transforms(list.transforms, boxes), tests(alpha_tests, masked),
+      lines(own.alpha_lines.size(), masked);
+  for (std::size_t k = 0; k < items.size(); ++k) {
+    SubPatchItem& item = items[k];
+    const std::uint64_t weight = item[Event::kBoxes] + std::uint64_t{1};
+    const std::uint64_t shaded = k < own.drawn.size() ? vertices.next(weight) : list.vertices;
+    item[Event::kTransforms] =
+        static_cast<std::uint32_t>(k < own.drawn.size() ? transforms.next(weight) : list.transforms);
+    if (shaded > 0 && k < own.drawn.size())
+      shade_vertices(drawn_.order[own.drawn[k]].patch, shaded, out.items, item);
+    else
+      item[Event::kVertices] = static_cast<std::uint32_t>(shaded);
+    const bool masks = item.drawable > 0 && shaders_[item.drawable - 1].masks,
+               last = masked == 0 && k + 1 == items.size();
+    if (!masks && !last) continue;
+    item[Event::kAlphaTests] = static_cast<std::uint32_t>(last ? alpha_tests : tests.next(item[Event::kTriangleTests]));
+    item.texel_lines =
+        static_cast<std::uint32_t>(last ? own.alpha_lines.size() : lines.next(item[Event::kTriangleTests]));
+  }
+  add_events(items, out.work);
+  out.work.sub_patches = items.size();
+  if (!has_items_) return;
+  out.items.sub_patches = std::move(items);
+  out.items.warps = own.warps;
+  out.items.texel_lines = own.alpha_lines;
+  out.items.texel_lines.insert(out.items.texel_lines.end(), own.texel_lines.begin(), own.texel_lines.end());
+}
+
+// Vertices that are shaded before tiles, pass after pass, by the shaders of all patches that the hull stage kept.
+void SchemeWork::shade_before(const FrontWork& front, timing::WorkRound& round) const {
+  timing::GeometryWork& work = round.geometry;
+  work.events[Event::kVertices] = front.vertices;
+  std::uint64_t vertices = 0, clocks = 0, texels = 0;
+  std::vector<std::uint32_t> lines;
+  for (const PatchWork& patch : geometry_.patches) {
+    const Shaders& shaders = shaders_of(patch.patch);
+    vertices += patch.vertices;
+    clocks += patch.vertices * static_cast<std::uint64_t>(hardware::lane_clocks(shaders.domain));
+    texels += patch.vertices * static_cast<std::uint64_t>(shaders.domain.texture_instructions);
+    if (!has_items_ || !shaders.displaced || machine_.heights == nullptr) continue;
+    machine_.heights->lines_of(*job_.frame, patch.patch, scene::patch_cells(*job_.frame, patch.patch), lines);
+    round.geometry_lines.insert(round.geometry_lines.end(), lines.begin(), lines.end());
+  }
+  work.vertex_clocks = scaled(clocks, front.vertices, vertices);
+  work.events[Event::kDomainTexels] = scaled(texels, front.vertices, vertices);
+  const std::vector<std::uint32_t> once = round.geometry_lines;
+  for (std::uint64_t pass = 1; pass < front.passes; ++pass)
+    round.geometry_lines.insert(round.geometry_lines.end(), once.begin(), once.end());
 }
 
 timing::GeometryWork SchemeWork::hull_stage(const BaselineCounters& scheme) const {
@@ -129,7 +257,7 @@ timing::FrameWork SchemeWork::tiled(const BaselineCounters& scheme, const FrontW
   round.geometry.dram_bytes = front.read_bytes + front.written_bytes;
   round.geometry.written_bytes = front.written_bytes;
   round.geometry.queue_bytes = scheme.queue_bytes_peak;
-  round.geometry.events[Event::kVertices] = front.vertices;
+  shade_before(front, round);
   round.geometry.events[Event::kTriangles] =
       scheme.primitives + scheme.culled_frustum + scheme.culled_backface + scheme.culled_zero_area;
 
@@ -142,20 +270,18 @@ timing::FrameWork SchemeWork::tiled(const BaselineCounters& scheme, const FrontW
     const ListWork& list = of_tile[tile];
     const gpu::TextureUse& textures = textures_[tile];
     TileWork& out = round.tiles.emplace_back(own.work);
+    TileItems items;
     out.tile = tile;
+    add_items(list, own, {out, items});
     out.events[Event::kFetchedEntries] = front.fetches_entries ? list.entries : 0;
-    out.sub_patches = std::max<std::uint64_t>(list.entries, list.triangles > 0 ? 1 : 0);
-    out.events[Event::kVertices] = list.vertices;
-    out.events[Event::kTransforms] = list.transforms;
-    out.events[Event::kBoxes] = list.triangles;
-    out.events[Event::kTriangleTests] = out.events[Event::kTriangleLanes] =
-        lanes(own.stamps, own.hits, own.depth_tests);
-    out.events[Event::kHits] = own.depth_tests;
-    out.events[Event::kDepthBlocks] = own.blocks_scanned;
-    out.events[Event::kL2Lines] = textures.l2_lines + (list.cache_bytes + line_bytes - 1) / line_bytes;
+    items.cache_lines = (list.cache_bytes + line_bytes - 1) / line_bytes;
+    out.events[Event::kL2Lines] = textures.l2_lines + items.cache_lines;
     out.dram_bytes[kVisibility] = list.bytes + textures.visibility_bytes;
     out.dram_bytes[kShading] = textures.shading_bytes;
     out.dram_bytes[kStore] = stored[k];
+    items.list_bytes = list.bytes;
+    items.written_bytes = stored[k];
+    if (has_items_) round.items.push_back(std::move(items));
   }
   return work;
 }
@@ -170,8 +296,8 @@ std::vector<ListWork> SchemeWork::spread(std::span<const ListWork> lists, const 
                            (pixels.x1 - grid.column_edge(0) - 1) / grid.tile_width() + 1,
                            (pixels.y1 - grid.row_edge(0) - 1) / grid.tile_height() + 1};
     const auto count = static_cast<std::uint64_t>(tiles.width()) * static_cast<std::uint64_t>(tiles.height());
-    for (const auto member : {&ListWork::entries, &ListWork::triangles, &ListWork::vertices, &ListWork::transforms,
-                              &ListWork::bytes, &ListWork::cache_bytes}) {
+    for (const auto member :
+         {&ListWork::entries, &ListWork::vertices, &ListWork::transforms, &ListWork::bytes, &ListWork::cache_bytes}) {
       Parts parts(lists[bin].*member, count);
       for (int row = tiles.y0; row < tiles.y1; ++row)
         for (int column = tiles.x0; column < tiles.x1; ++column) out[grid.index(column, row)].*member += parts.next(1);
@@ -185,9 +311,6 @@ void SchemeWork::add_drawn(const DrawnInTile& drawn, TileWork& batch) const {
   const gpu::TextureUse& textures = textures_[drawn.tile];
   const std::uint64_t shaded = own.work.events[Event::kShaderInvocations];
   const auto of_tile = [&](std::uint64_t whole) { return scaled(whole, drawn.invocations, shaded); };
-  batch.events[Event::kHits] += drawn.depth_tests;
-  batch.events[Event::kDepthBlocks] += drawn.blocks_scanned;
-  batch.events[Event::kAlphaTests] += of_tile(own.work.events[Event::kAlphaTests]);
   batch.events[Event::kCompactedSamples] += drawn.invocations;
   batch.events[Event::kShaderInvocations] += drawn.invocations;
   batch.events[Event::kBlendedLayers] += drawn.blended;
@@ -197,56 +320,86 @@ void SchemeWork::add_drawn(const DrawnInTile& drawn, TileWork& batch) const {
   batch.dram_bytes[kShading] += of_tile(textures.shading_bytes);
 }
 
+// The warps that shade what was drawn, with so much of the machine's lookups in that tile. `next_line`: by tile.
+void SchemeWork::add_warps(const DrawnInTile& drawn, std::vector<std::size_t>& next_line, Draw out) const {
+  const OwnTile& own = own_[drawn.tile];
+  const auto lanes = static_cast<std::uint64_t>(gpu_.shader.warp_lanes);
+  const std::uint64_t shaded = own.work.events[Event::kShaderInvocations],
+                      warps = (drawn.invocations + lanes - 1) / lanes;
+  out.work.events[Event::kShaderLanes] += warps * lanes;
+  if (!has_items_) return;
+  Parts texels(scaled(own.work.events[Event::kTexels], drawn.invocations, shaded), drawn.invocations),
+      lines(scaled(own.texel_lines.size(), drawn.invocations, shaded), drawn.invocations);
+  for (std::uint64_t w = 0; w < warps; ++w) {
+    timing::WarpItem warp = shaders_of(drawn.patch).pixel;
+    warp.lanes = static_cast<std::uint32_t>(std::min(lanes, drawn.invocations - w * lanes));
+    warp.texels = static_cast<std::uint32_t>(texels.next(warp.lanes));
+    warp.texel_lines = static_cast<std::uint32_t>(own.texel_lines.empty() ? 0 : lines.next(warp.lanes));
+    for (std::uint32_t k = 0; k < warp.texel_lines; ++k)
+      out.items.texel_lines.push_back(own.texel_lines[next_line[drawn.tile]++ % own.texel_lines.size()]);
+    out.items.warps.push_back(warp);
+  }
+}
+
 // What is drawn in its order, cut into batches. A patch that nothing is left of is shaded and set up with the next.
-std::vector<TileWork> SchemeWork::batches(std::uint64_t patch_bytes) const {
+void SchemeWork::add_batches(std::uint64_t patch_bytes, timing::WorkRound& round) const {
   constexpr std::uint64_t kBatchTriangles = 512;
   const std::uint64_t max_samples = static_cast<std::uint64_t>(job_.grid->tile_width()) *
                                     static_cast<std::uint64_t>(job_.grid->tile_height()) * samples_;
   std::uint64_t vertices = 0;
   for (const PatchWork& patch : geometry_.patches) vertices += patch.vertices;
   Parts records(patch_bytes, vertices);
-  std::vector<TileWork> out(1);
+  TileWork work;
+  TileItems items;
+  std::vector<std::uint32_t> alpha_lines;
+  std::vector<std::size_t> next_line(own_.size()), next_alpha(own_.size());
   std::uint64_t set_up = 0, tested = 0, read = 0, written = 0;
-  std::size_t part = 0, drawn = 0;
-  const auto add_next = [&] {
-    const ImmediateTraffic& moved = drawn_.moved[drawn];
-    TileWork& batch = out.back();
-    add_drawn(drawn_.order[drawn], batch);
-    tested += drawn_.order[drawn].depth_tests;
-    batch.dram_bytes[kVisibility] += moved.bytes_read - read;
-    batch.dram_bytes[kStore] += moved.bytes_written - written;
-    read = moved.bytes_read;
-    written = moved.bytes_written;
-    ++drawn;
+  const auto end_batch = [&] {
+    add_events(items.sub_patches, work);
+    work.sub_patches = items.sub_patches.size();
+    round.tiles.push_back(std::exchange(work, {}));
+    items.texel_lines.insert(items.texel_lines.begin(), alpha_lines.begin(), alpha_lines.end());
+    alpha_lines.clear();
+    if (has_items_) round.items.push_back(std::move(items));
+    items = {};
+    set_up = tested = 0;
+  };
+  std::size_t next = 0;
+  const auto draw_next = [&] {
+    const DrawnInTile& drawn = drawn_.order[next];
+    const ImmediateTraffic& moved = drawn_.moved[next++];
+    const OwnTile& own = own_[drawn.tile];
+    const std::uint64_t shaded = own.work.events[Event::kShaderInvocations];
+    SubPatchItem& item = items.sub_patches.emplace_back(tests_of(drawn));
+    item[Event::kAlphaTests] =
+        static_cast<std::uint32_t>(scaled(own.work.events[Event::kAlphaTests], drawn.invocations, shaded));
+    item.texel_lines = static_cast<std::uint32_t>(scaled(own.alpha_lines.size(), drawn.invocations, shaded));
+    for (std::uint32_t k = 0; k < item.texel_lines; ++k)
+      alpha_lines.push_back(own.alpha_lines[next_alpha[drawn.tile]++ % own.alpha_lines.size()]);
+    add_drawn(drawn, work);
+    add_warps(drawn, next_line, {work, items});
+    tested += item[Event::kTriangleTests];
+    items.list_bytes += moved.bytes_read - read;
+    items.written_bytes += moved.bytes_written - written;
+    work.dram_bytes[kVisibility] += moved.bytes_read - std::exchange(read, moved.bytes_read);
+    work.dram_bytes[kStore] += moved.bytes_written - std::exchange(written, moved.bytes_written);
   };
   for (const PatchWork& patch : geometry_.patches) {
-    out.back().events[Event::kVertices] += patch.vertices;
-    out.back().events[Event::kBoxes] += patch.triangles;
-    out.back().dram_bytes[kVisibility] += records.next(patch.vertices);
+    SubPatchItem& set_up_item = items.sub_patches.emplace_back();
+    set_up_item.drawable = job_.frame->assembly->patch_drawable[patch.patch] + 1;
+    set_up_item[Event::kBoxes] = static_cast<std::uint32_t>(patch.triangles);
+    shade_vertices(patch.patch, patch.vertices, items, set_up_item);
+    const std::uint64_t bytes = records.next(patch.vertices);
+    items.list_bytes += bytes;
+    work.dram_bytes[kVisibility] += bytes;
     set_up += patch.triangles;
-    for (; part < geometry_.in_tiles.size() && geometry_.in_tiles[part].patch == patch.patch; ++part) {
-      const PatchInTile& in_tile = geometry_.in_tiles[part];
-      const auto place = std::tie(in_tile.patch, in_tile.tile);
-      const auto place_of = [&](std::size_t k) { return std::tie(drawn_.order[k].patch, drawn_.order[k].tile); };
-      while (drawn < drawn_.order.size() && place_of(drawn) < place) add_next();
-      const DrawnInTile* hit = nullptr;
-      if (drawn < drawn_.order.size() && place_of(drawn) == place) hit = &drawn_.order[drawn], add_next();
-      const std::uint64_t tests =
-          hit == nullptr ? lanes(in_tile.stamps, 0, 0) : lanes(in_tile.stamps, hit->hits, hit->depth_tests);
-      out.back().events[Event::kTriangleTests] += tests;
-      out.back().events[Event::kTriangleLanes] += tests;
-      if (set_up < kBatchTriangles && tested < max_samples) continue;
-      out.emplace_back();
-      set_up = tested = 0;
+    while (next < drawn_.order.size() && drawn_.order[next].patch <= patch.patch) {
+      draw_next();
+      if (set_up >= kBatchTriangles || tested >= max_samples) end_batch();
     }
   }
-  while (drawn < drawn_.order.size()) add_next();
-  const auto warp = static_cast<std::uint64_t>(gpu_.shader.warp_lanes);
-  for (TileWork& batch : out) {
-    batch.sub_patches = batch.events[Event::kVertices] > 0 ? 1 : 0;
-    batch.events[Event::kShaderLanes] = round_up(batch.events[Event::kShaderInvocations], warp);
-  }
-  return out;
+  while (next < drawn_.order.size()) draw_next();
+  end_batch();
 }
 
 timing::FrameWork SchemeWork::immediate(const BaselineCounters& scheme) const {
@@ -254,7 +407,7 @@ timing::FrameWork SchemeWork::immediate(const BaselineCounters& scheme) const {
   work.tile_state_bytes = 1;  // batches keep no samples: as many as the scheduler knows
   timing::WorkRound& draws = work.rounds.emplace_back();
   draws.geometry = hull_stage(scheme);
-  draws.tiles = batches(scheme.patch_bytes_cached);
+  add_batches(scheme.patch_bytes_cached, draws);
   std::uint64_t read = 0, written = 0;
   if (!drawn_.moved.empty()) read = drawn_.moved.back().bytes_read, written = drawn_.moved.back().bytes_written;
   timing::WorkRound& finish = work.rounds.emplace_back();
@@ -265,14 +418,19 @@ timing::FrameWork SchemeWork::immediate(const BaselineCounters& scheme) const {
     tile.tile = order_[k];
     if (samples_ > 1) tile.events[Event::kPixels] = pixels_of(*job_.grid, order_[k]);
     tile.dram_bytes[kStore] = reads[k] + writes[k];
+    if (!has_items_) continue;
+    TileItems& items = finish.items.emplace_back();
+    items.resolve_bytes = reads[k], items.written_bytes = writes[k];
   }
   return work;
 }
 
 FrontWork front_work(const BaselineCounters& scheme, const TriangleBuffer& buffer, std::uint64_t geometry_bytes) {
   const memory::Traffic lists = buffer.ledger().total();
-  FrontWork of_scheme{0, geometry_bytes + lists.read_bytes, lists.written_bytes, true};
+  FrontWork of_scheme;
   of_scheme.vertices = scheme.position_evaluations;
+  of_scheme.read_bytes = geometry_bytes + lists.read_bytes;
+  of_scheme.written_bytes = lists.written_bytes;
   return of_scheme;
 }
 
@@ -289,10 +447,9 @@ void take_geometry(const BaselineCounters& geometry, std::uint64_t attributes, B
 }
 
 void set_cost(const gpu::GpuConfiguration& gpu, const timing::FrameWork& work, BaselineCounters& out) {
-  const double cycles = timing::schedule_frame(gpu, work).cycles;
-  out.cycles = static_cast<std::uint64_t>(std::ceil(cycles));  // as in stats.json
-  out.energy_nj = static_cast<std::uint64_t>(std::llround(
-      hardware::frame_energy(gpu, timing::energy_events(work), cycles, gpu.area().total_mm2()).total_nj()));
+  const gpu::CycleCost cost = gpu::cycle_cost(gpu, std::span(&work, 1));
+  out.cycles = static_cast<std::uint64_t>(std::ceil(cost.cycles));  // as in stats.json
+  out.energy_nj = static_cast<std::uint64_t>(std::llround(cost.energy_nj));
 }
 
 }  // namespace tessera::baselines

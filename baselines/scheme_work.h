@@ -9,6 +9,7 @@
 #include "baselines/triangle_buffer.h"
 #include "binner/tile_grid.h"
 #include "gpu/configuration.h"
+#include "gpu/displacement_memory.h"
 #include "gpu/view_observer.h"
 #include "tilecore/tile_job.h"
 #include "timing/work.h"
@@ -17,8 +18,9 @@ namespace tessera::baselines {
 
 // What the machine's run gives to all schemes: it shades what is visible, and textures are its own.
 struct MachineWork {
-  const timing::FrameWork& work;
+  const timing::FrameWork& work;              // with items: schemes have them as well
   std::span<const gpu::TextureUse> textures;  // by tile
+  const gpu::DisplacementMemory* heights;     // nullptr where textures are not modelled
 };
 
 // Of a sample, as tiles of conventional machines keep it.
@@ -27,6 +29,7 @@ inline constexpr std::uint64_t kColorAndDepthBytes = 8;
 // Before the tiles of a scheme whose lists hold triangles.
 struct FrontWork {
   std::uint64_t vertices = 0;  // shaded before they are binned
+  std::uint64_t passes = 1;    // over the patches, in which they are shaded
   std::uint64_t read_bytes = 0, written_bytes = 0;
   bool fetches_entries = true;  // cores look references up; otherwise set-up decodes triangles as it takes them
 };
@@ -35,32 +38,37 @@ struct FrontWork {
 // of them and one table of prices gives their energy. Units that do the same run at the same rates:
 //
 //   hull stage            bounds                      front end
-//   vertex shader         vertices                    tessellators of all cores, before binning; of a core, in its tiles
-//   cull, set up          triangles                   triangle_setup.triangles_per_clk, before binning
+//   vertex shader         vertices, heights           lanes and texture units of all cores, before binning; of a core, in
+//                                                     its tiles
+//   cull, set up          triangles                   triangle_setup.triangles_per_clk in each core, before binning
 //   binner                entries, tile overlaps      binner
 //   tile                  references                  entry fetch
-//                         triangles set up again      box builder
-//                         samples of the stamps that triangles touch (TriangleSetup TS5), less what hierarchical depth
-//                         drops, in proportion to hits [assumed]; hits
-//                                                     triangle tests
+//                         samples that may see the patch
+//                                                     box builder, box, stencil and triangle tests: those of the machine,
+//                                                     less what hierarchical depth drops, in proportion to hits [assumed]
 //                         blocks of 8x8 pixels whose farthest depth is found again
 //                                                     coarse depth
 //   shading, resolve      the machine's own of that tile, but patches are not evaluated again: vertices hold attributes
 //   store                 the finished frame, by pixels
+//
+// With items (machine.timing=events) a tile has one for each patch that it draws, in the order of drawing, and the
+// machine's warps with the compiled clocks of shaders that interpolate attributes. Its lists, and what they lead to, are
+// read as one stream that begins with the tile; vertices that are shaded in tiles read heights through the L2, as warps
+// read texels.
 //
 // Immediate: the front end, then batches of what is drawn one behind the other (a patch in a tile, as many as make a tile
 // of samples), each on one core: vertices and set-up of the patch with its first tile, then as above; colour and depth
 // move as its cache misses; it shades what it draws, at the machine's lookups per invocation of that tile. Then
 // the resolve, tile by tile.
 //
-// In favour of all of them: a whole vertex takes the time and energy of a position; nothing is sorted; overlaps that
-// miss cost the binner nothing; what packed positions, strips and runs of bits take to be decoded costs nothing;
-// immediate sets triangles up in all cores. Against them: all samples of the stamps that a triangle touches at any time
-// and through any point of the lens are tested, as no time and no part of the lens is left out before.
+// In favour of all of them: nothing is sorted; overlaps that miss cost the binner nothing; what packed positions, strips
+// and runs of bits take to be decoded costs nothing; lists are read ahead however long they are. Against them: a position
+// takes the time of a whole vertex.
 //
 // Invariants (cited by the tests):
 //   BW1  A scheme's work moves its baseline.dram_bytes and baseline.texture_bytes, no more and no less.
 //   BW2  Tiled schemes shade, blend and resolve what the machine does.
+//   BW3  Items of a tile add up to its events, and past the L2 move what it moves but for textures.
 class SchemeWork {
  public:
   // All must outlive it. `drawn`: hits and depth by tile.
@@ -80,20 +88,47 @@ class SchemeWork {
   // Sums over the rounds of the machine, by tile.
   struct OwnTile {
     timing::TileWork work;
-    std::uint64_t stamps = 0, hits = 0, depth_tests = 0, blocks_scanned = 0;
+    std::vector<std::uint32_t> drawn;  // ImmediateFrame::order, in this tile
+    // With items:
+    std::vector<timing::WarpItem> warps;
+    std::vector<std::uint32_t> alpha_lines, texel_lines;  // TileItems::texel_lines
   };
-  std::uint64_t lanes(std::uint64_t stamps, std::uint64_t hits, std::uint64_t depth_tests) const;
+  // Shaders of a drawable's triangles.
+  struct Shaders {
+    timing::WarpItem pixel;
+    hardware::ShaderCost domain;
+    bool masks = false, displaced = false;
+  };
+  // A batch of the immediate machine, or a tile of the others.
+  struct Draw {
+    timing::TileWork& work;
+    timing::TileItems& items;
+  };
+
+  void take_shaders();
+  void add_own_items(const timing::TileItems& items, OwnTile& own) const;
+  const Shaders& shaders_of(std::uint32_t patch) const { return shaders_[job_.frame->assembly->patch_drawable[patch]]; }
+  void shade_before(const FrontWork& front, timing::WorkRound& round) const;
+  timing::SubPatchItem tests_of(const DrawnInTile& drawn) const;
+  // Vertices that are shaded with an item.
+  void shade_vertices(std::uint32_t patch, std::uint64_t vertices, timing::TileItems& items,
+                      timing::SubPatchItem& item) const;
+  void add_items(const ListWork& list, const OwnTile& own, Draw out) const;
   timing::GeometryWork hull_stage(const BaselineCounters& scheme) const;
   std::vector<ListWork> spread(std::span<const ListWork> lists, const binner::TileGrid& bins) const;
-  std::vector<timing::TileWork> batches(std::uint64_t patch_bytes) const;
+  void add_batches(std::uint64_t patch_bytes, timing::WorkRound& round) const;
   void add_drawn(const DrawnInTile& drawn, timing::TileWork& batch) const;
+  void add_warps(const DrawnInTile& drawn, std::vector<std::size_t>& next_line, Draw out) const;
   std::vector<std::uint64_t> by_pixels(std::uint64_t bytes) const;
 
   const gpu::GpuConfiguration& gpu_;
   const tilecore::TileJob& job_;
   const GeometryCounts& geometry_;
   const ImmediateFrame& drawn_;
+  const MachineWork& machine_;
   std::span<const gpu::TextureUse> textures_;
+  bool has_items_;
+  std::vector<Shaders> shaders_;  // by drawable
   std::vector<binner::TileIndex> order_;
   std::vector<OwnTile> own_;
   std::uint64_t samples_;  // of a pixel
@@ -115,7 +150,7 @@ BaselineCounters list_counters(const Binner& binner, const DrawnPass& drawn, con
   return out;
 }
 
-// Times the work with machine.timing=phases and prices it: baseline.cycles, baseline.energy_nj.
+// Times the work, from empty caches, and prices it: baseline.cycles, baseline.energy_nj.
 void set_cost(const gpu::GpuConfiguration& gpu, const timing::FrameWork& work, BaselineCounters& out);
 
 }  // namespace tessera::baselines

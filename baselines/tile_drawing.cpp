@@ -122,9 +122,12 @@ class Drawing {
         seen_(blocks_.depth.size(), kNoTriangle) {}
 
   // Depth test of one base patch's hits, triangle by triangle.
-  void draw(std::uint32_t patch, std::uint32_t tile, std::span<Hit> hits) {
-    if (hits.empty()) return;
-    DrawnInTile drawn{patch, tile, out.touches.size(), 0, hits.size()};
+  void draw(std::uint32_t patch, std::uint32_t tile, std::span<Hit> hits, const timing::SubPatchItem& tests) {
+    DrawnInTile drawn;
+    drawn.patch = patch, drawn.tile = tile;
+    drawn.begin = out.touches.size();
+    drawn.hits = hits.size();
+    drawn.tests = tests;
     const std::size_t invoked = invocations.size(), layers = layers_.size();
     const std::uint64_t scanned = blocks_.scanned, tested = tested_;
     draw_triangles(patch, hits);
@@ -280,8 +283,12 @@ TileDrawing draw_tile(const tilecore::TileJob& job, std::uint32_t tile, std::vec
   for (std::size_t e = 0; e < entries.size();) {
     const std::uint32_t patch = entries[e].base_patch;
     sink.all.clear();
+    timing::SubPatchItem tests = drawer.core.counted();
+    for (std::uint32_t& count : tests.events) count = 0u - count;
     for (; e < entries.size() && entries[e].base_patch == patch; ++e) drawer.core.find_hits(job, entries[e], sink);
-    drawing.draw(patch, tile, sink.all);
+    const timing::SubPatchItem after = drawer.core.counted();
+    for (std::size_t k = 0; k < tests.events.size(); ++k) tests.events[k] += after.events[k];
+    drawing.draw(patch, tile, sink.all, tests);
   }
   drawing.find_visible();
   invocations += drawing.invocations.size();

@@ -101,12 +101,14 @@ struct LineTouch {
 
 // The touches of one base patch in one tile.
 struct DrawnInTile {
-  std::uint32_t patch, tile;
-  std::size_t begin, end;         // in the tile's touches
-  std::uint64_t hits = 0;         // samples in its triangles
-  std::uint64_t depth_tests = 0;  // of them, those that hierarchical depth left
+  std::uint32_t patch = 0, tile = 0;
+  std::size_t begin = 0, end = 0;  // in the tile's touches
+  std::uint64_t hits = 0;          // samples in its triangles
+  std::uint64_t depth_tests = 0;   // of them, those that hierarchical depth left
   std::uint64_t invocations = 0, blended = 0;
   std::uint64_t blocks_scanned = 0;  // whose farthest depth was found again
+  // What the units of a core that find samples did for the patch, hidden or not.
+  timing::SubPatchItem tests;
 };
 
 // What drawing in submission order does to the samples of one tile, and what they see in the end.

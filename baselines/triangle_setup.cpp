@@ -35,25 +35,6 @@ bool hull_touches(const std::array<double, 6>& x, const std::array<double, 6>& y
   return true;
 }
 
-// Where the hull of the points lies in x between two heights; false: nowhere.
-bool span_between(const std::array<double, 6>& x, const std::array<double, 6>& y, std::size_t count, double y0,
-                  double y1, double& low, double& high) {
-  low = std::numeric_limits<double>::infinity();
-  high = -low;
-  for (std::size_t i = 0; i < count; ++i)
-    for (std::size_t j = i + 1; j < count; ++j) {
-      const std::size_t a = y[i] <= y[j] ? i : j, b = i + j - a;
-      if (y[a] > y1 || y[b] < y0) continue;
-      const double slope = y[b] > y[a] ? (x[b] - x[a]) / (y[b] - y[a]) : 0;
-      for (const double end :
-           {y[a] < y0 ? x[a] + (y0 - y[a]) * slope : x[a], y[b] > y1 ? x[a] + (y1 - y[a]) * slope : x[b]}) {
-        low = std::min(low, end);
-        high = std::max(high, end);
-      }
-    }
-  return low <= high;
-}
-
 }  // namespace
 
 TriangleSetup::Corners TriangleSetup::corners_of(const TessellatedPatch& patch,
@@ -181,48 +162,6 @@ TriangleList TriangleSetup::run(const TessellatedPatch& patch, BaselineCounters&
   counters.primitives += list.triangles.size();
   counters.tile_overlaps += list.tiles.size();
   return list;
-}
-
-std::uint32_t TriangleSetup::stamps_of(const Corners& c, const IntRect& pixels) {
-  const auto last = static_cast<std::ptrdiff_t>(c.count);
-  const auto [top, bottom] = std::minmax_element(c.y.begin(), c.y.begin() + last);
-  // The stamp of a place, cut to those from the tile's first pixel to one behind its last.
-  const auto stamp = [](double at, int first, int end) {
-    const double cut = std::clamp(std::floor(at / kStampSide), std::floor(1.0 * first / kStampSide),
-                                  std::floor((end - 1.0) / kStampSide) + 1);
-    return static_cast<int>(cut);
-  };
-  const auto up_to = [&](double at, int first, int end) {
-    return std::min(stamp(at, first, end), (end - 1) / kStampSide);
-  };
-  std::uint32_t stamps = 0;
-  for (int row = stamp(*top - c.grow, pixels.y0, pixels.y1); row <= up_to(*bottom + c.grow, pixels.y0, pixels.y1);
-       ++row) {
-    double low = 0, high = 0;
-    if (!span_between(c.x, c.y, c.count, row * kStampSide - c.grow, (row + 1) * kStampSide + c.grow, low, high) ||
-        high + c.grow < pixels.x0)
-      continue;
-    const int first = stamp(low - c.grow, pixels.x0, pixels.x1), end = up_to(high + c.grow, pixels.x0, pixels.x1) + 1;
-    stamps += static_cast<std::uint32_t>(std::max(end - first, 0));
-  }
-  return stamps;
-}
-
-void TriangleSetup::add_stamps(const TessellatedPatch& patch, TriangleList& list) const {
-  list.stamps.clear();
-  for (const TriangleList::Triangle& t : list.triangles) {
-    const auto& v = t.vertex;
-    const bool projected = patch.projected[v[0]] != 0 && patch.projected[v[1]] != 0 && patch.projected[v[2]] != 0;
-    const Corners corners = projected ? corners_of(patch, v) : Corners{};
-    while (list.stamps.size() < t.tiles_end) {
-      const IntRect pixels = grid_.pixels(list.tiles[list.stamps.size()]);
-      const auto in_tile = [](int from, int to) {
-        return static_cast<std::uint32_t>((to + kStampSide - 1) / kStampSide - from / kStampSide);
-      };
-      list.stamps.push_back(projected ? stamps_of(corners, pixels)
-                                      : in_tile(pixels.x0, pixels.x1) * in_tile(pixels.y0, pixels.y1));
-    }
-  }
 }
 
 }  // namespace tessera::baselines

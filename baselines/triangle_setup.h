@@ -19,7 +19,6 @@ struct TriangleList {
   };
   std::vector<Triangle> triangles;
   std::vector<binner::TileIndex> tiles;
-  std::vector<std::uint32_t> stamps;      // with add_stamps(): of each of `tiles`, how many the triangle may touch
   std::vector<std::uint32_t> group_ends;  // as TessellatedPatch::group_ends, in `triangles`
 };
 
@@ -34,26 +33,19 @@ struct TriangleList {
 //        its sign is that of the eight combinations of keys when all of them exceed what the lens can change.
 //   TS4  Triangles with a vertex that is not projected keep the rectangle of what lies in front of the near plane, and
 //        both sides.
-//   TS5  What is tested of a tile: stamps of kStampSide x kStampSide pixels that the hull of TS1 touches, all of the tile
-//        with TS4.
 class TriangleSetup {
  public:
-  static constexpr int kStampSide = 2;
-
   TriangleSetup(const binner::TileGrid& grid, const scene::Projection& projection)
       : grid_(grid), projection_(projection) {}
 
   // Thread-safe.
   TriangleList run(const TessellatedPatch& patch, BaselineCounters& counters) const;
-  // Fills list.stamps. Thread-safe.
-  void add_stamps(const TessellatedPatch& patch, TriangleList& list) const;
 
  private:
   struct Corners;
   Corners corners_of(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& vertex) const;
   int facing(const Corners& corners) const;
   bool outside_region(const frontend::ScreenBounds& bounds) const;
-  static std::uint32_t stamps_of(const Corners& corners, const IntRect& pixels);
   void cover(const Corners& corners, std::vector<binner::TileIndex>& tiles) const;
   bool covers_clipped(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& vertex,
                       std::vector<binner::TileIndex>& tiles) const;

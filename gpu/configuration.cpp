@@ -1,4 +1,5 @@
 #include "gpu/configuration.h"
+#include "gpu/unread_keys.h"
 
 #include <cmath>
 #include <filesystem>
@@ -68,7 +69,8 @@ const std::vector<ClockedKey>& clocked_keys() {
 }
 
 // Sets what `root` names, nested by the dots of the keys; clock.mhz comes before memory.*, as JSON objects are sorted.
-void set_values(const std::string& file, const json& root, Gpu& gpu) {
+// `changed`, unless nullptr: keys that get another value.
+void set_values(const std::string& file, const json& root, Gpu& gpu, std::vector<std::string>* changed = nullptr) {
   const std::vector<std::string> names = key_names();
   std::function<void(const json&, const std::string&, const std::string&)> visit =
       [&](const json& object, const std::string& prefix, const std::string& pointer) {
@@ -79,7 +81,9 @@ void set_values(const std::string& file, const json& root, Gpu& gpu) {
             continue;
           }
           try {
+            const json before = changed != nullptr ? gpu_json(gpu) : json();
             if (!set_gpu_key(key, value, gpu)) throw UsageError(unknown_key_message(key, names));
+            if (changed != nullptr && gpu_json(gpu) != before) changed->push_back(key);
           } catch (const UsageError& error) {
             throw InputError(file, place, error.what());
           }
@@ -146,7 +150,7 @@ Gpu from_json(const std::string& file, json root, int depth) {
     if (!sources->is_object()) throw InputError(file, "/sources", "is not an object of texts");
     root.erase(sources);
   }
-  set_values(file, root, gpu);
+  set_values(file, root, gpu, &gpu.file_keys);
   return gpu;
 }
 
@@ -192,7 +196,7 @@ frontend::SplitPrices GpuConfiguration::split_prices() const {
   // The front end and the binner exist once, and the cores wait for them; the cores share what follows.
   const double core = frontend::Settings::kSplitCoreShare / static_cast<double>(cores.count);
   prices.bound = 1 / rates[Event::kBounds];
-  prices.byte = 1 / (bytes_per_clk() * memory.gpu_share);
+  prices.byte = 1 / memory_bytes_per_clk();
   prices.entry = 1 / rates[Event::kBinnedEntries] + core / rates[Event::kFetchedEntries];
   prices.entry_bytes = 1;
   prices.entry_time_bytes = 2;
@@ -256,6 +260,9 @@ GpuConfiguration load_gpu(const std::string& preset_or_file) { return load(prese
 GpuConfiguration parse_gpu(std::string_view text, const std::string& name) { return parse(text, name, 0); }
 
 void check_gpu(const GpuConfiguration& gpu) {
+  for (const std::string& key : gpu.set_keys)
+    if (const std::string_view because = unread_because(gpu, key); !because.empty())
+      throw UsageError(fmt::format("{}: {}", key, because));
   if (const double most = hardware::max_clock_mhz(gpu.nominal_mhz); gpu.clock_mhz > most)
     throw UsageError(fmt::format(
         "clock.mhz: {} MHz need {:.2f} V, more than {} V; a machine of voltage.nominal_mhz={} reaches {:.0f} MHz",
@@ -272,7 +279,9 @@ void check_gpu(const GpuConfiguration& gpu) {
       throw UsageError(
           "parameter_buffer.first_chunk_bytes and parameter_buffer.chunk_bytes must be multiples or parts of "
           "memory.burst_bytes");
-  if (const std::int64_t warp = gpu.queues.registers * 4 * gpu.shader.warp_lanes; warp > gpu.queues.register_bytes)
+  // Compiled shaders say themselves how many registers they take (gpu/machine_model.cpp).
+  if (const std::int64_t warp = gpu.queues.registers * 4 * gpu.shader.warp_lanes;
+      !gpu.has_compiled_shaders() && warp > gpu.queues.register_bytes)
     throw UsageError(
         fmt::format("shader.register_bytes: {} bytes hold no warp of {} invocations with {} registers, which takes {}: "
                     "set more, or "

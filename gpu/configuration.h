@@ -30,6 +30,8 @@ struct GpuConfiguration : hardware::Machine {
   std::string preset = "mid-mobile";
   std::string name, description;       // of a file; what its writer calls the machine
   std::vector<std::string> key_notes;  // on keys that were set by a former name
+  std::vector<std::string> file_keys;  // that a file gave another value than its preset or base
+  std::vector<std::string> set_keys;   // that somebody set by name: each must act (check_gpu())
   frontend::Settings frontend;
   binner::TileSize tile;
   binner::ParameterBufferSettings parameter_buffer;
@@ -78,7 +80,7 @@ GpuConfiguration load_gpu(const std::string& preset_or_file);
 GpuConfiguration parse_gpu(std::string_view text, const std::string& name);
 
 // Checks that the keys fit each other (tile sides multiples of 8, chunk a multiple of the burst, a clock that the process
-// bears, registers for a warp, ...).
+// bears, registers for a warp, ...), and that the chosen models read every one of gpu.set_keys.
 // Throws UsageError naming the keys.
 void check_gpu(const GpuConfiguration& gpu);
 

@@ -30,12 +30,10 @@ ViewCost time_work(const GpuConfiguration& gpu, const timing::FrameWork& work, t
     // What the caches held in time.
     energy.dram_bytes = events.counts.memory.read_bytes + events.counts.memory.written_bytes;
     energy.counts[hardware::Event::kL2Lines] = events.counts.memory.l2_requests + events.counts.memory.l2_misses;
-    if (gpu.shader.costs == hardware::ShaderCosts::kCompiled) {
-      std::uint64_t clocks = 0;
-      for (const timing::WorkRound& round : work.rounds)
-        for (const timing::TileItems& items : round.items) clocks += timing::compiled_clocks(gpu, items);
-      timing::take_compiled(gpu, clocks, energy.counts);
-    }
+    for (const timing::WorkRound& round : work.rounds)
+      for (const timing::TileItems& items : round.items) energy.counts[hardware::Event::kL2Lines] += items.cache_lines;
+    if (gpu.shader.costs == hardware::ShaderCosts::kCompiled)
+      timing::take_compiled(gpu, timing::compiled_clocks(gpu, work), energy.counts);
   } else {
     timed.schedule = timing::schedule_frame(gpu, work);
     timed.timing.cycles = timed.schedule.cycles;
@@ -94,7 +92,7 @@ FrameCost frame_cost(const GpuConfiguration& gpu, const std::vector<timing::Fram
   return cost;
 }
 
-CycleCost cycle_cost(const GpuConfiguration& gpu, const std::vector<timing::FrameWork>& views) {
+CycleCost cycle_cost(const GpuConfiguration& gpu, std::span<const timing::FrameWork> views) {
   CycleCost cost;
   for (const timing::FrameWork& view : views) {
     const ViewCost timed = time_work(gpu, view, nullptr, false);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -52,7 +53,7 @@ struct CycleCost {
   double cycles = 0, energy_nj = 0;
   std::vector<std::pair<hardware::EnergyEvents, double>> views;  // events and cycles of each
 };
-CycleCost cycle_cost(const GpuConfiguration& gpu, const std::vector<timing::FrameWork>& views);
+CycleCost cycle_cost(const GpuConfiguration& gpu, std::span<const timing::FrameWork> views);
 // The energy of the same work in the same cycles on a machine of other energies, areas or voltages.
 double energy_nj(const GpuConfiguration& gpu, const CycleCost& cost);
 

@@ -98,6 +98,8 @@ void set_key(const std::string& name, const nlohmann::json& value, RunSettings& 
     settings_keys().set(settings, *key, value);
   } else if (!set_gpu_key(name, value, gpu)) {
     throw UsageError(unknown_key_message(name, known_keys()));
+  } else {
+    gpu.set_keys.push_back(name);
   }
 }
 

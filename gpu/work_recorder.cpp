@@ -199,7 +199,7 @@ void WorkRecorder::Tile::end(const tilecore::TileJob& job, tilecore::TileResult&
   slot_.visibility_misses = result.visibility_misses;
   slot_.patches_read = std::move(result.patches_read);
   slot_.history_lines = std::move(result.history_lines);
-  sums.layer_bytes = std::max(sums.layer_bytes, result.layer_bytes);
+  slot_.work.layer_bytes = result.layer_bytes;
 
   timing::TileWork& work = slot_.work;
   work.events = tilecore::count_events(result.counters, job.warp_lanes());
@@ -445,7 +445,6 @@ WorkRecorder::Sums WorkRecorder::take_sums() {
   sums_.for_each([&](Sums& sums) {
     tilecore::merge(all.core, sums.core);
     all.ledger += sums.ledger;
-    layer_bytes_ = std::max(layer_bytes_, sums.layer_bytes);
     sums = {};
   });
   tessera::merge(all.core.texture, std::exchange(image_counts_, {}));
@@ -466,7 +465,7 @@ FrameRecord WorkRecorder::finish(const tilecore::TileJob& job, const memory::Led
   };
   record_.work.tile_state_bytes = width * height * static_cast<std::uint64_t>(job.pattern->samples_per_pixel()) *
                                       tilecore::TileState::bytes_per_sample(tilecore::sees_rest(job)) +
-                                  blocks(width) * blocks(height) * sizeof(float) + std::exchange(layer_bytes_, 0);
+                                  blocks(width) * blocks(height) * sizeof(float);
   const memory::Traffic all = ledger.total();
   record_.other = {all.read_bytes - rounds_.read_bytes, all.written_bytes - rounds_.written_bytes};
   record_.work.other_bytes = record_.other.read_bytes + record_.other.written_bytes;

@@ -105,7 +105,6 @@ class WorkRecorder {
     tilecore::CoreCounters core;
     memory::L2Counters l2;
     memory::Ledger ledger;
-    std::uint64_t layer_bytes = 0;  // most that a tile kept
   };
   Sums take_sums();
 
@@ -196,7 +195,6 @@ class WorkRecorder {
   memory::Ledger arrays_;             // of tiles: what they moved of a TileArray
   memory::Traffic rounds_;            // of all that went to a round
   std::uint64_t geometry_bytes_ = 0;  // of the front end, for the round to come
-  std::uint64_t layer_bytes_ = 0;     // of the tile with most blended layers
   timing::GeometryWork geometry_;
   FrameRecord record_;
 };

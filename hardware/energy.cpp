@@ -1,5 +1,6 @@
 #include "hardware/energy.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "hardware/stage.h"
@@ -18,6 +19,8 @@ void FrameEnergy::accumulate(const FrameEnergy& frame) {
 }
 
 namespace {
+
+constexpr const char* kLeakage = "leakage";
 
 // How an access to a memory on chip compares with one to the default's.
 double access_ratio(std::int64_t bytes, std::int64_t default_bytes) {
@@ -51,8 +54,19 @@ FrameEnergy frame_energy(const Machine& gpu, const EnergyEvents& events, double 
   energy.by_unit_nj[std::string(name(Stage::kDram))] =
       static_cast<double>(events.dram_bytes * 8) * gpu.memory.pj_per_bit * 1e-3;
   // 1 mW for 1 us is 1 nJ.
-  energy.by_unit_nj["leakage"] = gpu.silicon.leakage_mw_per_mm2 * mm2 * voltage * cycles / gpu.clock_mhz;
+  energy.by_unit_nj[kLeakage] = gpu.silicon.leakage_mw_per_mm2 * mm2 * voltage * cycles / gpu.clock_mhz;
   return energy;
+}
+
+double power_w(const Machine& gpu, const FrameEnergy& energy, double cycles, double frames) {
+  const double us = cycles / gpu.clock_mhz / frames;
+  if (!(us > 0)) return 0;
+  const auto leakage = energy.by_unit_nj.find(kLeakage);
+  const double leaked_nj = leakage == energy.by_unit_nj.end() ? 0 : leakage->second,
+               interval_us = gpu.rate.target_fps > 0 ? std::max(us, 1e6 / gpu.rate.target_fps) : us;
+  const double leaks_for = gpu.rate.gating == PowerGating::kBetweenFrames ? us : interval_us;
+  // 1 nJ in 1 us is 1 mW.
+  return ((energy.total_nj() - leaked_nj) / frames + leaked_nj / frames * leaks_for / us) / interval_us * 1e-3;
 }
 
 }  // namespace tessera::hardware

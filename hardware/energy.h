@@ -31,6 +31,10 @@ struct FrameEnergy {
   double total_nj() const;
   void accumulate(const FrameEnergy& frame);
 };
+// Power in watts at machine.target_fps, of a mean frame: `energy` and `cycles` are sums over `frames`. What events take
+// goes with the rate of frames; leakage lasts as long as the GPU's supply is there.
+double power_w(const Machine& gpu, const FrameEnergy& energy, double cycles, double frames);
+
 // `mm2`: all of the machine (hardware/area.h).
 FrameEnergy frame_energy(const Machine& gpu, const EnergyEvents& events, double cycles, double mm2);
 

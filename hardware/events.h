@@ -85,6 +85,7 @@ struct EventEnergy {
 struct EventColumns {
   std::optional<Stage> unit = std::nullopt;
   std::uint8_t parts = kFirstPart;
+  bool in_each_core = false;  // of the geometry, by a unit that every core has
   EventRate rate = {};
   EventEnergy energy = {};
   std::optional<Event> timed_as = std::nullopt, priced_as = std::nullopt;

@@ -209,6 +209,19 @@ Keys<QueueSizes> queue_keys() {
   };
 }
 
+Keys<FrameRate> frame_rate_keys() {
+  return {
+      {"machine.target_fps", &FrameRate::target_fps, "frames/s", 0, 10000,
+       "Frames a second at which energy.power_w holds, or as many as the machine draws if that is less; 0: as many as "
+       "it "
+       "draws.",
+       "[spec] 60 on most displays of phones"},
+      {"energy.power_gating", &FrameRate::gating,
+       "When the GPU's supply is cut: never (none), so that it leaks all the time, or between_frames.",
+       "[assumed] none"},
+  };
+}
+
 Keys<OtherSilicon> other_silicon_keys() {
   return {
       {"area.core_mm2", &OtherSilicon::core_mm2, "mm2", 0, kMaxArea,
@@ -226,6 +239,14 @@ Keys<OtherSilicon> other_silicon_keys() {
 }
 
 }  // namespace
+
+double Machine::peak_gb_per_s() const {
+  if (!has_banks()) return memory.gb_per_s;
+  static constexpr std::array kMegaTransfers = {4266.6, 6400.0, 8533.3, 3200.0};  // of MemoryType
+  constexpr double kChannelBytes = 2;
+  return kMegaTransfers[static_cast<std::size_t>(memory.type)] * kChannelBytes * static_cast<double>(memory.channels) /
+         1e3;
+}
 
 double Machine::operations(Event event) const {
   switch (event) {
@@ -271,6 +292,7 @@ Keys<Machine> machine_keys() {
   return speed_keys()
       .add(memory_keys())
       .add(&Machine::queues, queue_keys())
+      .add(&Machine::rate, frame_rate_keys())
       .add(energy_keys())
       .add(silicon_keys())
       .add(&Machine::silicon, other_silicon_keys())

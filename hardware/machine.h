@@ -48,7 +48,7 @@ struct Caches {
 
 // How the external memory is timed with TimingModel::kEvents: bytes at a rate; or channels, banks and rows of a type.
 enum class MemoryModel : std::uint8_t { kFluid, kBanks };
-enum class MemoryType : std::uint8_t { kLpddr4x4266, kLpddr5_6400, kLpddr5x8533 };
+enum class MemoryType : std::uint8_t { kLpddr4x4266, kLpddr5_6400, kLpddr5x8533, kLpddr4_3200 };
 
 // The external memory.
 struct MemoryInterface {
@@ -91,6 +91,13 @@ struct QueueSizes {
   std::int64_t registers = 64;
 };
 
+// How often frames are drawn, for power; a machine that is ahead waits, and leaks unless its supply is cut.
+enum class PowerGating : std::uint8_t { kNone, kBetweenFrames };
+struct FrameRate {
+  double target_fps = 60;  // 0: as many as it can
+  PowerGating gating = PowerGating::kNone;
+};
+
 // Silicon that no event takes: of a core whatever its rates, of a KiB; and what a mm2 of any leaks (hardware/area.h).
 struct OtherSilicon {
   double core_mm2 = 0.15;
@@ -130,8 +137,20 @@ struct Machine {
   Caches caches;
   MemoryInterface memory;
   QueueSizes queues;
+  FrameRate rate;
 
-  // The memory's rate and latency in clocks of the GPU.
+  // Which of the models that the configuration chooses are in use.
+  bool times_events() const { return queues.model == TimingModel::kEvents; }
+  bool has_banks() const { return times_events() && memory.model == MemoryModel::kBanks; }
+  bool has_compiled_shaders() const { return times_events() && shader.costs == ShaderCosts::kCompiled; }
+
+  // Peak rate of the external memory: of its channels with has_banks(), else memory.gb_per_s; and what the GPU gets of it
+  // in a clock.
+  double peak_gb_per_s() const;
+  double memory_bytes_per_clk() const {
+    return peak_gb_per_s() * 1e3 / clock_mhz * (has_banks() ? 1 : memory.gpu_share);
+  }
+  // memory.gb_per_s and memory.latency_ns in clocks of the GPU.
   double bytes_per_clk() const { return memory.gb_per_s * 1e3 / clock_mhz; }
   double latency_clk() const { return memory.latency_ns * clock_mhz * 1e-3; }
   void set_bytes_per_clk(double bytes) { memory.gb_per_s = bytes * clock_mhz * 1e-3; }
@@ -169,12 +188,14 @@ inline constexpr auto kEnumWords<hardware::DomainShading> = std::to_array<std::s
 template <>
 inline constexpr auto kEnumWords<hardware::MemoryModel> = std::to_array<std::string_view>({"fluid", "banks"});
 template <>
-inline constexpr auto kEnumWords<hardware::MemoryType> = std::to_array<std::string_view>({"lpddr4x-4266", "lpddr5-6400",
-                                                                                          "lpddr5x-8533"});
+inline constexpr auto kEnumWords<hardware::MemoryType> =
+    std::to_array<std::string_view>({"lpddr4x-4266", "lpddr5-6400", "lpddr5x-8533", "lpddr4-3200"});
 template <>
 inline constexpr auto kEnumWords<hardware::FrameCaches> = std::to_array<std::string_view>({"empty", "warm"});
 template <>
 inline constexpr auto kEnumWords<hardware::FrameOverlap> = std::to_array<std::string_view>({"none", "frames"});
+template <>
+inline constexpr auto kEnumWords<hardware::PowerGating> = std::to_array<std::string_view>({"none", "between_frames"});
 template <>
 inline constexpr auto kEnumWords<hardware::TimingModel> = std::to_array<std::string_view>({"phases", "events"});
 

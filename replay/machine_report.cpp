@@ -40,6 +40,8 @@ json timing_json(const timing::FrameTiming& timing) {
               {"latency_cycles", whole(timing.latency)},
               {"bound_by", timing.bound_by ? std::string(name(*timing.bound_by)) : ""},
               {"bound_by_cycles", whole(timing.bound_cycles)},
+              {"tiles_in_flight", timing.cores_busy > 0 ? timing.tiles_busy / timing.cores_busy : 0.0},
+              {"tile_memory_waits", whole(timing.memory_waits)},
               {"units", units}};
   if (!timing.events) return out;
   const timing::SimulationCounts& events = *timing.events;
@@ -74,11 +76,23 @@ json energy_json(const hardware::FrameEnergy& energy) {
 
 json area_json(const hardware::Area& area) { return {{"total_mm2", area.total_mm2()}, {"by_unit", area.by_unit_mm2}}; }
 
+void put_model(const hardware::Machine& gpu, const timing::FrameTiming& timing, const hardware::FrameEnergy& energy,
+               double frames, json& into) {
+  into["timing"] = timing_json(timing);
+  into["energy"] = energy_json(energy);
+  const double ms = timing.cycles / gpu.clock_mhz * 1e-3;
+  into["timing"]["time_ms"] = ms;
+  into["timing"]["frames_per_second"] = ms > 0 ? 1e3 * frames / ms : 0.0;
+  into["energy"]["power_w"] = hardware::power_w(gpu, energy, timing.cycles, frames);
+}
+
 std::string model_csv_header() {
-  std::string text = ",timing.cycles,timing.latency_cycles,timing.bound_by,timing.bound_by_cycles";
+  std::string text =
+      ",timing.cycles,timing.time_ms,timing.frames_per_second,timing.latency_cycles,timing.bound_by,timing.bound_by_"
+      "cycles";
   for (const std::string& unit : unit_names())
     text += fmt::format(",timing.{0}.busy_cycles,timing.{0}.utilisation", unit);
-  text += ",energy.total_nj";
+  text += ",energy.total_nj,energy.power_w";
   for (const std::string& unit : energy_names()) text += fmt::format(",energy.{}_nj", unit);
   return text + ",area.total_mm2";
 }
@@ -86,12 +100,13 @@ std::string model_csv_header() {
 std::string model_csv(const json& frame) {
   const json &timing = frame["timing"], &energy = frame["energy"];
   std::string text =
-      fmt::format(",{},{},{},{}", timing["cycles"].get<std::uint64_t>(), timing["latency_cycles"].get<std::uint64_t>(),
+      fmt::format(",{},{:.6f},{:.3f},{},{},{}", timing["cycles"].get<std::uint64_t>(), timing["time_ms"].get<double>(),
+                  timing["frames_per_second"].get<double>(), timing["latency_cycles"].get<std::uint64_t>(),
                   timing["bound_by"].get<std::string>(), timing["bound_by_cycles"].get<std::uint64_t>());
   for (const std::string& unit : unit_names())
     text += fmt::format(",{},{:.6f}", timing["units"][unit]["busy_cycles"].get<std::uint64_t>(),
                         timing["units"][unit]["utilisation"].get<double>());
-  text += fmt::format(",{:.3f}", energy["total_nj"].get<double>());
+  text += fmt::format(",{:.3f},{:.6f}", energy["total_nj"].get<double>(), energy["power_w"].get<double>());
   for (const std::string& unit : energy_names()) text += fmt::format(",{:.3f}", energy["by_unit"][unit].get<double>());
   return text + fmt::format(",{:.6f}", frame["area"]["total_mm2"].get<double>());
 }

@@ -11,7 +11,10 @@
 namespace tessera::replay {
 
 // The member "timing" of stats.json:
-//   {"cycles", "latency_cycles", "bound_by", "bound_by_cycles", "units": {unit: {"busy_cycles", "utilisation"}}}
+//   {"cycles", "latency_cycles", "bound_by", "bound_by_cycles", "tiles_in_flight", "tile_memory_waits",
+//    "units": {unit: {"busy_cycles", "utilisation"}}}
+// tiles_in_flight is the mean of a core while it works; tile_memory_waits the cycles in which the core that waited most
+// could have tested a tile if its memory had had room for it.
 // cycles and busy cycles are rounded up to whole ones. Units that exist once in each core give the mean over the cores;
 // "tilecores" is the time in which a core had a tile in work. bound_by (timing/bound.h) is "" where nothing was done;
 // bound_by_cycles is what the frame would be shorter with twice as much of it. With machine.timing=events also
@@ -26,6 +29,11 @@ nlohmann::json energy_json(const hardware::FrameEnergy& energy);
 
 // The member "area": {"total_mm2", "by_unit": {unit: mm2}} of the machine that the frame was timed on.
 nlohmann::json area_json(const hardware::Area& area);
+
+// Puts both into a frame of stats.json or the sum of `frames`, with what people ask for: timing.time_ms,
+// timing.frames_per_second, and energy.power_w at machine.target_fps.
+void put_model(const hardware::Machine& gpu, const timing::FrameTiming& timing, const hardware::FrameEnergy& energy,
+               double frames, nlohmann::json& into);
 
 // Columns of stats.csv for the first two and the whole area, each with a comma in front; the row from a frame of stats.json.
 std::string model_csv_header();

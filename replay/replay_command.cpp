@@ -25,6 +25,7 @@
 #include "gpu/record_file.h"
 #include "gpu/tile_memory.h"
 #include "gpu/timeline.h"
+#include "gpu/unread_keys.h"
 #include "replay/commands.h"
 #include "replay/file_kind.h"
 #include "replay/frame_costs.h"
@@ -141,7 +142,7 @@ class ReplayCommand final : public Command {
     if (spp_) gpu::settings_keys().set(settings, *gpu::settings_keys().find("sampling.samples_per_pixel"), *spp_);
     if (seed_) gpu::settings_keys().set(settings, *gpu::settings_keys().find("sampling.seed"), *seed_);
     gpu::check_gpu(gpu);
-    if (!quiet_) say_notes(gpu.key_notes);
+    if (!quiet_) say_notes(gpu::configuration_notes(gpu));
     const std::string notice = gpu::fit_tile_memory(gpu, settings, sets_key(sets_, "tilecore.memory_bytes"));
     if (!quiet_ && !notice.empty()) std::fprintf(stderr, "note: %s\n", notice.c_str());
     for (const std::string& layer : aux_)

@@ -16,6 +16,7 @@
 #include "base/text.h"
 #include "baselines/baseline_counters.h"
 #include "gpu/counter_list.h"
+#include "gpu/unread_keys.h"
 #include "replay/machine_report.h"
 
 namespace tessera::replay {
@@ -42,14 +43,15 @@ json counters_json(const gpu::FrameCounters& counters) {
 }
 
 Statistics::Statistics(const scene::Capture& capture, const gpu::GpuConfiguration& gpu,
-                       const gpu::RunSettings& settings, const gpu::RenderRequest& request) {
+                       const gpu::RunSettings& settings, const gpu::RenderRequest& request)
+    : machine_(gpu) {
   head_["schema"] = "tessera.stats/1";
   head_["capture"] = {
       {"file", capture.file.filename().string()}, {"bytes", capture.file_bytes}, {"notices", capture.notices}};
   if (capture.variant != scene::kNone)
     head_["capture"]["variant"] = capture.variants[static_cast<std::size_t>(capture.variant)];
   head_["gpu"] = gpu::gpu_json(gpu);
-  head_["gpu_notices"] = gpu.key_notes;
+  head_["gpu_notices"] = gpu::configuration_notes(gpu);
   head_["settings"] = settings_json(settings);
   head_["settings"]["width"] = request.width;
   head_["settings"]["height"] = request.height;
@@ -63,7 +65,7 @@ json effect_places_json(const gpu::FrameEffectPlaces& places) {
   return out;
 }
 
-json frame_json(const gpu::FrameResult& frame, const baselines::BaselineSet* schemes) {
+json frame_json(const hardware::Machine& gpu, const gpu::FrameResult& frame, const baselines::BaselineSet* schemes) {
   json out = {{"frame", frame.frame},
               {"effects", frame.effects},
               {"effect_reasons", frame.effect_reasons},
@@ -71,8 +73,7 @@ json frame_json(const gpu::FrameResult& frame, const baselines::BaselineSet* sch
               {"counters", counters_json(frame.counters)},
               {"dram", dram_json(frame.counters.ledger)}};
   if (frame.model) {
-    out["timing"] = timing_json(frame.model->timing);
-    out["energy"] = energy_json(frame.model->energy);
+    put_model(gpu, frame.model->timing, frame.model->energy, 1, out);
     out["area"] = area_json(frame.model->area);
   }
   if (frame.right) out["right_eye"] = {{"counters", counters_json(frame.right->counters)}};
@@ -91,7 +92,7 @@ void Statistics::add_gpu_notice(const std::string& notice) {
 void Statistics::add(const gpu::FrameResult& frame, const baselines::BaselineSet* schemes, const FrameCosts* costs) {
   nlohmann::json stages = nlohmann::json::object();
   for (const auto& [stage, seconds] : frame.stage_seconds) stages[stage] = seconds;
-  frames_.push_back(frame_json(frame, schemes));
+  frames_.push_back(frame_json(machine_, frame, schemes));
   if (costs != nullptr) {
     frames_.back()["drawables"] = costs->drawables();
     frames_.back()["materials"] = costs->materials();
@@ -126,8 +127,7 @@ json Statistics::json() const {
                   {"dram", dram_json(total_.ledger)},
                   {"host", {{"seconds", total_seconds_}}}};
   if (timing_) {
-    out["total"]["timing"] = timing_json(*timing_);
-    out["total"]["energy"] = energy_json(energy_);
+    put_model(machine_, *timing_, energy_, static_cast<double>(frames_.size()), out["total"]);
     out["total"]["area"] = area_;
   }
   if (has_baselines_) out["total"]["baselines"] = baselines_json(baselines_.total());
@@ -210,14 +210,15 @@ std::string traffic_line(const json& total, double frames) {
                      with(": ", largest(purposes, read + written)));
 }
 
-std::string energy_line(const json& total, double frames, double clock_mhz) {
+std::string energy_line(const json& total, double frames, const json& gpu) {
   const json& energy = total["energy"];
   Shares units;
   for (const auto& [unit, nj] : energy["by_unit"].items()) units.emplace_back(unit, nj.get<double>());
-  const double nj = energy["total_nj"].get<double>(),
-               us = total["timing"]["cycles"].get<double>() / clock_mhz;  // nJ per microsecond: mW
-  return fmt::format("{:.3f} mJ a frame, {:.2f} W{}", nj / frames * 1e-6, us > 0 ? nj / us * 1e-3 : 0.0,
-                     with(": ", largest(units, nj)));
+  const double nj = energy["total_nj"].get<double>(), target = gpu["machine"]["target_fps"].get<double>(),
+               possible = total["timing"]["frames_per_second"].get<double>(),
+               rate = target > 0 ? std::min(target, possible) : possible;
+  return fmt::format("{:.3f} mJ a frame, {:.2f} W at {:.0f} frames/s{}", nj / frames * 1e-6,
+                     energy["power_w"].get<double>(), rate, with(": ", largest(units, nj)));
 }
 
 }  // namespace
@@ -234,7 +235,7 @@ std::string replay_summary(const json& statistics, const std::string& results) {
   line("time", modelled ? time_line(total["timing"], frames, clock_mhz, machine) : std::string(kNotModelled));
   line("bound by", modelled ? bound_line(total["timing"]) : std::string(kNotModelled));
   line("traffic", traffic_line(total, frames));
-  line("energy", modelled ? energy_line(total, frames, clock_mhz) : std::string(kNotModelled));
+  line("energy", modelled ? energy_line(total, frames, gpu) : std::string(kNotModelled));
   line("results", results);
   return text;
 }

@@ -60,6 +60,7 @@ class Statistics {
 
  private:
   nlohmann::json head_;
+  hardware::Machine machine_;
   std::vector<nlohmann::json> frames_;
   gpu::FrameCounters total_;
   std::optional<timing::FrameTiming> timing_;
@@ -75,7 +76,8 @@ class Statistics {
 nlohmann::json counters_json(const gpu::FrameCounters& counters);
 
 // A frame's member of "frames", all but "host": what follows from the inputs.
-nlohmann::json frame_json(const gpu::FrameResult& frame, const baselines::BaselineSet* schemes = nullptr);
+nlohmann::json frame_json(const hardware::Machine& gpu, const gpu::FrameResult& frame,
+                          const baselines::BaselineSet* schemes = nullptr);
 
 // Every declared counter for people and programs: name, unit, how it adds up, meaning, vendor names.
 nlohmann::json describe_counters();

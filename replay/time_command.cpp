@@ -15,6 +15,7 @@
 #include "gpu/machine_model.h"
 #include "gpu/record_file.h"
 #include "gpu/tile_memory.h"
+#include "gpu/unread_keys.h"
 #include "replay/commands.h"
 #include "replay/file_kind.h"
 #include "replay/machine_report.h"
@@ -76,7 +77,7 @@ class TimeCommand final : public Command {
     if (!gpu_.empty()) machine.gpu = read_as(FileKind::kMachine, gpu_, [&] { return gpu::load_gpu(gpu_); });
     for (const std::string& text : sets_) gpu::apply_setting(text, machine.settings, machine.gpu);
     gpu::check_gpu(machine.gpu);
-    say_notes(machine.gpu.key_notes);
+    say_notes(gpu::configuration_notes(machine.gpu));
     const std::string notice =
         gpu::fit_tile_memory(machine.gpu, machine.settings, sets_key(sets_, "tilecore.memory_bytes"));
     if (!notice.empty()) std::fprintf(stderr, "note: %s\n", notice.c_str());
@@ -102,10 +103,8 @@ class TimeCommand final : public Command {
       if (sensitivity_ && !first) first = *frame;
       const gpu::FrameCost cost =
           gpu::frame_cost(machine.gpu, frame->views, caches.of_frame(machine.gpu, frame->frame), each);
-      frames.push_back({{"frame", frame->frame},
-                        {"timing", timing_json(cost.timing)},
-                        {"energy", energy_json(cost.energy)},
-                        {"area", area_json(cost.area)}});
+      frames.push_back({{"frame", frame->frame}, {"area", area_json(cost.area)}});
+      put_model(machine.gpu, cost.timing, cost.energy, 1, frames.back());
       total.timing.accumulate(cost.timing);
       total.energy.accumulate(cost.energy);
       print_row(words, std::to_string(frame->frame), cost, machine.gpu);
@@ -119,6 +118,8 @@ class TimeCommand final : public Command {
     }
     for (std::size_t view = 0; view < views.size(); ++view) print_split(words, *split, views[view], view_cycles[view]);
     if (json_.empty()) return;
+    json sum = {{"area", area_json(machine.gpu.area())}};
+    put_model(machine.gpu, total.timing, total.energy, static_cast<double>(frames.size()), sum);
     OutputFile file(json_);
     file.write(json_text({{"schema", "tessera.time/1"},
                           {"record", {{"capture", record.head().value("capture", json())}}},
@@ -126,10 +127,7 @@ class TimeCommand final : public Command {
                           {"frames", frames},
                           {"sensitivity", sensitivity},
                           {"split", {{"by", split_}, {"views", views}}},
-                          {"total",
-                           {{"timing", timing_json(total.timing)},
-                            {"energy", energy_json(total.energy)},
-                            {"area", area_json(machine.gpu.area())}}}},
+                          {"total", sum}},
                          1) +
                "\n");
     file.commit();

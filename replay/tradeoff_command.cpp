@@ -12,6 +12,7 @@
 #include "base/output_file.h"
 #include "base/parallel.h"
 #include "base/text.h"
+#include "gpu/unread_keys.h"
 #include "replay/commands.h"
 #include "replay/file_kind.h"
 #include "replay/output_lock.h"
@@ -161,7 +162,7 @@ class TradeoffCommand final : public Command {
       options.base.emplace_back(text.substr(0, text.find('=')), text.substr(text.find('=') + 1));
     }
     gpu::check_gpu(options.gpu);
-    if (!quiet_) say_notes(options.gpu.key_notes);
+    if (!quiet_) say_notes(gpu::configuration_notes(options.gpu));
     const ImageSize size = parse_size("--size", size_);
     options.width = size.width;
     options.height = size.height;

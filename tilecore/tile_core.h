@@ -57,6 +57,8 @@ class TileCore {
     prepare_samples(job, job.grid->pixels(tile), has_lens(job));
   }
   void find_hits(const TileJob& job, const binner::ListEntry& entry, HitSink& sink);
+  // What the units that find samples have done since the last result; modulo 2^32.
+  timing::SubPatchItem counted() const;
 
   // From now on, results have what units did for each sub-patch and warp, or no more.
   void keep_items(bool keep);
@@ -83,8 +85,6 @@ class TileCore {
   static HistoryStorage history_storage(const TileJob& job);
   // True: its second pass has pixels left to fill.
   bool finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets);
-  // What is counted of items, so far; modulo 2^32.
-  timing::SubPatchItem counted() const;
   // Keeps what was counted since `before` as an item. `drawable`: SubPatchItem::drawable.
   void keep_item(const timing::SubPatchItem& before, std::uint32_t drawable);
   // What the kernels for an entry need: what the scene has and the front end did not rule out, or what is forced.

@@ -49,6 +49,7 @@ struct TileItems {
   std::vector<std::uint32_t> lines;        // asked of the L2: those of sub-patches, then those that shading reads
   std::vector<std::uint32_t> texel_lines;  // asked of the texture cache: those of alpha tests, then those of warps
   std::uint32_t shading_lines = 0;         // of `lines`, behind those of sub-patches
+  std::uint64_t cache_lines = 0;           // asked of caches that no item names, and filled into them: energy alone
   // Bytes that bypass the L2: the tile list, then records of sub-patches, stored samples, what the resolve unit reads,
   // and all that is written.
   std::uint64_t list_bytes = 0, record_bytes = 0, load_bytes = 0, resolve_bytes = 0, written_bytes = 0;

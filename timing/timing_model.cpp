@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <deque>
 #include <limits>
+#include <optional>
 
 #include "base/check.h"
 #include "base/parallel.h"
@@ -10,7 +11,6 @@
 namespace tessera::timing {
 namespace {
 
-constexpr std::uint64_t kMaxInFlight = 8;  // tiles that a core can keep apart
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 // Something that takes time: waits for its first data, then flows, as fast as its units and its share of the memory let
@@ -127,7 +127,7 @@ class FrameSimulation {
  public:
   FrameSimulation(const hardware::Machine& gpu, const FrameWork& work)
       : gpu_(gpu), work_(work), time_(memory_rate(gpu)), cores_(static_cast<std::size_t>(gpu.cores.count)) {
-    in_flight_ = tiles_in_flight(gpu, work);
+    for (Core& core : cores_) core.memory.emplace(gpu, work);
   }
 
   Schedule run() {
@@ -145,7 +145,7 @@ class FrameSimulation {
 
  private:
   struct Core {
-    std::uint64_t in_flight = 0;
+    std::optional<TileMemory> memory;
     std::array<std::deque<std::size_t>, kPhaseCount>
         waiting;  // tiles, as positions in schedule_.tiles; none for visibility
     std::array<std::optional<std::size_t>, kPhaseCount> busy;
@@ -237,19 +237,24 @@ class FrameSimulation {
     return true;
   }
 
+  const TileWork& work_of(std::size_t tile) const {
+    const TileSchedule& scheduled = schedule_.tiles[tile];
+    return work_.rounds[scheduled.round].tiles[scheduled.index];
+  }
+
   bool give_tile() {
     if (next_ == schedule_.tiles.size()) return false;
     std::uint32_t best = 0;
     bool found = false;
     for (std::uint32_t c = 0; c < cores_.size(); ++c) {
-      if (cores_[c].busy[0] || cores_[c].in_flight == in_flight_ ||
-          (found && cores_[c].in_flight >= cores_[best].in_flight))
+      if (cores_[c].busy[0] || !cores_[c].memory->has_room(work_of(next_)) ||
+          (found && cores_[c].memory->tiles() >= cores_[best].memory->tiles()))
         continue;
       best = c;
       found = true;
     }
     if (!found) return false;
-    ++cores_[best].in_flight;
+    cores_[best].memory->take(work_of(next_));
     schedule_.tiles[next_].core = best;
     begin_phase(best, 0, next_++);
     return true;
@@ -274,25 +279,18 @@ class FrameSimulation {
     if (phase + 1 < kPhaseCount)
       core.waiting[phase + 1].push_back(tile);
     else
-      --core.in_flight;
+      core.memory->free(work_of(tile));
   }
 
   const hardware::Machine& gpu_;
   const FrameWork& work_;
   SharedTime time_;
   std::vector<Core> cores_;
-  std::uint64_t in_flight_;
   std::size_t next_ = 0;
   Schedule schedule_;
 };
 
 }  // namespace
-
-std::uint64_t tiles_in_flight(const hardware::Machine& gpu, const FrameWork& work) {
-  if (work.tile_state_bytes == 0) return 1;
-  return std::clamp<std::uint64_t>(static_cast<std::uint64_t>(gpu.cores.memory_bytes) / work.tile_state_bytes, 1,
-                                   kMaxInFlight);
-}
 
 std::span<const Stage> geometry_stages() { return kGeometryStages; }
 
@@ -378,6 +376,13 @@ double imbalance(const hardware::Machine& gpu, const Schedule& schedule) {
   return idle;
 }
 
+void count_tiles(const hardware::Machine& gpu, const Schedule& schedule, FrameTiming& timing) {
+  timing.cores_busy = cores_busy(gpu, schedule);
+  for (const TileSchedule& tile : schedule.tiles)
+    timing.tiles_busy += (tile.phases.back().end - tile.phases.front().begin) / static_cast<double>(gpu.cores.count);
+  timing.memory_waits = waits_for_tile_memory(gpu, schedule);
+}
+
 double waits_for_tile_memory(const hardware::Machine& gpu, const Schedule& schedule) {
   struct Core {
     std::uint32_t round = 0xFFFFFFFFu;
@@ -434,7 +439,7 @@ FrameTiming time_frame(const hardware::Machine& gpu, const FrameWork& work, cons
   for (std::size_t p = 0; p < kPhaseCount; ++p)
     for (const Stage stage : phase_stages(static_cast<Phase>(p))) timing.busy[static_cast<std::size_t>(stage)] /= cores;
   timing.busy[static_cast<std::size_t>(Stage::kDram)] = static_cast<double>(work.dram_bytes()) / memory_rate(gpu);
-  timing.cores_busy = cores_busy(gpu, schedule);
+  count_tiles(gpu, schedule, timing);
 
   timing.bind(find_bound(timing.cycles, guesses_of(gpu, timing, schedule), imbalance(gpu, schedule),
                          [&](Bound bound, double) { return schedule_frame(doubled(gpu, bound), work).cycles; }));
@@ -451,6 +456,8 @@ void FrameTiming::accumulate(const FrameTiming& frame) {
   cycles += frame.cycles;
   latency += frame.latency;
   cores_busy += frame.cores_busy;
+  tiles_busy += frame.tiles_busy;
+  memory_waits += frame.memory_waits;
   for (std::size_t s = 0; s < kStageCount; ++s) busy[s] += frame.busy[s];
   if (!bound_by) bound_by = frame.bound_by;
   for (std::size_t b = 0; b < kBoundCount; ++b) {

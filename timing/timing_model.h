@@ -56,8 +56,25 @@ Schedule schedule_frame(const hardware::Machine& gpu, const FrameWork& work);
 // that never keeps them waiting: n equal items in a pipeline. The last element is the length of the phase.
 std::vector<double> pipeline_ends(std::span<const double> cycles, std::uint64_t items);
 
-// Tiles that a core works on at once: as many as its memory holds, 1 to 8.
-std::uint64_t tiles_in_flight(const hardware::Machine& gpu, const FrameWork& work);
+// The memory of a core, which holds what the samples of its tiles see: as many tiles are in work as fit, 1 to 8.
+class TileMemory {
+ public:
+  TileMemory(const hardware::Machine& gpu, const FrameWork& work)
+      : bytes_(static_cast<std::uint64_t>(gpu.cores.memory_bytes)), state_bytes_(work.tile_state_bytes) {}
+
+  std::uint64_t tiles() const { return tiles_; }
+  bool has_room(const TileWork& tile) const {
+    return tiles_ == 0 || (state_bytes_ > 0 && tiles_ < kMaxTiles && used_ + bytes_of(tile) <= bytes_);
+  }
+  void take(const TileWork& tile) { ++tiles_, used_ += bytes_of(tile); }
+  void free(const TileWork& tile) { --tiles_, used_ -= bytes_of(tile); }
+
+ private:
+  static constexpr std::uint64_t kMaxTiles = 8;
+  std::uint64_t bytes_of(const TileWork& tile) const { return state_bytes_ + tile.layer_bytes; }
+
+  std::uint64_t bytes_, state_bytes_, used_ = 0, tiles_ = 0;
+};
 
 // Units of each phase, in order; and of the geometry.
 std::span<const Stage> phase_stages(Phase phase);
@@ -76,6 +93,8 @@ struct FrameTiming {
   double latency = 0;             // from the frame's first patch to its last pixel; a sum over frames
   StageCycles busy{};             // per instance: the mean over the cores for what each core has
   double cores_busy = 0;          // mean over the cores of the cycles in which a tile was in work
+  double tiles_busy = 0;          // the same, each tile by itself: over cores_busy, the tiles in flight of a core
+  double memory_waits = 0;        // waits_for_tile_memory()
   std::optional<Bound> bound_by;  // what the frame hangs on most (timing/bound.h); none where nothing was done
   double bound_cycles = 0;        // what twice as much of it saves
 
@@ -89,6 +108,8 @@ struct FrameTiming {
 };
 FrameTiming time_frame(const hardware::Machine& gpu, const FrameWork& work, const Schedule& schedule);
 
+// Fills in cores_busy, tiles_busy and memory_waits.
+void count_tiles(const hardware::Machine& gpu, const Schedule& schedule, FrameTiming& timing);
 // Mean over the cores of the cycles in which a tile was in work.
 double cores_busy(const hardware::Machine& gpu, const Schedule& schedule);
 inline bool overlaps(const hardware::Machine& gpu) { return gpu.queues.overlap == hardware::FrameOverlap::kFrames; }

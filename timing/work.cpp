@@ -32,6 +32,15 @@ std::uint64_t compiled_clocks(const hardware::Machine& gpu, const TileItems& ite
   return clocks;
 }
 
+std::uint64_t compiled_clocks(const hardware::Machine& gpu, const FrameWork& work) {
+  std::uint64_t clocks = 0;
+  for (const WorkRound& round : work.rounds) {
+    if (gpu.shades_on_lanes()) clocks += round.geometry.vertex_clocks;
+    for (const TileItems& items : round.items) clocks += compiled_clocks(gpu, items);
+  }
+  return clocks;
+}
+
 void take_compiled(const hardware::Machine& gpu, std::uint64_t clocks, EventCounts& counts) {
   counts[Event::kShaderInvocations] = counts[Event::kSurfaceEvaluations] = 0;
   if (gpu.shades_on_lanes()) counts[Event::kVertices] = 0;
@@ -85,13 +94,18 @@ StageCycles stage_cycles(const hardware::Machine& gpu, const GeometryWork& work)
   for (const Event event : hardware::kAllEvents) {
     const hardware::EventRow& row = hardware::kEventTable[event];
     if (row.phase == hardware::EventPhase::kGeometry)
-      times.add(*row.unit, row.parts, gpu.clocks(event, counts[event]));
+      times.add(*row.unit, row.parts,
+                gpu.clocks(event, counts[event]) / (row.in_each_core ? static_cast<double>(gpu.cores.count) : 1));
     else if (event == Event::kSamplingOperations)
       times.add(Stage::kFrontend, hardware::kFirstPart | hardware::kSecondPart, gpu.clocks(event, counts[event]));
   }
   StageCycles cycles = times.cycles();
-  const double vertices = gpu.clocks(Event::kVertices, counts[Event::kVertices]) +
-                          gpu.clocks(Event::kDomainInvocations, counts[Event::kDomainInvocations]);
+  // Lanes and texture units shade vertices side by side.
+  const bool compiled = gpu.shades_on_lanes() && gpu.shader.costs == hardware::ShaderCosts::kCompiled;
+  const double shading = compiled ? static_cast<double>(work.vertex_clocks) / gpu.per_clk(Event::kShaderClocks)
+                                  : gpu.clocks(Event::kVertices, counts[Event::kVertices]) +
+                                        gpu.clocks(Event::kDomainInvocations, counts[Event::kDomainInvocations]);
+  const double vertices = std::max(shading, gpu.clocks(Event::kTexels, counts[Event::kTexels]));
   double& frontend = cycles[static_cast<std::size_t>(Stage::kFrontend)];
   frontend = std::max(frontend, vertices / static_cast<double>(gpu.cores.count));
   cycles[static_cast<std::size_t>(Stage::kDram)] = static_cast<double>(work.dram_bytes) / memory_rate(gpu);
@@ -106,8 +120,8 @@ constexpr bool timed_in_tiles(Event event) {
 }
 
 constexpr auto timed_events() {
-  std::array<Event, static_cast<std::size_t>(std::count_if(hardware::kAllEvents.begin(), hardware::kAllEvents.end(),
-                                                           timed_in_tiles))>
+  std::array<Event, static_cast<std::size_t>(
+                        std::count_if(hardware::kAllEvents.begin(), hardware::kAllEvents.end(), timed_in_tiles))>
       events{};
   std::copy_if(hardware::kAllEvents.begin(), hardware::kAllEvents.end(), events.begin(), timed_in_tiles);
   return events;

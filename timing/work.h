@@ -31,6 +31,7 @@ struct GeometryWork {
   std::uint64_t table_bytes = 0;    // of these, filled into the L2
   std::uint64_t written_bytes = 0;  // of these
   std::uint64_t queue_bytes = 0;    // of the parameter buffer in use at the end
+  std::uint64_t vertex_clocks = 0;  // of lanes, for the compiled shaders of its vertices
 };
 
 // Events of one tile (or of one partial render of it). Filled where the tile is rendered, whatever thread does; then in
@@ -40,6 +41,7 @@ struct TileWork {
   EventCounts events;
   std::uint64_t sub_patches = 0;  // tested, tessellated for it or found in the cache
   std::array<std::uint64_t, kPhaseCount> dram_bytes{};
+  std::uint64_t layer_bytes = 0;  // of blended layers that its core keeps, beside FrameWork::tile_state_bytes
 };
 
 // A binner's run and the tiles that it led to; one a frame but for partial renders and second passes.
@@ -53,7 +55,7 @@ struct WorkRound {
 
 struct FrameWork {
   std::vector<WorkRound> rounds;
-  std::uint64_t tile_state_bytes = 0;     // what all samples of a tile see, in its core's memory
+  std::uint64_t tile_state_bytes = 0;     // what all samples of a tile see, in its core's memory, without layers
   std::uint64_t other_bytes = 0;          // of the ledger, by what is no part of the rounds; moved after them
   std::uint64_t other_written_bytes = 0;  // of these
 
@@ -68,6 +70,8 @@ inline std::uint64_t domain_warps(const hardware::Machine& gpu, const SubPatchIt
 // Clocks of lanes that the compiled shaders of a tile take; they replace what constants make of its invocations, and of
 // its vertices where lanes shade them.
 std::uint64_t compiled_clocks(const hardware::Machine& gpu, const TileItems& items);
+// The same of a whole frame, with the vertices that are shaded before its tiles.
+std::uint64_t compiled_clocks(const hardware::Machine& gpu, const FrameWork& work);
 void take_compiled(const hardware::Machine& gpu, std::uint64_t clocks, EventCounts& counts);
 
 // What a frame's energy follows from.
@@ -87,6 +91,6 @@ StageCycles stage_cycles(const hardware::Machine& gpu, const GeometryWork& work)
 StageCycles stage_cycles(const hardware::Machine& gpu, const TileWork& work);
 
 // Bytes per clock that the GPU gets of the external memory.
-inline double memory_rate(const hardware::Machine& gpu) { return gpu.bytes_per_clk() * gpu.memory.gpu_share; }
+inline double memory_rate(const hardware::Machine& gpu) { return gpu.memory_bytes_per_clk(); }
 
 }  // namespace tessera::timing

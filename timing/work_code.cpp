@@ -11,15 +11,15 @@ namespace {
 // Calls visit(member) for every number of a record in order; `Work` may be const.
 template <class Work, class Visit>
 void each_number(Work& work, const Visit& visit) requires std::is_same_v<std::remove_const_t<Work>, GeometryWork> {
-  auto& [events, patches, dram_bytes, table_bytes, written_bytes, queue_bytes] = work;
+  auto& [events, patches, dram_bytes, table_bytes, written_bytes, queue_bytes, vertex_clocks] = work;
   for (auto& count : events) visit(count);
-  visit(patches), visit(dram_bytes), visit(table_bytes), visit(written_bytes), visit(queue_bytes);
+  visit(patches), visit(dram_bytes), visit(table_bytes), visit(written_bytes), visit(queue_bytes), visit(vertex_clocks);
 }
 
 template <class Work, class Visit>
 void each_number(Work& work, const Visit& visit) requires std::is_same_v<std::remove_const_t<Work>, TileWork> {
-  auto& [tile, events, sub_patches, dram_bytes] = work;
-  visit(tile), visit(sub_patches);
+  auto& [tile, events, sub_patches, dram_bytes, layer_bytes] = work;
+  visit(tile), visit(sub_patches), visit(layer_bytes);
   for (auto& count : events) visit(count);
   for (auto& bytes : dram_bytes) visit(bytes);
 }
@@ -42,7 +42,7 @@ void each_number(Item& item, const Visit& visit) requires std::is_same_v<std::re
 template <class Items, class Visit>
 void each_number(Items& items, const Visit& visit) requires std::is_same_v<std::remove_const_t<Items>, TileItems> {
   visit(items.shading_lines), visit(items.list_bytes), visit(items.record_bytes), visit(items.load_bytes);
-  visit(items.resolve_bytes), visit(items.written_bytes);
+  visit(items.resolve_bytes), visit(items.written_bytes), visit(items.cache_lines);
 }
 
 class Writer {

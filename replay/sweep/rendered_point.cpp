@@ -92,7 +92,7 @@ RenderedPoint render_point(const PointRender& how, const SweepPoint& point, cons
     const Stopwatch watch;
     gpu::FrameResult result = device.render(frame);
     seconds += watch.seconds();
-    out.frames.push_back(frame_json(result, study.baselines ? &schemes.last() : nullptr));
+    out.frames.push_back(frame_json(configuration.gpu, result, study.baselines ? &schemes.last() : nullptr));
     std::vector<timing::FrameWork>& work = out.work.emplace_back();
     if (result.model) work.push_back(std::move(result.model->record.work));
     if (result.right && result.right->work) work.push_back(std::move(*result.right->work));
@@ -117,8 +117,7 @@ json timed_frames(const Study& study, const gpu::GpuConfiguration& gpu, const Re
       };
     const gpu::FrameCost cost =
         gpu::frame_cost(gpu, rendered.work[f], caches.of_frame(gpu, frame["frame"].get<int>()), each);
-    frame["timing"] = timing_json(cost.timing);
-    frame["energy"] = energy_json(cost.energy);
+    put_model(gpu, cost.timing, cost.energy, 1, frame);
     frame["area"] = area_json(cost.area);
     if (each) frame["split"] = std::move(splits);
   }

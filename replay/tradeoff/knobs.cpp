@@ -201,7 +201,7 @@ std::vector<Knob> resolve_knobs() {
   };
 }
 
-// Models of the same machine, the finest first: they differ in what of a record they look at. All else is the finest.
+// Models of the same machine, the finest first: they differ in what of a record they look at.
 Knob timing_knob(const char* name, const char* title, std::vector<KnobSetting> settings) {
   Knob out = knob(name, title, std::move(settings), "");
   out.against = 0;
@@ -306,7 +306,10 @@ std::string why_without_effect(const Knob& knob, const scene::FrameGeometry& fra
 }
 
 void apply(const KeyValues& values, gpu::RunSettings& settings, gpu::GpuConfiguration& gpu) {
+  // The context of a knob holds keys that some of its settings do not read.
+  const std::vector<std::string> set_by_people = gpu.set_keys;
   for (const auto& [key, value] : values) gpu::set_key(key, value, settings, gpu);
+  gpu.set_keys = set_by_people;
 }
 
 std::string as_arguments(const KeyValues& values) {

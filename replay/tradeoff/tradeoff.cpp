@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/text.h"
+#include "gpu/unread_keys.h"
 #include "gpu/view_inputs.h"
 #include "reference/reference_store.h"
 #include "replay/point_files.h"
@@ -202,6 +203,8 @@ class Tradeoff {
     for (const Row& row : block.rows) {
       KeyValues all = options_.base;
       all.insert(all.end(), row.values.begin(), row.values.end());
+      // A command that sets what the chosen models do not read would be refused.
+      std::erase_if(all, [&](const auto& value) { return !gpu::unread_because(row.trial.gpu, value.first).empty(); });
       SettingResult& setting = out.settings.emplace_back();
       setting.label = row.label;
       setting.arguments = as_arguments(all);

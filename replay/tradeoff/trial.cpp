@@ -43,10 +43,11 @@ class RoundTimer {
 };
 
 // All numbers of a frame but zeros, and the size of the capture's files.
-std::map<std::string, Figure> figures_of(const gpu::FrameResult& frame, const scene::Capture& capture) {
+std::map<std::string, Figure> figures_of(const hardware::Machine& gpu, const gpu::FrameResult& frame,
+                                         const scene::Capture& capture) {
   std::map<std::string, Figure> figures;
   figures["capture.file_bytes"] = capture.file_bytes;
-  for (const auto& [name, value] : frame_values(frame_json(frame)))
+  for (const auto& [name, value] : frame_values(frame_json(gpu, frame)))
     if (value.is_number() && value != 0) {
       if (value.is_number_float())
         figures[name] = value.get<double>();
@@ -114,7 +115,7 @@ class Runner {
       const RoundTimer timer(result.host);
       frame.emplace(renderer.render(place_.frame));
     }
-    if (result.figures.empty()) result.figures = figures_of(*frame, prepared->capture);
+    if (result.figures.empty()) result.figures = figures_of(trial.gpu, *frame, prepared->capture);
     return std::move(frame->targets.color);
   }
 
@@ -144,7 +145,7 @@ class Runner {
     if (history) renderer.set_history(*history);
     gpu::FrameResult frame = renderer.render(place_.frame);
     FrameRecords::Record& record = records_.known[name];
-    record.figures = figures_of(frame, prepared->capture);
+    record.figures = figures_of(trial.gpu, frame, prepared->capture);
     std::erase_if(record.figures, [](const auto& figure) {
       return figure.first.starts_with("timing.") || figure.first.starts_with("energy.");
     });

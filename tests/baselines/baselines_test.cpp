@@ -123,60 +123,6 @@ bool meets(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& ve
   return !polygon.empty();
 }
 
-// Stamps of a tile that a still triangle meets, by cutting it with each of them, made smaller by so much on all sides.
-std::uint32_t stamps_met(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& vertex, IntRect pixels,
-                         double less) {
-  std::uint32_t count = 0;
-  for (int y = pixels.y0; y < pixels.y1; y += TriangleSetup::kStampSide)
-    for (int x = pixels.x0; x < pixels.x1; x += TriangleSetup::kStampSide)
-      count += meets(patch, vertex, x + less, y + less, x + TriangleSetup::kStampSide - less,
-                     y + TriangleSetup::kStampSide - less)
-                   ? 1
-                   : 0;
-  return count;
-}
-
-TEST(TriangleSetup, TS5StillTrianglesHaveTheStampsThatTheyMeet) {
-  Random random(4);
-  const binner::TileGrid grid(kWidth, kHeight, 16, 16);
-  const scene::Projection p = projection(0);
-  const TriangleSetup setup(grid, p);
-  for (const float size : {2.0f, 20.0f, 80.0f}) {
-    const TessellatedPatch patch = scattered({60, false, true, size}, random);
-    BaselineCounters counters;
-    TriangleList list = setup.run(patch, counters);
-    setup.add_stamps(patch, list);
-    ASSERT_EQ(list.stamps.size(), list.tiles.size());
-    std::size_t k = 0;
-    for (const TriangleList::Triangle& t : list.triangles)
-      for (; k < t.tiles_end; ++k) {
-        const IntRect pixels = grid.pixels(list.tiles[k]);
-        EXPECT_LE(list.stamps[k], stamps_met(patch, t.vertex, pixels, 0));
-        EXPECT_GE(list.stamps[k], stamps_met(patch, t.vertex, pixels, 1e-6)) << "but for what touches a stamp's side";
-      }
-  }
-}
-
-TEST(TriangleSetup, TS5MotionAndTheLensAddStamps) {
-  Random random(5);
-  const binner::TileGrid grid(kWidth, kHeight, 16, 16);
-  const auto stamps = [&](const TessellatedPatch& patch, double lens) {
-    const scene::Projection p = projection(lens);
-    const TriangleSetup setup(grid, p);
-    BaselineCounters counters;
-    TriangleList list = setup.run(patch, counters);
-    setup.add_stamps(patch, list);
-    std::uint64_t sum = 0;
-    for (const std::uint32_t of_tile : list.stamps) sum += of_tile;
-    return sum;
-  };
-  const TessellatedPatch moving = scattered({40, true, true, 6}, random);
-  TessellatedPatch still = moving;
-  still.moving = false;
-  EXPECT_GT(stamps(moving, 0), stamps(still, 0));
-  EXPECT_GT(stamps(moving, 25), stamps(moving, 0));
-}
-
 TEST(TriangleSetup, StillTrianglesAreInExactlyTheTilesThatTheyMeet) {
   Random random(3);
   const binner::TileGrid grid(kWidth, kHeight, 16, 16);

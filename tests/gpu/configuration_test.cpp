@@ -4,6 +4,7 @@
 #include "gpu/presets.h"
 #include "gpu/settings.h"
 #include "gpu/tile_memory.h"
+#include "gpu/unread_keys.h"
 #include "tests/support/tests.h"
 
 namespace tessera::gpu::configuration_test {
@@ -181,6 +182,46 @@ TEST(Configuration, AFormerKeySetsWhatItIsCalledNow) {
       EXPECT_EQ(gpu.key_notes, std::vector{former_key_note(former)});
     }
   }
+}
+
+// Keys that a model does not read: refused where they are set by name, noted where a file has them.
+TEST(Configuration, KeysThatTheChosenModelsDoNotReadAreRefused) {
+  struct Case {
+    const char *key, *unread, *read;
+  };
+  const std::string finest =
+      "machine.timing=events memory.model=banks shader.costs=compiled tessellator.domain_shading=lanes";
+  const auto checked = [](const std::string& models, const std::string& setting) -> std::string {
+    GpuConfiguration gpu;
+    RunSettings settings;
+    std::istringstream words(models);
+    try {
+      for (std::string word; words >> word;) apply_setting(word, settings, gpu);
+      apply_setting(setting, settings, gpu);
+      check_gpu(gpu);
+    } catch (const UsageError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  for (const Case& c : {Case{"memory.gb_per_s=20", "machine.timing=events memory.model=banks", "machine.timing=events"},
+                        Case{"memory.bytes_per_clk=20", "machine.timing=events memory.model=banks", ""},
+                        Case{"memory.type=lpddr4-3200", "", "machine.timing=events memory.model=banks"},
+                        Case{"memory.channels=2", "machine.timing=events", "machine.timing=events memory.model=banks"},
+                        Case{"shader.costs=compiled", "", "machine.timing=events"},
+                        Case{"l2.latency_clk=50", "", "machine.timing=events"},
+                        Case{"shader.operations=200", "machine.timing=events shader.costs=compiled", ""},
+                        Case{"energy.vertex_pj=9", "tessellator.domain_shading=lanes", ""}}) {
+    const std::string key = std::string(c.key).substr(0, std::string(c.key).find('='));
+    EXPECT_EQ(checked(c.unread, c.key).substr(0, key.size() + 2), key + ": ") << c.key;
+    EXPECT_NE(checked(c.unread, c.key).find("set "), std::string::npos) << "what to set instead";
+    EXPECT_EQ(checked(c.read, c.key), "") << c.key;
+  }
+  EXPECT_EQ(checked(finest, "shader.lanes=16"), "");
+  const GpuConfiguration file = parse_gpu(R"({"memory": {"type": "lpddr4-3200", "gb_per_s": 34.085}})", "file");
+  EXPECT_NO_THROW(check_gpu(file));
+  ASSERT_EQ(configuration_notes(file).size(), 1u) << "of the key that differs from the preset's";
+  EXPECT_TRUE(configuration_notes(file)[0].starts_with("memory.type: "));
 }
 
 TEST(Configuration, AClockBeyondTheProcessIsRefused) {

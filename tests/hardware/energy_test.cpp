@@ -30,6 +30,22 @@ TEST(EnergyByVoltage, GoesWithItsSquareLeakageWithItAndTheMemoryNot) {
   }
 }
 
+TEST(Power, IsThatOfTheTargetRateAndLeaksBetweenFrames) {
+  Machine gpu;
+  gpu.clock_mhz = 1000;
+  FrameEnergy energy;
+  energy.by_unit_nj = {{"shader", 1e6}, {"leakage", 1e5}};  // 1 mJ, and 0.1 W for a frame of 1 ms
+  EXPECT_NEAR(power_w(gpu, energy, 1e6, 1), 60e-3 + 0.1, 1e-12);
+  EXPECT_NEAR(power_w(gpu, energy, 2e6, 2), 30e-3 + 0.05, 1e-12) << "two frames that share it";
+  gpu.rate.gating = PowerGating::kBetweenFrames;
+  EXPECT_NEAR(power_w(gpu, energy, 1e6, 1), 60 * 1.1e-3, 1e-12);
+  gpu.rate.target_fps = 0;
+  EXPECT_NEAR(power_w(gpu, energy, 1e6, 1), 1.1, 1e-12);
+  gpu.rate.target_fps = 1e4;
+  EXPECT_NEAR(power_w(gpu, energy, 1e6, 1), 1.1, 1e-12) << "it draws no more than it can";
+  EXPECT_EQ(power_w(gpu, energy, 0, 1), 0);
+}
+
 TEST(EnergyByCapacity, AccessesToALargerMemoryCostMore) {
   const Machine plain;
   Machine large;

@@ -352,8 +352,9 @@ TEST(Model, StatisticsHoldTimingAndEnergyOfEveryFrameAndTheirSum) {
   };
   EXPECT_EQ(columns(1), columns(0));
   EXPECT_EQ(columns(2), columns(0));
-  EXPECT_NE(csv.find(",timing.cycles,timing.latency_cycles,timing.bound_by"), std::string::npos);
-  EXPECT_NE(csv.find(",energy.total_nj"), std::string::npos);
+  EXPECT_NE(csv.find(",timing.cycles,timing.time_ms,timing.frames_per_second,timing.latency_cycles,timing.bound_by"),
+            std::string::npos);
+  EXPECT_NE(csv.find(",energy.total_nj,energy.power_w"), std::string::npos);
 }
 
 TEST(SelfChecks, TheMemoryMovesWhatItsStandardSays) {

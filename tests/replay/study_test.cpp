@@ -70,7 +70,7 @@ TEST(Study, MachineAndSizeAreAxesToo) {
                                                 {{{"key", "gpu"}, {"values", {"large", "mine.json"}}},
                                                  {{"key", "size"}, {"values", {"64x36", "16x16"}}}}}}));
   const PointConfiguration large = configure_point(study, {0, 0}), mine = configure_point(study, {1, 1});
-  EXPECT_EQ(large.gpu.tile.width, 64);
+  EXPECT_EQ(large.gpu.cores.count, 12);
   EXPECT_EQ(large.gpu.tile.height, 48) << "fixed settings come after the machine";
   EXPECT_EQ(mine.gpu.tile.width, 24);
   EXPECT_EQ(mine.size->width, 16);

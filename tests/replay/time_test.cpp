@@ -229,8 +229,8 @@ TEST_F(Time, AMachineThatCannotBeBuiltIsRefused) {
   const ProcessResult clock = time("plain", {"clock.mhz=1500"});
   EXPECT_EQ(clock.status, 2);
   EXPECT_THAT(clock.errors, HasSubstr("voltage.nominal_mhz"));
-  const ProcessResult compiled = time(
-      "plain", {"machine.timing=events", "shader.costs=compiled", "shader.registers=8", "shader.register_bytes=1024"});
+  const ProcessResult compiled =
+      time("plain", {"machine.timing=events", "shader.costs=compiled", "shader.register_bytes=1024"});
   EXPECT_EQ(compiled.status, 2);
   EXPECT_THAT(compiled.errors, HasSubstr("a shader of the frame takes"));
   EXPECT_EQ(time("plain", {"energy.leakage_mw=3"}).status, 2);
@@ -295,7 +295,7 @@ std::string frame_alone(const std::shared_ptr<const gpu::PreparedCapture>& eggs,
   try {
     gpu::check_gpu(gpu);
     gpu::fit_tile_memory(gpu, settings, key == "tilecore.memory_bytes");
-    return frame_json(gpu::Device(eggs, gpu, settings, request).render(3)).dump();
+    return frame_json(gpu, gpu::Device(eggs, gpu, settings, request).render(3)).dump();
   } catch (const UsageError&) {
     return "";
   }

@@ -120,6 +120,7 @@ void DeferredShader::run_warps(const TileJob& job) {
   const PixelShader::SurfaceWork again = pixel_shader_.take_surface_work();
   counters_.surface_warps += again.warps;
   counters_.surface_evaluations += again.evaluations;
+  counters_.height_lookups += again.height_lookups;
 }
 
 void DeferredShader::set_partners(const TileJob& job, const TileSamples& samples, std::size_t pixel, bool rests,

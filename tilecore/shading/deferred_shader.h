@@ -34,6 +34,7 @@ struct ShadingCounters {
   std::uint64_t warps = 0;
   std::uint64_t surface_evaluations = 0;
   std::uint64_t surface_warps = 0;
+  std::uint64_t height_lookups = 0;
   std::uint64_t quads = 0;
   std::uint64_t helper_invocations = 0;
 };
@@ -236,6 +237,8 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> = std::to_array<
      ""},
     {"tilecore.surface_warps", &tilecore::ShadingCounters::surface_warps, Combine::kSum, "warps",
      "Warps of such invocations.", ""},
+    {"tilecore.height_lookups", &tilecore::ShadingCounters::height_lookups, Combine::kSum, "lookups",
+     "Bilinear lookups of heights by pixel-shader invocations that evaluate a displaced patch again.", ""},
     {"tilecore.quads", &tilecore::ShadingCounters::quads, Combine::kSum, "quads",
      "With shading.derivatives=quad: quads of 2x2 pixel-shader invocations.",
      "MaliFragQuads; Adreno and Mesa fragment quads"},

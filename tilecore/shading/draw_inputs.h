@@ -13,7 +13,8 @@ namespace tessera::tilecore {
 // What all invocations of a draw share, as scalar registers hold it: a drawable at one of the shutter's motion
 // segments, and the lights of one of them.
 struct DrawConstants {
-  DrawConstants() {}  // member by member: clearing it whole first takes longer than all else that alpha tests do with it
+  DrawConstants() {
+  }  // member by member: clearing it whole first takes longer than all else that alpha tests do with it
   const scene::PosedDrawable* drawable = nullptr;
   const scene::Material* material = nullptr;
   bool grid = false;  // of Bezier patches; else clusters

@@ -93,21 +93,28 @@ bool looks_around(const Lighting& lighting, const Material& material) {
   return lighting.environment.surroundings().kind == shaders::Surroundings::Kind::kImage && !material.unlit;
 }
 
-// What every warp of a draw has.
-timing::WarpItem item_of(const FrameGeometry& frame, const scene::PosedDrawable& drawable, const Lighting& lighting,
-                         bool quads) {
+}  // namespace
+
+std::uint32_t height_lookups(const scene::PosedDrawable& drawable) {
+  if (!has_grid(drawable) || !drawable.material->displacement) return 0;
+  return drawable.moving && drawable.deforming ? 16 : 8;
+}
+
+timing::WarpItem warp_item(const FrameGeometry& frame, const scene::PosedDrawable& drawable, const Lighting& lighting,
+                           bool quads, bool evaluates) {
   hardware::ShaderFeatures features = draw_features(frame, drawable, quads);
+  using In = hardware::ShaderFeatures::Surface;
+  evaluates = evaluates && has_grid(drawable);
+  if (!evaluates && features.surface != In::kComputed) features.surface = In::kTriangles;
   features.environment_image = looks_around(lighting, *drawable.material);
   const hardware::ShaderCost cost = hardware::shader_cost(features);
   timing::WarpItem item;
-  item.evaluates = has_grid(drawable) ? 1 : 0;
+  item.evaluates = evaluates ? 1 : 0;
   item.clocks = static_cast<std::uint32_t>(hardware::lane_clocks(cost));
   item.registers = static_cast<std::uint32_t>(cost.registers);
   item.drawable = static_cast<std::uint32_t>(&drawable - frame.drawables.data()) + 1;
   return item;
 }
-
-}  // namespace
 
 Vec4 look_up(const shaders::Texture& texture, const shaders::Sampler& sampler, Vec2 uv, float lod,
              TextureUnit* textures) {
@@ -222,7 +229,10 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
   warp_ends_.push_back(order.size());
   warps_ += warp_ends_.size();
   if (has_grid(drawable)) surface_work_.warps += warp_ends_.size(), surface_work_.evaluations += order.size();
-  const timing::WarpItem item = keep_warps_ ? item_of(frame, drawable, lighting, quads) : timing::WarpItem();
+  const std::uint32_t heights = textures != nullptr ? height_lookups(drawable) : 0;
+  surface_work_.height_lookups += order.size() * heights;
+  timing::WarpItem item = keep_warps_ ? warp_item(frame, drawable, lighting, quads) : timing::WarpItem();
+  item.texels = heights;  // of a lane
   if (drawable.procedure != nullptr) {
     LookupArrays lookups;
     if (textures != nullptr && looks_around(lighting, *drawable.material))
@@ -342,7 +352,7 @@ void PixelShader::finish_warps(std::size_t first_warp, std::size_t end, std::siz
     timing::WarpItem& item = warp_items_.emplace_back(of_draw);
     item.lanes = static_cast<std::uint32_t>(warp_ends_[w] - begin);
     if (textures == nullptr) continue;
-    item.texels = static_cast<std::uint32_t>(textures->counters().texels - texels);
+    item.texels = item.lanes * of_draw.texels + static_cast<std::uint32_t>(textures->counters().texels - texels);
     item.texel_lines = static_cast<std::uint32_t>(textures->request_count() - lines);
   }
 }

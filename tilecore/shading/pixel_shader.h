@@ -84,7 +84,7 @@ class PixelShader {
   std::uint64_t take_warps() { return std::exchange(warps_, 0); }
   // Of these, warps whose invocations evaluate a patch again, and those invocations.
   struct SurfaceWork {
-    std::uint64_t warps = 0, evaluations = 0;
+    std::uint64_t warps = 0, evaluations = 0, height_lookups = 0;
   };
   SurfaceWork take_surface_work() { return std::exchange(surface_work_, {}); }
 
@@ -131,6 +131,15 @@ class PixelShader {
   bool keep_warps_ = false;
   std::vector<timing::WarpItem> warp_items_;
 };
+
+// Bilinear lookups of heights that an invocation makes to evaluate its patch again: at four places around, in two levels
+// each, and at both poses of what deforms.
+std::uint32_t height_lookups(const scene::PosedDrawable& drawable);
+
+// What each warp of a draw has (hardware/shader_costs.h). `evaluates`: patches are evaluated again for each invocation;
+// otherwise vertices have attributes, which are interpolated.
+timing::WarpItem warp_item(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
+                           const Lighting& lighting, bool quads, bool evaluates = true);
 
 // Alpha of a point as the alpha test sees it: factor, texture filtered over the pixel at the location's time, vertex
 // colour.

@@ -64,15 +64,32 @@ ShaderFeatures material_features(const scene::Material& material) {
   return f;
 }
 
+namespace {
+
+ShaderFeatures::Surface surface_of(const scene::PosedDrawable& drawable) {
+  using Surface = ShaderFeatures::Surface;
+  if (drawable.procedure != nullptr) return Surface::kComputed;
+  if (!has_grid(drawable)) return Surface::kTriangles;
+  return drawable.material->displacement ? Surface::kDisplacedPatch : Surface::kPatch;
+}
+
+ShaderFeatures::Motion motion_of(const scene::PosedDrawable& drawable) {
+  using Motion = ShaderFeatures::Motion;
+  return !drawable.moving ? Motion::kStill : drawable.deforming ? Motion::kDeforming : Motion::kMoving;
+}
+
+}  // namespace
+
+ShaderFeatures domain_features(const scene::PosedDrawable& drawable) {
+  return {.stage = ShaderFeatures::Stage::kDomain, .surface = surface_of(drawable), .motion = motion_of(drawable)};
+}
+
 ShaderFeatures draw_features(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable, bool quads) {
   ShaderFeatures f = material_features(*drawable.material);
   using In = ShaderFeatures;
   const bool computed = drawable.procedure != nullptr;
-  f.surface = computed                          ? In::Surface::kComputed
-              : !has_grid(drawable)             ? In::Surface::kTriangles
-              : drawable.material->displacement ? In::Surface::kDisplacedPatch
-                                                : In::Surface::kPatch;
-  f.motion = !drawable.moving ? In::Motion::kStill : drawable.deforming ? In::Motion::kDeforming : In::Motion::kMoving;
+  f.surface = surface_of(drawable);
+  f.motion = motion_of(drawable);
   f.quads = quads;
   f.vertex_colors = !computed && !drawable.primitive->vertices.colors.empty();
   if (f.normals == ShaderFeatures::Normals::kMapped && f.surface == In::Surface::kTriangles &&

@@ -13,4 +13,7 @@ hardware::ShaderFeatures material_features(const scene::Material& material);
 hardware::ShaderFeatures draw_features(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
                                        bool quads);
 
+// The domain shader of a drawable that has vertices to shade.
+hardware::ShaderFeatures domain_features(const scene::PosedDrawable& drawable);
+
 }  // namespace tessera::tilecore

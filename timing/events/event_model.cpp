@@ -4,6 +4,7 @@
 #include <deque>
 #include <limits>
 #include <memory>
+#include <optional>
 
 #include "base/check.h"
 #include "base/parallel.h"
@@ -211,7 +212,7 @@ struct Core {
   ShaderCore shader;
   VisibilityPipe visibility;
   StoreUnit store;
-  std::uint64_t in_flight = 0;
+  std::optional<TileMemory> tile_memory;
   std::array<std::deque<std::size_t>, kPhaseCount> waiting;  // tiles, as positions in Schedule::tiles
   std::array<std::optional<std::size_t>, kPhaseCount> busy;
   // Where paths are recorded, of each phase: the path to its begin, and what the tile that left it last spent in it.
@@ -231,7 +232,7 @@ class EventSimulation {
     const ShaderCore::Rates rates = ShaderCore::rates_of(gpu);
     for (std::uint32_t c = 0; c < static_cast<std::uint32_t>(gpu.cores.count); ++c)
       cores_.push_back(std::make_unique<Core>(gpu, rates, c, events_, memory_));
-    in_flight_ = tiles_in_flight(gpu, work);
+    for (auto& core : cores_) core->tile_memory.emplace(gpu, work);
   }
 
   void warm(const WarmCaches& caches) {
@@ -431,14 +432,14 @@ class EventSimulation {
     std::uint32_t best = 0;
     bool found = false;
     for (std::uint32_t c = 0; c < cores_.size(); ++c) {
-      if (cores_[c]->busy[0] || cores_[c]->in_flight == in_flight_ ||
-          (found && cores_[c]->in_flight >= cores_[best]->in_flight))
+      if (cores_[c]->busy[0] || !cores_[c]->tile_memory->has_room(tile_of(next_)) ||
+          (found && cores_[c]->tile_memory->tiles() >= cores_[best]->tile_memory->tiles()))
         continue;
       best = c;
       found = true;
     }
     if (!found) return false;
-    ++cores_[best]->in_flight;
+    cores_[best]->tile_memory->take(tile_of(next_));
     out_.schedule.tiles[first_ + next_].core = best;
     begin_phase(best, Phase::kVisibility, next_++, now);
     return true;
@@ -471,7 +472,7 @@ class EventSimulation {
     if (events_.recording()) end_path(core, phase, tile);
     core.busy[p].reset();
     if (phase == Phase::kStore)
-      --core.in_flight;
+      core.tile_memory->free(tile_of(tile));
     else
       core.waiting[p + 1].push_back(tile);
     dispatch(now);
@@ -532,7 +533,6 @@ class EventSimulation {
   MemoryPath memory_;
   GeometryPipe geometry_;
   std::vector<std::unique_ptr<Core>> cores_;
-  std::uint64_t in_flight_ = 1;
   bool geometry_done_ = true;
   std::size_t round_ = 0, first_ = 0, next_ = 0;
   std::vector<StageCycles> tile_cycles_;
@@ -620,7 +620,7 @@ TimedEvents time_events(const hardware::Machine& gpu, const FrameWork& work, War
   timing.cycles = schedule.cycles;
   timing.latency = latency(gpu, schedule);
   timing.busy = out.events.busy;
-  timing.cores_busy = cores_busy(gpu, schedule);
+  count_tiles(gpu, schedule, timing);
   timing.events = out.events.counts;
   timing.bind(
       find_bound(timing.cycles, guesses_of(gpu, out.events), imbalance(gpu, schedule), [&](Bound bound, double limit) {
