@@ -308,7 +308,7 @@ class Replays(unittest.TestCase):
             self.assertAlmostEqual(float(row["timing.cycles"]) / megahertz * 1e-3, float(milliseconds), delta=0.05)
             self.assertAlmostEqual(energy, float(millijoules), delta=0.05)
             if watts != "–":
-                self.assertAlmostEqual(energy * 60e-3, float(watts), delta=0.005)
+                self.assertAlmostEqual(float(row["energy.power_w"]), float(watts), delta=0.005)
             self.assertAlmostEqual(float(row["area.total_mm2"]), float(area), delta=0.05)
         least = min(float(row["area.total_mm2"]) for row in smallest if float(row["timing.cycles"]) <= 14166666)
         self.assertAlmostEqual(least, float(re.search(r"do it on ([0-9.]+) mm²", text)[1]), delta=0.05)
