@@ -24,11 +24,8 @@ class GpuKeys(TypedDict, total=False):
     frontend__split_pixels: float  # 1 to 65536 pixels. Sub-patches no wider than this on screen, at shutter open and close, are not split further; no limit with frontend.split_criterion=cost.
     frontend__split_depth: int  # 0 to 12 splits. Most splits by the criterion between a base patch and a sub-patch; splits for tessellator.sub_patch_cells do not count.
     frontend__split_budget: int  # 1 to 4096 sub-patches. Most sub-patches that the criterion may make of one base patch.
-    frontend__split_core_share: float  # 0 to 1. Part of a tile core's work on entries and boxes that the frame waits for, as frontend.split_criterion=cost prices it; the rest hides behind busier units.
     frontend__backface_culling: bool  # Whether sub-patches that face away are dropped before binning.
-    frontend__backface_cells: int  # 0 to 256 cells. Sub-patches are cut further where parts that face away can be dropped: so many cells of them for each sub-patch more. 0: never.
     frontend__previous_depth_culling: bool  # Whether instances and groups of patches that the previous frame's depths hide are deferred, looked at again when the tiles are done, and rendered in a second pass where they were visible after all.
-    frontend__depth_block_pixels: int  # 8 to 256 pixels. Side of the blocks whose farthest depths tile cores store for it, 2 bytes each: a power of two, halved until it divides the tile's sides.
     tile__width: int  # 8 to 256 pixels. Width of the on-chip render area of one tile core.
     tile__height: int  # 8 to 256 pixels. Height of the on-chip render area of one tile core.
     tile__rendering_elimination: bool  # Whether a tile is not rendered, and its pixels stay as they are, when all that it would be rendered from has the signature (frame_buffer.signature_bits) of the frame before. Signatures are read and written in memory.
@@ -41,28 +38,21 @@ class GpuKeys(TypedDict, total=False):
     binner__time_segments: int  # 0 to 16 segments. Pieces into which the shutter is cut, each with a bounding rectangle of its own; 0: as many as the box's centre travels its own larger side (at least a tile) on screen.
     binner__queue_levels: int  # 1 to 5 levels. Levels of queues: single tiles, then groups of 2x2, 4x4, 8x8 and 16x16 tiles, whose entries all their tiles read.
     binner__combining_bursts: int  # 1 to 65536 bursts. Bursts that the binner keeps open on chip to combine writes to lists, their cursors and the sub-patch table.
-    binner__record_cache_bytes: int  # 0 to 1.07374e+09 bytes. On-chip memory that keeps bursts of the sub-patch table for the tiles that follow.
     tessellator__max_factor: int  # 1 to 64 cells. Largest number of cells along an edge of a base patch.
     tessellator__subpixel_bits: int  # 4 to 8 bits. Fractional bits of a vertex's place on screen: vertices that are projected lie on a grid of 2^-bits pixels. Samples keep theirs of 1/256.
     tessellator__sub_patch_cells: int  # 4 to 64 cells. Largest side of the sub-patches that the front end sends to the binner.
     tessellator__cache_bytes: int  # 0 to 1.07374e+09 bytes. On-chip memory that keeps the vertices of tessellated sub-patches for the tiles that follow.
-    tessellator__cache_eviction: Literal["lru", "uses", "next_use"]  # Which vertices leave that memory first: those used longest ago (lru); those that no tile's list names any more, then those used longest ago (uses) or those that the order of tiles brings back last (next_use).
-    post_tessellation__cache_bytes: int  # 0 to 1.07374e+09 bytes. With --baselines: on-chip memory through which the tile cores of a machine that bins triangles read them.
-    immediate__cache_bytes: int  # 0 to 1.07374e+09 bytes. With --baselines: colour and depth cache of an immediate-mode machine.
+    baselines__cache_bytes: int  # 0 to 1.07374e+09 bytes. With --baselines: on-chip memory through which the tile cores of a machine that bins triangles read them; colour and depth cache of an immediate-mode machine.
     immediate__color_compression: bool  # With --baselines: whether an immediate-mode machine compresses colour without loss when that moves fewer bytes.
     visibility_stream__gmem_bytes: int  # 8192 to 1.07374e+09 bytes. With --baselines: tile memory of a machine that bins into visibility streams; its bins are as large as fit.
     tilecore__tile_order: Literal["rows", "strips", "morton", "hilbert"]  # Order in which cores are given tiles: row by row; in strips of eight rows, column by column; or along the curve of Morton (Z) or Hilbert. What tiles share (vertices, textures) it finds again sooner.
     tilecore__occlusion_culling: bool  # Whether a tile core drops entries that lie behind all that its samples see, before it tessellates them.
     tilecore__visibility_method: Literal["patch-bvh", "brute", "segments", "partition", "clusters", "cluster-partition", "interleaved"]  # How a tile core finds the samples of a moving or defocused sub-patch: by its motion BVH; by the rectangle of each cell's whole motion; by a stencil test on time for segments of the shutter, for parts of the rectangle, for either of whole leaves; by a rectangle at each of the few times that samples then have. The image is the same for all but the last, which shows things at just these times.
     tilecore__stencil_segments: int  # 0 to 256 segments. Segments of the shutter of the methods segments and clusters; 0: as many as the primitive moves its own size, at most 64.
-    tilecore__interleaved_times: int  # 1 to 256 times. Distinct times of samples with the method interleaved, where sampling.times does not say.
     tilecore__traversal: Literal["auto", "class", "ray"]  # How patch-bvh finds samples: per class of the sample pattern (samples of one time, on a grid) from the moving box of a leaf, or each as a ray through the binary tree of the sub-patch's cells; auto: for each sub-patch one of these, or brute, whichever is expected to be the least work: boxes built, tests of boxes and of triangles.
     tilecore__branch_node: Literal["root", "both_children", "leaf_mask"]  # With rays (tilecore.traversal): the node at which the rays of 4x4 pixels start: the root; the first node with both children inside their frustum; the lowest one above all leaves inside.
-    tilecore__ray_segments: int  # 1 to 64 segments. With rays (tilecore.traversal): parts of the shutter that have a stencil test, a leaf mask and a branch node of their own.
-    tilecore__box_bits: int  # 8 to 32 bits. Precision of the boxes of cells: single precision (32), or rounded outwards to so many bits (8 or 16) within the box of their leaf of 4x4 cells.
     tilecore__blend_layers: int  # 1 to 64 layers. Blended surfaces of one sample that a tile core keeps in order; of more, the two farthest become one.
     shading_cache__entries: int  # 1 to 1.04858e+06 cells. With shading.rate=cache: shaded cells that a tile core keeps on chip, 24 bytes each; the least recently used goes first.
-    shading_cache__group: int  # 1 to 64 tiles. Side of the square group of tiles that a core renders before it empties its shading cache, with shading.rate=cache.
     memory__burst_bytes: int  # 16 to 256 bytes. Smallest amount the external memory interface moves.
     frame_buffer__format: Literal["rgba8", "rgb10a2", "rgba16f"]  # How finished pixels lie in memory: half floats (8 bytes a pixel), or sRGB codes of light times exposure in 8 or 10 bits (4 bytes), in which light above 1 is clipped; images show it.
     frame_buffer__compression: Literal["none", "lossless"]  # Whether tile cores compress finished pixels on their way to memory, in blocks of 256 bytes; saves traffic, not room.
@@ -71,9 +61,13 @@ class GpuKeys(TypedDict, total=False):
     clock__mhz: float  # 1 to 10000 MHz. Clock of the whole GPU; cycles everywhere are cycles of this clock.
     voltage__nominal_mhz: float  # 1 to 10000 MHz. Clock that the GPU reaches at 0.8 V, for which energies and leakage are given. Other clocks have other voltages (hardware/voltage.h); energy of an event goes with their square, the memory's stays.
     tilecore__count: int  # 1 to 64 cores. Tile cores, fed by one tile scheduler.
+    frontend__reprojected_blocks_per_clk: float  # 0.000976562 to 65536 blocks/clk. Blocks of the previous frame's depths that the front end puts where the view at hand has them.
     frontend__bounds_per_clk: float  # 0.000976562 to 65536 bounds/clk. Bounding volumes that the front end computes.
+    frontend__depth_tests_per_clk: float  # 0.000976562 to 65536 blocks/clk. Blocks whose farthest depth the front end compares with the nearest one of a bound.
+    triangle_setup__triangles_per_clk: float  # 0.000976562 to 65536 triangles/clk. With --baselines: triangles that each core of a machine which bins or draws them culls and sets up behind its vertex shader.
     binner__entries_per_clk: float  # 0.000976562 to 65536 entries/clk. Entries of lists that the binner appends.
     binner__tiles_per_clk: float  # 0.000976562 to 65536 tiles/clk. Tiles that the binner tests against a sub-patch.
+    binner__signature_bytes_per_clk: float  # 0.000976562 to 65536 bytes/clk. With tile.rendering_elimination: bytes that the binner hashes, beside what it appends and tests.
     tilecore__entries_per_clk: float  # 0.000976562 to 65536 entries/clk. Entries of lists that a core reads, looks up in the sub-patch table and tests for occlusion.
     tilecore__sort_steps_per_clk: float  # 0.000976562 to 65536 steps/clk. Entries that a core's merge sorter passes from one stage to the next, all stages together.
     tessellator__vertices_per_clk: float  # 0.000976562 to 65536 vertices/clk. Vertices that a core's tessellator evaluates, both motion keys together.
@@ -81,32 +75,29 @@ class GpuKeys(TypedDict, total=False):
     tilecore__boxes_per_clk: float  # 0.000976562 to 65536 boxes/clk. Boxes of cells and leaves that a core builds.
     tilecore__box_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Lanes of box tests of a core.
     tilecore__stencil_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Samples whose time a core's stencil unit tests.
-    sampling__operations_per_clk: float  # 0.000976562 to 65536 operations/clk. Operations of the SIMD array that evaluates procedures, in each core; the sparse pass has one array.
+    procedures__operations_per_clk: float  # 0.000976562 to 65536 operations/clk. Operations of the SIMD array that evaluates procedures, in each core; the sparse pass has one array.
     tilecore__triangle_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Lanes of a core for samples tested against a triangle, 16 at a time.
     tilecore__alpha_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Alpha tests of a core.
-    tilecore__depth_blocks_per_clk: float  # 0.000976562 to 65536 blocks/clk. Blocks of 8x8 pixels whose farthest depth a core finds again.
+    tilecore__depth_blocks_per_clk: float  # 0.000976562 to 65536 blocks/clk. 8x8 HiZ blocks that a core updates or compares entries with.
     tilecore__compaction_per_clk: float  # 0.000976562 to 65536 samples/clk. Visible samples and blended layers that a core packs into warps.
+    texture__texels_per_clk: float  # 0.000976562 to 65536 texels/clk. Bilinear lookups of a core's texture unit; a trilinear one is two.
+    tilecore__blends_per_clk: float  # 0.000976562 to 65536 layers/clk. Blended layers of samples that a core composes.
+    resolve__pixels_per_clk: float  # 0.000976562 to 65536 pixels/clk. Pixels that a core's resolve unit finishes.
+    resolve__operations_per_clk: float  # 0.000976562 to 65536 operations/clk. Operations of desampling: velocities, advected pixels, taps of stencils.
+    resolve__signature_bytes_per_clk: float  # 0.000976562 to 65536 bytes/clk. With frame_buffer.transaction_elimination: bytes of stored colours that a core hashes, beside resolving them.
     shader__lanes: int  # 1 to 4096 lanes. Operations of the pixel shader that a core does per clock.
     shader__warp_lanes: int  # 4 to 128 lanes. Invocations of a warp. Warps are whole, each of one draw; the texture unit gets their lookups together.
     shader__costs: Literal["constant", "compiled"]  # With machine.timing=events: what a warp takes of the lanes and of the registers, the constants of shader.operations, shader.surface_operations and shader.registers, or what LLVM compiles its material's shader to for gfx1030.
     shader__operations: float  # 1 to 1e+06 operations. Operations of one pixel-shader invocation on one lane.
-    shader__surface_operations: float  # 0 to 1e+06 operations. Operations of one pixel-shader invocation that evaluates its patch again, besides.
+    shader__surface_operations: float  # 0 to 1e+06 operations. Operations of evaluating a patch's surface on one lane, with constant costs: of a pixel-shader invocation, besides shader.operations, and of a vertex with tessellator.domain_shading=lanes.
     tessellator__domain_shading: Literal["unit", "lanes"]  # Where vertices are evaluated: in a unit of the tessellator, at tessellator.vertices_per_clk; or on the shader's lanes, as warps that go before those of pixels and look heights up in the texture unit. Vertices that are on chip go through tessellator.transforms_per_clk either way.
-    shader__domain_operations: float  # 1 to 1e+06 operations. With tessellator.domain_shading=lanes and constant costs: operations of one vertex on one lane.
-    texture__texels_per_clk: float  # 0.000976562 to 65536 texels/clk. Bilinear lookups of a core's texture unit; a trilinear one is two.
-    tilecore__blends_per_clk: float  # 0.000976562 to 65536 layers/clk. Blended layers of samples that a core composes.
-    resolve__pixels_per_clk: float  # 0.000976562 to 65536 pixels/clk. Pixels that a core's resolve unit finishes.
-    resolve__operations_per_clk: float  # 0.000976562 to 65536 operations/clk. Operations of desampling: velocities, advected pixels, taps of stencils with 8-bit weights; a tap with float weights is four.
     tilecore__memory_bytes: int  # 1024 to 1.07374e+09 bytes. On-chip tile memory of a core: as many tiles as fit with what their samples see are in work at once (the samples of one tested while another is shaded). A preset's grows to what one tile needs; less of one's own is refused.
-    cache__line_bytes: int  # 16 to 256 bytes. Line of the texture caches and the L2: a block of 4x4 texels.
     texture__cache_bytes: int  # 256 to 1.67772e+07 bytes. Texture cache (L1) of a core.
-    texture__cache_ways: int  # 1 to 64 ways. Associativity of the texture cache.
     l2__bytes: int  # 0 to 1.07374e+09 bytes. L2 that all cores share, for textures, displacement maps and records of base patches; 0: none. What is written once passes by.
     l2__ways: int  # 1 to 64 ways. Associativity of the L2.
     memory__model: Literal["fluid", "banks"]  # With machine.timing=events: the external memory as bytes at memory.gb_per_s (fluid), or as channels, banks and rows of memory.type with a controller that sorts requests (banks).
-    memory__type: Literal["lpddr4x-4266", "lpddr5-6400", "lpddr5x-8533"]  # With memory.model=banks: channels of 16 bits of this kind, with its own clock; memory.gb_per_s, memory.latency_ns and memory.gpu_share are then of no account.
+    memory__type: Literal["lpddr4x-4266", "lpddr5-6400", "lpddr5x-8533", "lpddr4-3200"]  # With memory.model=banks: channels of 16 bits of this kind, with its own clock; memory.gb_per_s, memory.latency_ns and memory.gpu_share are then of no account.
     memory__channels: int  # 1 to 16 channels. With memory.model=banks: channels of 16 bits, a power of two.
-    memory__ranks: int  # 1 to 4 ranks. With memory.model=banks: ranks of a channel, a power of two.
     memory__gb_per_s: float  # 0.001 to 100000 GB/s. Peak rate of the external memory. memory.bytes_per_clk sets it too, by the clock.mhz of that moment.
     memory__gpu_share: float  # 0.01 to 1. Part of the peak rate that the GPU gets: refresh, turn-around, other users.
     memory__latency_ns: float  # 0 to 100000 ns. Time from a read to its data on an idle memory. memory.latency_clk sets it too, by the clock.mhz of that moment.
@@ -127,20 +118,25 @@ class GpuKeys(TypedDict, total=False):
     shader__max_warps: int  # 1 to 4096 warps. Warps that a core keeps apart.
     shader__register_bytes: int  # 1024 to 6.71089e+07 bytes. Registers of a core.
     shader__registers: int  # 1 to 1024 registers. Registers of 4 bytes that an invocation takes; with shader.register_bytes they limit the warps in flight.
+    machine__target_fps: float  # 0 to 10000 frames/s. Frames a second at which energy.power_w holds, or as many as the machine draws if that is less; 0: as many as it draws.
+    energy__power_gating: Literal["none", "between_frames"]  # When the GPU's supply is cut: never (none), so that it leaks all the time, or between_frames.
+    energy__reprojected_block_pj: float  # 0 to 1e+09 pJ. Block of the previous frame's depths put where the view at hand has it.
     energy__bound_pj: float  # 0 to 1e+09 pJ. Bounding volume of a sub-patch.
-    energy__binned_entry_pj: float  # 0 to 1e+09 pJ. Entry appended to a tile list, memory traffic apart.
-    energy__fetched_entry_pj: float  # 0 to 1e+09 pJ. Entry read by a core with its record, memory traffic apart.
+    energy__depth_test_pj: float  # 0 to 1e+09 pJ. Block's farthest depth compared with the nearest one of a bound.
+    energy__triangle_setup_pj: float  # 0 to 1e+09 pJ. The same for one triangle.
+    energy__entry_pj: float  # 0 to 1e+09 pJ. Entry appended to a tile list, or read by a core with its record, memory traffic apart.
+    energy__signature_byte_pj: float  # 0 to 1e+09 pJ. Byte hashed for a tile's signature.
     energy__sort_step_pj: float  # 0 to 1e+09 pJ. Entry passed on by a stage of the sorter of tile lists.
-    energy__transform_pj: float  # 0 to 1e+09 pJ. Vertex put through the transforms of both motion keys again.
     energy__vertex_pj: float  # 0 to 1e+09 pJ. Vertex evaluated.
+    energy__transform_pj: float  # 0 to 1e+09 pJ. Vertex put through the transforms of both motion keys again.
     energy__box_pj: float  # 0 to 1e+09 pJ. Box of a cell or a leaf built.
     energy__box_test_pj: float  # 0 to 1e+09 pJ. Box test.
     energy__stencil_test_pj: float  # 0 to 1e+09 pJ. Time of a sample tested against a stencil's references.
     energy__sampling_operation_pj: float  # 0 to 1e+09 pJ. Operation of the SIMD array that evaluates procedures.
     energy__triangle_test_pj: float  # 0 to 1e+09 pJ. Sample tested against a triangle.
-    energy__alpha_test_pj: float  # 0 to 1e+09 pJ. Alpha test.
-    energy__depth_block_pj: float  # 0 to 1e+09 pJ. Block of 8x8 pixels whose farthest depth is found again, in a tile memory of 192 KiB; goes with the square root of tilecore.memory_bytes.
     energy__hit_pj: float  # 0 to 1e+09 pJ. Hit taken to a tile memory of 192 KiB; goes with the square root of tilecore.memory_bytes.
+    energy__alpha_test_pj: float  # 0 to 1e+09 pJ. Alpha test.
+    energy__depth_block_pj: float  # 0 to 1e+09 pJ. 8x8 HiZ block updated, in a tile memory of 192 KiB; goes with the square root of tilecore.memory_bytes.
     energy__compacted_sample_pj: float  # 0 to 1e+09 pJ. Visible sample or blended layer packed into a warp.
     energy__shader_operation_pj: float  # 0 to 1e+09 pJ. Operation of the pixel shader with its registers.
     energy__texel_pj: float  # 0 to 1e+09 pJ. Bilinear lookup with a texture cache of 16 KiB; a third of it goes with the square root of the capacity.
@@ -148,41 +144,30 @@ class GpuKeys(TypedDict, total=False):
     energy__blend_pj: float  # 0 to 1e+09 pJ. Blended layer of a sample composed.
     energy__resolved_pixel_pj: float  # 0 to 1e+09 pJ. Pixel resolved, memory traffic apart.
     energy__resolve_operation_pj: float  # 0 to 1e+09 pJ. Operation of desampling.
-    energy__leakage_mw_per_mm2: float  # 0 to 1e+06 mW/mm2. Power of a mm2 that does nothing, at 0.8 V; goes with the voltage.
     area__frontend_mm2: float  # 0 to 1e+06 mm2. Front end for each bound in a clock, at 7 nm.
     area__binner_mm2: float  # 0 to 1e+06 mm2. Binner for each entry in a clock, or for four tested tiles if that is more.
-    area__core_mm2: float  # 0 to 1e+06 mm2. What a core has whatever its rates: list fetch, sorter, warp scheduler, compaction, interfaces.
     area__tessellator_mm2: float  # 0 to 1e+06 mm2. Tessellator and box builder of a core for each vertex in a clock.
     area__test_mm2: float  # 0 to 1e+06 mm2. Lane of box or triangle tests; of stencil and alpha tests an eighth.
+    area__pixel_mm2: float  # 0 to 1e+06 mm2. Resolve and blending for each pixel, layer or 16 operations in a clock.
+    area__signature_mm2: float  # 0 to 1e+06 mm2. Hashing units of the eliminations that are on for each byte in a clock.
     area__lane_mm2: float  # 0 to 1e+06 mm2. Lane of the pixel shader or of the sampling array, without registers.
     area__texel_mm2: float  # 0 to 1e+06 mm2. Texture unit for each bilinear lookup in a clock, without its cache.
-    area__pixel_mm2: float  # 0 to 1e+06 mm2. Resolve and blending for each pixel, layer or 16 operations in a clock.
+    area__core_mm2: float  # 0 to 1e+06 mm2. What a core has whatever its rates: list fetch, sorter, warp scheduler, compaction, interfaces.
     area__sram_mm2_per_kib: float  # 0 to 1e+06 mm2/KiB. Caches and tile memory.
     area__register_mm2_per_kib: float  # 0 to 1e+06 mm2/KiB. Registers of a core.
-    frontend__reprojected_blocks_per_clk: float  # 0.000976562 to 65536 blocks/clk. Blocks of the previous frame's depths that the front end puts where the view at hand has them.
-    frontend__depth_tests_per_clk: float  # 0.000976562 to 65536 blocks/clk. Blocks whose farthest depth the front end compares with the nearest one of a bound.
-    energy__reprojected_block_pj: float  # 0 to 1e+09 pJ. Block of the previous frame's depths put where the view at hand has it.
-    energy__depth_test_pj: float  # 0 to 1e+09 pJ. Block's farthest depth compared with the nearest one of a bound.
-    binner__signature_bytes_per_clk: float  # 0.000976562 to 65536 bytes/clk. With tile.rendering_elimination: bytes that the binner hashes, beside what it appends and tests.
-    resolve__signature_bytes_per_clk: float  # 0.000976562 to 65536 bytes/clk. With frame_buffer.transaction_elimination: bytes of stored colours that a core hashes, beside resolving them.
-    energy__signature_byte_pj: float  # 0 to 1e+09 pJ. Byte hashed for a tile's signature.
-    area__signature_mm2: float  # 0 to 1e+06 mm2. Hashing units of the eliminations that are on for each byte in a clock.
-    triangle_setup__triangles_per_clk: float  # 0.000976562 to 65536 triangles/clk. With --baselines: triangles that a machine which bins or draws them culls and sets up behind its vertex shader.
-    energy__triangle_setup_pj: float  # 0 to 1e+09 pJ. The same for one triangle.
+    energy__leakage_mw_per_mm2: float  # 0 to 1e+06 mW/mm2. Power of a mm2 that does nothing, at 0.8 V; goes with the voltage.
 
 class SettingsKeys(TypedDict, total=False):
     sampling__samples_per_pixel: int  # 1 to 64 samples. Visibility samples per pixel; the same as --spp.
     sampling__seed: int  # 0 to 4.29497e+09. Chooses among equally good sample patterns; the same as --seed.
     sampling__temporal_pattern: Literal["8x8", "32x32"]  # Pixels after which the pattern of sample times repeats; the larger one shows less of itself and is slower to replay.
     sampling__time_bits: Literal["8", "16"]  # Precision of a sample's time; the stencil unit sees the upper 8 bits.
-    sampling__times: int  # 0 to 256 times. Distinct times of samples; few of them show a fast thing as often. 0: as many as the pattern and the precision have.
+    sampling__times: int  # 0 to 256 times. Distinct times of samples; few of them show a fast thing as often. 0: 16 with tilecore.visibility_method=interleaved, else as many as the pattern and the precision have.
     sampling__motion_segments: int  # 0 to 16 segments. Straight pieces that the motion of a shutter consists of, where it is curved: what turns, bends or swings in between. Each is bounded, binned and tessellated for itself. 0: as many as sampling.motion_error asks.
     sampling__motion_error: float  # 0.01 to 100 pixels. How far a piece of motion may be from the curve, with sampling.motion_segments=0.
-    sampling__lens_points: int  # 0 to 65536 points. Distinct points of the lens that a frame is seen through; few of them show as overlaid sharp images. 0: a point of its own for every sample of the pattern, moved from block to block.
     tessellation__target_edge_pixels: float  # 0.25 to 64 pixels. Wanted length on screen of the sides of tessellated cells; smaller is more exact and slower.
     tessellation__displacement_bias: float  # -16 to 16 levels. Added to the level of the height map that vertices and normals are made from; 0 fits it to the tessellated cells, more is smoother, less aliases.
-    texture__basis_target: Literal["rgba8", "etc2", "astc"]  # What KTX2 textures become in memory: 4 bytes a texel; blocks of 4x4 texels, ETC2 of 8 bytes (16 with alpha); ASTC of 16. Images show what the blocks decode to.
-    texture__format: Literal["stored", "etc2", "astc-4x4", "astc-5x5", "astc-6x6", "astc-8x8", "astc-10x10", "astc-12x12"]  # What memory holds of textures, KTX2 or not: them as they are stored (texture.basis_target), or all encoded to blocks: ETC2 of 4x4 texels (8 bytes, 16 with alpha), ASTC of so many texels (16 bytes). Images show what the blocks decode to. Displacement maps stay as they are.
+    texture__format: Literal["stored", "etc2", "astc-4x4", "astc-5x5", "astc-6x6", "astc-8x8", "astc-10x10", "astc-12x12"]  # How memory holds textures. stored: PNG, JPEG and WebP images as texels of 4 bytes, KTX2 images as ASTC blocks of 4x4 texels. Else all are encoded to blocks: ETC2 of 4x4 texels (8 bytes, 16 with alpha), ASTC of so many texels (16 bytes). Images show what the blocks decode to. Displacement maps stay as they are stored.
     shading__rate: Literal["pixel", "primitive", "sample", "cache"]  # Pixel-shader invocations: once per pixel and primitive (multisampling) with adjacent triangles of a smooth surface merged (pixel) or not (primitive), once per visible sample, or once per cell of the surface about a pixel wide, while the shading cache holds it.
     shading__derivatives: Literal["analytic", "quad"]  # Derivatives of texture coordinates: the surface's own, or differences within quads of 2x2 invocations, which take helper invocations where a surface does not cover all four pixels. With shading.rate=cache analytic.
     shading__cell_pixels: float  # 0.125 to 16 pixels. With shading.rate=cache: wanted width of a shading cell on screen; smaller is sharper and slower.
@@ -194,69 +179,45 @@ class SettingsKeys(TypedDict, total=False):
     effects__blending: Literal["auto", "off"]  # Blending: what the capture asks for; none, blended surfaces are opaque.
     effects__procedures: Literal["auto", "off"]  # Procedures: what the capture has; none.
     procedures__path: Literal["sampled", "tessellated"]  # How procedures are drawn: by the sampling controller, or as ordinary patches whose vertices the procedure evaluates.
-    procedures__maps: Literal["interval", "published"]  # Sparse pass of the sampling controller: cells bounded by interval evaluation, or one tuple per cell and a padded radius.
-    procedures__scatter: Literal["footprint", "point"]  # What a sample writes: the sample points inside its footprint, or, as published, the sub-pixel it falls into (still objects only).
+    procedures__mode: Literal["interval", "published"]  # How the sampling controller works: cells bounded by interval evaluation and samples that cover their footprints; or, as published, one tuple per cell with a padded radius, samples that are written to the sub-pixel they fall into (where nothing moves or is out of focus), and geometry images read through the core's texture cache.
     procedures__style: Literal["surface", "lines"]  # Shaded surfaces, or a drawing with lines along the parameters.
-    procedures__lists: Literal["cells", "ranges"]  # What a tile knows of a piece: the cells that it may see, or one range of the parameters that holds them all; it then evaluates the cells between in vain.
-    procedures__crossing: Literal["evaluated", "lost", "handed"]  # Samples whose footprints reach several tiles: evaluated by each; or by the tile of their middle alone, and what falls outside is lost, as published, or handed to the other tiles through memory.
-    procedures__image_reads: Literal["l2", "texture_cache"]  # Geometry images are read through the L2 for each cell, or through the core's texture cache, emptied before every tile.
-    procedures__spacing: float  # 0.125 to 64 sub-pixels. Samples are so dense that no footprint reaches farther than this from its middle; smaller is more exact and slower.
+    procedures__spacing: float  # 0.125 to 64 sub-pixels. Samples are so dense that no footprint reaches farther than this from its middle; smaller is more exact and slower. In published mode 1 at most, between samples.
     procedures__flatness: float  # 0.001 to 64 pixels. And so dense that a smooth surface leaves the plane of a footprint by no more than this.
-    procedures__cell_pixels: float  # 1 to 512 pixels. Interval maps: cells of the parameter domain larger than this on screen are halved.
-    procedures__padding: float  # 0 to 16. Published maps: padding of a cell's place on screen, in its radius.
-    procedures__sparse_spacing: float  # 0.5 to 256 sub-pixels. Published maps: distance of the tuples of the sparse pass.
-    procedures__refill: bool  # Look for holes between samples, tile by tile, and sample them again; for spacings too wide for the scatter.
-    procedures__lanes: int  # 1 to 1024 lanes. Lanes of the emulated SIMD array.
-    resolve__desampling: Literal["off", "adaptive", "fixed_8", "fixed_4", "checkerboard", "fixed_12"]  # Which pixels are shaded: all; by motion, edges and history; half or a quarter of every block; half, alternating, filled from four neighbours; three quarters of every block. The others are advected or reconstructed.
-    resolve__k_stat: float  # 0 to 64 pixels/frame. Blocks slower than this take pixels from the previous frame (resolve.advected_pixels).
-    resolve__k_fast0: float  # 0 to 1e+06 pixels/frame. Blocks faster than this are shaded at 12 of 16 pixels; 0: none are.
-    resolve__k_fast1: float  # 0 to 1e+06 pixels/frame. Blocks faster than this are shaded at 8 of 16 pixels.
-    resolve__k_fast2: float  # 0 to 1e+06 pixels/frame. Blocks faster than this are shaded at 4 of 16 pixels.
-    resolve__k_cut: float  # 0 to 1e+06 pixels/frame. Where the camera's motion changes by more than this from one frame to the next, nothing is fast: a cut; 0: nothing is one.
+    procedures__cell_pixels: float  # 1 to 512 pixels. Interval mode: cells of the parameter domain larger than this on screen are halved.
+    procedures__padding: float  # 0 to 16. Published mode: padding of a cell's place on screen, in its radius.
+    procedures__sparse_spacing: float  # 0.5 to 256 sub-pixels. Published mode: distance of the tuples of the sparse pass.
+    resolve__desampling: Literal["off", "adaptive", "fixed_8", "fixed_4", "checkerboard"]  # Which pixels are shaded: all; by motion, edges and history; half or a quarter of every block; half, alternating, filled from four neighbours. The others are advected or reconstructed.
+    resolve__reuse_speed: float  # 0 to 64 pixels/frame. Blocks slower than this take pixels from the previous frame (resolve.advected_pixels).
+    resolve__half_rate_speed: float  # 0 to 1e+06 pixels/frame. Blocks faster than this are shaded at 8 of 16 pixels.
+    resolve__quarter_rate_speed: float  # 0 to 1e+06 pixels/frame. Blocks faster than this are shaded at 4 of 16 pixels.
+    resolve__cut_speed: float  # 0 to 1e+06 pixels/frame. Where the camera's motion changes by more than this from one frame to the next, nothing is fast: a cut; 0: nothing is one.
     resolve__hysteresis: float  # 0 to 0.5. Share of a threshold by which a speed must pass it before a block changes its regime.
     resolve__pattern_error: float  # 0 to 1. A fast block is shaded at a higher rate where the contrast of the previous frame in its place says that stencils would be wrong by more than this, of displayed values between 0 and 1; 0: nowhere.
-    resolve__block: int  # 4 to 16 pixels. Side of the blocks that decisions are made for: 4, 8 or 16. Patterns, records and stencils are those of 4x4 pixels; one edge in a block shades all of it.
     resolve__block_speed: Literal["mean", "max", "median", "min"]  # Which of its pixels' speeds a block goes by; max does not overlook a small fast object.
     resolve__edges: Literal["inverse_depth", "depth"]  # What the edge detector takes the Laplacian of; that of 1/z is zero on any plane.
     resolve__edge_threshold: float  # 0 to 10. An edge where the Laplacian is larger than this share of the value.
     resolve__edge_angle: float  # 0 to 180 degrees. An edge, too, where normals of the block, which follow from depth, differ by more than this; 0: none is.
-    resolve__edge_evidence: Literal["surface", "patch", "depth"]  # What makes an edge besides the Laplacian: samples of a block that see several drawables; or several base patches; or nothing.
     resolve__supersampling: bool  # Blocks with an edge are shaded at 32 instead of 16: the left and the right half of a pixel's samples do not share pixel-shader invocations (shading.rate=pixel).
-    resolve__k_blur: float  # 0 to 1e+06 pixels. In blocks with an edge whose points lens and motion spread by more than this, samples of all pixels share invocations by shading cell, as with shading.rate=cache; 0: in none.
-    resolve__advect_still_edges: bool  # Blocks with an edge of which every sample is at rest may be advected: the copies are exact.
-    resolve__advect_outlines: bool  # Slow blocks in which several surfaces meet may be advected: pixels that see one of them take over what it showed, the others are shaded.
-    resolve__advected_pixels: int  # 4 to 12 of 16 pixels. Of slow blocks so many pixels come from the previous frame, the others are shaded: 4, 8 or 12; at most 8 where several surfaces meet.
-    resolve__supersampled_groups: int  # 16 to 32 of 32. With resolve.supersampling: so many of a block's 32 half pixels are shaded, 16, 24 or 32; stencils of half pixels make the others from those of their surface.
+    resolve__advected_pixels: int  # 8 to 12 of 16 pixels. How many pixels of a slow block come from the previous frame, 8 or 12; the others are shaded. Always 8 where several surfaces meet.
     resolve__dither: Literal["counter", "seeded", "off"]  # How the pattern of a block changes from frame to frame: in turn, by a hash, not at all.
-    resolve__dither_per_block: bool  # Every block begins elsewhere in the order of patterns.
     resolve__advection: bool  # Slow blocks take pixels from the previous frame.
     resolve__advection_fetch: Literal["bilinear", "bicubic"]  # How the previous frame is read between its pixels.
     resolve__bfecc: bool  # Back and forth error compensation of advection.
-    resolve__depth_tolerance: float  # 0 to 1. Share of its depth by which a point may differ from what the previous frame shows in its place, besides what its surface goes deeper within a pixel.
-    resolve__discrepancy: Literal["rendered", "neighbours", "off"]  # How a block finds out that advection went wrong: what it would have given for rendered pixels, or advected pixels against their rendered neighbours.
-    resolve__discrepancy_tolerance: float  # 0 to 1. Relative difference of a pixel from which on it did.
-    resolve__discrepancy_same_frame: bool  # The advected pixels of such a block are shaded in the same frame, in warps of their own.
-    resolve__discrepancy_frames: int  # 1 to 15 frames. For which its neighbourhood is then rendered fully.
+    resolve__discrepancy: Literal["rendered", "off"]  # How a block finds out that reprojection went wrong: by what that would have given for rendered pixels. Its reprojected pixels are then shaded after all, and around it nothing is reused in the next frames.
+    resolve__discrepancy_tolerance: float  # 0 to 1. Reprojection went wrong where a pixel differs by more than this share.
+    resolve__discrepancy_frames: int  # 1 to 15 frames. For so many frames the blocks around one where it went wrong are shaded fully.
     resolve__reconstruction: Literal["cubic", "cubic_interpolating", "cubic_unscaled", "bilinear", "nearest"]  # How missing pixels are made from rendered ones: cubic stencils of 5x5 scaled to the samples, of 7x7 interpolating, unscaled; a tent; the nearest.
-    resolve__stencil_weights: Literal["packed", "float"]  # Weights from packed tables of 8 bits, or computed in single precision.
-    resolve__stencil_clamp: bool  # Reconstructed pixels stay within the range of the pixels that they are made from.
-    resolve__history_records: Literal["packed", "block", "pixel"]  # How depth and surface of pixels are kept for the next frame: by block of 4x4 where that sees one plane, packed without loss or not, or by pixel. Bytes alone differ.
     resolve__history_colors: Literal["frame_buffer", "apart"]  # Which colours of the previous frame are read: the frame buffer's, or those that were shaded, kept apart in single precision, 16 bytes a pixel.
-    resolve__history_l2: bool  # What is read of the previous frame goes through the L2, so that what tiles share is fetched once.
-    resolve__keep_blocks: bool  # Blocks that have the signature of the frame before are neither read nor written where the frame buffer holds them already; not with frame_buffer.transaction_elimination, whose signatures are of whole tiles.
     resolve__stencil_reach: Literal["tile", "neighbours"]  # Whether stencils stop at the tile's border, or read neighbouring tiles in a second pass.
-    resolve__border_lines: bool  # Where stencils stop at the tile's border, a tile's corners are shaded, and the lines of a quarter's samples go on to the border.
     resolve__foveation_r0: float  # 0 to 1e+06 pixels. Foveation: blocks farther than this from the focus get at most 8 samples; 0 is off.
     resolve__foveation_r1: float  # 0 to 1e+06 pixels. Foveation: blocks farther than this get at most 4; at least foveation_r0.
     resolve__focus_x: float  # 0 to 1 frame widths. Where the eye looks, from the left.
     resolve__focus_y: float  # 0 to 1 frame heights. Where the eye looks, from the top.
-    resolve__focus_track: str  # A CSV file of an eye that moves: seconds, frame widths, frame heights in each line, times increasing; straight from one to the next. Not set: focus_x and focus_y.
     resolve__focus_node: str  # Name of a node that the eye follows: where its origin is in the middle of the shutter; focus_x and focus_y where that is behind the camera.
     stereo__eye_separation: float  # 0 to 1e+06 scene units. Renders a second image for a right eye this far to the right of the camera, which is the left eye; 0 is one eye.
     stereo__far_depth: float  # 0 to 1e+09 scene units. With desampling the right eye takes pixels from the left where both see farther than this.
     output__machine_model: bool  # Whether texture caches, cycles and energy are modelled; without, their counters and the members timing and energy are absent.
     output__exposure: float  # 0 to 1e+06. Factor on light before the PNG's tone map; 0 takes the capture's.
-    output__exr_compression: Literal["piz", "zip", "zips", "rle", "none"]  # Of EXR files, all without loss: piz is small and fast for rendered images, zip is what every reader knows, none is the fastest.
 
 class Scene:
     def __init__(
