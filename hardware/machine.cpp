@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "memory/dram_spec.h"
+
 namespace tessera::hardware {
 namespace {
 
@@ -242,10 +244,17 @@ Keys<OtherSilicon> other_silicon_keys() {
 
 double Machine::peak_gb_per_s() const {
   if (!has_banks()) return memory.gb_per_s;
-  static constexpr std::array kMegaTransfers = {4266.6, 6400.0, 8533.3, 3200.0};  // of MemoryType
-  constexpr double kChannelBytes = 2;
-  return kMegaTransfers[static_cast<std::size_t>(memory.type)] * kChannelBytes * static_cast<double>(memory.channels) /
-         1e3;
+  // The peak rate of one channel, by type.
+  static const auto kPeaks = [] {
+    std::array<double, kEnumWords<MemoryType>.size()> peaks{};
+    for (std::size_t type = 0; type < peaks.size(); ++type) {
+      memory::DramSpec spec = memory::dram_spec(kEnumWords<MemoryType>[type]);
+      spec.channels = 1;
+      peaks[type] = spec.peak_gb_s();
+    }
+    return peaks;
+  }();
+  return kPeaks[static_cast<std::size_t>(memory.type)] * static_cast<double>(memory.channels);
 }
 
 double Machine::operations(Event event) const {
