@@ -1,5 +1,4 @@
 #include "gpu/configuration.h"
-#include "gpu/unread_keys.h"
 
 #include <cmath>
 #include <filesystem>
@@ -18,6 +17,7 @@
 #include "binner/record_cache.h"
 #include "gpu/presets.h"
 #include "gpu/relative_value.h"
+#include "gpu/unread_keys.h"
 #include "hardware/voltage.h"
 #include "tilecore/tessellation/micro_mesh.h"
 
@@ -69,6 +69,14 @@ const std::vector<ClockedKey>& clocked_keys() {
 }
 
 // Sets what `root` names, nested by the dots of the keys; clock.mhz comes before memory.*, as JSON objects are sorted.
+// The value of a key, or of one in clocks; nothing for others.
+std::optional<KeyValue> value_of(const std::string& name, const Gpu& gpu) {
+  if (const auto* key = gpu_keys().find(name)) return key->get(gpu);
+  for (const ClockedKey& key : clocked_keys())
+    if (key.info.name == name) return (gpu.*key.get)();
+  return std::nullopt;
+}
+
 // `changed`, unless nullptr: keys that get another value.
 void set_values(const std::string& file, const json& root, Gpu& gpu, std::vector<std::string>* changed = nullptr) {
   const std::vector<std::string> names = key_names();
@@ -81,9 +89,9 @@ void set_values(const std::string& file, const json& root, Gpu& gpu, std::vector
             continue;
           }
           try {
-            const json before = changed != nullptr ? gpu_json(gpu) : json();
+            const std::optional<KeyValue> before = value_of(key, gpu);
             if (!set_gpu_key(key, value, gpu)) throw UsageError(unknown_key_message(key, names));
-            if (changed != nullptr && gpu_json(gpu) != before) changed->push_back(key);
+            if (changed != nullptr && value_of(key, gpu) != before) changed->push_back(key);
           } catch (const UsageError& error) {
             throw InputError(file, place, error.what());
           }
