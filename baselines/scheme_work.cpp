@@ -160,7 +160,7 @@ void SchemeWork::shade_vertices(std::uint32_t patch, std::uint64_t vertices, Til
   item.domain_clocks = static_cast<std::uint32_t>(hardware::lane_clocks(shaders.domain));
   item.domain_registers = static_cast<std::uint32_t>(shaders.domain.registers);
   item.domain_texels = static_cast<std::uint32_t>(shaders.domain.texture_instructions);
-  if (!shaders.displaced || machine_.heights == nullptr) return;
+  if (!has_items_ || !shaders.displaced || machine_.heights == nullptr) return;
   std::vector<std::uint32_t> lines;
   machine_.heights->lines_of(*job_.frame, patch, scene::patch_cells(*job_.frame, patch), lines);
   lines.resize(std::min<std::size_t>(lines.size(), vertices));
