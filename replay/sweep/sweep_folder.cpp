@@ -240,7 +240,7 @@ std::optional<BestPoint> best_point(const JoinedSweep& sweep) {
   const json& axes = manifest.at("axes");
   const bool clocks =
       std::any_of(axes.begin(), axes.end(), [](const json& key) { return key == "clock.mhz" || key == kGpuKey; });
-  goal.column = clocks ? "energy.total_nj" : "timing.cycles";
+  goal.column = clocks ? "timing.time_ms" : "timing.cycles";
   if (manifest.contains("goal")) goal = read_goal(manifest["goal"], scene::gltf::Place("sweep.json").at("goal"));
   // Candidates are points with the same values, one for each capture.
   std::map<std::string, std::size_t> first_of;
