@@ -5,6 +5,7 @@
 #include "gpu/settings.h"
 #include "gpu/tile_memory.h"
 #include "gpu/unread_keys.h"
+#include "hardware/tile_rules.h"
 #include "tests/support/tests.h"
 
 namespace tessera::gpu::configuration_test {
@@ -182,6 +183,19 @@ TEST(Configuration, AFormerKeySetsWhatItIsCalledNow) {
       EXPECT_EQ(gpu.key_notes, std::vector{former_key_note(former)});
     }
   }
+}
+
+// Presets that say so have the tiles of their vendors' rules, for four samples.
+TEST(Configuration, TilesOfPresetsFollowTheRulesOfTheirVendors) {
+  constexpr std::array kHalf = {8},
+                       kBytes = {4};  // rgba16f, as frame_buffer.format; rgba8, which V3D's rule is quoted for
+  const auto tile = [](const char* preset) {
+    const GpuConfiguration gpu = load_gpu(preset);
+    return hardware::TilePixels{gpu.tile.width, gpu.tile.height};
+  };
+  EXPECT_EQ(tile("entry-mobile"), hardware::mali_tile("G31", {kHalf, 4}));
+  EXPECT_EQ(tile("high-mobile"), hardware::mali_tile("G720", {kHalf, 4}));
+  EXPECT_EQ(tile("v3d"), hardware::v3d_tile(4, {kBytes, 4}));
 }
 
 // Keys that a model does not read: refused where they are set by name, noted where a file has them.
