@@ -23,7 +23,7 @@ struct MachineWork {
   const gpu::DisplacementMemory* heights;     // nullptr where textures are not modelled
 };
 
-// Of a sample, as tiles of conventional machines keep it.
+// Conventional machines keep so many bytes of a sample in a tile.
 inline constexpr std::uint64_t kColorAndDepthBytes = 8;
 
 // Before the tiles of a scheme whose lists hold triangles.
@@ -44,8 +44,9 @@ struct FrontWork {
 //   binner                entries, tile overlaps      binner
 //   tile                  references                  entry fetch
 //                         samples that may see the patch
-//                                                     box builder, box, stencil and triangle tests: those of the machine,
-//                                                     less what hierarchical depth drops, in proportion to hits [assumed]
+//                                                     box builder, box, stencil and triangle tests, as the machine makes
+//                                                     them; hierarchical depth drops a share of them: that of the hits
+//                                                     [assumed]
 //                         blocks of 8x8 pixels whose farthest depth is found again
 //                                                     coarse depth
 //   shading, resolve      the machine's own of that tile, but patches are not evaluated again: vertices hold attributes

@@ -107,7 +107,7 @@ struct DrawnInTile {
   std::uint64_t depth_tests = 0;   // of them, those that hierarchical depth left
   std::uint64_t invocations = 0, blended = 0;
   std::uint64_t blocks_scanned = 0;  // whose farthest depth was found again
-  // What the units of a core that find samples did for the patch, hidden or not.
+  // Work of a core's visibility units on the patch, before hierarchical depth drops any of it.
   timing::SubPatchItem tests;
 };
 

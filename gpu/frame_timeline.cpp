@@ -147,8 +147,8 @@ void add_tracks(const GpuConfiguration& gpu, const timing::FrameWork& work, cons
   }
 }
 
-// No window holds more than the memory moves in it: what is above moves to windows before, which asked for it, and what
-// these have no room for to windows behind. `most`: bytes of a window.
+// Keeps each window at or below `most` bytes, the memory's peak. A surplus moves to the window before, since data were asked
+// for before they arrived; if the windows before are full, it moves to those behind.
 void limit_windows(double most, std::array<std::vector<double>, kSourceCount>& bytes) {
   const auto move = [&](std::size_t from, std::size_t to) {
     double all = 0;

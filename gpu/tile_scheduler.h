@@ -23,7 +23,7 @@ struct ViewRun {
   const tilecore::TileJob& job;
   WorkRecorder& recorder;
   FrameResult& result;
-  ObservedWork* record;  // null: nobody observes
+  ObservedWork* record;  // nullptr if nobody observes the frame
   WorkProgress* progress = nullptr;
   InputSignatures* inputs = nullptr;  // rendering elimination; null: all tiles are rendered
 };

@@ -11,8 +11,7 @@ namespace tessera::gpu {
 // Why a machine's models do not read a key, and what to set instead; "" for keys that act.
 std::string_view unread_because(const GpuConfiguration& gpu, std::string_view key);
 
-// What to tell people about the machine: keys that were set by a former name, and keys of a file that its models do not
-// read.
+// Notes for people about the machine: keys that were set by a former name, and keys of a file that its models do not read.
 std::vector<std::string> configuration_notes(const GpuConfiguration& gpu);
 
 }  // namespace tessera::gpu

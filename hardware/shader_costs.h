@@ -47,7 +47,7 @@ struct ShaderFeatures {
   std::array<std::uint16_t, kLightKinds> lights{};
   bool lights_move = false;
   bool environment_image = false;  // in place of the built-in one
-  // What extensions of materials add, by the names of scene::MaterialEffect.
+  // Layers that extensions of materials add, by the names of scene::MaterialEffect.
   std::vector<std::string_view> layers = {};
   std::uint8_t layer_textures = 0;  // of layers, the coat's normal map apart
   bool coat_normals = false;

@@ -6,7 +6,7 @@
 
 namespace tessera::hardware {
 
-// What a render pass keeps of each pixel while its tile is on chip.
+// The colours that a render pass keeps of each pixel while its tile is on chip.
 struct PassFormat {
   std::span<const int> color_bytes;  // of a sample, by attachment, as the tile buffer holds it
   int samples = 1;                   // of a pixel: 1, 2, 4, 8 or 16

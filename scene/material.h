@@ -123,7 +123,7 @@ inline constexpr std::array<std::string_view, kMaterialTextureCount> kMaterialTe
 // Whether the material's pixel shader reads a slot, if there is a texture.
 bool is_read(const Material& material, MaterialTexture slot);
 
-// Those that a material's factors and textures ask for. Specular-glossiness, which none of them shows, stays as it is.
+// The layers that a material's factors and textures ask for. Specular-glossiness, which none of them shows, stays as it is.
 MaterialEffects effects_in_force(const Material& material);
 
 // Without the effects that need another one which is not there.

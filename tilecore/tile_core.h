@@ -57,7 +57,7 @@ class TileCore {
     prepare_samples(job, job.grid->pixels(tile), has_lens(job));
   }
   void find_hits(const TileJob& job, const binner::ListEntry& entry, HitSink& sink);
-  // What the units that find samples have done since the last result; modulo 2^32.
+  // Work of the visibility units since the last result; modulo 2^32.
   timing::SubPatchItem counted() const;
 
   // From now on, results have what units did for each sub-patch and warp, or no more.

@@ -38,7 +38,7 @@ constexpr PointedProperty kProperties[] = {
     {"/extensions/KHR_lights_punctual/lights/#/spot/outerConeAngle", AnimatedPath::kOuterCone, 1},
 };
 
-// What KHR_texture_transform adds to a texture.
+// The members that KHR_texture_transform adds to a texture.
 constexpr PointedProperty kShifts[] = {
     {"/extensions/KHR_texture_transform/offset", AnimatedPath::kTextureOffset, 2},
     {"/extensions/KHR_texture_transform/rotation", AnimatedPath::kTextureRotation, 1},

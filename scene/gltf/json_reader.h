@@ -32,7 +32,7 @@ void charge_objects(const nlohmann::json& document, MemoryBudget& budget);
 
 // A member of an object, or null.
 const nlohmann::json* find(const nlohmann::json& object, std::string_view name);
-// What a JSON pointer without escapes names in an object, or null.
+// The value that a JSON pointer without escapes names in an object; nullptr if there is none.
 const nlohmann::json* find_at(const nlohmann::json& object, std::string_view pointer);
 // An extension of an object, or null.
 const nlohmann::json* find_extension(const nlohmann::json& object, std::string_view name);

@@ -1,6 +1,6 @@
 #pragma once
 
-// What tests are written with; read once for all programs, before anything else.
+// Headers that all tests use; they are read once for all programs.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -136,7 +136,7 @@ class PixelShader {
 // each, and at both poses of what deforms.
 std::uint32_t height_lookups(const scene::PosedDrawable& drawable);
 
-// What each warp of a draw has (hardware/shader_costs.h). `evaluates`: patches are evaluated again for each invocation;
+// The warp that every warp of a draw is a copy of (hardware/shader_costs.h). `evaluates`: patches are evaluated again for each invocation;
 // otherwise vertices have attributes, which are interpolated.
 timing::WarpItem warp_item(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
                            const Lighting& lighting, bool quads, bool evaluates = true);
