@@ -11,6 +11,7 @@
 #include "base/round_up.h"
 #include "gpu/tile_memory.h"
 #include "gpu/view_inputs.h"
+#include "hardware/external_memory.h"
 #include "shaders_cpp/environment_image.h"
 #include "tilecore/procedural/sampling_controller.h"
 #include "tilecore/resolve/frame_compression.h"
@@ -274,7 +275,8 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
     const StageTimer timer(result, "model");
     timing::WarmCaches* const caches = caches_.of_frame(gpu_, frame);
     const timing::WarmCaches before = request_.attribute && caches != nullptr ? *caches : timing::WarmCaches();
-    result.model = model_machine(gpu_, recorder.finish(job, result.counters.ledger), caches);
+    result.model =
+        model_machine(gpu_, recorder.finish(job, result.counters.ledger), caches, request_.keep_transactions);
     if (request_.attribute) {
       const MachineModel& model = *result.model;
       result.shares = attribute_costs(gpu_, model.record.work, model.schedule, model.timing, model.energy,
@@ -309,6 +311,10 @@ void Device::render_right_eye(int frame, const scene::FrameGeometry& left, Frame
   merge(result.drawables, right.drawables);
   if (result.shares && right.shares) result.shares->add(*right.shares);
   if (result.model && right.model) {  // one eye after the other
+    const double clocks = result.model->timing.cycles / gpu_.clock_mhz * hardware::external_memory(gpu_).clock_mhz();
+    for (const memory::Burst& transaction : right.model->transactions)
+      result.model->transactions.push_back(
+          {transaction.cycle + static_cast<std::uint64_t>(std::ceil(clocks)), transaction.address, transaction.write});
     result.model->timing.accumulate(right.model->timing);
     result.model->energy.accumulate(right.model->energy);
   }

@@ -25,7 +25,8 @@ struct RenderRequest {
   int width = 0, height = 0;
   IntRect region;  // pixels; whole frame by default
   bool auxiliary = false;
-  bool record_accesses = false;    // keep every transfer over the memory interface, for traces
+  bool record_accesses = false;    // keep every transfer over the memory interface, by the unit that asked for it
+  bool keep_transactions = false;  // MachineModel::transactions, where memory.model=banks times the frame
   bool record_items = false;       // keep every sub-patch and warp, for records; machine.timing=events does as well
   bool resolve_auxiliary = false;  // images of what the resolve unit did; with desampling only
   bool attribute = false;          // what drawables and tiles have of the frame; keeps items. With output.machine_model

@@ -10,8 +10,8 @@ namespace tessera::gpu {
 
 bool frames_are_independent(const GpuConfiguration& gpu, const RunSettings& settings, const RenderRequest& request) {
   return settings.resolve.desampling != tilecore::Desampling::kAdaptive && !gpu.frontend.previous_depth_culling &&
-         !eliminates(gpu) && gpu.queues.caches == hardware::FrameCaches::kEmpty &&
-         !request.record_accesses;  // which may be many times the rest of a frame
+         !eliminates(gpu) && gpu.queues.caches == hardware::FrameCaches::kEmpty && !request.record_accesses &&
+         !request.keep_transactions;  // which may be many times the rest of a frame
 }
 
 FrameStream::FrameStream(std::vector<Device*> devices, int first, int last)

@@ -12,13 +12,14 @@ namespace tessera::gpu {
 namespace {
 
 // `bound`: with what bounds it.
-ViewCost time_work(const GpuConfiguration& gpu, const timing::FrameWork& work, timing::WarmCaches* caches, bool bound) {
+ViewCost time_work(const GpuConfiguration& gpu, const timing::FrameWork& work, timing::WarmCaches* caches, bool bound,
+                   std::vector<memory::Burst>* transactions = nullptr) {
   ViewCost timed;
   hardware::EnergyEvents energy = timing::energy_events(work);
   if (gpu.queues.model == hardware::TimingModel::kEvents) {
     timing::EventSchedule events;
     if (bound) {
-      timing::TimedEvents bounded = timing::time_events(gpu, work, caches);
+      timing::TimedEvents bounded = timing::time_events(gpu, work, caches, transactions);
       events = std::move(bounded.events);
       timed.timing = std::move(bounded.timing);
     } else {
@@ -65,14 +66,18 @@ void check_registers(const GpuConfiguration& gpu, const timing::FrameWork& work)
 
 }  // namespace
 
-MachineModel model_machine(const GpuConfiguration& gpu, FrameRecord record, timing::WarmCaches* caches) {
-  ViewCost timed = view_cost(gpu, record.work, caches);
-  return {std::move(record), std::move(timed.schedule), timed.timing, std::move(timed.energy), gpu.area()};
+MachineModel model_machine(const GpuConfiguration& gpu, FrameRecord record, timing::WarmCaches* caches,
+                           bool keep_transactions) {
+  std::vector<memory::Burst> transactions;
+  ViewCost timed = view_cost(gpu, record.work, caches, keep_transactions ? &transactions : nullptr);
+  return {std::move(record), std::move(timed.schedule), timed.timing, std::move(timed.energy),
+          gpu.area(),        std::move(transactions)};
 }
 
-ViewCost view_cost(const GpuConfiguration& gpu, const timing::FrameWork& view, timing::WarmCaches* caches) {
+ViewCost view_cost(const GpuConfiguration& gpu, const timing::FrameWork& view, timing::WarmCaches* caches,
+                   std::vector<memory::Burst>* transactions) {
   check_registers(gpu, view);
-  return time_work(gpu, view, caches, true);
+  return time_work(gpu, view, caches, true, transactions);
 }
 
 FrameCost frame_cost(const GpuConfiguration& gpu, const std::vector<timing::FrameWork>& views,

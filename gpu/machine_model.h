@@ -21,13 +21,15 @@ struct MachineModel {
   timing::FrameTiming timing;
   hardware::FrameEnergy energy;
   hardware::Area area;
+  std::vector<memory::Burst> transactions;  // as simulate_events() gives them, where they are asked for
 };
 
 // Both throw UsageError where shaders are compiled and a warp of one takes more registers than a core has.
 //
 // What the machine needs for what was recorded of a frame. `caches`, unless null: of events, as the view before left
 // them.
-MachineModel model_machine(const GpuConfiguration& gpu, FrameRecord record, timing::WarmCaches* caches = nullptr);
+MachineModel model_machine(const GpuConfiguration& gpu, FrameRecord record, timing::WarmCaches* caches = nullptr,
+                           bool keep_transactions = false);
 
 // The same of a frame's eyes, one after the other, without the schedule.
 struct FrameCost {
@@ -42,7 +44,8 @@ struct ViewCost {
   hardware::EnergyEvents events;
   hardware::FrameEnergy energy;
 };
-ViewCost view_cost(const GpuConfiguration& gpu, const timing::FrameWork& view, timing::WarmCaches* caches = nullptr);
+ViewCost view_cost(const GpuConfiguration& gpu, const timing::FrameWork& view, timing::WarmCaches* caches = nullptr,
+                   std::vector<memory::Burst>* transactions = nullptr);
 // `each`, unless empty: shown each view, what it costs, and the caches with which it began.
 using EachView = std::function<void(const timing::FrameWork&, const ViewCost&, const timing::WarmCaches& before)>;
 FrameCost frame_cost(const GpuConfiguration& gpu, const std::vector<timing::FrameWork>& views,

@@ -41,7 +41,8 @@ struct DramCompletion {
 class DramBanks {
  public:
   // Throws what check_dram() throws.
-  explicit DramBanks(const DramSpec& spec, const DramControl& control = {});
+  explicit DramBanks(const DramSpec& spec) : DramBanks(spec, default_control(spec)) {}
+  DramBanks(const DramSpec& spec, const DramControl& control);
   DramBanks(const DramBanks&) = delete;
   DramBanks& operator=(const DramBanks&) = delete;
 

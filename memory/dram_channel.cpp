@@ -19,6 +19,16 @@ void at_least(DramClock& clock, DramClock to) { clock = std::max(clock, to); }
 
 }  // namespace
 
+DramControl default_control(const DramSpec& spec) {
+  DramControl control;
+  const std::uint32_t bursts = std::max(spec.transaction_bytes / spec.burst_bytes(), 1u);
+  for (std::uint32_t* count : {&control.read_depth, &control.write_depth, &control.write_high, &control.write_low,
+                               &control.max_overtaking, &control.max_drained, &control.min_reads})
+    *count = std::max(*count / bursts, 1u);
+  control.write_low = std::min(control.write_low, control.write_high - 1);
+  return control;
+}
+
 void check_dram(const DramControl& control) {
   constexpr std::uint32_t kMaxDepth = 4096;
   const auto need = [](bool sound, const char* rule) {

@@ -24,6 +24,9 @@ struct DramControl {
   std::uint32_t max_drained = 256, min_reads = 16;
 };
 
+// The queues of every memory that no other is given for: places for bursts, so that a request of several takes as many.
+DramControl default_control(const DramSpec& spec);
+
 // Throws UsageError that says what cannot be: no queue, watermarks that do not lie in it.
 void check_dram(const DramControl& control);
 

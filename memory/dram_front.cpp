@@ -35,7 +35,10 @@ bool DramFront::enter(Port& port, const Waiting& asked, DramClock clock, std::ve
   const bool full = port.channel.full(asked.write), touches = may_touch(port, asked.address, asked.write);
   if (full && !touches) return false;
   const DramPlace place = map_.place(asked.address);
-  if (touches && port.channel.write_waits(place, asked.address)) {
+  const bool merged = touches && port.channel.write_waits(place, asked.address);
+  if (full && !merged) return false;
+  if (log_ != nullptr) log_->push_back({clock, asked.address, asked.write});
+  if (merged) {
     ++(asked.write ? taken_.merged_writes : taken_.forwarded_reads);
     if (asked.write)
       forget_write(port, asked.address);
@@ -44,7 +47,6 @@ bool DramFront::enter(Port& port, const Waiting& asked, DramClock clock, std::ve
     answers.push_back({asked.id, asked.order, clock + 1});
     return true;
   }
-  if (full) return false;
   port.channel.take(place, asked.address, asked.write, asked.id, asked.order, clock);
   return true;
 }

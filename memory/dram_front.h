@@ -8,6 +8,7 @@
 #include "memory/dram_channel.h"
 #include "memory/dram_counters.h"
 #include "memory/dram_spec.h"
+#include "memory/dram_trace.h"
 
 namespace tessera::memory {
 
@@ -32,11 +33,14 @@ struct DramAnswer {
 //   DF3  Answers and counters do not depend on how often look() is called in between.
 class DramFront {
  public:
-  explicit DramFront(const DramSpec& spec, const DramControl& control = {});
+  explicit DramFront(const DramSpec& spec) : DramFront(spec, default_control(spec)) {}
+  DramFront(const DramSpec& spec, const DramControl& control);
   DramFront(const DramFront&) = delete;
   DramFront& operator=(const DramFront&) = delete;
 
   const DramSpec& spec() const { return spec_; }
+  // From now on `log` gets every transaction with the clock in which a channel takes it; each channel's in their order.
+  void log_into(std::vector<Burst>* log) { log_ = log; }
 
   // One transaction, the one that holds `address`; `order` rises from call to call.
   void ask(std::uint64_t id, std::uint64_t order, std::uint64_t address, bool write, DramClock clock,
@@ -84,6 +88,7 @@ class DramFront {
   std::vector<Port> ports_;
   DramClock now_ = 0;
   DramCounters taken_;
+  std::vector<Burst>* log_ = nullptr;
 };
 
 }  // namespace tessera::memory

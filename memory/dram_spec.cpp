@@ -216,4 +216,10 @@ DramPlace DramMap::place(std::uint64_t address) const {
           bank_.of(address),    row_.of(address),  column_.of(address) << low_column_bits_ | low_column_.of(address)};
 }
 
+std::uint64_t DramMap::address(const DramPlace& place) const {
+  const std::uint32_t low = place.column & ((1u << low_column_bits_) - 1);
+  return channel_.at(place.channel) | rank_.at(place.rank) | group_.at(place.bank_group) | bank_.at(place.bank) |
+         row_.at(place.row) | column_.at(place.column >> low_column_bits_) | std::uint64_t{low} << burst_shift_;
+}
+
 }  // namespace tessera::memory

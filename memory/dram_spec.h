@@ -103,10 +103,13 @@ struct DramPlace {
 
 // Takes addresses apart. Invariant (cited by the tests):
 //   DM1  Two addresses below the capacity have the same place exactly when they lie in the same transaction.
+//   DM2  address() gives back the first byte of an address's transaction.
 class DramMap {
  public:
   explicit DramMap(const DramSpec& spec);
   DramPlace place(std::uint64_t address) const;
+  // The byte below the capacity at which a burst of that place begins.
+  std::uint64_t address(const DramPlace& place) const;
   std::uint32_t channel(std::uint64_t address) const {
     return static_cast<std::uint32_t>(address >> channel_.shift) & channel_.mask;
   }
@@ -115,6 +118,7 @@ class DramMap {
   struct Field {
     std::uint32_t shift = 0, mask = 0;
     std::uint32_t of(std::uint64_t address) const { return static_cast<std::uint32_t>(address >> shift) & mask; }
+    std::uint64_t at(std::uint32_t value) const { return std::uint64_t{value & mask} << shift; }
   };
   Field channel_, rank_, group_, bank_, row_, column_, low_column_;
   std::uint32_t low_column_bits_ = 0, burst_shift_ = 0;

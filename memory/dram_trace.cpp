@@ -7,8 +7,10 @@
 #include <string_view>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "base/text.h"
 #include "base/whole_file.h"
 
@@ -23,6 +25,24 @@ constexpr std::uint64_t kHoldReads = 512;
 ReadWriteOrder::Bound hold_bound(double clock_mhz) {
   const auto clocks = [&](double ns) { return static_cast<std::uint64_t>(std::ceil(ns * clock_mhz * 1e-3)); };
   return {clocks(kHoldNs), kHoldReads, clocks(kMaxHoldNs)};
+}
+
+DramSpec by_bursts(DramSpec memory) {
+  memory.transaction_bytes = memory.burst_bytes();
+  return memory;
+}
+
+DramSpec as_written(DramSpec memory, std::uint32_t line_bytes) {
+  memory.mapping = "RoBaRaCoCh";
+  memory.transaction_bytes = memory.interleave_bytes = line_bytes;
+  return memory;
+}
+
+const std::string kDescriptionSchema = "tessera.dram-trace/1";
+
+std::filesystem::path description_of(const std::filesystem::path& trace) {
+  std::filesystem::path file = trace;
+  return file += ".json";
 }
 
 // "0xADDRESS READ|WRITE CYCLE" with any blanks between; false: it is not.
@@ -123,14 +143,17 @@ void ReadWriteOrder::add(const Burst& burst) {
 
 void ReadWriteOrder::finish() { release(cycle_, true); }
 
-DramTrace::DramTrace(const std::filesystem::path& file, const DramTraceUnits& units, double gpu_mhz,
-                     std::uint32_t burst_bytes)
+DramTrace::DramTrace(const std::filesystem::path& file, const DramTraceUnits& units, const DramSpec& memory)
     : file_(file),
-      units_(units),
-      cycles_per_cycle_(units.clock_mhz / gpu_mhz),
-      burst_bytes_(burst_bytes),
+      description_{units, as_written(memory, units.transaction_bytes)},
+      from_(by_bursts(memory)),
+      to_(description_.memory),
+      burst_bytes_(memory.transaction_bytes),
+      cycles_per_clock_(units.clock_mhz / memory.clock_mhz()),
       load_store_(file.extension() == ".loadstore"),
-      order_(hold_bound(units.clock_mhz), [this](const Burst& transaction) { write(transaction); }) {}
+      order_(hold_bound(units.clock_mhz), [this](const Burst& transaction) { write(transaction); }) {
+  if (!is_stream(file)) description_file_.emplace(description_of(file));
+}
 
 void DramTrace::write(const Burst& transaction) {
   ++transactions_;
@@ -144,20 +167,20 @@ void DramTrace::write(const Burst& transaction) {
 void DramTrace::add_transaction(const Burst& transaction) {
   const bool same = any_ && transaction.address == last_.address && transaction.write == last_.write;
   last_ = transaction, any_ = true;
-  // Of a burst as large as a transaction each is a line.
-  if (!same || units_.transaction_bytes <= burst_bytes_) order_.add(transaction);
+  // Of one as large as a line each is a line.
+  if (!same || description_.units.transaction_bytes <= burst_bytes_) order_.add(transaction);
 }
 
-void DramTrace::add(std::span<const Burst> bursts, double frame_cycles) {
-  for (const Burst& burst : bursts) {
-    const auto cycle = static_cast<std::uint64_t>(static_cast<double>(start_ + burst.cycle) * cycles_per_cycle_);
-    const std::uint64_t first = burst.address & ~std::uint64_t{units_.transaction_bytes - 1};
-    for (std::uint64_t at = first; at - first < burst_bytes_; at += units_.transaction_bytes)
-      add_transaction({cycle, at, burst.write});
+void DramTrace::add(std::span<const Burst> transactions, double frame_clocks) {
+  const std::uint64_t line = description_.units.transaction_bytes;
+  for (const Burst& moved : transactions) {
+    const auto cycle = static_cast<std::uint64_t>(static_cast<double>(start_ + moved.cycle) * cycles_per_clock_);
+    for (std::uint64_t at = moved.address; at < moved.address + burst_bytes_; at += line)
+      add_transaction({cycle, to_.address(from_.place(at)) & ~(line - 1), moved.write});
   }
   file_.write(text_);
   text_.clear();
-  start_ += static_cast<std::uint64_t>(std::ceil(frame_cycles));
+  start_ += static_cast<std::uint64_t>(std::ceil(frame_clocks));
 }
 
 void DramTrace::commit() {
@@ -165,6 +188,50 @@ void DramTrace::commit() {
   file_.write(text_);
   text_.clear();
   file_.commit();
+  if (!description_file_) return;
+  const DramSpec& memory = description_.memory;
+  description_file_->write(json_text({{"schema", kDescriptionSchema},
+                                      {"clock_mhz", description_.units.clock_mhz},
+                                      {"line_bytes", description_.units.transaction_bytes},
+                                      {"memory", memory.type},
+                                      {"channels", memory.channels},
+                                      {"mapping", memory.mapping},
+                                      {"transaction_bytes", memory.transaction_bytes},
+                                      {"interleave_bytes", memory.interleave_bytes}},
+                                     1) +
+                           "\n");
+  description_file_->commit();
+}
+
+std::optional<DramTraceDescription> read_dram_trace_description(const std::filesystem::path& trace) {
+  constexpr std::uint64_t kMaxBytes = 1 << 20;
+  const std::filesystem::path file = description_of(trace);
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored)) return std::nullopt;
+  const std::string name = escape_control(file.string());
+  const std::vector<std::uint8_t> bytes = read_whole_file(file, kMaxBytes, name);
+  const nlohmann::json said =
+      parse_json(std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()), name);
+  try {
+    if (said.at("schema") != kDescriptionSchema) throw InputError(name, "schema", "expected " + kDescriptionSchema);
+    DramTraceDescription description;
+    description.memory = dram_spec(said.at("memory").get<std::string>());
+    description.memory.channels = said.at("channels").get<std::uint32_t>();
+    description.memory.mapping = said.at("mapping").get<std::string>();
+    description.memory.transaction_bytes = said.at("transaction_bytes").get<std::uint32_t>();
+    description.memory.interleave_bytes = said.at("interleave_bytes").get<std::uint32_t>();
+    check_dram(description.memory);
+    description.units = {said.at("clock_mhz").get<double>(), said.at("line_bytes").get<std::uint32_t>()};
+    const DramTraceUnits& units = description.units;
+    if (!(units.clock_mhz >= 1 && units.clock_mhz <= 1e5) || units.transaction_bytes < 1 ||
+        units.transaction_bytes > 65536)
+      throw InputError(name, "clock_mhz, line_bytes", "expected 1 to 100000 MHz and 1 to 65536 bytes");
+    return description;
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(name, "", escape_control(error.what()));
+  } catch (const UsageError& error) {
+    throw InputError(name, "", error.what());
+  }
 }
 
 std::vector<Burst> read_dram_trace(const std::filesystem::path& file, std::uint64_t max_bytes) {

@@ -4,12 +4,15 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <queue>
 #include <span>
+#include <string>
 #include <unordered_map>
 #include <vector>
 
 #include "base/output_file.h"
+#include "memory/dram_spec.h"
 
 namespace tessera::memory {
 
@@ -68,22 +71,29 @@ class ReadWriteOrder {
 
 // What a trace's lines count in.
 struct DramTraceUnits {
-  double clock_mhz = 800;                // of the memory: CK of LPDDR5-6400
-  std::uint32_t transaction_bytes = 64;  // what a line moves; addresses are multiples of it
+  double clock_mhz = 800;
+  std::uint32_t transaction_bytes = 64;  // what a line moves: at least a burst; addresses are multiples of it
+};
+
+// A trace and the memory that it was asked of, with the addresses and transactions of the trace: FILE.json beside FILE.
+struct DramTraceDescription {
+  DramTraceUnits units;
+  DramSpec memory;
 };
 
 // `--dram-trace`: transactions as text, a line each: "0xADDRESS READ|WRITE CYCLE", the form of DRAMsim3 and of drivers of
 // Ramulator 2's External front end; where the file's name ends in .loadstore that of Ramulator 2's LoadStoreTrace, which
-// keeps no time: "LD|ST 0xADDRESS". Cycles are those of the memory's clock; frames follow each other without a gap.
-// Neighbouring bursts of one transaction are one line. ReadWriteOrder holds writes back by 512 reads and 4 us, a second at
-// most. Throws WriteError.
+// keeps no time: "LD|ST 0xADDRESS". Frames follow each other without a gap. Neighbouring bursts of one transaction are one
+// line. Addresses have the order RoBaRaCoCh that those simulators read, whatever the mapping of the memory: a burst is in the bank
+// in which it was. ReadWriteOrder holds writes back by 512 reads and 4 us, a second at most. A file of its own describes the
+// trace, as those readers take no line of another form; a stream has none. Throws WriteError.
 class DramTrace {
  public:
-  // `gpu_mhz`, `burst_bytes`: of the bursts that are added.
-  DramTrace(const std::filesystem::path& file, const DramTraceUnits& units, double gpu_mhz, std::uint32_t burst_bytes);
+  // `memory`: whose transactions are added, in its clocks.
+  DramTrace(const std::filesystem::path& file, const DramTraceUnits& units, const DramSpec& memory);
 
-  // The bursts of a frame, in the order of their cycles, and the cycles that it takes.
-  void add(std::span<const Burst> bursts, double frame_cycles);
+  // Transactions of a frame in the order of their cycles, and the clocks of the memory that the frame takes.
+  void add(std::span<const Burst> transactions, double frame_clocks);
   void commit();
   std::uint64_t transactions() const { return transactions_; }
 
@@ -92,14 +102,20 @@ class DramTrace {
   void write(const Burst& transaction);
 
   OutputFile file_;
-  DramTraceUnits units_;
-  double cycles_per_cycle_;
-  std::uint64_t burst_bytes_, start_ = 0, transactions_ = 0;
+  std::optional<OutputFile> description_file_;
+  DramTraceDescription description_;
+  DramMap from_, to_;
+  std::uint64_t burst_bytes_;
+  double cycles_per_clock_;
+  std::uint64_t start_ = 0, transactions_ = 0;
   Burst last_;
   bool any_ = false, load_store_;
   ReadWriteOrder order_;
   std::string text_;
 };
+
+// Of the file beside a trace; nothing where there is none. Throws InputError for one that is none.
+std::optional<DramTraceDescription> read_dram_trace_description(const std::filesystem::path& trace);
 
 // Reads the form of DRAMsim3. Any bytes are taken: what is not a line of it, or whose cycle falls, throws InputError with
 // the line's number. LimitError beyond `max_bytes`.

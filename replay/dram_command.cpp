@@ -76,22 +76,26 @@ class DramCommand final : public Command {
     app.add_option("TRACE", trace_, "What `tessera replay --dram-trace` wrote: lines of 0xADDRESS READ|WRITE CYCLE")
         ->required()
         ->type_name("FILE");
-    app.add_option("--memory", type_, fmt::format("Kind of memory: {}", fmt::join(memory::dram_types(), ", ")))
-        ->type_name("TYPE")
-        ->capture_default_str();
+    app.add_option("--memory", type_,
+                   fmt::format("Kind of memory: {} (default: as TRACE.json says, else {})",
+                               fmt::join(memory::dram_types(), ", "), kDefaultType))
+        ->type_name("TYPE");
     app.add_option("--pace", pace_, "timed: requests come at their cycles; asap: as fast as the memory takes them")
         ->type_name("timed|asap")
         ->capture_default_str();
-    app.add_option("--clock", clock_mhz_, "Clock of the trace's cycles, in MHz (default: the memory's)")
+    app.add_option("--clock", clock_mhz_,
+                   "Clock of the trace's cycles, in MHz (default: as TRACE.json says, else the memory's)")
         ->type_name("MHZ");
-    app.add_option("--burst", burst_bytes_, "Bytes that a line of the trace moves")
-        ->type_name("BYTES")
-        ->capture_default_str();
-    app.add_option("--channels", channels_, "Channels of 16 bits (default 4)")->type_name("N");
+    app.add_option("--burst", burst_bytes_,
+                   "Bytes that a line of the trace moves (default: as TRACE.json says, else 64)")
+        ->type_name("BYTES");
+    app.add_option("--channels", channels_, "Channels of 16 bits (default: as TRACE.json says, else 4)")
+        ->type_name("N");
     app.add_option("--ranks", ranks_, "Ranks of a channel (default 1)")->type_name("N");
     app.add_option("--mapping", mapping_, "Parts of an address, the highest first, as RoBaRaCoBgCh")
         ->type_name("PARTS");
-    app.add_option("--transaction", transaction_, "Bytes that a request moves: whole bursts (default 64)")
+    app.add_option("--transaction", transaction_,
+                   "Bytes that a request moves: whole bursts (default: as TRACE.json says, else 64)")
         ->type_name("BYTES");
     app.add_option("--interleave", interleave_, "Consecutive bytes in a channel (default: the transaction's)")
         ->type_name("BYTES");
@@ -102,7 +106,15 @@ class DramCommand final : public Command {
   }
 
   void run() override {
-    memory::DramSpec spec = memory::dram_spec(type_);
+    const std::optional<memory::DramTraceDescription> said = memory::read_dram_trace_description(trace_);
+    memory::DramSpec spec =
+        said && type_.empty() ? said->memory : memory::dram_spec(type_.empty() ? kDefaultType : type_);
+    if (said && !type_.empty()) {
+      spec.channels = said->memory.channels, spec.mapping = said->memory.mapping;
+      spec.transaction_bytes = said->memory.transaction_bytes, spec.interleave_bytes = said->memory.interleave_bytes;
+    }
+    const std::uint32_t burst = burst_bytes_.value_or(said ? said->units.transaction_bytes : 64);
+    check_number("--burst", burst, 1, 65536);
     if (channels_) spec.channels = *channels_;
     if (ranks_) spec.ranks = *ranks_;
     if (!mapping_.empty()) spec.mapping = mapping_;
@@ -112,12 +124,12 @@ class DramCommand final : public Command {
     else if (transaction_)
       spec.interleave_bytes = *transaction_;
     if (pace_ != "timed" && pace_ != "asap") throw UsageError(fmt::format("--pace {}: expected timed or asap", pace_));
-    check_number("--burst", burst_bytes_, 1, 65536);
-    const double clock = clock_mhz_ ? check_number("--clock", *clock_mhz_, 1, 100000) : spec.clock_mhz();
+    const double clock = clock_mhz_ ? check_number("--clock", *clock_mhz_, 1, 100000)
+                         : said     ? said->units.clock_mhz
+                                    : spec.clock_mhz();
     memory::DramBanks dram(spec);
     const std::vector<memory::Burst> bursts = memory::read_dram_trace(trace_, kMaxTraceBytes);
-    const memory::DramReplayResult result =
-        memory::replay_bursts(dram, bursts, {pace_ == "timed", 1e3 / clock, burst_bytes_});
+    const memory::DramReplayResult result = memory::replay_bursts(dram, bursts, {pace_ == "timed", 1e3 / clock, burst});
     if (json_)
       fmt::print("{}\n", json_text(dram_report(spec, result), 2));
     else
@@ -125,10 +137,11 @@ class DramCommand final : public Command {
   }
 
  private:
-  std::string trace_, type_ = "lpddr5-6400", pace_ = "timed", mapping_;
+  static constexpr std::string_view kDefaultType = "lpddr5-6400";
+
+  std::string trace_, type_, pace_ = "timed", mapping_;
   std::optional<double> clock_mhz_;
-  std::optional<std::uint32_t> channels_, ranks_, transaction_, interleave_;
-  std::uint32_t burst_bytes_ = 64;
+  std::optional<std::uint32_t> channels_, ranks_, transaction_, interleave_, burst_bytes_;
   bool json_ = false;
 };
 

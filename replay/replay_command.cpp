@@ -19,13 +19,13 @@
 #include "base/text.h"
 #include "baselines/baseline_set.h"
 #include "gpu/device.h"
-#include "gpu/dram_bursts.h"
 #include "gpu/frame_stream.h"
 #include "gpu/image_bytes.h"
 #include "gpu/record_file.h"
 #include "gpu/tile_memory.h"
 #include "gpu/timeline.h"
 #include "gpu/unread_keys.h"
+#include "hardware/external_memory.h"
 #include "replay/commands.h"
 #include "replay/file_kind.h"
 #include "replay/frame_costs.h"
@@ -92,20 +92,21 @@ class ReplayCommand final : public Command {
     app.add_option("--trace-tiles", trace_tiles_,
                    "Numbers of the tiles that --trace shows, row by row, B not included (default: all)")
         ->type_name("A:B");
-    app.add_option("--dram-trace", dram_trace_,
-                   "Write every transaction over the memory interface with its memory clock, as DRAMsim3 and drivers "
-                   "of Ramulator 2 "
-                   "read it; FILE.loadstore: as Ramulator 2's LoadStoreTrace does, without time")
+    app.add_option(
+           "--dram-trace", dram_trace_,
+           "Write every transaction that the memory is asked for with its clock, as DRAMsim3 and drivers of "
+           "Ramulator 2 read it, and FILE.json, which describes it to tessera dram; FILE.loadstore: as Ramulator "
+           "2's LoadStoreTrace does, without time")
         ->type_name("FILE");
     app.add_option("--record", record_,
                    "Write what the units did in each frame, to be timed on other machines: tessera time FILE")
         ->type_name("FILE");
-    app.add_option("--dram-clock", dram_clock_mhz_, "Clock of the memory that --dram-trace counts cycles of, in MHz")
-        ->type_name("MHZ")
-        ->capture_default_str();
-    app.add_option(
-           "--dram-transaction", dram_transaction_,
-           "Bytes of a transaction of --dram-trace: a power of two from 16 to 1024 (default: the machine's burst)")
+    app.add_option("--dram-clock", dram_clock_mhz_,
+                   "Clock that --dram-trace counts cycles of, in MHz (default: that of memory.type)")
+        ->type_name("MHZ");
+    app.add_option("--dram-transaction", dram_transaction_,
+                   "Bytes that a line of --dram-trace moves: a power of two from a burst to 1024 (default: a burst of "
+                   "the memory)")
         ->type_name("BYTES");
     app.add_flag("--baselines", baselines_,
                  "Run other ways to bin the same frames as well, and print all side by side: patches whole, triangles "
@@ -309,11 +310,12 @@ class ReplayCommand final : public Command {
     if (!quiet_) print_sensitivity(beside_outputs({trace_, dram_trace_, record_, save_history_}), sensitivity);
   }
 
-  memory::DramTraceUnits dram_units(std::uint64_t burst_bytes) const {
-    const auto bytes = dram_transaction_.value_or(static_cast<std::uint32_t>(burst_bytes));
-    if (dram_transaction_ && (!std::has_single_bit(bytes) || bytes < 16 || bytes > 1024))
-      throw UsageError(fmt::format("--dram-transaction {}: expected a power of two from 16 to 1024", bytes));
-    return {check_number("--dram-clock", dram_clock_mhz_, 1, 100000), bytes};
+  memory::DramTraceUnits dram_units(const memory::DramSpec& memory) const {
+    const std::uint32_t bytes = dram_transaction_.value_or(memory.transaction_bytes);
+    if (dram_transaction_ && (!std::has_single_bit(bytes) || bytes < memory.burst_bytes() || bytes > 1024))
+      throw UsageError(fmt::format("--dram-transaction {}: expected a power of two from {}, a burst of {}, to 1024",
+                                   bytes, memory.burst_bytes(), memory.type));
+    return {check_number("--dram-clock", dram_clock_mhz_.value_or(memory.clock_mhz()), 1, 100000), bytes};
   }
 
   // The files of --trace, --dram-trace and --save-history.
@@ -338,11 +340,14 @@ class ReplayCommand final : public Command {
         record_.emplace(command.record_,
                         gpu::record_head(fs::path(command.capture_).filename().string(), renderer.assembly(), gpu,
                                          settings, request.region.width(), request.region.height()));
-      map_ = address_map(renderer, gpu, settings, request);
-      burst_bytes_ = static_cast<std::uint64_t>(gpu.memory.burst_bytes);
-      if (!command.dram_trace_.empty())
-        dram_.emplace(command.dram_trace_, command.dram_units(burst_bytes_), gpu.clock_mhz,
-                      static_cast<std::uint32_t>(burst_bytes_));
+      if (!command.dram_trace_.empty()) {
+        if (!gpu.has_banks())
+          throw UsageError(
+              "--dram-trace needs machine.timing=events and memory.model=banks: it holds what their channels take");
+        const memory::DramSpec memory = hardware::external_memory(gpu);
+        dram_.emplace(command.dram_trace_, command.dram_units(memory), memory);
+        dram_clocks_per_cycle_ = memory.clock_mhz() / gpu.clock_mhz;
+      }
       if (!command.save_history_.empty()) history_.emplace(command.save_history_);
     }
     void add(const gpu::FrameResult& result) {
@@ -353,7 +358,7 @@ class ReplayCommand final : public Command {
       }
       if (result.frame < frames_.first || result.frame >= frames_.last) return;
       if (timeline_) timeline_->add(result.frame, *result.model, result.maps.columns);
-      if (dram_) dram_->add(frame_bursts(*result.model, map_, burst_bytes_), result.model->schedule.cycles);
+      if (dram_) dram_->add(result.model->transactions, result.model->timing.cycles * dram_clocks_per_cycle_);
     }
     void commit(const gpu::Device& renderer) {
       if (timeline_) timeline_->commit();
@@ -370,8 +375,7 @@ class ReplayCommand final : public Command {
     std::optional<memory::DramTrace> dram_;
     std::optional<gpu::RecordWriter> record_;
     std::optional<OutputFile> history_;
-    memory::AddressMap map_{{}};
-    std::uint64_t burst_bytes_ = 0;
+    double dram_clocks_per_cycle_ = 0;
   };
 
   std::optional<ImageSize> chosen_size() const {
@@ -398,7 +402,7 @@ class ReplayCommand final : public Command {
                         static_cast<int>(r[1] + r[3])};
     }
     request.auxiliary = !aux_.empty();
-    request.record_accesses = !dram_trace_.empty();
+    request.keep_transactions = !dram_trace_.empty();
     request.record_items = !record_.empty();
     request.attribute = settings.output.machine_model;
     request.resolve_auxiliary = std::any_of(aux_.begin(), aux_.end(), is_resolve_layer);
@@ -467,7 +471,7 @@ class ReplayCommand final : public Command {
   std::optional<std::string> spp_, seed_, variant_;
   ViewChoices view_;
   std::string history_, save_history_;
-  double dram_clock_mhz_ = 800;
+  std::optional<double> dram_clock_mhz_;
   std::optional<std::uint32_t> dram_transaction_;
   int warmup_ = 0;
   unsigned threads_ = 0;

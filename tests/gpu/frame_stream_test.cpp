@@ -111,7 +111,7 @@ TEST(FrameStream, FramesThatDependOnEachOtherAreTold) {
   GpuConfiguration gpu, guessing;
   guessing.frontend.previous_depth_culling = true;
   RenderRequest logged;
-  logged.record_accesses = true;
+  logged.keep_transactions = true;
   EXPECT_TRUE(frames_are_independent(gpu, plain, {}));
   EXPECT_FALSE(frames_are_independent(gpu, adaptive, {}));
   EXPECT_FALSE(frames_are_independent(guessing, plain, {}));

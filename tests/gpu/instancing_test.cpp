@@ -1,7 +1,6 @@
 // Instances on the machine: the images of a node for each, with less read.
 #include "gpu/counter_list.h"
 #include "gpu/device.h"
-#include "gpu/dram_bursts.h"
 #include "gpu/settings.h"
 #include "tests/support/instances.h"
 #include "tests/support/tests.h"

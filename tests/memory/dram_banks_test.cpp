@@ -367,7 +367,7 @@ TEST(DramBanks, NoRequestWaitsWithoutEnd) {
 
 // ---- Specifications ---------------------------------------------------------------------------------------------
 
-// DM1
+// DM1 DM2
 TEST(DramMap, EachTransactionHasItsPlace) {
   for (const char* mapping : {"RoBaRaCoCh", "RoBaRaCoBgCh", "ChRoCoRaBgBa", "RoCoBgBaRaCh"}) {
     DramSpec spec = dram_spec("lpddr5-6400");
@@ -379,6 +379,7 @@ TEST(DramMap, EachTransactionHasItsPlace) {
       EXPECT_EQ(map.place(address + 63), p);
       EXPECT_EQ(map.place(address + spec.capacity_bytes()), p) << "repeats";
       EXPECT_EQ(map.channel(address), p.channel);
+      EXPECT_EQ(map.address(p), address);  // DM2
       places.insert({p.channel, p.rank, p.bank_group, p.bank, p.row, p.column});
     }
     EXPECT_EQ(places.size(), spec.capacity_bytes() / 64) << mapping;

@@ -81,12 +81,24 @@ TEST(ReadWriteOrder, LeavesAloneWhatNeedsNoHolding) {
   EXPECT_EQ(ordered({{0, 64, false}, {1, 64, true}}), (std::vector<Burst>{{0, 64, false}, {400, 64, true}}));
 }
 
-std::string text_of(const std::string& name, const DramTraceUnits& units, const std::vector<Burst>& bursts) {
-  const test::TemporaryFolder folder;
-  DramTrace trace(folder / name, units, 1600, 64);
+// A memory of 1600 MHz that moves 64 bytes at once.
+DramSpec fast_memory() {
+  DramSpec spec = dram_spec("lpddr5-6400");
+  spec.tck_ns = 0.625;
+  spec.mapping = "RoBaRaCoCh";
+  return spec;
+}
+
+void write_trace(const std::filesystem::path& file, const DramTraceUnits& units, const std::vector<Burst>& bursts) {
+  DramTrace trace(file, units, fast_memory());
   trace.add(bursts, 100);
   trace.add(bursts, 100);
   trace.commit();
+}
+
+std::string text_of(const std::string& name, const DramTraceUnits& units, const std::vector<Burst>& bursts) {
+  const test::TemporaryFolder folder;
+  write_trace(folder / name, units, bursts);
   return test::read_text(folder / name);
 }
 
@@ -94,9 +106,61 @@ TEST(DramTrace, CountsClocksOfTheMemoryAndItsTransactions) {
   const std::vector<Burst> bursts = {{0, 0x40, false}, {10, 0x80, true}, {20, 0xC0, true}};
   EXPECT_EQ(text_of("t", {800, 64}, bursts),
             "0x40 READ 0\n0x80 WRITE 5\n0xc0 WRITE 10\n0x40 READ 50\n0x80 WRITE 55\n0xc0 WRITE 60\n");
-  EXPECT_THAT(text_of("t", {800, 32}, bursts), testing::StartsWith("0x40 READ 0\n0x60 READ 0\n0x80 WRITE 5\n0xa0"));
-  EXPECT_THAT(text_of("t", {1600, 128}, bursts), testing::StartsWith("0x0 READ 0\n0x80 WRITE 10\n0x0 READ 100\n"));
+  // In the second channel's first two columns; in the third channel.
+  EXPECT_THAT(text_of("t", {800, 32}, bursts), testing::StartsWith("0x20 READ 0\n0xa0 READ 0\n0x40 WRITE 5\n0xc0"));
+  EXPECT_THAT(text_of("t", {1600, 128}, bursts), testing::StartsWith("0x80 READ 0\n0x100 WRITE 10\n0x180 WRITE 20\n"));
   EXPECT_THAT(text_of("t.loadstore", {800, 64}, bursts), testing::StartsWith("LD 0x40\nST 0x80\nST 0xc0\n"));
+}
+
+TEST(DramTrace, IsDescribedByTheFileBesideIt) {
+  const test::TemporaryFolder folder;
+  write_trace(folder / "t", {800, 32}, {{0, 0x40, false}});
+  const auto said = read_dram_trace_description(folder / "t");
+  ASSERT_TRUE(said);
+  EXPECT_EQ(said->units.clock_mhz, 800);
+  EXPECT_EQ(said->units.transaction_bytes, 32u);
+  EXPECT_EQ(said->memory.type, "lpddr5-6400");
+  EXPECT_EQ(said->memory.channels, 4u);
+  EXPECT_EQ(said->memory.mapping, "RoBaRaCoCh");
+  EXPECT_EQ(said->memory.transaction_bytes, 32u);
+  EXPECT_EQ(said->memory.interleave_bytes, 32u);
+  EXPECT_FALSE(read_dram_trace_description(folder / "another"));
+  const std::string right = test::read_text(folder / "t.json");
+  for (const auto& [from, to] : {std::pair{"tessera.dram-trace/1", "tessera.dram-trace/9"},
+                                 {"lpddr5-6400", "lpddr9"},
+                                 {"\"channels\": 4", "\"channels\": 3"},
+                                 {"\"channels\"", "\"channel\""},
+                                 {"\"clock_mhz\": 800.0", "\"clock_mhz\": 0"},
+                                 {"\"clock_mhz\": 800.0", "\"clock_mhz\": \"fast\""},
+                                 {"{", "["}}) {
+    std::string wrong = right;
+    ASSERT_NE(wrong.find(from), wrong.npos) << from << right;
+    wrong.replace(wrong.find(from), std::string_view(from).size(), to);
+    test::write_text(folder / "t.json", wrong);
+    EXPECT_THROW(read_dram_trace_description(folder / "t"), InputError) << wrong;
+  }
+}
+
+// Whatever the memory's mapping and the lines of the trace: who reads it finds each burst in the place that it had.
+TEST(DramTrace, BurstsStayInTheirBanks) {
+  std::mt19937_64 random(3);
+  for (const std::string_view type : dram_types())
+    for (const std::uint32_t line : {32u, 64u}) {
+      DramSpec spec = dram_spec(type);
+      spec.transaction_bytes = 32, spec.interleave_bytes = 256;
+      std::vector<Burst> bursts;
+      for (std::uint64_t cycle = 0; cycle < 300; ++cycle)
+        bursts.push_back({cycle * 5000, random() % spec.capacity_bytes() / 256 * 256, false});
+      const test::TemporaryFolder folder;
+      DramTrace trace(folder / "t", {spec.clock_mhz(), line}, spec);
+      trace.add(bursts, 1);
+      trace.commit();
+      const std::vector<Burst> read = read_dram_trace(folder / "t", 1 << 20);
+      const DramMap before(spec), after(read_dram_trace_description(folder / "t")->memory);
+      ASSERT_EQ(read.size(), bursts.size());
+      for (std::size_t k = 0; k < read.size(); ++k)
+        EXPECT_EQ(after.place(read[k].address), before.place(bursts[k].address)) << type << " " << bursts[k].address;
+    }
 }
 
 std::vector<Burst> read_text_trace(const std::string& text) {

@@ -2,7 +2,6 @@
 #include <list>
 #include <random>
 
-#include "memory/address_map.h"
 #include "memory/line_cache.h"
 #include "tests/support/tests.h"
 
@@ -48,28 +47,6 @@ TEST(LineCache, KeepsTheLinesOfASetThatWereUsedLast) {  // LC2
   LineCache none(0, 4, 64);
   EXPECT_FALSE(none.use(1));
   EXPECT_FALSE(none.use(1));
-}
-
-// Invariant AM1.
-TEST(AddressMap, BuffersDoNotOverlap) {
-  const AddressMap::Sizes sizes{100000, 300000, 5000000, 1920 * 1080 * 8, 510, 81920, 3 * 4096};
-  const AddressMap map(sizes);
-  struct Range {
-    std::uint64_t begin, end;
-  };
-  std::vector<Range> ranges = {
-      {map.base(Purpose::kPatchData), map.base(Purpose::kPatchData) + sizes.patch_data},
-      {map.base(Purpose::kAttributes), map.base(Purpose::kAttributes) + sizes.attributes},
-      {map.base(Purpose::kTexture), map.base(Purpose::kTexture) + sizes.textures},
-      {map.base(Purpose::kFrameBuffer), map.base(Purpose::kFrameBuffer) + sizes.frame_buffer},
-      {map.base(Purpose::kSignatures), map.base(Purpose::kSignatures) + sizes.signatures},
-      {map.base(Purpose::kTileQueue), map.base(Purpose::kTileQueue) + (std::uint64_t{1} << 40)}};
-  for (std::uint64_t t = 0; t < sizes.tiles; ++t) {
-    const std::uint64_t begin = map.address({0, 64, Unit::kTilecore, Purpose::kTileState, true}, t);
-    ranges.push_back({begin, begin + sizes.tile_state});
-  }
-  std::sort(ranges.begin(), ranges.end(), [](const Range& a, const Range& b) { return a.begin < b.begin; });
-  for (std::size_t i = 1; i < ranges.size(); ++i) EXPECT_LE(ranges[i - 1].end, ranges[i].begin);
 }
 
 TEST(Ledger, ItsLogHoldsEveryTransferOnce) {

@@ -3,7 +3,7 @@
 #include "frontend/front_end.h"
 #include "gpu/configuration.h"
 #include "gpu/device.h"
-#include "gpu/dram_bursts.h"
+#include "hardware/external_memory.h"
 #include "scene/capture_reader.h"
 #include "tests/support/tests.h"
 #include "tilecore/resolve/multisample_resolve.h"
@@ -125,15 +125,16 @@ TEST(Identities, AFrameAddsUp) {
   const scene::Capture capture = small_scene();
   const gpu::GpuConfiguration gpu;
   const gpu::RunSettings settings;
-  const gpu::RenderRequest request{.width = 320, .height = 180, .region = {0, 0, 320, 180}, .record_accesses = true};
+  const gpu::RenderRequest request{.width = 320, .height = 180, .region = {0, 0, 320, 180}, .keep_transactions = true};
   gpu::Device renderer(capture, gpu, settings, request);
   const gpu::FrameResult result = renderer.render(0);
   const gpu::MachineModel& model = *result.model;
   const memory::Traffic total = result.counters.ledger.total();
   const std::uint64_t bytes = total.read_bytes + total.written_bytes;
   EXPECT_EQ(model.record.work.dram_bytes(), bytes);
-  const auto burst = static_cast<std::uint64_t>(gpu.memory.burst_bytes);
-  EXPECT_EQ(frame_bursts(model, address_map(renderer, gpu, settings, request), burst).size(), bytes / burst);
+  const timing::MemoryCounts& memory = model.timing.events->memory;
+  EXPECT_EQ(model.transactions.size() * hardware::external_memory(gpu).transaction_bytes,
+            memory.read_bytes + memory.written_bytes);
   EXPECT_EQ(result.counters.resolve.pixels_shaded, 320u * 180);
   EXPECT_EQ(result.counters.ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer).written_bytes,
             320u * 180 * tilecore::kFramePixelBytes);

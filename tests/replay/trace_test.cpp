@@ -49,8 +49,9 @@ TEST(Trace, IsJsonWhoseSlicesNestWithATrackForEveryUnit) {
   const test::TemporaryFolder out;
   for (const char* gpu : {"small", "middle", "large"}) {
     const std::string file = (out / "t.json").string();
-    const auto r = run_tessera({"replay", capture("serpent"), "--size", "320x180", "--frames", "0:2", "--gpu", gpu,
-                                "--quiet", "--out", out.path().string(), "--trace", file});
+    const auto r =
+        run_tessera({"replay", capture("serpent"), "--size", "320x180", "--frames", "0:2", "--gpu", gpu, "--set",
+                     "tessellator.domain_shading=unit", "--quiet", "--out", out.path().string(), "--trace", file});
     ASSERT_EQ(r.status, 0) << r.errors;
     const json trace = json::parse(test::read_text(file));
     EXPECT_EQ(misplaced(trace), 0) << gpu;
@@ -148,13 +149,13 @@ TEST(Trace, HoldsOnlyTheFramesAndTilesThatAreAskedFor) {
   }
   EXPECT_EQ(tiles, (std::set<std::string>{"tile 5", "tile 6", "tile 7"}));
   EXPECT_EQ(frames, (std::set<std::string>{"frame 1"}));
-  const json counters = json::parse(test::read_text(out / "stats.json"))["frames"][1]["counters"];
+  const json events = json::parse(test::read_text(out / "stats.json"))["frames"][1]["timing"]["events"];
   const std::string text = test::read_text(dram);
-  EXPECT_EQ(static_cast<std::uint64_t>(std::count(text.begin(), text.end(), '\n')) * 64,
-            counters["dram.read_bytes"].get<std::uint64_t>() + counters["dram.written_bytes"].get<std::uint64_t>());
+  EXPECT_EQ(static_cast<std::uint64_t>(std::count(text.begin(), text.end(), '\n')) * 32,
+            events["dram_read_bytes"].get<std::uint64_t>() + events["dram_written_bytes"].get<std::uint64_t>());
 }
 
-TEST(DramTrace, HoldsEveryBurstOfTheLedgerInTheFormsOfBothMemorySimulators) {  // DT1, DT2
+TEST(DramTrace, HoldsWhatTheModelMovesInTheFormsOfBothMemorySimulators) {
   const test::TemporaryFolder out;
   for (const auto& [name, desampling] :
        {std::pair{"d.trace", "off"}, {"d.loadstore", "off"}, {"d.trace", "adaptive"}}) {
@@ -164,7 +165,7 @@ TEST(DramTrace, HoldsEveryBurstOfTheLedgerInTheFormsOfBothMemorySimulators) {  /
                            "--dram-trace", file})
                   .status,
               0);
-    const json counters = json::parse(test::read_text(out / "stats.json"))["total"]["counters"];
+    const json events = json::parse(test::read_text(out / "stats.json"))["total"]["timing"]["events"];
     std::istringstream lines(test::read_text(file));
     std::uint64_t read = 0, written = 0, last = 0;
     for (std::string line; std::getline(lines, line);) {
@@ -177,15 +178,54 @@ TEST(DramTrace, HoldsEveryBurstOfTheLedgerInTheFormsOfBothMemorySimulators) {  /
         words >> kind >> address;
       ASSERT_FALSE(words.fail()) << line;
       EXPECT_EQ(address.substr(0, 2), "0x");
-      EXPECT_EQ(std::stoull(address, nullptr, 16) % 64, 0u);
+      EXPECT_EQ(std::stoull(address, nullptr, 16) % 32, 0u);
       EXPECT_LE(last, cycle);
       last = cycle;
       const bool write = kind == "WRITE" || kind == "ST";
       EXPECT_TRUE(write || kind == "READ" || kind == "LD") << kind;
-      (write ? written : read) += 64;
+      (write ? written : read) += 32;
     }
-    EXPECT_EQ(read, counters["dram.read_bytes"]);
-    EXPECT_EQ(written, counters["dram.written_bytes"]);
+    EXPECT_EQ(read, events["dram_read_bytes"]);
+    EXPECT_EQ(written, events["dram_written_bytes"]);
+  }
+}
+
+// Nobody has to tell `tessera dram` what the trace counts in and what memory it was asked of: it ends with the frame.
+TEST(DramTrace, DescribesItselfAndEndsWithItsFrame) {
+  const test::TemporaryFolder out;
+  const std::string file = (out / "d.trace").string();
+  for (const auto& [type, units] : {std::pair{"lpddr5-6400", std::vector<std::string>{}},
+                                    {"lpddr4x-4266", {"--dram-clock", "1000", "--dram-transaction", "64"}}}) {
+    std::vector<std::string> arguments = {"replay",
+                                          capture("vases"),
+                                          "--size",
+                                          "320x180",
+                                          "--set",
+                                          std::string("memory.type=") + type,
+                                          "--quiet",
+                                          "--out",
+                                          out.path().string(),
+                                          "--dram-trace",
+                                          file};
+    arguments.insert(arguments.end(), units.begin(), units.end());
+    ASSERT_EQ(run_tessera(arguments).status, 0);
+    const json total = json::parse(test::read_text(out / "stats.json"))["total"];
+    const ProcessResult done = run_tessera({"dram", file, "--json"});
+    ASSERT_EQ(done.status, 0) << done.errors;
+    const json played = json::parse(done.output);
+    EXPECT_EQ(played["memory"], type);
+    EXPECT_NEAR(played["end_ns"].get<double>() * 1e-6 / total["timing"]["time_ms"].get<double>(), 1, 0.02) << type;
+  }
+}
+
+TEST(DramTrace, NeedsBanks) {
+  const test::TemporaryFolder out;
+  for (const char* coarse : {"machine.timing=phases", "memory.model=fluid"}) {
+    const auto r = run_tessera({"replay", capture("vases"), "--size", "32x32", "--set", coarse, "--out",
+                                out.path().string(), "--dram-trace", (out / "d.trace").string()});
+    EXPECT_EQ(r.status, 2);
+    EXPECT_THAT(r.errors, testing::HasSubstr("memory.model=banks"));
+    EXPECT_FALSE(std::filesystem::exists(out / "d.trace"));
   }
 }
 

@@ -8,8 +8,8 @@
 
 #include "base/check.h"
 #include "base/parallel.h"
-#include "base/round_up.h"
 #include "timing/events/event_queue.h"
+#include "timing/events/memory_layout.h"
 #include "timing/events/shader_core.h"
 #include "timing/events/texture_path.h"
 #include "timing/events/visibility_pipe.h"
@@ -26,33 +26,15 @@ std::uint64_t part(std::uint64_t total, std::uint64_t index, std::uint64_t count
   return total / count + (index < total % count ? 1 : 0);
 }
 
-// Where what bypasses the L2 lies: regions behind the lines, in each a place for every tile, or one place after the
-// other.
-class Places {
- public:
-  explicit Places(const FrameWork& work) {
-    for (const WorkRound& round : work.rounds)
-      for (const TileItems& items : round.items) {
-        read_ = std::max(read_, items.list_bytes + items.load_bytes + items.record_bytes);
-        write_ = std::max({write_, items.written_bytes, items.resolve_bytes});
-      }
-  }
-  std::uint64_t of_lists(std::uint32_t tile) const { return kRegion + tile * round_up(read_, kAlignment); }
-  std::uint64_t of_pixels(std::uint32_t tile) const { return 2 * kRegion + tile * round_up(write_, kAlignment); }
-  static constexpr std::uint64_t kPatches = std::uint64_t{3} << 30, kEntries = std::uint64_t{1} << 30,
-                                 kOther = std::uint64_t{7} << 29;
-
- private:
-  static constexpr std::uint64_t kRegion = std::uint64_t{1} << 30, kAlignment = 256;
-  std::uint64_t read_ = 0, write_ = 0;
-};
-
 // The front end and the binner: blocks of patches are read ahead, bounded, binned, and their entries written. Tables of
 // heights are read through the L2, at most frontend.fetched_lines at a time.
 class GeometryPipe {
  public:
-  GeometryPipe(const hardware::Machine& gpu, EventQueue& events, MemoryPath& memory)
-      : max_lines_(static_cast<std::size_t>(gpu.queues.table_lines)), events_(events), memory_(memory) {}
+  GeometryPipe(const hardware::Machine& gpu, const MemoryLayout& layout, EventQueue& events, MemoryPath& memory)
+      : max_lines_(static_cast<std::size_t>(gpu.queues.table_lines)),
+        layout_(layout),
+        events_(events),
+        memory_(memory) {}
 
   void begin(const WorkRound& round, double frontend, double binner, double now) {
     const GeometryWork& work = round.geometry;
@@ -64,7 +46,7 @@ class GeometryPipe {
     frontend_each_ = frontend / blocks_;
     binner_each_ = binner / blocks_;
     asked_ = binned_ = written_ = 0;
-    read_at_ = Places::kPatches, write_at_ = Places::kEntries;
+    read_at_ = layout_.patches(), write_at_ = layout_.entries();
     frontend_free_ = binner_free_ = now;
     read_ahead(now);
   }
@@ -127,6 +109,7 @@ class GeometryPipe {
   };
 
   std::size_t max_lines_;
+  const MemoryLayout& layout_;
   EventQueue& events_;
   MemoryPath& memory_;
   const GeometryWork* work_ = nullptr;
@@ -221,14 +204,15 @@ struct Core {
 
 class EventSimulation {
  public:
-  EventSimulation(const hardware::Machine& gpu, const FrameWork& work, bool record_path, double limit)
+  EventSimulation(const hardware::Machine& gpu, const FrameWork& work, bool record_path, double limit,
+                  std::vector<memory::Burst>* transactions)
       : gpu_(gpu),
         work_(work),
         limit_(limit),
-        places_(work),
+        layout_(work, static_cast<std::uint64_t>(gpu.line_bytes())),
         events_(record_path),
-        memory_(gpu, events_),
-        geometry_(gpu, events_, memory_) {
+        memory_(gpu, events_, transactions),
+        geometry_(gpu, layout_, events_, memory_) {
     const ShaderCore::Rates rates = ShaderCore::rates_of(gpu);
     for (std::uint32_t c = 0; c < static_cast<std::uint32_t>(gpu.cores.count); ++c)
       cores_.push_back(std::make_unique<Core>(gpu, rates, c, events_, memory_));
@@ -272,8 +256,8 @@ class EventSimulation {
     const double begin = end_;
     const std::uint64_t read = work_.other_bytes - work_.other_written_bytes;
     const std::uint32_t group = memory_.open_group(EventKind::kGeometryWritten, 0, 0);
-    memory_.read_bytes(Places::kOther, read, group, begin);
-    memory_.write_bytes(Places::kOther + read, work_.other_written_bytes, group, begin);
+    memory_.read_bytes(layout_.other(), read, group, begin);
+    memory_.write_bytes(layout_.other() + read, work_.other_written_bytes, group, begin);
     memory_.close_group(group, begin);
     for (bool done = false; !done;) {
       const SimulationEvent event = events_.pop();
@@ -451,7 +435,7 @@ class EventSimulation {
     span_of(c, phase).begin = span_of(c, phase).flow = now;
     if (events_.recording()) begin_path(core, phase, tile);
     if (phase == Phase::kVisibility) {
-      core.visibility.begin(tile_of(tile), items_of(tile), places_.of_lists(tile_of(tile).tile), now);
+      core.visibility.begin(tile_of(tile), items_of(tile), layout_.list_of(tile_of(tile).tile), now);
     } else if (phase == Phase::kShading) {
       const TileItems& items = items_of(tile);
       const std::uint32_t group = memory_.open_group(EventKind::kShadingRead, c, 0);
@@ -459,7 +443,7 @@ class EventSimulation {
         memory_.read_line(items.lines[k], group, now);
       memory_.close_group(group, now);
     } else {
-      core.store.begin(tile_of(tile), items_of(tile), places_.of_pixels(tile_of(tile).tile),
+      core.store.begin(tile_of(tile), items_of(tile), layout_.pixels_of(tile_of(tile).tile),
                        cycles(tile_cycles_[tile], Stage::kResolve), now);
     }
   }
@@ -528,7 +512,7 @@ class EventSimulation {
   const hardware::Machine& gpu_;
   const FrameWork& work_;
   double limit_;
-  Places places_;
+  MemoryLayout layout_;
   EventQueue events_;
   MemoryPath memory_;
   GeometryPipe geometry_;
@@ -573,11 +557,14 @@ bool has_items(const FrameWork& work) {
 }
 
 EventSchedule simulate_events(const hardware::Machine& gpu, const FrameWork& work, WarmCaches* caches, bool record_path,
-                              double limit) {
+                              double limit, std::vector<memory::Burst>* transactions) {
   TESSERA_CHECK(has_items(work), "events are made of items");
-  EventSimulation simulation(gpu, work, record_path, limit);
+  EventSimulation simulation(gpu, work, record_path, limit, transactions);
   if (caches != nullptr) simulation.warm(*caches);
   EventSchedule out = simulation.run();
+  if (transactions != nullptr)
+    std::stable_sort(transactions->begin(), transactions->end(),
+                     [](const memory::Burst& a, const memory::Burst& b) { return a.cycle < b.cycle; });
   if (caches != nullptr && out.schedule.cycles <= limit) simulation.keep(*caches);
   return out;
 }
@@ -600,7 +587,8 @@ Bound likely_bound(const hardware::Machine& gpu, const FrameWork& work) {
 
 }  // namespace
 
-TimedEvents time_events(const hardware::Machine& gpu, const FrameWork& work, WarmCaches* caches) {
+TimedEvents time_events(const hardware::Machine& gpu, const FrameWork& work, WarmCaches* caches,
+                        std::vector<memory::Burst>* transactions) {
   const WarmCaches before = caches != nullptr ? *caches : WarmCaches();
   const auto with_twice = [&](Bound bound, double limit) {
     WarmCaches own = before;
@@ -611,7 +599,7 @@ TimedEvents time_events(const hardware::Machine& gpu, const FrameWork& work, War
   std::optional<double> with_likely;
   parallel_for(thread_count() > 1 ? 2 : 1, [&](std::size_t k) {
     if (k == 0)
-      out.events = simulate_events(gpu, work, caches, true);
+      out.events = simulate_events(gpu, work, caches, true, std::numeric_limits<double>::infinity(), transactions);
     else
       with_likely = with_twice(likely, std::numeric_limits<double>::infinity());
   });

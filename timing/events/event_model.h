@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "hardware/machine.h"
+#include "memory/dram_trace.h"
 #include "timing/events/request_cache.h"
 #include "timing/events/simulation_counts.h"
 #include "timing/timing_model.h"
@@ -40,9 +41,11 @@ bool has_items(const FrameWork& work);
 // `caches`, unless null: what they hold of the frame before, replaced by what this one leaves. `record_path`: fills
 // SimulationCounts::path and TileSchedule::path, in which a wait for a phase that works on another tile goes to what that one
 // spends there. `limit`: a frame that takes longer need not be simulated to its end; then only its cycles, which are
-// more than `limit`, mean anything.
+// more than `limit`, mean anything. `transactions`, unless null: gets the bursts that the banks' channels take, with clocks of the
+// memory, in their order; with memory.model=fluid nothing.
 EventSchedule simulate_events(const hardware::Machine& gpu, const FrameWork& work, WarmCaches* caches = nullptr,
-                              bool record_path = false, double limit = std::numeric_limits<double>::infinity());
+                              bool record_path = false, double limit = std::numeric_limits<double>::infinity(),
+                              std::vector<memory::Burst>* transactions = nullptr);
 
 // The frame with its path, and as time_frame() what bounds it. Where a second thread is free it simulates, beside the
 // frame, the doubling that is likely asked for first; results do not depend on it.
@@ -50,6 +53,7 @@ struct TimedEvents {
   EventSchedule events;
   FrameTiming timing;
 };
-TimedEvents time_events(const hardware::Machine& gpu, const FrameWork& work, WarmCaches* caches = nullptr);
+TimedEvents time_events(const hardware::Machine& gpu, const FrameWork& work, WarmCaches* caches = nullptr,
+                        std::vector<memory::Burst>* transactions = nullptr);
 
 }  // namespace tessera::timing

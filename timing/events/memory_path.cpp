@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <numeric>
 
+#include "base/round_up.h"
+#include "hardware/external_memory.h"
 #include "timing/work.h"
 
 namespace tessera::timing {
 
-MemoryPath::MemoryPath(const hardware::Machine& gpu, EventQueue& events)
+MemoryPath::MemoryPath(const hardware::Machine& gpu, EventQueue& events, std::vector<memory::Burst>* transactions)
     : events_(events),
       bytes_per_clk_(memory_rate(gpu)),
       latency_(gpu.latency_clk()),
@@ -22,10 +24,10 @@ MemoryPath::MemoryPath(const hardware::Machine& gpu, EventQueue& events)
   std::iota(free_requests_.rbegin(), free_requests_.rend(), 0u);
   if (events.recording()) request_paths_.resize(requests_.size());
   if (gpu.memory.model != hardware::MemoryModel::kBanks) return;
-  memory::DramSpec spec = memory::dram_spec(word(gpu.memory.type));
-  spec.channels = static_cast<std::uint32_t>(gpu.memory.channels);
-  spec.transaction_bytes = spec.interleave_bytes = line_bytes_;
+  const memory::DramSpec spec = hardware::external_memory(gpu);
+  burst_bytes_ = spec.transaction_bytes;
   banks_ = std::make_unique<memory::DramFront>(spec);
+  banks_->log_into(transactions);
   dram_clocks_per_clk_ = spec.clock_mhz() / gpu.clock_mhz;
   idle_clk_ = spec.idle_latency_clocks() / dram_clocks_per_clk_;
 }
@@ -135,6 +137,8 @@ void MemoryPath::ask_memory(std::uint32_t line, const Waiter& waiter, double now
   if (banks_ != nullptr) {
     if (events_.recording()) request_paths_[request] = asked(now);
     requests_[request].order = ++asked_;
+    requests_[request].bursts = line_bytes_ / burst_bytes_;
+    requests_[request].ready = 0;
     ask_banks(request, std::uint64_t{line} * line_bytes_, false, now);
     look_again();
     return;
@@ -203,16 +207,18 @@ void MemoryPath::move_by_banks(std::uint64_t address, std::uint64_t bytes, std::
                                double now) {
   if (events_.recording()) group_paths_[group].asked = asked(now);
   groups_[group].order = ++asked_;
-  for (std::uint64_t at = 0; at < bytes; at += line_bytes_) {
-    add_wait(group);
-    ask_banks(kOfGroup | group, address + at, write, now);
+  // Those that begin within: streams that follow each other ask for each once.
+  for (std::uint64_t at = round_up(address, line_bytes_); at < address + bytes; at += line_bytes_) {
+    groups_[group].waits += line_bytes_ / burst_bytes_;
+    ask_banks(kOfGroup | group, at, write, now);
   }
   look_again();
 }
 
 void MemoryPath::ask_banks(std::uint64_t id, std::uint64_t address, bool write, double now) {
   banks_clock_ = std::max(banks_clock_, dram_clock(now));
-  banks_->ask(id, transactions_++, address, write, banks_clock_, answers_);
+  for (std::uint64_t at = address; at < address + line_bytes_; at += burst_bytes_)
+    banks_->ask(id, transactions_++, at, write, banks_clock_, answers_);
 }
 
 MemoryPath::Asked MemoryPath::asked(double now) const { return {now, events_.path_to(now, Bound::kL2)}; }
@@ -238,13 +244,16 @@ void MemoryPath::take_answers() {
       arrive(number, time);
       continue;
     }
-    const double there = time + l2_latency_;
-    const std::uint64_t order = requests_[number].order;
+    Request& request = requests_[number];
+    request.ready = std::max(request.ready, time);
+    if (--request.bursts > 0) continue;
+    const double there = request.ready + l2_latency_;
+    const std::uint64_t order = request.order;
     if (!events_.recording()) {
       events_.push_answer(there, order, nullptr, EventKind::kMemory, 0, number);
       continue;
     }
-    PathTime path = path_of(request_paths_[number], time);
+    PathTime path = path_of(request_paths_[number], request.ready);
     path[Bound::kLatency] += l2_latency_;
     events_.push_answer(there, order, &path, EventKind::kMemory, 0, number);
   }

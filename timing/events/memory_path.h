@@ -8,6 +8,7 @@
 
 #include "hardware/machine.h"
 #include "memory/dram_front.h"
+#include "memory/dram_trace.h"
 #include "timing/events/event_queue.h"
 #include "timing/events/request_cache.h"
 #include "timing/events/simulation_counts.h"
@@ -26,7 +27,8 @@ namespace tessera::timing {
 // there.
 class MemoryPath {
  public:
-  MemoryPath(const hardware::Machine& gpu, EventQueue& events);
+  // `transactions`, unless null: gets what the banks' channels take, with clocks that may fall from one channel to the next.
+  MemoryPath(const hardware::Machine& gpu, EventQueue& events, std::vector<memory::Burst>* transactions = nullptr);
 
   std::uint32_t open_group(EventKind kind, std::uint32_t who, std::uint32_t what);
   // `spent`: what the time from now on goes to.
@@ -77,7 +79,9 @@ class MemoryPath {
   };
   struct Request {
     std::uint32_t line = 0, waiters = kNone;
-    std::uint64_t order = 0;  // as Group::order
+    std::uint32_t bursts = 0;  // of the banks that are not there yet
+    double ready = 0;          // when the last of the others is
+    std::uint64_t order = 0;   // as Group::order
   };
   struct Stalled {
     std::uint32_t line;
@@ -96,7 +100,7 @@ class MemoryPath {
   // When so many bytes have passed the interface.
   double move(std::uint64_t bytes, double now);
   void move_by_banks(std::uint64_t address, std::uint64_t bytes, std::uint32_t group, bool write, double now);
-  // One transaction of the banks; `id`: an L2 request or, with kOfGroup, a group.
+  // The bursts of a line; `id`: an L2 request or, with kOfGroup, a group.
   void ask_banks(std::uint64_t id, std::uint64_t address, bool write, double now);
   // What is certain by now: it may lie ahead.
   void take_answers();
@@ -107,7 +111,7 @@ class MemoryPath {
 
   EventQueue& events_;
   double bytes_per_clk_, latency_, bank_clk_, l2_latency_, idle_clk_ = 0;
-  std::uint32_t line_bytes_;
+  std::uint32_t line_bytes_, burst_bytes_ = 0;  // of the banks
   RequestCache l2_;
   std::vector<double> bank_free_;
   double memory_free_ = 0;
