@@ -77,7 +77,8 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
      "and deferred-vertex, runs of visible triangles with visibility-stream, triangles with control-list.",
      "MaliFragRdPrim"},
     {"baseline.vertices_stored", &baselines::BaselineCounters::vertices_stored, Combine::kSum, "vertices",
-     "Tessellated vertices written to the parameter buffer, copies in neighbouring blocks included.",
+     "Vertices written to the parameter buffer: with post-tessellation once for each block that uses them, with "
+     "post-position once for each draw (of tessellated patches, for each patch).",
      "PowerVR Parameter Buffer"},
     {"baseline.queue_bytes_written", &baselines::BaselineCounters::queue_bytes_written, Combine::kSum, "bytes",
      "Bytes of lists, links and cursors, sub-patch table and blocks of triangles written to the parameter buffer, "
@@ -107,7 +108,8 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
      "Bytes of lists that would be written to and read from an overflow area with half that room.",
      "V3D binner out-of-memory interrupt"},
     {"baseline.position_evaluations", &baselines::BaselineCounters::position_evaluations, Combine::kSum, "vertices",
-     "Vertices whose position alone was computed, to bin triangles; what else they need comes later, or never.",
+     "Vertices whose position alone was computed, to bin triangles; what else they need comes later, or never. With "
+     "post-position once for each vertex of a draw.",
      "Arm position shading; V3D coordinate shading"},
     {"baseline.domain_evaluations", &baselines::BaselineCounters::domain_evaluations, Combine::kSum, "vertices",
      "Vertices computed by the domain shader when no tessellated sub-patch and no vertex is kept on chip; those of "

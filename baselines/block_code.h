@@ -44,26 +44,27 @@ std::vector<std::uint8_t> encode_grids(std::span<const GridRectangle> rectangles
 // `count` triangles, in order.
 std::vector<BlockTriangle> decode_grids(std::span<const std::uint8_t> bytes, std::size_t count);
 
-// Positions of a block's vertices, snapped and delta-coded without loss: x and y in units of 1/256 pixel, depth as the
-// bits of its float; of moving vertices, further what each of the three gains from the first motion key to the second.
+// Where the vertices of a block lie when a draw keeps each vertex once: behind the block that uses it first.
 //
-// Per component, of 3 or 6: a byte (bits 0..5 width, 6 the mode) and 4 bytes of base. Then the vertices, bit by bit
-// without a gap: of each component `width` bits. Mode 0: what the component exceeds the base by, the least of the
-// block. Mode 1: what it exceeds that of the vertex before by (of the first: the base), in zigzag. The mode is the one
-// that takes fewer bits. All sums are modulo 2^32.
-using PositionWords = std::array<std::uint32_t, 6>;
-inline constexpr std::size_t kStillWords = 3, kMovingWords = 6;
-inline constexpr std::uint64_t kRawPositionBytes = 12;  // x, y, depth as floats, at each key
+// A block's own vertices lie about its middle, an address that is a multiple of 4: the position of place p ends at
+// `middle - p * position_bytes`, its attributes begin at `middle + p * attribute_bytes`. So a middle and a place lead to
+// both arrays, however many vertices the block has.
+struct VertexPlace {
+  std::uint64_t middle = 0;
+  std::uint8_t place = 0;
+  bool operator==(const VertexPlace&) const = default;
+};
 
-// Six numbers: x, y, depth at both keys. Nothing when one is not on the grid, as with vertices that are not projected:
-// such blocks keep floats.
-std::optional<PositionWords> position_words(const std::array<float, 6>& position, std::size_t words);
-std::array<float, 6> position_of(const PositionWords& words, std::size_t count);
+// Places of the vertices of a block, some of which lie behind earlier ones:
+//   number (7 bits a byte): b earlier blocks, at least one; b numbers: how far the middle of each lies before this block,
+//     in units of 4 bytes, rising, each less the one before
+//   bits from the lowest of each byte on, for each vertex in the order of its number: 1: the next of the block's own;
+//     0: followed by as many bits as b - 1 takes, which earlier block, and 6 bits, the place there
+// `address`: of this block. No place: the block's own.
+std::vector<std::uint8_t> encode_places(std::span<const std::optional<VertexPlace>> vertices, std::uint64_t address);
 
-std::vector<std::uint8_t> encode_positions(std::span<const PositionWords> vertices, std::size_t words);
-std::vector<PositionWords> decode_positions(std::span<const std::uint8_t> bytes, std::size_t count, std::size_t words);
-
-// Bytes that a block's positions take, from their first bytes.
-std::size_t position_bytes(std::span<const std::uint8_t> bytes, std::size_t count, std::size_t words);
+// `count` places; `bytes_taken`: by them.
+std::vector<std::optional<VertexPlace>> decode_places(std::span<const std::uint8_t> bytes, std::size_t count,
+                                                      std::uint64_t address, std::size_t& bytes_taken);
 
 }  // namespace tessera::baselines

@@ -37,6 +37,8 @@ void add_grid_triangles(const scene::TessellationPattern& pattern, TessellatedPa
 
 void add_cluster_triangles(const scene::MeshClusters& clusters, const scene::Cluster& cluster,
                            TessellatedPatch& patch) {
+  const auto first = clusters.vertices.begin() + cluster.first_vertex;
+  patch.draw_numbers.assign(first, first + cluster.vertex_count);
   for (std::uint32_t k = 0; k < cluster.cell_count; ++k) {
     const scene::ClusterCell& cell = clusters.cells[cluster.first_cell + k];
     const auto& c = cell.corner;
@@ -69,7 +71,8 @@ TessellatedPatch tessellate_first(const tilecore::TileJob& job, std::uint32_t nu
                                  .tessellate(frame, number, scene::patch_cells(frame, number),
                                              {patch.moving, frame.projection.lens_scale != 0}, mesh)
                                  .domain_evaluations;
-  patch.attribute_bytes = frontend::vertex_attribute_bytes(*drawable.primitive, *drawable.material);
+  patch.attribute_bytes = frontend::vertex_components(*drawable.primitive, *drawable.material) *
+                          (frame.request.half_attributes ? 2 : sizeof(float));
   patch.stored_attribute_bytes = memory::burst_bytes(
       0, frontend::patch_attribute_bytes(*frame.assembly, number, drawable.deforming), job.burst_bytes());
   patch.patch_bytes = memory::burst_bytes(
@@ -88,13 +91,6 @@ TessellatedPatch tessellate_first(const tilecore::TileJob& job, std::uint32_t nu
     add_cluster_triangles(clusters, clusters.clusters[number - drawable.drawable->first_patch], patch);
   }
   return patch;
-}
-
-std::uint64_t distinct_vertices(const TriangleList& list, std::size_t vertices) {
-  std::vector<bool> used(vertices, false);
-  for (const TriangleList::Triangle& t : list.triangles)
-    for (const std::uint32_t v : t.vertex) used[v] = true;
-  return static_cast<std::uint64_t>(std::count(used.begin(), used.end(), true));
 }
 
 }  // namespace
@@ -159,7 +155,6 @@ GeometryCounts run_geometry(const tilecore::TileJob& job, const frontend::Pyrami
   constexpr std::size_t kBatch = 64;
   struct Counted {
     BaselineCounters tiles, bins;
-    std::uint64_t kept_vertices = 0;
   };
   GeometryCounts counts;
   const std::vector<std::uint8_t> kept = run_hull_stage(job, pyramids, gpu, counts.tiles);
@@ -176,13 +171,11 @@ GeometryCounts run_geometry(const tilecore::TileJob& job, const frontend::Pyrami
       drawn.patch = tessellate_first(job, patches[first + k], scratch.local());
       drawn.tiles = tiles.run(drawn.patch, counted[k].tiles);
       drawn.bins = bins.run(drawn.patch, counted[k].bins);
-      counted[k].kept_vertices = distinct_vertices(drawn.tiles, drawn.patch.x0.size());
     });
     for (std::size_t k = 0; k < batch.size(); ++k) {
       merge(counts.tiles, counted[k].tiles);
       merge(counts.bins, counted[k].bins);
       counts.vertices += batch[k].patch.domain_evaluations;
-      counts.kept_vertices += counted[k].kept_vertices;
       counts.patches.push_back(
           {batch[k].patch.number, batch[k].patch.domain_evaluations, batch[k].patch.triangles.size()});
       counts.attribute_bytes += batch[k].patch.stored_attribute_bytes;

@@ -29,9 +29,8 @@ struct PatchWork {
 
 // What the stages before a binner of triangles did.
 struct GeometryCounts {
-  BaselineCounters tiles, bins;     // of hull stage and triangle setup, by the grid of tiles or of bins
-  std::uint64_t vertices = 0;       // of the patches that the hull stage kept
-  std::uint64_t kept_vertices = 0;  // of these, those of triangles that setup kept
+  BaselineCounters tiles, bins;  // of hull stage and triangle setup, by the grid of tiles or of bins
+  std::uint64_t vertices = 0;    // of the patches that the hull stage kept
   // Bursts of what records hold for the pixel shader: of the patches that the hull stage kept, and of these, those of
   // which setup kept a triangle.
   std::uint64_t attribute_bytes = 0, kept_attribute_bytes = 0;
@@ -46,6 +45,7 @@ struct GeometryCounts {
 // Invariants (cited by the tests):
 //   GP1  A patch that the hull stage drops has no triangle that setup would keep.
 //   GP2  Patches reach `draw` in the order of their numbers, some at a time, on the calling thread.
+//   GP3  Vertices of a draw that have one number are at one position, bit by bit.
 GeometryCounts run_geometry(const tilecore::TileJob& job, const frontend::PyramidLibrary& pyramids,
                             const gpu::GpuConfiguration& gpu, const TriangleSetup& tiles, const TriangleSetup& bins,
                             const std::function<void(std::span<const DrawnPatch>)>& draw);

@@ -1,9 +1,11 @@
 #include "baselines/post_tessellation.h"
 
 #include <algorithm>
+#include <bitset>
 #include <cstring>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "base/check.h"
 #include "base/round_up.h"
@@ -12,13 +14,14 @@
 namespace tessera::baselines {
 namespace {
 
-constexpr unsigned kCodedBit = 0x2000u, kGridBit = 0x4000u, kMovingBit = 0x8000u, kIndexBytesMask = 0x1FFFu;
+constexpr unsigned kPlacesBit = 0x2000u, kGridBit = 0x4000u, kMovingBit = 0x8000u, kIndexBytesMask = 0x1FFFu;
+constexpr std::uint64_t kBlockPadding = 4;
 
 // Where the parts of a block are.
 struct BlockHead {
   std::size_t vertices, triangles, index_bytes;
-  bool coded, grids, moving;
-  std::uint64_t vertices_at;  // relative to the block
+  bool has_places, grids, moving;
+  std::uint64_t places_at;  // relative to the block
 };
 
 BlockHead head_at(std::span<const std::uint8_t> memory, std::uint64_t address) {
@@ -28,10 +31,23 @@ BlockHead head_at(std::span<const std::uint8_t> memory, std::uint64_t address) {
   return {memory[address + 4],
           memory[address + 5],
           bytes,
-          (field & kCodedBit) != 0,
+          (field & kPlacesBit) != 0,
           (field & kGridBit) != 0,
           (field & kMovingBit) != 0,
-          kBlockHeadBytes + round_up(bytes, 4)};
+          kBlockHeadBytes + round_up(bytes, kBlockPadding)};
+}
+
+// Places of the vertices of a block; the block's own lie behind `vertices_at`, relative to the block.
+struct BlockPlaces {
+  std::vector<std::optional<VertexPlace>> places;
+  std::uint64_t vertices_at;
+};
+
+BlockPlaces places_at(std::span<const std::uint8_t> memory, std::uint64_t address, const BlockHead& head) {
+  if (!head.has_places) return {std::vector<std::optional<VertexPlace>>(head.vertices), head.places_at};
+  std::size_t bytes = 0;
+  auto places = decode_places(memory.subspan(address + head.places_at), head.vertices, address, bytes);
+  return {std::move(places), head.places_at + round_up(bytes, kBlockPadding)};
 }
 
 std::vector<BlockTriangle> triangles_at(std::span<const std::uint8_t> memory, std::uint64_t address,
@@ -49,9 +65,40 @@ PostTessellationBinner::PostTessellationBinner(const gpu::GpuConfiguration& gpu,
       setup_(grid_, projection),
       buffer_(gpu, grid.tile_count()),
       storage_(storage),
+      orthographic_(projection.orthographic),
       burst_bytes_(static_cast<std::uint64_t>(gpu.memory.burst_bytes)),
       cache_bytes_(static_cast<std::uint64_t>(gpu.baselines.cache_bytes)),
       last_address_(grid.tile_count(), 0) {}
+
+std::uint32_t PostTessellationBinner::number_of(const TessellatedPatch& patch, std::uint32_t vertex) const {
+  return shares_draw_ ? patch.draw_numbers[vertex] : vertex;
+}
+
+void PostTessellationBinner::begin_patch(const TessellatedPatch& patch) {
+  const bool shares = storage_ == VertexStorage::kEachDraw && !patch.draw_numbers.empty();
+  if (!shares || !shares_draw_ || draw_state_ != patch.state) {
+    ++index_buffer_;
+    forget_numbers();
+    drawn_.begin();
+  }
+  shares_draw_ = shares;
+  draw_state_ = patch.state;
+  const auto vertices = static_cast<std::uint32_t>(patch.x0.size());
+  std::size_t numbers = vertices;
+  if (shares && vertices > 0)
+    numbers = std::size_t{*std::max_element(patch.draw_numbers.begin(), patch.draw_numbers.end())} + 1;
+  number_.resize(std::max(number_.size(), numbers), kNoNumber);
+  if (storage_ == VertexStorage::kEachBlock)
+    counters_.domain_evaluations += patch.domain_evaluations;
+  else
+    for (std::uint32_t v = 0; v < vertices; ++v)
+      if (drawn_.shade(number_of(patch, v))) ++counters_.position_evaluations;
+}
+
+void PostTessellationBinner::forget_numbers() {
+  for (const std::uint32_t number : numbered_) number_[number] = kNoNumber;
+  numbered_.clear();
+}
 
 bool PostTessellationBinner::fits(const TessellatedPatch& patch, const TriangleList& list, std::size_t first,
                                   std::size_t end) const {
@@ -60,10 +107,10 @@ bool PostTessellationBinner::fits(const TessellatedPatch& patch, const TriangleL
   std::vector<std::uint32_t> fresh;
   for (std::size_t t = first; t < end; ++t)
     for (const std::uint32_t v : list.triangles[t].vertex)
-      if (number_[v] == kNoNumber) fresh.push_back(v);
+      if (const std::uint32_t number = number_of(patch, v); number_[number] == kNoNumber) fresh.push_back(number);
   std::sort(fresh.begin(), fresh.end());
   const auto distinct = static_cast<std::size_t>(std::unique(fresh.begin(), fresh.end()) - fresh.begin());
-  return positions_.size() + distinct <= kBlockVertices;
+  return vertices_.size() + distinct <= kBlockVertices;
 }
 
 void PostTessellationBinner::begin_group(const TessellatedPatch& patch, const TriangleList& list, std::size_t group,
@@ -75,7 +122,7 @@ void PostTessellationBinner::begin_group(const TessellatedPatch& patch, const Tr
   all_grids_ = all_grids_ && columns > 0;
   if (columns == 0) return;
   rectangle_begins_ = group == 0 ? 0 : patch.group_ends[group - 1];
-  rectangle_vertex_ = static_cast<std::uint8_t>(positions_.size());
+  rectangle_vertex_ = static_cast<std::uint8_t>(vertices_.size());
   const std::size_t cells = (patch.group_ends[group] - rectangle_begins_) / 2;
   rectangles_.push_back({columns, static_cast<std::uint8_t>(cells / columns), {}});
   TESSERA_CHECK(list.triangles[first].number >= rectangle_begins_, "groups of the list are those of the patch");
@@ -86,14 +133,19 @@ void PostTessellationBinner::add_triangle(const TessellatedPatch& patch, const T
   const TriangleList::Triangle& t = list.triangles[triangle];
   BlockTriangle numbers;
   for (std::size_t k = 0; k < 3; ++k) {
-    const std::uint32_t v = t.vertex[k];
-    if (number_[v] == kNoNumber) {
-      TESSERA_CHECK(positions_.size() < kBlockVertices, "a group fits a block");
-      number_[v] = static_cast<std::uint8_t>(positions_.size());
-      positions_.push_back({patch.x0[v], patch.y0[v], patch.z0[v], moving_ ? patch.x1[v] : 0.0f,
-                            moving_ ? patch.y1[v] : 0.0f, moving_ ? patch.z1[v] : 0.0f});
+    const std::uint32_t v = t.vertex[k], named = number_of(patch, v);
+    if (number_[named] == kNoNumber) {
+      TESSERA_CHECK(vertices_.size() < kBlockVertices, "a group fits a block");
+      number_[named] = static_cast<std::uint8_t>(vertices_.size());
+      numbered_.push_back(named);
+      BlockVertex& vertex = vertices_.emplace_back();
+      vertex.position = {patch.x0[v], patch.y0[v], patch.z0[v]};
+      if (moving_) vertex.position[3] = patch.x1[v], vertex.position[4] = patch.y1[v], vertex.position[5] = patch.z1[v];
+      vertex.number = named;
+      vertex.index_buffer = index_buffer_;
+      if (storage_ == VertexStorage::kEachDraw) vertex.place = drawn_.place(named);
     }
-    numbers[k] = number_[v];
+    numbers[k] = number_[named];
     if (numbers[k] < rectangle_vertex_) all_grids_ = false;  // shared with another rectangle
   }
   TESSERA_CHECK(triangles_.size() < kBlockTriangles, "a group fits a block");
@@ -106,16 +158,12 @@ void PostTessellationBinner::add_triangle(const TessellatedPatch& patch, const T
 }
 
 void PostTessellationBinner::add(const TessellatedPatch& patch, const TriangleList& list) {
-  counters_.domain_evaluations += patch.domain_evaluations;
-  begin_numbering(patch.x0.size());
+  begin_patch(patch);
   std::size_t first = 0;
   for (std::size_t group = 0; group < list.group_ends.size(); ++group) {
     const std::size_t end = list.group_ends[group];
     if (end == first) continue;
-    if (!fits(patch, list, first, end)) {
-      close_block();
-      begin_numbering(patch.x0.size());
-    }
+    if (!fits(patch, list, first, end)) close_block();
     begin_group(patch, list, group, first);
     for (; first < end; ++first) add_triangle(patch, list, first);
   }
@@ -130,59 +178,81 @@ std::vector<std::uint8_t> PostTessellationBinner::pack_indices(bool& grids) {
   if (bytes.size() >= strip.size()) return strip;
   grids = true;
   const std::vector<BlockTriangle> numbered = decode_grids(bytes, triangles_.size());
-  std::vector<std::array<float, 6>> sorted(positions_.size());
+  std::vector<BlockVertex> sorted(vertices_.size());
   for (std::size_t t = 0; t < triangles_.size(); ++t)
-    for (std::size_t k = 0; k < 3; ++k) sorted[numbered[t][k]] = positions_[triangles_[t][k]];
-  positions_ = std::move(sorted);
+    for (std::size_t k = 0; k < 3; ++k) sorted[numbered[t][k]] = vertices_[triangles_[t][k]];
+  vertices_ = std::move(sorted);
   triangles_ = numbered;
   return bytes;
 }
 
-void PostTessellationBinner::pack_vertices(const std::vector<PositionWords>& words,
-                                           std::vector<std::uint8_t>& block) const {
-  if (!words.empty()) {
-    const std::vector<std::uint8_t> coded = encode_positions(words, moving_ ? kMovingWords : kStillWords);
-    block.insert(block.end(), coded.begin(), coded.end());
-    block.resize(round_up(block.size(), 4) + words.size() * attribute_bytes_, 0);
-    return;
-  }
-  for (const std::array<float, 6>& position : positions_) {
-    const std::size_t at = block.size();
-    block.resize(at + kPositionBytes + attribute_bytes_ + (moving_ ? kSecondPositionBytes : 0), 0);
-    std::memcpy(&block[at], position.data(), kPositionBytes);
-    if (moving_) std::memcpy(&block[at + kPositionBytes + attribute_bytes_], &position[3], kSecondPositionBytes);
+void PostTessellationBinner::put_position(const BlockVertex& vertex, std::uint8_t* at) const {
+  for (std::size_t key = 0; key < (moving_ ? 2u : 1u); ++key) {
+    const float* xyz = &vertex.position[3 * key];
+    const float w = orthographic_ ? 1.0f : xyz[2];
+    std::memcpy(at + key * kPositionBytes, xyz, 3 * sizeof(float));
+    std::memcpy(at + key * kPositionBytes + 3 * sizeof(float), &w, sizeof w);
   }
 }
 
-std::vector<std::uint8_t> PostTessellationBinner::pack_block() {
+// Appends the block's own vertices.
+void PostTessellationBinner::pack_vertices(std::vector<std::uint8_t>& block) const {
+  std::vector<const BlockVertex*> own;
+  for (const BlockVertex& vertex : vertices_)
+    if (!vertex.place) own.push_back(&vertex);
+  const std::size_t first = block.size(), positions = position_bytes(moving_);
+  block.resize(first + own.size() * (positions + attribute_bytes_), 0);
+  for (std::size_t n = 0; n < own.size(); ++n)
+    put_position(*own[n], &block[first + (storage_ == VertexStorage::kEachBlock ? n * (positions + attribute_bytes_)
+                                                                                : (own.size() - 1 - n) * positions)]);
+}
+
+// The parts of a block; `own_vertices_at`: relative to the block.
+std::vector<std::uint8_t> PostTessellationBinner::pack_block(std::uint64_t address, std::uint64_t& own_vertices_at) {
   bool grids = false;
   const std::vector<std::uint8_t> indices = pack_indices(grids);
-  std::vector<PositionWords> words;
-  for (std::size_t v = 0; storage_ == VertexStorage::kSnapped && v < positions_.size(); ++v) {
-    const auto of_vertex = position_words(positions_[v], moving_ ? kMovingWords : kStillWords);
-    if (!of_vertex) {
-      words.clear();
-      break;
-    }
-    words.push_back(*of_vertex);
-  }
-  std::vector<std::uint8_t> block(kBlockHeadBytes + round_up(indices.size(), 4), 0);
+  std::vector<std::optional<VertexPlace>> places;
+  for (const BlockVertex& vertex : vertices_) places.push_back(vertex.place);
+  const bool shares = std::any_of(places.begin(), places.end(), [](const auto& place) { return place.has_value(); });
+  std::vector<std::uint8_t> block(kBlockHeadBytes + round_up(indices.size(), kBlockPadding), 0);
   const auto field = static_cast<std::uint16_t>(indices.size() | (moving_ ? kMovingBit : 0u) | (grids ? kGridBit : 0u) |
-                                                (words.empty() ? 0u : kCodedBit));
+                                                (shares ? kPlacesBit : 0u));
   std::memcpy(block.data(), &state_, sizeof state_);
-  block[4] = static_cast<std::uint8_t>(positions_.size());
+  block[4] = static_cast<std::uint8_t>(vertices_.size());
   block[5] = static_cast<std::uint8_t>(triangles_.size());
   std::memcpy(&block[6], &field, sizeof field);
   std::memcpy(&block[kBlockHeadBytes], indices.data(), indices.size());
-  pack_vertices(words, block);
+  if (shares) {
+    const std::vector<std::uint8_t> bytes = encode_places(places, address);
+    block.insert(block.end(), bytes.begin(), bytes.end());
+    block.resize(round_up(block.size(), kBlockPadding), 0);
+  }
+  own_vertices_at = block.size();
+  pack_vertices(block);
   return block;
+}
+
+// The block's own vertices, of which those of the index buffer in hand may be named again.
+void PostTessellationBinner::keep_places(std::uint64_t own_vertices_at) {
+  const auto own = static_cast<std::uint64_t>(
+      std::count_if(vertices_.begin(), vertices_.end(), [](const BlockVertex& vertex) { return !vertex.place; }));
+  counters_.vertices_stored += own;
+  if (storage_ == VertexStorage::kEachBlock) return;
+  VertexPlace next{own_vertices_at + own * position_bytes(moving_), 0};
+  for (const BlockVertex& vertex : vertices_) {
+    if (vertex.place) continue;
+    if (vertex.index_buffer == index_buffer_) drawn_.store(vertex.number, next);
+    ++next.place;
+  }
 }
 
 void PostTessellationBinner::close_block() {
   if (triangles_.empty()) return;
-  const std::uint64_t address = buffer_.store_block(pack_block());
+  std::uint64_t own_vertices_at = 0;
+  const std::uint64_t address = buffer_.next_block();
+  buffer_.store_block(pack_block(address, own_vertices_at));
+  keep_places(address + own_vertices_at);
   blocks_.push_back({address, attribute_bytes_, names_.size() - triangles_.size()});
-  counters_.vertices_stored += positions_.size();
 
   std::sort(tile_triangles_.begin(), tile_triangles_.end());
   std::vector<std::uint8_t> bytes;
@@ -200,7 +270,8 @@ void PostTessellationBinner::close_block() {
   triangles_.clear();
   rectangles_.clear();
   tile_triangles_.clear();
-  positions_.clear();
+  vertices_.clear();
+  forget_numbers();
   all_grids_ = true;
   rectangle_vertex_ = 0;
 }
@@ -208,14 +279,38 @@ void PostTessellationBinner::close_block() {
 // ---- Tile cores -------------------------------------------------------------------------------------------------
 
 struct PostTessellationBinner::Reading {
+  std::uint64_t burst_bytes;
   memory::LruCache cache;
   BurstBytes reads;
   const VisibleTriangles* visible;
   memory::Ledger ledger, uncached_ledger;
-  std::uint64_t uncached = 0;  // of blocks, asked of the cache
-  std::uint64_t filled = 0;    // into it
+  std::uint64_t uncached = 0;         // of blocks, asked of the cache
+  std::uint64_t filled = 0;           // into it
+  std::vector<std::uint64_t> bursts;  // that the reference in hand asks for
+
+  void ask(std::uint64_t address, std::uint64_t bytes) {
+    for (std::uint64_t burst = address / burst_bytes; bytes > 0 && burst <= (address + bytes - 1) / burst_bytes;
+         ++burst)
+      bursts.push_back(burst);
+  }
+  // Reads them in rising order, each once, and returns the bytes that the cache lacked.
+  std::uint64_t read_asked() {
+    std::sort(bursts.begin(), bursts.end());
+    bursts.erase(std::unique(bursts.begin(), bursts.end()), bursts.end());
+    const std::uint64_t before = filled;
+    for (const std::uint64_t burst : bursts) {
+      uncached += burst_bytes;
+      if (cache.use(static_cast<std::uint32_t>(burst), burst_bytes)) continue;
+      ledger.read(memory::Unit::kTilecore, memory::Purpose::kTileQueue, burst_bytes);
+      filled += burst_bytes;
+      reads.add(burst * burst_bytes, burst_bytes);
+    }
+    bursts.clear();
+    return filled - before;
+  }
 };
 
+// Head, indices and places; positions of the triangles in the tile, or whole vertices; attributes of visible ones.
 void PostTessellationBinner::read_block(const TileReference& reference, binner::TileIndex tile, Reading& reading) {
   const std::span<const std::uint8_t> memory = buffer_.memory();
   const BlockHead head = head_at(memory, reference.address);
@@ -223,37 +318,32 @@ void PostTessellationBinner::read_block(const TileReference& reference, binner::
       std::upper_bound(blocks_.begin(), blocks_.end(), reference.address,
                        [](std::uint64_t address, const Written& written) { return address < written.address; }));
   const auto triangles = triangles_at(memory, reference.address, head);
-  std::bitset<kBlockVertices> used;
+  std::bitset<kBlockVertices> tested, shaded;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     if (!reference.triangles[t]) continue;
-    if (head.coded && reading.visible != nullptr && !reading.visible->contains(tile, names_[block.first_name + t]))
-      continue;
-    for (const std::uint8_t v : triangles[t]) used.set(v);
-  }
-  // Bursts in rising order, each once per reference.
-  std::uint64_t next = 0;
-  const auto read = [&](std::uint64_t address, std::uint64_t bytes) {
-    for (std::uint64_t line = std::max(next, address / burst_bytes_);
-         bytes > 0 && line <= (address + bytes - 1) / burst_bytes_; ++line) {
-      next = line + 1;
-      reading.uncached += burst_bytes_;
-      if (reading.cache.use(static_cast<std::uint32_t>(line), burst_bytes_)) continue;
-      reading.ledger.read(memory::Unit::kTilecore, memory::Purpose::kTileQueue, burst_bytes_);
-      reading.filled += burst_bytes_;
-      reading.reads.add(line * burst_bytes_, burst_bytes_);
-      counters_.queue_bytes_read += burst_bytes_;
+    const bool visible = reading.visible == nullptr || reading.visible->contains(tile, names_[block.first_name + t]);
+    for (const std::uint8_t v : triangles[t]) {
+      tested.set(v);
+      if (visible) shaded.set(v);
     }
-  };
-  std::uint64_t vertices_at = reference.address + head.vertices_at;
-  std::uint64_t vertex_bytes = kPositionBytes + block.attribute_bytes + (head.moving ? kSecondPositionBytes : 0);
-  if (head.coded) {
-    vertex_bytes = block.attribute_bytes;
-    vertices_at += round_up(
-        position_bytes(memory.subspan(vertices_at), head.vertices, head.moving ? kMovingWords : kStillWords), 4);
   }
-  read(reference.address, vertices_at - reference.address);
-  for (std::size_t v = 0; v < head.vertices; ++v)
-    if (used[v]) read(vertices_at + v * vertex_bytes, vertex_bytes);
+  const BlockPlaces places = places_at(memory, reference.address, head);
+  const std::uint64_t positions = position_bytes(head.moving), own_at = reference.address + places.vertices_at;
+  reading.ask(reference.address, places.vertices_at);
+  if (storage_ == VertexStorage::kEachBlock) {
+    for (std::size_t v = 0; v < head.vertices; ++v)
+      if (tested[v]) reading.ask(own_at + v * (positions + block.attribute_bytes), positions + block.attribute_bytes);
+  } else {
+    const auto own = static_cast<std::uint64_t>(std::count(places.places.begin(), places.places.end(), std::nullopt));
+    VertexPlace next{own_at + own * positions, 0};
+    for (std::size_t v = 0; v < head.vertices; ++v) {
+      const VertexPlace at = places.places[v].value_or(next);
+      if (!places.places[v]) ++next.place;
+      if (tested[v]) reading.ask(at.middle - (at.place + std::uint64_t{1}) * positions, positions);
+      if (shaded[v]) reading.ask(at.middle + at.place * block.attribute_bytes, block.attribute_bytes);
+    }
+  }
+  counters_.queue_bytes_read += reading.read_asked();
 }
 
 void PostTessellationBinner::read_tile(binner::TileIndex tile, Reading& reading) {
@@ -279,7 +369,7 @@ void PostTessellationBinner::read_tile(binner::TileIndex tile, Reading& reading)
 void PostTessellationBinner::finish(const VisibleTriangles* visible, std::span<const std::uint64_t> state_bytes) {
   close_block();
   buffer_.finish();
-  Reading reading{memory::LruCache(cache_bytes_), BurstBytes(burst_bytes_), visible, {}, {}, 0, 0};
+  Reading reading{burst_bytes_, memory::LruCache(cache_bytes_), BurstBytes(burst_bytes_), visible, {}, {}, 0, 0, {}};
   tiles_.assign(grid_.tile_count(), {});
   for (const binner::TileIndex tile : order_.tiles()) read_tile(tile, reading);
   const memory::Traffic written = buffer_.ledger().total();
@@ -289,6 +379,7 @@ void PostTessellationBinner::finish(const VisibleTriangles* visible, std::span<c
   counters_.queue_bytes_written = buffer_.bytes_written();
   counters_.queue_bytes_peak = buffer_.bytes_in_use();
   counters_.buffer_overflows = buffer_.overflows();
+  if (storage_ == VertexStorage::kEachDraw) counters_.domain_evaluations = counters_.vertices_stored;
   counters_.domain_evaluations_cached = counters_.domain_evaluations;
   if (state_bytes.empty()) return;
   set_pressure(buffer_.pressure(reading.reads, state_bytes), counters_);
@@ -306,17 +397,12 @@ class PostTessellation final : public Scheme {
   }
   void add(const DrawnPatch& patch) override { binner_->add(patch.patch, patch.tiles); }
   SchemeResult finish(const DrawnPass& drawn) override {
-    const bool apart = storage_ == VertexStorage::kSnapped;
+    const bool apart = storage_ == VertexStorage::kEachDraw;
     const GeometryCounts& geometry = drawn.geometry;
     binner_->finish(apart ? &drawn.drawn.visible : nullptr, drawn.tile_state_bytes);
     const std::uint64_t attributes = apart ? geometry.kept_attribute_bytes : geometry.attribute_bytes;
     SchemeResult out{list_counters(*binner_, drawn, geometry.tiles, attributes), {}};
     BaselineCounters& counters = out.counters;
-    if (apart) {
-      // Positions first; the rest for what setup keeps.
-      counters.position_evaluations = geometry.vertices;
-      counters.domain_evaluations = counters.domain_evaluations_cached = geometry.kept_vertices;
-    }
     if (drawn.work == nullptr) return out;
     FrontWork before = front_work(counters, binner_->buffer(), geometry.tiles.patch_bytes_cached + attributes);
     before.vertices += counters.domain_evaluations;
@@ -334,7 +420,9 @@ class PostTessellation final : public Scheme {
 
 }  // namespace
 
-std::unique_ptr<Scheme> make_post_tessellation() { return std::make_unique<PostTessellation>(VertexStorage::kFloats); }
-std::unique_ptr<Scheme> make_post_position() { return std::make_unique<PostTessellation>(VertexStorage::kSnapped); }
+std::unique_ptr<Scheme> make_post_tessellation() {
+  return std::make_unique<PostTessellation>(VertexStorage::kEachBlock);
+}
+std::unique_ptr<Scheme> make_post_position() { return std::make_unique<PostTessellation>(VertexStorage::kEachDraw); }
 
 }  // namespace tessera::baselines

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "baselines/baseline_counters.h"
 #include "baselines/block_code.h"
+#include "baselines/draw_vertices.h"
 #include "baselines/tessellated_patch.h"
 #include "baselines/tile_reference.h"
 #include "baselines/triangle_buffer.h"
@@ -13,23 +16,24 @@
 
 namespace tessera::baselines {
 
-// Bytes of a vertex with all attributes: position at shutter open (x, y, depth: 12), then what the pixel shader needs of
-// normal 4, tangent 4, texture coordinate 8, colour 4; moving ones have a second position.
-inline constexpr std::uint64_t kPositionBytes = 12, kVertexBytes = kPositionBytes + 20, kSecondPositionBytes = 12;
+// Bytes of a position: x, y, depth and w as floats, at each motion key [spec: gl_Position]. Attributes, which
+// frontend::vertex_components() counts, take 4 bytes a component, or 2 with shading.attributes=half.
+inline constexpr std::uint64_t kPositionBytes = 16;
 
-// Head of a block: state (4), vertices (1), triangles (1), bytes of the indices (2: bits 0..12) with flags: bit 13
-// positions are coded, 14 indices are grids, else a strip, 15 it moves. Then the indices,
-// filled up to a multiple of 4, then the vertices:
-//   not coded: of each position, attributes, second position
-//   coded: positions (block_code.h), filled up to a multiple of 4, then the attributes of each
-// How many attributes there are goes with the state.
+// Head of a block: state (4), vertices (1), triangles (1), bytes of the indices (2: bits 0..12) with flags: bit 13 the
+// block has places, 14 indices are grids, else a strip, 15 it moves. Then the indices, filled up to a multiple of 4; the
+// places, likewise; and the vertices that are the block's own:
+//   each in every block    vertex by vertex: position, second position where it moves, attributes
+//   once for each draw     positions, the last one first, behind the second one each where they move; attributes
+// How many attributes there are goes with the state. Places (block_code.h) tell which vertices lie behind earlier blocks;
+// without them all are the block's own.
 inline constexpr std::uint64_t kBlockHeadBytes = 8;
 
-// How blocks hold vertices.
+// Where vertices are kept.
 enum class VertexStorage : std::uint8_t {
-  kFloats,  // whole: what is shaded together stays together
-  kSnapped  // positions snapped and delta-coded, attributes behind them: shaded for what culling leaves, and fetched for
-            // what is visible
+  kEachBlock,  // whole, in every block that uses them: what is shaded together stays together
+  kEachDraw    // once for each draw, behind the block that uses them first. Positions are shaded first, attributes for
+               // what culling leaves, and fetched for what is visible
 };
 
 // The binner of a conventional tile-based machine, behind its domain shader: packs what culling leaves into blocks of
@@ -38,18 +42,25 @@ enum class VertexStorage : std::uint8_t {
 // coded as grids or as a strip, whichever is smaller. Then the tile cores' reads of all that, tile by tile, through a
 // cache of bursts.
 //
-// Only positions are stored as they are; bytes of other attributes are zero, as their values change no count.
+// With kEachDraw this is index-driven vertex shading [spec: Arm, from Bifrost on: position shading, culling, varying
+// shading]: triangles of a draw that name the same vertex share it, whatever blocks they are in. A tessellated patch is a
+// draw of its own in that respect: its vertices come from the tessellator and no index buffer names those of two patches,
+// so vertices on a shared edge are kept by both. In its favour: it finds every vertex of a draw again, however long ago
+// it was shaded, and writes no position of a triangle that is culled.
+//
+// Only positions are stored as they are; bytes of attributes are zero, as their values change no count.
 //
 // Configured by parameter_buffer.*, binner.combining_bursts, memory.burst_bytes, baselines.cache_bytes.
 // Invariants (cited by the tests):
 //   PT1  Every triangle that setup keeps is in the list of every tile that it may touch, once.
-//   PT2  A block holds each vertex that its triangles use once, and no other.
+//   PT2  A block names each vertex that its triangles use once, and no other.
 //   PT3  What tile cores read was written.
-//   PT4  Positions come back with all their bits, however they are stored.
+//   PT4  Positions come back with all their bits, wherever they are stored.
+//   PT5  With kEachDraw a vertex of a draw is stored once.
 class PostTessellationBinner {
  public:
   PostTessellationBinner(const gpu::GpuConfiguration& gpu, const binner::TileGrid& grid,
-                         const scene::Projection& projection, VertexStorage storage = VertexStorage::kFloats);
+                         const scene::Projection& projection, VertexStorage storage = VertexStorage::kEachBlock);
 
   const TriangleSetup& setup() const { return setup_; }
 
@@ -79,16 +90,28 @@ class PostTessellationBinner {
     std::uint64_t address, attribute_bytes;
     std::size_t first_name;  // of its triangles, in names_
   };
+  // A vertex of the block that is being filled.
+  struct BlockVertex {
+    std::array<float, 6> position;  // x, y, depth at both keys
+    std::uint32_t number = 0;       // in its index buffer
+    std::uint64_t index_buffer = 0;
+    std::optional<VertexPlace> place;  // behind an earlier block
+  };
   struct Reading;
 
+  void begin_patch(const TessellatedPatch& patch);
+  std::uint32_t number_of(const TessellatedPatch& patch, std::uint32_t vertex) const;
   bool fits(const TessellatedPatch& patch, const TriangleList& list, std::size_t first, std::size_t end) const;
   void begin_group(const TessellatedPatch& patch, const TriangleList& list, std::size_t group, std::size_t first);
   void add_triangle(const TessellatedPatch& patch, const TriangleList& list, std::size_t triangle);
   void close_block();
-  std::vector<std::uint8_t> pack_block();
+  std::vector<std::uint8_t> pack_block(std::uint64_t address, std::uint64_t& own_vertices_at);
   std::vector<std::uint8_t> pack_indices(bool& grids);
-  void pack_vertices(const std::vector<PositionWords>& words, std::vector<std::uint8_t>& block) const;
-  void begin_numbering(std::size_t vertices) { number_.assign(vertices, kNoNumber); }
+  void pack_vertices(std::vector<std::uint8_t>& block) const;
+  static std::uint64_t position_bytes(bool moving) { return kPositionBytes * (moving ? 2 : 1); }
+  void put_position(const BlockVertex& vertex, std::uint8_t* at) const;
+  void keep_places(std::uint64_t own_vertices_at);
+  void forget_numbers();
   void read_tile(binner::TileIndex tile, Reading& reading);
   void read_block(const TileReference& reference, binner::TileIndex tile, Reading& reading);
 
@@ -99,6 +122,7 @@ class PostTessellationBinner {
   TriangleSetup setup_;
   TriangleBuffer buffer_;
   VertexStorage storage_;
+  bool orthographic_;
   std::uint64_t burst_bytes_, cache_bytes_;
   BaselineCounters counters_;
   std::uint64_t dram_bytes_ = 0, dram_bytes_uncached_ = 0;
@@ -115,9 +139,16 @@ class PostTessellationBinner {
   std::size_t rectangle_begins_ = 0;  // at this triangle of the patch
   std::uint8_t rectangle_vertex_ = 0;
   std::vector<TileTriangle> tile_triangles_;
-  std::vector<std::array<float, 6>> positions_;
-  std::vector<std::uint8_t> number_;         // of a vertex of the patch in the block, kNoNumber
+  std::vector<BlockVertex> vertices_;
+  std::vector<std::uint8_t> number_;         // in the block, of a vertex of the index buffer, or kNoNumber
+  std::vector<std::uint32_t> numbered_;      // vertices of the index buffer that have such a number
   std::vector<std::uint64_t> last_address_;  // per tile
+
+  // The index buffer of the patch in hand: that of its draw, or its own.
+  std::uint64_t index_buffer_ = 0;
+  bool shares_draw_ = false;
+  std::uint32_t draw_state_ = 0;
+  DrawVertices drawn_;
 };
 
 }  // namespace tessera::baselines

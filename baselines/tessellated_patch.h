@@ -20,6 +20,9 @@ struct TessellatedPatch {
   bool keep_positive = true, keep_negative = true;  // facing: sign of the area in raster space
   std::vector<float> x0, y0, z0, x1, y1, z1;
   std::vector<std::uint8_t> projected;
+  // Numbers of the vertices in the index buffer of the draw, `state`. Empty: the patch has an index buffer of its own, as
+  // tessellated ones do, and shares no vertex with others.
+  std::vector<std::uint32_t> draw_numbers;
   std::vector<std::array<std::uint32_t, 3>> triangles;  // in the order of a strip where possible
   // Ends, in `triangles`, of groups that fit a block: no more than 64 vertices and 126 triangles each.
   std::vector<std::uint32_t> group_ends;
@@ -28,7 +31,7 @@ struct TessellatedPatch {
   std::vector<std::uint8_t> group_columns;
   // Numbers of `triangles` within the base patch, as visibility has them (HitSink::Hit).
   std::vector<std::uint32_t> triangle_numbers;
-  std::uint64_t attribute_bytes = 20;  // of a vertex, for the pixel shader; a multiple of 4
+  std::uint64_t attribute_bytes = 20;  // that a vertex hands to the pixel shader, in the precision of the frame
   std::uint64_t domain_evaluations = 0;
   std::uint64_t patch_bytes = 0;             // bursts of its record, for whoever fetches it
   std::uint64_t stored_attribute_bytes = 0;  // and of what records hold for the pixel shader

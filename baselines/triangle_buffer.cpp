@@ -36,8 +36,10 @@ TriangleBuffer::TriangleBuffer(const gpu::GpuConfiguration& gpu, binner::TileInd
   lists_.reset();
 }
 
+std::uint64_t TriangleBuffer::next_block() const { return round_up(memory_.size(), kBlockAlignment); }
+
 std::uint64_t TriangleBuffer::store_block(std::span<const std::uint8_t> bytes) {
-  const std::uint64_t address = round_up(memory_.size(), kBlockAlignment);
+  const std::uint64_t address = next_block();
   memory_.resize(address + bytes.size());
   std::memcpy(&memory_[address], bytes.data(), bytes.size());
   combiner_.write(address, bytes.size());

@@ -40,7 +40,9 @@ class TriangleBuffer {
  public:
   TriangleBuffer(const gpu::GpuConfiguration& gpu, binner::TileIndex tile_count);
 
-  // Writes a block and returns its address.
+  // Where the next block will be.
+  std::uint64_t next_block() const;
+  // Writes a block there and returns its address.
   std::uint64_t store_block(std::span<const std::uint8_t> bytes);
   // Adds bytes to a tile's list.
   void append(binner::TileIndex tile, std::span<const std::uint8_t> bytes);

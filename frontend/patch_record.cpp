@@ -27,15 +27,21 @@ bool reads_tangents(const scene::Material& material) {
          material.has(scene::MaterialEffect::kAnisotropy);
 }
 
-// Texture coordinates and colours.
-std::uint64_t plain_bytes(const Primitive& primitive, const scene::Material& material, bool displaced) {
+// Sets of texture coordinates that the material reads of vertices.
+std::uint64_t texcoord_sets(const Primitive& primitive, const scene::Material& material, bool displaced) {
   std::set<int> sets;
   for (const scene::TextureSlot* slot : material.slots())
     if (slot->texture != nullptr) sets.insert(slot->texcoord);
   if (material.has(scene::MaterialEffect::kAnisotropy) && primitive.vertices.tangents.empty())
     sets.insert(scene::tangent_slot(material).texcoord);
   if (displaced) sets.erase(material.displacement->texcoord);
-  return sets.size() * kTexcoordBytes + (primitive.vertices.colors.empty() ? 0 : kColorBytes);
+  return sets.size();
+}
+
+// Texture coordinates and colours.
+std::uint64_t plain_bytes(const Primitive& primitive, const scene::Material& material, bool displaced) {
+  return texcoord_sets(primitive, material, displaced) * kTexcoordBytes +
+         (primitive.vertices.colors.empty() ? 0 : kColorBytes);
 }
 
 }  // namespace
@@ -76,9 +82,12 @@ std::uint64_t bound_record_bytes(const scene::FrameGeometry& frame, std::uint32_
   return kClusterBoundBytes + (bound->turned() ? kTurnedBoxBytes : 0) + (masked ? kClusterMaskBytes : 0);
 }
 
-std::uint64_t vertex_attribute_bytes(const Primitive& primitive, const scene::Material& material) {
-  return kFrameVectorBytes + (reads_tangents(material) ? kFrameVectorBytes : 0) +
-         plain_bytes(primitive, material, false);
+std::uint64_t vertex_components(const Primitive& primitive, const scene::Material& material) {
+  const std::uint64_t lit = material.unlit ? 0 : 6,
+                      tangent = !primitive.vertices.tangents.empty() && reads_tangents(material) ? 4 : 0,
+                      color = material.alpha_mode == scene::AlphaMode::kOpaque ? 3 : 4;
+  return lit + tangent + 2 * texcoord_sets(primitive, material, false) +
+         (primitive.vertices.colors.empty() ? 0 : color);
 }
 
 std::uint64_t patch_attribute_bytes(const scene::Assembly& assembly, std::uint32_t patch, bool deforming) {

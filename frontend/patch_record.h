@@ -27,9 +27,11 @@ std::uint64_t bound_record_bytes(const scene::FrameGeometry& frame, std::uint32_
 // Of a cluster whose vertices rest always; else null.
 const scene::ClusterBound* resting_bound(const scene::FrameGeometry& frame, std::uint32_t patch);
 
-// What the pixel shader reads of a vertex: a tangent frame (4: the normal; 4 more with a normal map), 8 for each set of
-// texture coordinates that its material reads, 4 with vertex colours. [assumed] packed like that.
-std::uint64_t vertex_attribute_bytes(const scene::Primitive& primitive, const scene::Material& material);
+// Components that a vertex shader hands to the pixel shader besides the position: 3 of the point as seen from the camera
+// and 3 of the normal unless the material is unlit, 4 of the tangent where the mesh has tangents and the material reads
+// them, 2 for each set of texture coordinates that the material reads, and of vertex colours 3, or 4 where alpha counts
+// [spec: what the vertex shader of Khronos's glTF Sample Viewer hands over, which takes 9 for a tangent frame].
+std::uint64_t vertex_components(const scene::Primitive& primitive, const scene::Material& material);
 
 // What records hold for the pixel shader alone: of clusters that for each vertex (at both motion keys where normals
 // differ), normals where the mesh has them; of Bezier patches texture coordinates and colours of the four corners, as

@@ -74,40 +74,6 @@ inline std::vector<baselines::BlockTriangle> decode_grid_bytes(std::span<const s
   return out;
 }
 
-// Coded positions, as floats at both keys; `bytes_taken`: by them.
-inline std::vector<std::array<float, 6>> decode_position_bits(std::span<const std::uint8_t> bytes, std::size_t count,
-                                                              bool moving, std::size_t& bytes_taken) {
-  const std::size_t components = moving ? 6 : 3;
-  std::size_t bit = components * 5 * 8;
-  std::vector<std::array<std::uint32_t, 6>> words(count);
-  for (std::size_t v = 0; v < count; ++v)
-    for (std::size_t c = 0; c < components; ++c) {
-      const std::uint8_t* head = &bytes[c * 5];
-      const std::uint32_t base = head[1] + head[2] * 256u + head[3] * 65536u + head[4] * 16777216u;
-      std::uint64_t code = 0;
-      for (int b = 0; b < head[0] % 64; ++b, ++bit)
-        code += static_cast<std::uint64_t>(bytes[bit / 8] >> bit % 8 & 1) << b;
-      if (head[0] / 64 == 0) {
-        words[v][c] = base + static_cast<std::uint32_t>(code);
-      } else {
-        const std::int64_t change =
-            code % 2 == 0 ? static_cast<std::int64_t>(code / 2) : -static_cast<std::int64_t>(code / 2) - 1;
-        words[v][c] = (v == 0 ? base : words[v - 1][c]) + static_cast<std::uint32_t>(change);
-      }
-    }
-  bytes_taken = (bit + 7) / 8;
-  std::vector<std::array<float, 6>> out(count);
-  for (std::size_t v = 0; v < count; ++v)
-    for (std::size_t c = 0; c < components; ++c) {
-      const std::uint32_t word = words[v][c] + (c < 3 ? 0 : words[v][c - 3]);
-      if (c % 3 == 2)
-        std::memcpy(&out[v][c], &word, 4);
-      else
-        out[v][c] = static_cast<float>(static_cast<std::int32_t>(word)) / 256;
-    }
-  return out;
-}
-
 // A number in groups of 7 bits.
 inline std::uint64_t decode_number(std::span<const std::uint8_t> bytes, std::size_t& at) {
   std::uint64_t value = 0, scale = 1;
@@ -118,6 +84,32 @@ inline std::uint64_t decode_number(std::span<const std::uint8_t> bytes, std::siz
     if (b < 128) return value;
   }
 }
+// Places of the vertices of a block; nothing: the block's own.
+inline std::vector<std::optional<baselines::VertexPlace>> decode_place_bits(std::span<const std::uint8_t> bytes,
+                                                                            std::size_t count, std::uint64_t address,
+                                                                            std::size_t& bytes_taken) {
+  std::size_t at = 0;
+  const std::uint64_t blocks = decode_number(bytes, at);
+  std::vector<std::uint64_t> middles;
+  for (std::uint64_t b = 0; b < blocks; ++b)
+    middles.push_back((b == 0 ? address : middles.back()) - 4 * decode_number(bytes, at));
+  std::size_t bit = at * 8, choice = 0;
+  while (std::uint64_t{1} << choice < blocks) ++choice;
+  const auto number = [&](std::size_t bits) {
+    unsigned value = 0;
+    for (std::size_t b = 0; b < bits; ++b, ++bit) value += (bytes[bit / 8] >> bit % 8 & 1u) << b;
+    return value;
+  };
+  std::vector<std::optional<baselines::VertexPlace>> out(count);
+  for (auto& place : out) {
+    if (number(1) == 1) continue;
+    const std::uint64_t middle = middles[number(choice)];
+    place = baselines::VertexPlace{middle, static_cast<std::uint8_t>(number(6))};
+  }
+  bytes_taken = (bit + 7) / 8;
+  return out;
+}
+
 inline std::int64_t decode_signed(std::span<const std::uint8_t> bytes, std::size_t& at) {
   const std::uint64_t code = decode_number(bytes, at);
   return code % 2 == 0 ? static_cast<std::int64_t>(code / 2) : -static_cast<std::int64_t>(code / 2) - 1;

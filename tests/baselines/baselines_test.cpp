@@ -2,6 +2,7 @@
 // machine's memory.
 #include "baselines/post_tessellation.h"
 #include "baselines/tile_drawing.h"
+#include "frontend/patch_record.h"
 #include "gpu/configuration.h"
 #include "tests/baselines/baseline_decoders.h"
 #include "tests/baselines/patch_scenes.h"
@@ -201,26 +202,50 @@ Binned bin(PostTessellationBinner& post, const std::vector<TessellatedPatch>& sc
 
 struct Decoded {
   std::map<binner::TileIndex, std::multiset<Triangle>> tiles;
-  std::uint64_t vertices = 0, repeated = 0, unused = 0, grids = 0, coded = 0;
+  std::uint64_t own_vertices = 0, repeated = 0, unused = 0, grids = 0, sharing = 0;
 };
 
-// Vertices of a block whose indices end at `first`.
-std::vector<Position> decode_vertices(std::span<const std::uint8_t> block, std::size_t first) {
-  const bool moving = (block[7] & 128u) != 0;
+// Vertices of a block and how many are its own, from the description of the formats.
+struct BlockVertices {
+  std::vector<Position> positions;
+  std::uint64_t own = 0;
+};
+
+BlockVertices decode_vertices(std::span<const std::uint8_t> memory, std::uint64_t address, VertexStorage storage,
+                              std::uint64_t attribute_bytes) {
+  const std::span<const std::uint8_t> block = memory.subspan(address);
+  const bool moving = (block[7] & 128u) != 0, has_places = (block[7] & 32u) != 0;
+  const std::uint64_t position_bytes = moving ? 32 : 16, indices = block[6] + 256u * (block[7] & 31u);
+  std::uint64_t first = address + 8 + (indices + 3) / 4 * 4;
+  std::vector<std::optional<VertexPlace>> places(block[4]);
   std::size_t taken = 0;
-  if ((block[7] & 32u) != 0) return test::decode_position_bits(block.subspan(first), block[4], moving, taken);
-  std::vector<Position> vertices(block[4]);
-  const std::size_t vertex_bytes = moving ? 44 : 32;
-  for (std::size_t v = 0; v < vertices.size(); ++v) {
-    vertices[v].fill(0);
-    std::memcpy(vertices[v].data(), &block[first + v * vertex_bytes], 12);
-    if (moving) std::memcpy(&vertices[v][3], &block[first + v * vertex_bytes + 32], 12);
+  if (has_places) places = test::decode_place_bits(memory.subspan(first), block[4], address, taken);
+  first += (taken + 3) / 4 * 4;
+  BlockVertices out;
+  for (const auto& place : places) out.own += place ? 0 : 1;
+  std::uint64_t next = 0;
+  for (const auto& place : places) {
+    std::uint64_t at = place ? place->middle - (place->place + std::uint64_t{1}) * position_bytes : 0;
+    if (!place) {
+      at = storage == VertexStorage::kEachBlock ? first + next * (position_bytes + attribute_bytes)
+                                                : first + (out.own - 1 - next) * position_bytes;
+      ++next;
+    }
+    Position& position = out.positions.emplace_back();
+    position.fill(0);
+    for (std::size_t key = 0; key < (moving ? 2u : 1u); ++key) {
+      float w = 0;
+      std::memcpy(&position[3 * key], &memory[at + 16 * key], 12);
+      std::memcpy(&w, &memory[at + 16 * key + 12], 4);
+      EXPECT_EQ(w, position[3 * key + 2]) << "w of a perspective view is the depth";
+    }
   }
-  return vertices;
+  return out;
 }
 
 // Reads back what is in memory, with the decoders of the test.
-Decoded decode(const PostTessellationBinner& post, binner::TileIndex tile_count) {
+Decoded decode(const PostTessellationBinner& post, binner::TileIndex tile_count,
+               VertexStorage storage = VertexStorage::kEachBlock, std::uint64_t attribute_bytes = 20) {
   Decoded out;
   const auto memory = post.buffer().memory();
   std::set<std::uint64_t> seen;
@@ -239,20 +264,21 @@ Decoded decode(const PostTessellationBinner& post, binner::TileIndex tile_count)
       const bool grids = (block[7] & 64u) != 0;
       const auto triangles = grids ? test::decode_grid_bytes(block.subspan(8, indices), block[5])
                                    : test::decode_strip_bits(block.subspan(8, indices), block[5]);
-      const std::vector<Position> vertices = decode_vertices(block, 8 + (indices + 3) / 4 * 4);
+      const BlockVertices vertices = decode_vertices(memory, before, storage, attribute_bytes);
       std::set<std::uint8_t> used;
       for (std::size_t t = 0; t < triangles.size(); ++t) {
         used.insert(triangles[t].begin(), triangles[t].end());
         if (reference.triangles[t])
-          out.tiles[tile].insert(
-              turned({vertices[triangles[t][0]], vertices[triangles[t][1]], vertices[triangles[t][2]]}));
+          out.tiles[tile].insert(turned({vertices.positions[triangles[t][0]], vertices.positions[triangles[t][1]],
+                                         vertices.positions[triangles[t][2]]}));
       }
       if (!seen.insert(before).second) continue;
       out.grids += grids ? 1u : 0u;
-      out.coded += (block[7] & 32u) != 0 ? 1u : 0u;
-      out.vertices += vertices.size();
-      out.unused += vertices.size() - used.size();
-      out.repeated += vertices.size() - std::set<Position>(vertices.begin(), vertices.end()).size();
+      out.sharing += (block[7] & 32u) != 0 ? 1u : 0u;
+      out.own_vertices += vertices.own;
+      out.unused += vertices.positions.size() - used.size();
+      out.repeated +=
+          vertices.positions.size() - std::set<Position>(vertices.positions.begin(), vertices.positions.end()).size();
     }
   }
   return out;
@@ -268,40 +294,142 @@ TEST(PostTessellation, PT1PT2EveryTileDecodesToItsTrianglesAndBlocksHoldEachVert
     EXPECT_EQ(decoded.tiles, binned.expected);
     EXPECT_EQ(decoded.unused, 0u);
     EXPECT_EQ(decoded.repeated, 0u);
-    EXPECT_EQ(decoded.vertices, post.counters().vertices_stored);
+    EXPECT_EQ(decoded.own_vertices, post.counters().vertices_stored);
     EXPECT_GT(decoded.grids, 3u);
-    EXPECT_EQ(decoded.coded, 0u);
+    EXPECT_EQ(decoded.sharing, 0u);
   }
 }
 
-TEST(PostPosition, PT1PT2PT4EveryTileDecodesToItsTrianglesFromSnappedPositions) {
-  const binner::TileGrid grid(kWidth, kHeight, 32, 32);
-  const scene::Projection p = projection(12);
+// Tessellated patches, and two draws of indexed meshes, one of which moves.
+std::vector<TessellatedPatch> indexed_scene() {
   std::vector<TessellatedPatch> scene = mixed_scene(3);
-  scene[1].x0[2] += 0x1p-12f;  // off the grid: its block keeps floats
-  PostTessellationBinner position({}, grid, p, VertexStorage::kSnapped), post({}, grid, p);
+  for (const TessellatedPatch& cluster : test::indexed_mesh(20, 12, 8, 110, 7, false)) scene.push_back(cluster);
+  for (const TessellatedPatch& cluster : test::indexed_mesh(17, 60, 30, 90, 8, true)) scene.push_back(cluster);
+  return scene;
+}
+
+TEST(PostPosition, PT1PT2PT4PT5EveryTileDecodesToItsTrianglesAndADrawStoresEachVertexOnce) {
+  for (const double lens : {0.0, 12.0}) {
+    const binner::TileGrid grid(kWidth, kHeight, 32, 32);
+    const scene::Projection p = projection(lens);
+    const std::vector<TessellatedPatch> scene = indexed_scene();
+    PostTessellationBinner position({}, grid, p, VertexStorage::kEachDraw), post({}, grid, p);
+    const Binned binned = bin(position, scene);
+    bin(post, scene);
+    const Decoded decoded = decode(position, grid.tile_count(), VertexStorage::kEachDraw);
+    EXPECT_EQ(decoded.tiles, binned.expected);
+    EXPECT_EQ(decoded.unused, 0u);
+    EXPECT_EQ(decoded.repeated, 0u);
+    EXPECT_GT(decoded.grids, 3u);
+    EXPECT_GT(decoded.sharing, 5u);
+    EXPECT_EQ(position.counters().vertices_stored, binned.draw_vertices.size());
+    EXPECT_EQ(decoded.own_vertices, binned.draw_vertices.size());
+    EXPECT_EQ(position.counters().domain_evaluations, binned.draw_vertices.size());
+    EXPECT_LT(position.counters().vertices_stored, post.counters().vertices_stored);
+    EXPECT_LT(position.counters().queue_bytes_written, post.counters().queue_bytes_written);
+    // Positions of a draw are shaded once: 21 x 21 and 18 x 18 of the meshes, all of the tessellated patches.
+    std::uint64_t shaded = 21 * 21 + 18 * 18;
+    for (const TessellatedPatch& patch : scene) shaded += patch.draw_numbers.empty() ? patch.x0.size() : 0;
+    EXPECT_EQ(position.counters().position_evaluations, shaded);
+  }
+}
+
+// Without an index buffer vertices on shared edges are other vertices, so each cluster stores its own.
+TEST(PostPositionTwin, RepeatedVerticesAreCounted) {
+  const binner::TileGrid grid(kWidth, kHeight, 32, 32);
+  const scene::Projection p = projection(0);
+  std::vector<TessellatedPatch> scene = test::indexed_mesh(20, 12, 8, 110, 7, false);
+  PostTessellationBinner once({}, grid, p, VertexStorage::kEachDraw);
+  const std::size_t distinct = bin(once, scene).draw_vertices.size();
+  EXPECT_EQ(once.counters().vertices_stored, distinct);
+  for (TessellatedPatch& cluster : scene) cluster.draw_numbers.clear();
+  PostTessellationBinner repeated({}, grid, p, VertexStorage::kEachDraw);
+  bin(repeated, scene);
+  EXPECT_EQ(repeated.counters().vertices_stored, 24u * 24) << "4 x 4 clusters of 7 or 3 vertices a side";
+  EXPECT_GT(repeated.counters().vertices_stored, distinct);
+}
+
+TEST(PostPositionTwin, AVertexFoundAgainAtTheWrongPlaceIsCaught) {
+  const binner::TileGrid grid(kWidth, kHeight, 32, 32);
+  const scene::Projection p = projection(0);
+  std::vector<TessellatedPatch> scene = test::indexed_mesh(20, 12, 8, 110, 7, false);
+  std::swap(scene[1].draw_numbers[0], scene[1].draw_numbers[7]);  // two on the edge that the first cluster stored
+  PostTessellationBinner position({}, grid, p, VertexStorage::kEachDraw);
   const Binned binned = bin(position, scene);
-  bin(post, scene);
-  const Decoded decoded = decode(position, grid.tile_count());
-  EXPECT_EQ(decoded.tiles, binned.expected);
-  EXPECT_EQ(decoded.unused, 0u);
-  EXPECT_EQ(decoded.repeated, 0u);
-  EXPECT_GT(decoded.grids, 3u);
-  EXPECT_GT(decoded.coded, 5u);
-  EXPECT_EQ(decoded.vertices, post.counters().vertices_stored);
-  EXPECT_LT(position.counters().queue_bytes_written, post.counters().queue_bytes_written);
+  EXPECT_NE(decode(position, grid.tile_count(), VertexStorage::kEachDraw).tiles, binned.expected);
+}
+
+TEST(DrawVertices, DR1AVertexIsShadedOnceAndKeptUntilTheNextDraw) {
+  DrawVertices draw;
+  EXPECT_TRUE(draw.shade(5));
+  EXPECT_FALSE(draw.shade(5));
+  EXPECT_TRUE(draw.shade(2));
+  EXPECT_EQ(draw.place(5), std::nullopt);
+  const VertexPlace far{std::uint64_t{1} << 40, 63}, near{12, 0};
+  draw.store(5, far), draw.store(2, near);
+  EXPECT_EQ(draw.place(5), far);
+  EXPECT_EQ(draw.place(2), near);
+  draw.begin();
+  EXPECT_TRUE(draw.shade(5));
+  EXPECT_EQ(draw.place(5), std::nullopt);
 }
 
 TEST(PostPositionTwin, OneBitOfOnePositionIsCaught) {
   const binner::TileGrid grid(kWidth, kHeight, 32, 32);
   const scene::Projection p = projection(0);
   std::vector<TessellatedPatch> scene = {flat_grid(7, 5, 5, 100)};
-  PostTessellationBinner position({}, grid, p, VertexStorage::kSnapped);
+  PostTessellationBinner position({}, grid, p, VertexStorage::kEachDraw);
   scene[0].z0[9] = std::nextafter(scene[0].z0[9], 3.0f);
   bin(position, scene);
   scene[0].z0[9] = 2;
-  PostTessellationBinner as_it_was({}, grid, p, VertexStorage::kSnapped);
-  EXPECT_NE(decode(position, grid.tile_count()).tiles, bin(as_it_was, scene).expected);
+  PostTessellationBinner as_it_was({}, grid, p, VertexStorage::kEachDraw);
+  EXPECT_NE(decode(position, grid.tile_count(), VertexStorage::kEachDraw).tiles, bin(as_it_was, scene).expected);
+}
+
+// The layout of Khronos's sample 16bit_storage_input_output: three vectors of three, which are 36 bytes of 52 in single
+// and 18 of 34 in half precision.
+TEST(VertexLayout, HalfPrecisionSaves18Of52BytesOfAVertex) {
+  const binner::TileGrid grid(kWidth, kHeight, 256, 256);
+  const scene::Projection p = projection(0);
+  for (const VertexStorage storage : {VertexStorage::kEachBlock, VertexStorage::kEachDraw}) {
+    std::map<std::uint64_t, BaselineCounters> counters;
+    for (const std::uint64_t bytes : {0u, 18u, 36u}) {
+      TessellatedPatch patch = flat_grid(7, 5, 5, 100);
+      patch.attribute_bytes = bytes;
+      PostTessellationBinner binner({}, grid, p, storage);
+      bin(binner, {patch});
+      counters[bytes] = binner.counters();
+    }
+    EXPECT_EQ(counters[36].vertices_stored, 64u);
+    EXPECT_EQ(counters[36].queue_bytes_written - counters[18].queue_bytes_written, 64u * 18);
+    EXPECT_EQ(counters[18].queue_bytes_written - counters[0].queue_bytes_written, 64u * 18);
+    EXPECT_NEAR(static_cast<double>(counters[36].queue_bytes_read - counters[18].queue_bytes_read), 64 * 18, 63);
+    // The rest: bits and cursor of the list (9), reference and end (3), head (8) and indices (1, in 4), positions.
+    EXPECT_EQ(counters[0].queue_bytes_written, 9u + 3 + 8 + 4 + 64 * 16);
+  }
+}
+
+TEST(VertexLayout, AVertexHandsOverWhatItsMaterialReads) {
+  scene::Primitive primitive;
+  scene::Material material;
+  EXPECT_EQ(frontend::vertex_components(primitive, material), 6u) << "a point and a normal";
+  primitive.vertices.colors.resize(1);
+  EXPECT_EQ(frontend::vertex_components(primitive, material), 9u) << "the layout of the sample";
+  material.alpha_mode = scene::AlphaMode::kBlend;
+  EXPECT_EQ(frontend::vertex_components(primitive, material), 10u);
+  material.base_color_texture.texture =
+      std::make_shared<const shaders::Texture>(std::vector<shaders::Texture::Level>{{1, 1, {255, 255, 255, 255}}},
+                                               shaders::ColorSpace::kLinear, shaders::TexelBlocks{});
+  material.normal_texture.texture = material.base_color_texture.texture;
+  EXPECT_EQ(frontend::vertex_components(primitive, material), 12u) << "both textures read one set of coordinates";
+  material.normal_texture.texcoord = 1;
+  EXPECT_EQ(frontend::vertex_components(primitive, material), 14u);
+  primitive.vertices.tangents.resize(1);
+  EXPECT_EQ(frontend::vertex_components(primitive, material), 18u);
+  material.normal_texture.texture = nullptr;
+  EXPECT_EQ(frontend::vertex_components(primitive, material), 12u) << "tangents that nothing reads";
+  material.unlit = true;
+  EXPECT_EQ(frontend::vertex_components(primitive, material), 6u);
 }
 
 // Attributes lie behind the positions: bursts that only hidden triangles need are not read.
@@ -313,7 +441,7 @@ TEST(PostPosition, AttributesAreReadForVisibleTrianglesAlone) {
     patch.triangle_numbers.push_back(static_cast<std::uint32_t>(t ^ 1u));
   patch.number = 4;
   const auto read = [&](const VisibleTriangles* visible) {
-    PostTessellationBinner position({}, grid, p, VertexStorage::kSnapped);
+    PostTessellationBinner position({}, grid, p, VertexStorage::kEachDraw);
     BaselineCounters counters;
     position.add(patch, position.setup().run(patch, counters));
     position.finish(visible);
@@ -357,8 +485,9 @@ TEST(PostTessellation, BytesOfATinySceneAreThoseOfTheFormats) {
     PostTessellationBinner post({}, grid, p);
     bin(post, {patch});
     const BaselineCounters& c = post.counters();
-    // Strip: 2 + 3 bits and 2 + 1 bits: one byte, filled up to 4; a grid would take as much. Head 8, four vertices of 32 (44) bytes.
-    const std::uint64_t block = 8 + 4 + 4 * (moving ? 44u : 32u), bursts = (block + 63) / 64;
+    // Strip: 2 + 3 bits and 2 + 1 bits: one byte, filled up to 4; a grid would take as much. Head 8, four vertices of 36
+    // (52) bytes.
+    const std::uint64_t block = 8 + 4 + 4 * (moving ? 52u : 36u), bursts = (block + 63) / 64;
     EXPECT_EQ(c.vertices_stored, 4u);
     EXPECT_EQ(c.entries, 1u);
     // Reference: address, "all"; its end; the list's cursor, a byte of bits.
@@ -396,6 +525,7 @@ TEST(PostTessellation, PT3UnlimitedCacheReadsABlockOnceAndNoCacheEveryTimeItIsNa
 
 // The record of a bicubic patch is 16 control points of 12 bytes.
 TEST(PostTessellation, TrianglesOverPatchRecordsAre4And13And48And181Times) {
+  constexpr std::uint64_t kVertexBytes = 32;  // of a vertex that is packed for its input
   const std::map<int, std::uint64_t> expected = {{4, 4}, {8, 13}, {16, 48}, {32, 181}};
   for (const auto& [factor, times] : expected) {
     const TessellatedPatch patch = flat_grid(factor, 1, 1, 128);

@@ -1,4 +1,4 @@
-// Grids of indices, snapped positions and compressed colours: back to what they were made of, and how small they are.
+// Grids of indices, places of vertices and compressed colours: back to what they were made of, and how small they are.
 #include "baselines/block_code.h"
 #include "baselines/compressed_color.h"
 #include "memory/lru_cache.h"
@@ -59,66 +59,55 @@ TEST(GridCodeTwin, AMissingTriangleIsCaught) {
   EXPECT_NE(std::vector(whole.begin(), whole.begin() + 11), part);
 }
 
-// ---- Positions --------------------------------------------------------------------------------------------------
+// ---- Places -----------------------------------------------------------------------------------------------------
 
-std::vector<std::array<float, 6>> snapped_positions(Random& random, std::size_t count, bool moving, float size) {
-  std::vector<std::array<float, 6>> out(count);
-  const float x = random.uniform(-500, 2000), y = random.uniform(-500, 2000), z = random.uniform(0.1f, 900);
-  for (auto& p : out) {
-    const auto on_grid = [](float v) { return std::round(v * 256) / 256; };
-    p = {on_grid(x + random.uniform(0, size)), on_grid(y + random.uniform(0, size)), z * random.uniform(1, 1.01f)};
-    if (moving)
-      p[3] = on_grid(p[0] + random.uniform(-9, 9)), p[4] = on_grid(p[1] + random.uniform(-9, 9)),
-      p[5] = p[2] * random.uniform(0.9f, 1.1f);
-  }
+// Vertices of a block at `address`: its own, or anywhere behind some blocks before it.
+std::vector<std::optional<VertexPlace>> random_places(Random& random, std::size_t count, std::uint64_t address) {
+  std::vector<std::uint64_t> middles(static_cast<std::size_t>(random.integer(1, 9)));
+  for (std::uint64_t& middle : middles)
+    middle = address - 4 * static_cast<std::uint64_t>(random.integer(0, random.coin() ? 100 : 250'000'000));
+  std::vector<std::optional<VertexPlace>> out(count);
+  for (auto& place : out)
+    if (random.coin())
+      place = VertexPlace{middles[static_cast<std::size_t>(random.integer(0, static_cast<int>(middles.size()) - 1))],
+                          static_cast<std::uint8_t>(random.integer(0, 63))};
+  out[0] = VertexPlace{middles[0], 63};
   return out;
 }
 
-TEST(PositionCode, EveryBitOfEveryPositionComesBack) {
+TEST(PlaceCode, EveryPlaceComesBack) {
   Random random(2);
   for (int trial = 0; trial < 400; ++trial) {
-    const bool moving = random.coin();
-    const std::size_t words = moving ? kMovingWords : kStillWords,
-                      count = static_cast<std::size_t>(random.integer(1, 64));
-    const auto positions = snapped_positions(random, count, moving, random.coin() ? 12.0f : 3000.0f);
-    std::vector<PositionWords> coded;
-    for (const auto& p : positions) {
-      const auto of = position_words(p, words);
-      ASSERT_TRUE(of);
-      EXPECT_EQ(position_of(*of, words), p);
-      coded.push_back(*of);
-    }
-    const std::vector<std::uint8_t> bytes = encode_positions(coded, words);
-    EXPECT_EQ(decode_positions(bytes, count, words), coded);
-    EXPECT_EQ(position_bytes(bytes, count, words), bytes.size());
+    const std::uint64_t address = 16 * static_cast<std::uint64_t>(random.integer(62'500'000, 200'000'000));
+    const auto count = static_cast<std::size_t>(random.integer(1, 64));
+    const auto places = random_places(random, count, address);
+    const std::vector<std::uint8_t> bytes = encode_places(places, address);
     std::size_t taken = 0;
-    const auto back = test::decode_position_bits(bytes, count, moving, taken);
+    EXPECT_EQ(decode_places(bytes, count, address, taken), places);
     EXPECT_EQ(taken, bytes.size());
-    for (std::size_t v = 0; v < count; ++v)
-      for (std::size_t c = 0; c < words; ++c)
-        EXPECT_EQ(std::bit_cast<std::uint32_t>(back[v][c]), std::bit_cast<std::uint32_t>(positions[v][c]));
+    EXPECT_EQ(test::decode_place_bits(bytes, count, address, taken), places);
+    EXPECT_EQ(taken, bytes.size());
   }
 }
 
-TEST(PositionCode, WhatIsNotOnTheGridIsRefused) {
-  EXPECT_TRUE(position_words({1.5f, -2.25f, 7.1f}, kStillWords));
-  for (const float x : {1.0f + 0x1p-9f, 0x1p22f, -0.0f, std::numeric_limits<float>::infinity(),
-                        std::numeric_limits<float>::quiet_NaN()}) {
-    EXPECT_FALSE(position_words({x, 0, 1}, kStillWords));
-    EXPECT_FALSE(position_words({0, x, 1}, kStillWords));
-    EXPECT_FALSE(position_words({0, 0, 1, 0, x, 1}, kMovingWords));
-  }
+TEST(PlaceCodeTwin, AnotherPlaceOrBlockIsCaught) {
+  std::vector<std::optional<VertexPlace>> places = {VertexPlace{400, 3}, std::nullopt, VertexPlace{96, 0}};
+  const std::vector<std::uint8_t> bytes = encode_places(places, 1600);
+  std::size_t taken = 0;
+  places[0]->place = 4;
+  EXPECT_NE(decode_places(bytes, 3, 1600, taken), places);
+  places[0] = VertexPlace{404, 3};
+  EXPECT_NE(decode_places(bytes, 3, 1600, taken), places);
 }
 
-// A grid of an eighth of a pixel a cell, row by row: deltas are small but at the ends of rows, offsets are not.
-TEST(PositionCode, TakesTheFewerBitsOfOffsetsAndDeltas) {
-  std::vector<PositionWords> vertices;
-  for (std::uint32_t v = 0; v < 64; ++v) vertices.push_back({1000 + v * 32, 5000, 77});
-  // Offsets up to 2016: 11 bits. Deltas of 32, in zigzag 64: 7 bits.
-  EXPECT_EQ(encode_positions(vertices, kStillWords).size(), 3u * 5 + 64 * 7 / 8);
-  for (std::uint32_t v = 0; v < 64; ++v) vertices[v][0] = 1000 + v % 2 * 32;
-  // Offsets: 6 bits. Deltas of 32 and -32: 7 bits.
-  EXPECT_EQ(encode_positions(vertices, kStillWords).size(), 3u * 5 + 64 * 6 / 8);
+// One block before: a byte for how many, two for how far, then 7 bits for each shared vertex and one for each own.
+TEST(PlaceCode, TakesTheBitsOfItsDescription) {
+  std::vector<std::optional<VertexPlace>> places(64);
+  for (std::size_t v = 0; v < 16; ++v) places[v] = VertexPlace{16, static_cast<std::uint8_t>(v)};
+  EXPECT_EQ(encode_places(places, 16 + 4 * 200).size(), 1u + 2 + (16 * 7 + 48) / 8);
+  // Two blocks before, one of them 10 units behind the other: a byte more, and a bit more for each shared vertex.
+  places[3]->middle = 16 + 4 * 10;
+  EXPECT_EQ(encode_places(places, 16 + 4 * 200).size(), 1u + 2 + 1 + (16 * 8 + 48) / 8);
 }
 
 // ---- Colours ----------------------------------------------------------------------------------------------------

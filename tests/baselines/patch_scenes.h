@@ -127,10 +127,49 @@ inline std::vector<TessellatedPatch> mixed_scene(std::uint32_t seed) {
   return scene;
 }
 
+// An indexed mesh of n x n cells over a square, cut into clusters of 6x6 cells: patches of one draw that share the
+// vertices on their edges.
+inline std::vector<TessellatedPatch> indexed_mesh(int n, float x0, float y0, float side, std::uint32_t state,
+                                                  bool moving) {
+  constexpr int kCells = 6;
+  std::vector<TessellatedPatch> clusters;
+  for (int gj = 0; gj < n; gj += kCells)
+    for (int gi = 0; gi < n; gi += kCells) {
+      TessellatedPatch& patch = clusters.emplace_back();
+      patch.number = 1000 * state + static_cast<std::uint32_t>(clusters.size());
+      patch.state = state;
+      patch.moving = moving;
+      const int wide = std::min(kCells, n - gi), high = std::min(kCells, n - gj);
+      for (int j = gj; j <= gj + high; ++j)
+        for (int i = gi; i <= gi + wide; ++i) {
+          patch.draw_numbers.push_back(static_cast<std::uint32_t>(j * (n + 1) + i));
+          const float u = static_cast<float>(i) / static_cast<float>(n),
+                      v = static_cast<float>(j) / static_cast<float>(n);
+          patch.x0.push_back(x0 + side * u), patch.y0.push_back(y0 + side * v), patch.z0.push_back(2 + u * v);
+          if (moving)
+            patch.x1.push_back(patch.x0.back() + 7.25f), patch.y1.push_back(patch.y0.back() - 3.5f),
+                patch.z1.push_back(2.5f + u);
+          patch.projected.push_back(1);
+        }
+      for (int j = 0; j < high; ++j)
+        for (int i = 0; i < wide; ++i) {
+          const auto a = static_cast<std::uint32_t>(j * (wide + 1) + i), b = a + 1,
+                     d = a + static_cast<std::uint32_t>(wide) + 1, c = d + 1;
+          patch.triangles.push_back({a, c, d});
+          patch.triangles.push_back({a, b, c});
+        }
+      patch.group_ends = {static_cast<std::uint32_t>(patch.triangles.size())};
+      patch.domain_evaluations = patch.x0.size();
+    }
+  return clusters;
+}
+
 struct Binned {
   BaselineCounters setup;
   std::map<binner::TileIndex, std::set<std::array<std::uint64_t, 2>>> vertices;  // patch and vertex that a tile needs
   std::map<binner::TileIndex, std::multiset<Triangle>> expected;
+  // Vertices of triangles in view, each once for its draw: by state and number there, or by patch and vertex.
+  std::set<std::array<std::uint64_t, 3>> draw_vertices;
 };
 
 // Sets every patch up and hands it on; what tiles are expected to hold.
@@ -139,6 +178,11 @@ Binned bin(const baselines::TriangleSetup& setup, const std::vector<TessellatedP
   Binned out;
   for (const TessellatedPatch& patch : scene) {
     const TriangleList list = setup.run(patch, out.setup);
+    for (const TriangleList::Triangle& t : list.triangles)
+      for (const std::uint32_t v : t.vertex)
+        out.draw_vertices.insert(patch.draw_numbers.empty()
+                                     ? std::array<std::uint64_t, 3>{0, patch.number, v}
+                                     : std::array<std::uint64_t, 3>{1, patch.state, patch.draw_numbers[v]});
     for (std::size_t t = 0; t < list.triangles.size(); ++t)
       for (const binner::TileIndex tile : tiles_of(list, t)) {
         out.expected[tile].insert(triangle_of(patch, list.triangles[t].vertex));

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "baselines/block_code.h"
+
+namespace tessera::baselines {
+
+// The vertices of the draw in hand, by their numbers in its index buffer: whether the position is shaded, and where the
+// vertex is stored. Memory grows with the largest number, 8 bytes each; a new draw costs what the one before used.
+//
+// Invariants (cited by the tests):
+//   DR1  A vertex is shaded once and stored at one place until the next draw begins.
+class DrawVertices {
+ public:
+  // The next draw: its vertices are neither shaded nor stored.
+  void begin() {
+    for (const std::uint32_t vertex : shaded_) states_[vertex] = kNotShaded;
+    shaded_.clear();
+  }
+  // False: the position was shaded before.
+  bool shade(std::uint32_t vertex) {
+    if (vertex >= states_.size()) states_.resize(std::size_t{vertex} + 1, kNotShaded);
+    if (states_[vertex] != kNotShaded) return false;
+    states_[vertex] = kNotStored;
+    shaded_.push_back(vertex);
+    return true;
+  }
+  // Where a shaded vertex is stored; nothing while it is not.
+  std::optional<VertexPlace> place(std::uint32_t vertex) const {
+    const std::uint64_t state = states_[vertex];
+    if (state == kNotStored) return std::nullopt;
+    return VertexPlace{state >> kPlaceBits, static_cast<std::uint8_t>(state & (kBlockVertices - 1))};
+  }
+  void store(std::uint32_t vertex, VertexPlace place) { states_[vertex] = place.middle << kPlaceBits | place.place; }
+
+ private:
+  // A middle is behind a block's head, so that no place looks like these.
+  static constexpr std::uint64_t kNotShaded = 0, kNotStored = 1;
+  static constexpr unsigned kPlaceBits = 6;
+  static_assert(kBlockVertices == 1u << kPlaceBits);
+
+  std::vector<std::uint64_t> states_;
+  std::vector<std::uint32_t> shaded_;
+};
+
+}  // namespace tessera::baselines
