@@ -1,6 +1,7 @@
 #include "replay/describe.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,6 +13,7 @@
 #include "gpu/configuration.h"
 #include "gpu/counter_list.h"
 #include "gpu/settings.h"
+#include "replay/calibration.h"
 #include "replay/statistics.h"
 #include "scene/extensions.h"
 #include "scene/material.h"
@@ -31,9 +33,14 @@ struct Column {
 struct Topic {
   const char* name;
   const char* title;
-  const char* introduction;
+  std::string introduction;
   std::vector<Column> columns;
 };
+
+std::vector<Column> calibration_columns() {
+  return {{"key", "key"},          {"preset", "preset"}, {"value", "value"}, {"unit", "unit"},
+          {"ends", "low to high"}, {"source", "source"}, {"date", "date"}};
+}
 
 const std::vector<Topic>& topics() {
   static const std::vector<Topic> kTopics = {
@@ -86,6 +93,7 @@ const std::vector<Topic>& topics() {
         {"pass", "pass"},
         {"meaning", "meaning"},
         {"source", "source"}}},
+      {"calibration", "Where the numbers of the machine come from", calibration_introduction(), calibration_columns()},
       {"extensions",
        "glTF extensions",
        "Extensions that Tessera reads, generated from the declarations. Other extensions are ignored unless the asset "
@@ -279,17 +287,24 @@ std::string range_of(const json& row) {
   return row["type"] == "boolean" ? "true, false" : row["type"] == "text" ? "any text" : "";
 }
 
+std::string number_text(double number) {
+  return number == std::floor(number) && std::abs(number) < 1e15 ? fmt::format("{:.0f}", number)
+                                                                 : fmt::format("{:.6g}", number);
+}
+
 std::string cell_text(const json& row, const std::string& key) {
   if (key == "range") return range_of(row);
   if (key == "ends")
-    return row.contains("low") ? fmt::format("{:.6g} to {:.6g}", row["low"].get<double>(), row["high"].get<double>())
-                               : "";
+    return row.contains("low")
+               ? fmt::format("{} to {}", number_text(row["low"].get<double>()), number_text(row["high"].get<double>()))
+               : "";
   if (key == "member_names") {
     std::string text;
     for (const json& member : row["members"]) text += (text.empty() ? "" : ", ") + member["name"].get<std::string>();
     return text;
   }
   if (!row.contains(key)) return "";
+  if (key == "value" && row[key].is_number()) return number_text(row[key].get<double>());
   return row[key].is_string() ? row[key].get<std::string>() : row[key].dump();
 }
 
@@ -309,6 +324,7 @@ json describe_json(const std::string& name) {
   if (name == "counters") return describe_counters();
   if (name == "settings") return describe_keys(gpu::settings_keys());
   if (name == "gpu") return describe_gpu();
+  if (name == "calibration") return calibration_rows();
   if (name == "extensions") return describe_extensions();
   if (name == "formats") return describe_formats();
   if (name == "procedures") return describe_stages();
