@@ -88,7 +88,7 @@ BoundGain find_bound(double cycles, std::vector<BoundGuess> guesses, double imba
     });
     for (std::size_t k = 0; k < open.size(); ++k) {
       std::erase_if(guesses, [&](const BoundGuess& g) { return g.bound == open[k].bound; });
-      if (found[k] >= least(open[k])) gains.push_back({open[k].bound, found[k]});
+      if (found[k] > 0 && found[k] >= least(open[k])) gains.push_back({open[k].bound, found[k]});
     }
     std::stable_sort(gains.begin(), gains.end(), by_bound);
   }

@@ -92,6 +92,13 @@ RC_GTEST_PROP(Bound, IsThatOfSimulatingAll, ()) {
   RC_ASSERT(found.cycles == all.cycles);
 }
 
+TEST(Bound, WhatGainsNothingBoundsNothing) {
+  Frame frame;
+  frame.add(bound_of(Stage::kBoxes), 0, 100);
+  EXPECT_EQ(frame.find().bound, Bound::kImbalance);
+  EXPECT_EQ(frame.find().cycles, 0);
+}
+
 TEST(Bound, WhatMayGainExactlyEnoughIsSimulated) {
   Frame frame;
   frame.imbalance = 500;
