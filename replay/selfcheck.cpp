@@ -89,7 +89,13 @@ PlainFrame plain_frame(const scene::Capture& capture, int side, std::int64_t imm
   return out;
 }
 
-void check_tiling(const std::vector<Loaded>& captures, std::vector<SelfCheck>& checks) {
+using Done = std::function<void(const std::string&)>;
+
+constexpr const char *kTiling = "immediate traffic over tiled", *kTileSize = "best size of tiles",
+                     *kDeferred = "traffic that deferred-vertex saves over post-position",
+                     *kSharedBlocks = "texture blocks that more than one core asks for";
+
+void check_tiling(const std::vector<Loaded>& captures, const Done& done, std::vector<SelfCheck>& checks) {
   constexpr std::int64_t kTileBytes = 32 * 32 * 8;  // of colour and depth: both machines have as much on chip
   Figures ratios, uncached;
   double of_16 = 0, of_32 = 0, of_64 = 0;
@@ -101,22 +107,26 @@ void check_tiling(const std::vector<Loaded>& captures, std::vector<SelfCheck>& c
     of_16 += static_cast<double>(plain_frame(loaded.capture, 16, 0, false).tiled_bytes);
     of_32 += tiled;
     of_64 += static_cast<double>(plain_frame(loaded.capture, 64, 0, false).tiled_bytes);
+    done("tiling: " + loaded.name);
   }
   const double mean = ratios.mean();
-  const bool holds = mean >= 1.96 / 1.3 && mean <= 1.96 * 1.3;
+  const auto within = [](double ratio) { return ratio >= 1.96 / 1.3 && ratio <= 1.96 * 1.3; };
+  const bool holds = within(mean) && within(uncached.mean());
   std::string reason;
-  if (!holds && ratios.low <= 1.96 && ratios.high >= 1.96)
+  if (!holds && within(mean))
+    reason = "it holds with a cache of 8 KiB, which no publication names, and not without one";
+  else if (!holds && ratios.low <= 1.96 && ratios.high >= 1.96)
     reason = "the captures lie on both sides: their triangles are smaller than a burst, and their layers fewer or more";
   checks.push_back(
-      {"immediate traffic over tiled",
-       "640x480, 1 sample, 32-bit colour and depth, 32x32 tiles against a cache as large, textures included",
-       "1.96 within 30 %, mean", fmt::format("{:.2f} ({})", mean, ratios.text), holds, reason,
+      {kTiling, "640x480, 1 sample, 32-bit colour and depth, 32x32 tiles against a cache as large, textures included",
+       "1.96 within 30 %, mean, with that cache and without", fmt::format("{:.2f} ({})", mean, ratios.text), holds,
+       reason,
        fmt::format(
            "Antochi et al. 2004, of OpenGL scenes of that time; [assumed] a cache of samples as large as the "
            "tile memory, 8 KiB, as nothing published says of one. With none, whole bursts move for pixels: {:.2f} ({})",
            uncached.mean(), uncached.text)});
   checks.push_back(
-      {"best size of tiles", "the same", "32x32: from 16 on saves more than from there to 64",
+      {kTileSize, "the same", "32x32: from 16 on saves more than from there to 64",
        fmt::format("16 to 32 saves {:.1f} %, 32 to 64 {:.1f} %", 100 * (1 - of_32 / of_16), 100 * (1 - of_64 / of_32)),
        of_16 - of_32 > of_32 - of_64, "", "Antochi et al. 2004; sums over the captures"});
 }
@@ -148,13 +158,14 @@ ModernFrame modern_frame(const scene::Capture& capture) {
   return out;
 }
 
-void check_modern(const std::vector<Loaded>& captures, std::vector<SelfCheck>& checks) {
+void check_modern(const std::vector<Loaded>& captures, const Done& done, std::vector<SelfCheck>& checks) {
   Figures saved;
   std::string sharing, sharing_by_tile, untextured, bare, reason;
   bool holds = true, known = true;
   SharedLines in_turn, by_tile;
   for (const Loaded& loaded : captures) {
     const ModernFrame frame = modern_frame(loaded.capture);
+    done("vertices and textures: " + loaded.name);
     if (!frame.textured) {
       untextured += fmt::format("{}{} {:.1f} %", untextured.empty() ? "" : ", ", loaded.name, 100 * frame.saved);
       bare += fmt::format("{}{}", bare.empty() ? "" : ", ", loaded.name);
@@ -175,21 +186,21 @@ void check_modern(const std::vector<Loaded>& captures, std::vector<SelfCheck>& c
   }
   if (saved.count == 0) return;
   checks.push_back(
-      {"traffic that deferred-vertex saves over post-position",
-       "captures with textures, 640x360, 4 samples, textures included", "26 to 41 %, each within a factor of 2",
+      {kDeferred, "captures with textures, 640x360, 4 samples, textures included",
+       "26 to 41 %, each within a factor of 2",
        fmt::format("{:.0f} to {:.0f} % ({})", saved.low, saved.high, saved.text), holds, known ? reason : "",
        fmt::format("Arm, of its fifth generation against the one before, in games and a CAD model; theirs is "
                    "the whole generation's.{}",
                    untextured.empty() ? "" : " Without textures, not judged: " + untextured)});
-  const double share = 100 * in_turn.share();
-  checks.push_back({"texture blocks that more than one core asks for",
-                    "4 cores, warps of a tile dealt to all of them, 640x360", "84.6 % within 20 points",
-                    fmt::format("{:.1f} % of all ({})", share, sharing), std::abs(share - 84.6) <= 20, "",
-                    fmt::format("DTM-NUCA 2022, of Android games. Theirs deals out quads, here it is warps of 8. Where "
-                                "a tile is one core's, as "
-                                "on the machine, it is {:.1f} % ({}).{}",
-                                100 * by_tile.share(), sharing_by_tile,
-                                untextured.empty() ? "" : " Without textures there are none: " + bare)});
+  const double share = 100 * by_tile.share();
+  const bool shares = std::abs(share - 84.6) <= 20;
+  checks.push_back(
+      {kSharedBlocks, "4 cores, each tile shaded by one of them, 640x360", "84.6 % within 20 points",
+       fmt::format("{:.1f} % of all ({})", share, sharing_by_tile), shares,
+       shares ? "" : "their cores share the quads of a tile, ours do not",
+       fmt::format("DTM-NUCA 2022, of Android games. Dealt to all cores in turn, warps of 8 share {:.1f} % ({}).{}",
+                   100 * in_turn.share(), sharing,
+                   untextured.empty() ? "" : " Without textures there are none: " + bare)});
 }
 
 }  // namespace
@@ -213,14 +224,17 @@ std::vector<SelfCheck> check_memory_rates() {
   return checks;
 }
 
-std::vector<SelfCheck> check_captures(const std::vector<std::filesystem::path>& files, bool strict) {
+std::vector<std::string> capture_check_names() { return {kTiling, kTileSize, kDeferred, kSharedBlocks}; }
+
+std::vector<SelfCheck> check_captures(const std::vector<std::filesystem::path>& files, bool strict, const Done& done) {
   std::vector<Loaded> captures;
   for (const std::filesystem::path& file : files)
     captures.push_back({file.stem().string(), scene::read_capture(file, {.strict = strict})});
   std::vector<SelfCheck> checks;
   if (captures.empty()) return checks;
-  check_tiling(captures, checks);
-  check_modern(captures, checks);
+  const Done told = done ? done : [](const std::string&) {};
+  check_tiling(captures, told, checks);
+  check_modern(captures, told, checks);
   return checks;
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -28,8 +29,12 @@ std::size_t failures(const std::vector<SelfCheck>& checks);
 std::vector<SelfCheck> check_memory_rates();
 
 // On captures: tiling against drawing immediately, vertices shaded again in each tile against positions that are kept,
-// texture blocks that several cores ask for. Nothing for no captures. `strict`: scene::CaptureLimits::strict.
-std::vector<SelfCheck> check_captures(const std::vector<std::filesystem::path>& captures, bool strict = false);
+// texture blocks that several cores ask for. Nothing for no captures. `strict`: scene::CaptureLimits::strict. `done`, unless
+// empty: told what is finished, twice for each capture.
+std::vector<SelfCheck> check_captures(const std::vector<std::filesystem::path>& captures, bool strict = false,
+                                      const std::function<void(const std::string&)>& done = {});
+// What check_captures() checks, in its order.
+std::vector<std::string> capture_check_names();
 
 // Lines of textures that a frame's warps ask for, and those of them that more than one core asks for.
 struct SharedLines {

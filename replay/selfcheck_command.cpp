@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <ranges>
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
@@ -31,12 +33,24 @@ class SelfCheckCommand final : public Command {
   }
 
   void run() override {
+    const std::vector<std::filesystem::path> files = captures();
     std::vector<SelfCheck> checks;
     {
-      const LongStep step("checking", LongStep::quiet_without_terminal());
+      // The rates of memories, then each capture twice.
+      Progress progress(1 + 2 * files.size(), false);
       checks = check_memory_rates();
-      for (SelfCheck& check : check_captures(captures(), strict_)) checks.push_back(std::move(check));
+      std::size_t done = 1;
+      progress.update(done, "rates of memories");
+      for (SelfCheck& check :
+           check_captures(files, strict_, [&](const std::string& what) { progress.update(++done, what); }))
+        checks.push_back(std::move(check));
     }
+    if (files.empty())
+      fmt::print(stderr, "note: left out, as there are no captures in ./captures and none is named: {}\n",
+                 fmt::join(capture_check_names(), "; "));
+    else if (checks.size() < kMemoryChecks + capture_check_names().size())
+      fmt::print(stderr, "note: left out, as no capture has textures: {}\n",
+                 fmt::join(capture_check_names() | std::views::drop(2), "; "));
     if (json_)
       print_json(checks);
     else
@@ -55,6 +69,8 @@ class SelfCheckCommand final : public Command {
     std::sort(files.begin(), files.end());
     return files;
   }
+
+  static constexpr std::size_t kMemoryChecks = 3;
 
   static void print_json(const std::vector<SelfCheck>& checks) {
     nlohmann::json rows = nlohmann::json::array();
