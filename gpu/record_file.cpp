@@ -31,9 +31,10 @@ json event_names() {
 
 // Keys of SplitPrices.
 bool prices_splits(std::string_view key) {
-  constexpr std::array<std::string_view, 8> kKeys = {
-      "frontend.bounds_per_clk", "binner.entries_per_clk", "tilecore.entries_per_clk", "tilecore.boxes_per_clk",
-      "tilecore.count",          "memory.gb_per_s",        "memory.gpu_share",         "clock.mhz"};
+  constexpr auto kKeys = std::to_array<std::string_view>(
+      {"frontend.bounds_per_clk", "binner.entries_per_clk", "tilecore.entries_per_clk", "tilecore.boxes_per_clk",
+       "tilecore.count", "memory.gb_per_s", "memory.gpu_share", "memory.channels", "memory.type", "memory.model",
+       "machine.timing", "clock.mhz"});
   return std::find(kKeys.begin(), kKeys.end(), key) != kKeys.end();
 }
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/key_table.h"
 #include "hardware/events.h"
@@ -28,8 +30,8 @@ enum class DomainShading : std::uint8_t { kUnit, kLanes };
 
 // The shader lanes of a core.
 struct PixelShader {
-  ShaderCosts costs = ShaderCosts::kConstant;
-  DomainShading domain = DomainShading::kUnit;
+  ShaderCosts costs = ShaderCosts::kCompiled;
+  DomainShading domain = DomainShading::kLanes;
   std::int64_t lanes = 32;
   std::int64_t warp_lanes = 32;
   double operations = 160;
@@ -52,7 +54,7 @@ enum class MemoryType : std::uint8_t { kLpddr4x4266, kLpddr5_6400, kLpddr5x8533,
 
 // The external memory.
 struct MemoryInterface {
-  MemoryModel model = MemoryModel::kFluid;
+  MemoryModel model = MemoryModel::kBanks;
   MemoryType type = MemoryType::kLpddr4x4266;
   std::int64_t channels = 4;  // of 16 bits
   std::int64_t burst_bytes = 64;
@@ -73,7 +75,7 @@ enum class FrameOverlap : std::uint8_t { kNone, kFrames };
 
 // Queues, latencies and bounds of what is under way, for TimingModel::kEvents.
 struct QueueSizes {
-  TimingModel model = TimingModel::kPhases;
+  TimingModel model = TimingModel::kEvents;
   FrameOverlap overlap = FrameOverlap::kNone;
   FrameCaches caches = FrameCaches::kEmpty;
   std::int64_t items = 4;
@@ -143,6 +145,10 @@ struct Machine {
   bool times_events() const { return queues.model == TimingModel::kEvents; }
   bool has_banks() const { return times_events() && memory.model == MemoryModel::kBanks; }
   bool has_compiled_shaders() const { return times_events() && shader.costs == ShaderCosts::kCompiled; }
+
+  // The settings that choose a coarser model of time than the default one does, as in {"machine.timing=phases"}: figures of
+  // such a machine name them.
+  std::vector<std::string> coarser_models() const;
 
   // Peak rate of the external memory: of its channels with has_banks(), else memory.gb_per_s; and what the GPU gets of it
   // in a clock.

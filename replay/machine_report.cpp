@@ -81,9 +81,18 @@ void put_model(const hardware::Machine& gpu, const timing::FrameTiming& timing, 
   into["timing"] = timing_json(timing);
   into["energy"] = energy_json(energy);
   const double ms = timing.cycles / gpu.clock_mhz * 1e-3;
+  into["timing"]["coarser_models"] = gpu.coarser_models();
+  into["timing"]["peak_gb_per_s"] = gpu.memory_bytes_per_clk() * gpu.clock_mhz * 1e-3;
   into["timing"]["time_ms"] = ms;
   into["timing"]["frames_per_second"] = ms > 0 ? 1e3 * frames / ms : 0.0;
   into["energy"]["power_w"] = hardware::power_w(gpu, energy, timing.cycles, frames);
+}
+
+std::string coarser_models_note(const json& timing) {
+  const auto models = timing.value("coarser_models", std::vector<std::string>());
+  return models.empty() ? ""
+                        : fmt::format("timed by {}, {} than the default", fmt::join(models, " and "),
+                                      models.size() == 1 ? "a coarser model" : "coarser models");
 }
 
 std::string model_csv_header() {

@@ -30,10 +30,14 @@ nlohmann::json energy_json(const hardware::FrameEnergy& energy);
 // The member "area": {"total_mm2", "by_unit": {unit: mm2}} of the machine that the frame was timed on.
 nlohmann::json area_json(const hardware::Area& area);
 
-// Puts both into a frame of stats.json or the sum of `frames`, with what people ask for: timing.time_ms,
-// timing.frames_per_second, and energy.power_w at machine.target_fps.
+// Puts both into a frame of stats.json or the sum of `frames`, with timing.time_ms, timing.frames_per_second, and energy.power_w
+// at machine.target_fps; timing.coarser_models lists the settings by which the machine is timed more coarsely than by default,
+// timing.peak_gb_per_s is what the memory moves for the GPU at most.
 void put_model(const hardware::Machine& gpu, const timing::FrameTiming& timing, const hardware::FrameEnergy& energy,
                double frames, nlohmann::json& into);
+
+// "timed by machine.timing=phases, a coarser model than the default", from a member "timing"; "" by the default model.
+std::string coarser_models_note(const nlohmann::json& timing);
 
 // Columns of stats.csv for the first two and the whole area, each with a comma in front; the row from a frame of stats.json.
 std::string model_csv_header();

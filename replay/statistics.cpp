@@ -181,8 +181,9 @@ std::string bytes_text(double bytes) { return human_bytes(static_cast<std::uint6
 
 std::string time_line(const json& timing, double frames, double clock_mhz, const std::string& machine) {
   const double cycles = timing["cycles"].get<double>() / frames, ms = cycles / clock_mhz * 1e-3;
-  return fmt::format("{:.3f} ms a frame, {:.0f} frames/s: {:.0f} cycles of {} at {:g} MHz", ms,
-                     ms > 0 ? 1000 / ms : 0.0, cycles, escape_control(machine, 40), clock_mhz);
+  return fmt::format("{:.3f} ms a frame, {:.0f} frames/s: {:.0f} cycles of {} at {:g} MHz{}", ms,
+                     ms > 0 ? 1000 / ms : 0.0, cycles, escape_control(machine, 40), clock_mhz,
+                     with(", ", coarser_models_note(timing)));
 }
 
 std::string bound_line(const json& timing) {

@@ -60,7 +60,7 @@ class TimeCommand final : public Command {
         "Example:\n"
         "  tessera replay captures/eggs.glb --record eggs.record --out out\n"
         "  tessera time eggs.record --set shader.lanes=64 --set clock.mhz=600\n"
-        "  tessera time eggs.record --set memory.gb_per_s=x1.3     what 30 % more bandwidth would give");
+        "  tessera time eggs.record --set memory.type=lpddr5-6400  what half as much bandwidth again would give");
   }
 
   void run() override {
@@ -110,6 +110,9 @@ class TimeCommand final : public Command {
       print_row(words, std::to_string(frame->frame), cost, machine.gpu);
     }
     if (frames.size() != 1) print_row(words, "all", total, machine.gpu);
+    json sum = {{"area", area_json(machine.gpu.area())}};
+    put_model(machine.gpu, total.timing, total.energy, static_cast<double>(frames.size()), sum);
+    if (const std::string note = coarser_models_note(sum["timing"]); !note.empty()) fmt::print(words, "{}\n", note);
     json sensitivity;
     if (sensitivity_ && first) {
       const Sensitivity measured = measure_sensitivity(machine.gpu, first->views);
@@ -118,8 +121,6 @@ class TimeCommand final : public Command {
     }
     for (std::size_t view = 0; view < views.size(); ++view) print_split(words, *split, views[view], view_cycles[view]);
     if (json_.empty()) return;
-    json sum = {{"area", area_json(machine.gpu.area())}};
-    put_model(machine.gpu, total.timing, total.energy, static_cast<double>(frames.size()), sum);
     OutputFile file(json_);
     file.write(json_text({{"schema", "tessera.time/1"},
                           {"record", {{"capture", record.head().value("capture", json())}}},

@@ -138,7 +138,7 @@ class GpuKeys(TypedDict, total=False):
     energy__alpha_test_pj: float  # 0 to 1e+09 pJ. Alpha test.
     energy__depth_block_pj: float  # 0 to 1e+09 pJ. 8x8 HiZ block updated, in a tile memory of 192 KiB; goes with the square root of tilecore.memory_bytes.
     energy__compacted_sample_pj: float  # 0 to 1e+09 pJ. Visible sample or blended layer packed into a warp.
-    energy__shader_operation_pj: float  # 0 to 1e+09 pJ. Operation of the pixel shader with its registers.
+    energy__shader_operation_pj: float  # 0 to 1e+09 pJ. Instruction of a shader on one lane: its arithmetic, its registers, its fetch and its issue.
     energy__texel_pj: float  # 0 to 1e+09 pJ. Bilinear lookup with a texture cache of 16 KiB; a third of it goes with the square root of the capacity.
     energy__l2_line_pj: float  # 0 to 1e+09 pJ. Line read from or filled into an L2 of 256 KiB; goes with the square root of l2.bytes.
     energy__blend_pj: float  # 0 to 1e+09 pJ. Blended layer of a sample composed.
@@ -171,7 +171,7 @@ class SettingsKeys(TypedDict, total=False):
     shading__rate: Literal["pixel", "primitive", "sample", "cache"]  # Pixel-shader invocations: once per pixel and primitive (multisampling) with adjacent triangles of a smooth surface merged (pixel) or not (primitive), once per visible sample, or once per cell of the surface about a pixel wide, while the shading cache holds it.
     shading__derivatives: Literal["analytic", "quad"]  # Derivatives of texture coordinates: the surface's own, or differences within quads of 2x2 invocations, which take helper invocations where a surface does not cover all four pixels. With shading.rate=cache analytic.
     shading__cell_pixels: float  # 0.125 to 16 pixels. With shading.rate=cache: wanted width of a shading cell on screen; smaller is sharper and slower.
-    shading__attributes: Literal["float", "half"]  # Precision of interpolated attributes (texture coordinates, colours, normals) on their way to the pixel shader: single, or half as in GLSL's mediump.
+    shading__attributes: Literal["float", "half"]  # Precision of interpolated attributes (texture coordinates, colours, normals) on their way to the pixel shader: single, or half as in GLSL's mediump. Baselines that keep vertices in memory store and read 4 or 2 bytes for each component of them; positions stay single.
     effects__motion: Literal["auto", "on", "off"]  # Motion blur: what the capture asks for; the general kernels everywhere (same image); none.
     effects__defocus: Literal["auto", "on", "off"]  # Defocus blur: what the capture's lens asks for; the general kernels everywhere (same image); none.
     effects__displacement: Literal["auto", "on", "off"]  # Displacement: where the capture's maps are not zero; wherever it has maps (same image); none.

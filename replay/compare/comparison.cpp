@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "base/text.h"
+#include "replay/machine_report.h"
 
 namespace tessera::replay {
 namespace {
@@ -132,6 +133,10 @@ Comparison compare_runs(const std::vector<std::filesystem::path>& files) {
     if (run.root.contains("stopped"))
       c.notes.push_back(fmt::format("{} was stopped before its last frame", c.labels[r]));
     c.figures.push_back(figures_of(run, c.frames.empty() ? run.frames : c.frames));
+    if (const std::string note =
+            coarser_models_note(run.root.value(json::json_pointer("/total/timing"), json::object()));
+        !note.empty())
+      c.notes.push_back(fmt::format("{} is {}", c.labels[r], note));
   }
   return c;
 }

@@ -43,7 +43,8 @@ json summary_json(const json& total, const gpu::FrameResult& frame, const gpu::G
           {"ms", frame.model->timing.cycles / gpu.clock_mhz * 1e-3},
           {"energy_nj", total.at("energy").at("total_nj")},
           {"dram_bytes", bytes()},
-          {"bound_by", timing.at("bound_by")}};
+          {"bound_by", timing.at("bound_by")},
+          {"coarser_models", timing.at("coarser_models")}};
 }
 
 json view_json(const gpu::FrameResult& frame, const IntRect& region) {

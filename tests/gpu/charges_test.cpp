@@ -117,13 +117,15 @@ TEST(Charges, AnInvocationThatEvaluatesADisplacedPatchLooksHeightsUp) {
 TEST(Charges, APatchThatPixelsEvaluateAgainTakesOperations) {
   const scene::Material material;
   scene::Primitive patch = test::patches(test::flat_patch({-0.5f, -0.5f, 0}, {1, 0, 0}, {0, 1, 0}));
-  const FrameResult of_patch = rendered(seen(patch, material)),
+  const char* const constant = "shader.costs=constant";
+  const FrameResult of_patch = rendered(seen(patch, material), {constant, "tessellator.domain_shading=unit"}),
                     of_mesh = rendered(seen(grid_mesh(scene::kNone), material));
   EXPECT_GT(of_patch.counters.shading.pixel_shader_invocations, 0u);
   EXPECT_EQ(of_patch.counters.shading.surface_evaluations, of_patch.counters.shading.pixel_shader_invocations);
   EXPECT_EQ(of_patch.counters.shading.surface_warps, of_patch.counters.shading.warps);
   EXPECT_EQ(of_mesh.counters.shading.surface_evaluations, 0u);
-  const FrameResult free = rendered(seen(patch, material), {"shader.surface_operations=0"});
+  const FrameResult free =
+      rendered(seen(patch, material), {constant, "tessellator.domain_shading=unit", "shader.surface_operations=0"});
   const auto shader = [](const FrameResult& r) {
     return r.model->timing.busy[static_cast<std::size_t>(hardware::Stage::kShader)];
   };

@@ -6,6 +6,7 @@
 #include "gpu/tile_memory.h"
 #include "gpu/unread_keys.h"
 #include "hardware/tile_rules.h"
+#include "tests/support/coarse_machine.h"
 #include "tests/support/tests.h"
 
 namespace tessera::gpu::configuration_test {
@@ -206,7 +207,7 @@ TEST(Configuration, KeysThatTheChosenModelsDoNotReadAreRefused) {
   const std::string finest =
       "machine.timing=events memory.model=banks shader.costs=compiled tessellator.domain_shading=lanes";
   const auto checked = [](const std::string& models, const std::string& setting) -> std::string {
-    GpuConfiguration gpu;
+    auto gpu = test::coarse_machine<GpuConfiguration>();
     RunSettings settings;
     std::istringstream words(models);
     try {
@@ -232,7 +233,8 @@ TEST(Configuration, KeysThatTheChosenModelsDoNotReadAreRefused) {
     EXPECT_EQ(checked(c.read, c.key), "") << c.key;
   }
   EXPECT_EQ(checked(finest, "shader.lanes=16"), "");
-  const GpuConfiguration file = parse_gpu(R"({"memory": {"type": "lpddr4-3200", "gb_per_s": 34.085}})", "file");
+  const GpuConfiguration file =
+      parse_gpu(R"({"memory": {"model": "fluid", "type": "lpddr4-3200", "gb_per_s": 34.085}})", "file");
   EXPECT_NO_THROW(check_gpu(file));
   ASSERT_EQ(configuration_notes(file).size(), 1u) << "of the key that differs from the preset's";
   EXPECT_TRUE(configuration_notes(file)[0].starts_with("memory.type: "));
@@ -249,7 +251,7 @@ TEST(Configuration, AClockBeyondTheProcessIsRefused) {
 }
 
 TEST(Configuration, RegistersForLessThanAWarpAreRefused) {
-  GpuConfiguration gpu;
+  auto gpu = test::coarse_machine<GpuConfiguration>();
   gpu.queues.registers = 1024;
   EXPECT_NO_THROW(check_gpu(gpu)) << "one warp of 32 fills the 128 KiB";
   gpu.shader.warp_lanes = 64;

@@ -155,7 +155,7 @@ TEST(Environments, ImagesAndTexelsDoNotDependOnTilesAndThreads) {
 TEST(Environments, LookupsTakeTheirTimeInBothTimingModels) {
   Capture capture = ball(metal(0.6f));
   for (const std::vector<std::string>& keys :
-       {std::vector<std::string>{}, {"machine.timing=events"}, {"machine.timing=events", "shader.costs=compiled"}}) {
+       {std::vector<std::string>{}, {"machine.timing=phases"}, {"shader.costs=constant"}}) {
     capture.environment_image.reset();
     capture.settings.environment_kind = Kind::kStudio;
     const FrameResult studio = frame_of(capture, keys);

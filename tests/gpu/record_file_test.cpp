@@ -82,22 +82,27 @@ TEST(Record, KnowsEveryKeyThatPricesSplits) {
     const frontend::SplitPrices p = gpu.split_prices();
     return std::vector<double>{p.bound, p.byte, p.entry, p.box};
   };
-  GpuConfiguration plain;
-  plain.frontend.split_criterion = frontend::SplitCriterion::kCost;
-  int found = 0;
-  for (const auto& key : gpu_keys().keys()) {
-    const KeyValue value = gpu_keys().value(plain, key);
-    if (!key.timing || std::holds_alternative<std::string>(value)) continue;
-    GpuConfiguration gpu = plain;
-    if (const auto* whole = std::get_if<std::int64_t>(&value))
-      key.set(gpu, std::max<std::int64_t>(*whole / 2, 1));
-    else
-      key.set(gpu, std::get<double>(value) / 2);
-    const bool priced = prices(gpu) != prices(plain);
-    found += priced ? 1 : 0;
-    EXPECT_EQ(functional_json(gpu, {}) != functional_json(plain, {}), priced) << key.name;
+  std::set<std::string_view> priced, functional;
+  for (const hardware::MemoryModel memory : {hardware::MemoryModel::kBanks, hardware::MemoryModel::kFluid}) {
+    GpuConfiguration plain;
+    plain.memory.model = memory;
+    plain.frontend.split_criterion = frontend::SplitCriterion::kCost;
+    for (const auto& key : gpu_keys().keys()) {
+      if (!key.timing) continue;
+      const KeyValue value = gpu_keys().value(plain, key);
+      GpuConfiguration gpu = plain;
+      if (const auto* word = std::get_if<std::string>(&value))
+        key.set(gpu, std::string(*word == key.choices.back() ? key.choices.front() : key.choices.back()));
+      else if (const auto* whole = std::get_if<std::int64_t>(&value))
+        key.set(gpu, std::max<std::int64_t>(*whole / 2, 1));
+      else
+        key.set(gpu, std::get<double>(value) / 2);
+      if (prices(gpu) != prices(plain)) priced.insert(key.name);
+      if (functional_json(gpu, {}) != functional_json(plain, {})) functional.insert(key.name);
+    }
   }
-  EXPECT_EQ(found, 8);
+  EXPECT_EQ(priced, functional);
+  EXPECT_EQ(priced.size(), 12u);
 }
 
 class RecordFile : public testing::Test {

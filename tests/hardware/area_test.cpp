@@ -1,5 +1,6 @@
 // Silicon of a machine.
 #include "hardware/area.h"
+#include "tests/support/coarse_machine.h"
 #include "tests/support/tests.h"
 
 namespace tessera::hardware::area_test {
@@ -8,7 +9,7 @@ namespace {
 const OtherParts kOthers = {256 << 10, 16 << 10, true, true};
 
 TEST(Area, UnitsAddUpAndThoseOfCoresAreProportionalToThem) {  // AREA1
-  Machine gpu;
+  Machine gpu = test::coarse_machine();
   const Area one = machine_area(gpu, kOthers);
   double sum = 0;
   for (const auto& [unit, mm2] : one.by_unit_mm2) sum += mm2;
@@ -25,7 +26,7 @@ TEST(Area, UnitsAddUpAndThoseOfCoresAreProportionalToThem) {  // AREA1
 }
 
 TEST(Area, IsThatOfItsPartsByHand) {  // AREA1
-  Machine gpu;
+  Machine gpu = test::coarse_machine();
   gpu.cores.count = 1;
   const Area area = machine_area(gpu, {});
   EXPECT_DOUBLE_EQ(area.by_unit_mm2.at("frontend"), 0.25);
@@ -39,7 +40,7 @@ TEST(Area, IsThatOfItsPartsByHand) {  // AREA1
 
 // Who hashes nothing has no unit for it; vertices that lanes shade have none of their own.
 TEST(Area, UnitsThatAMachineLacksTakeNone) {
-  Machine gpu;
+  Machine gpu = test::coarse_machine();
   gpu.cores.count = 1;
   const auto more = [&](const OtherParts& parts, const char* unit) {
     return machine_area(gpu, parts).by_unit_mm2.at(unit) - machine_area(gpu, {}).by_unit_mm2.at(unit);
@@ -71,13 +72,13 @@ TEST(Area, MoreOfAnyRateOrMemoryIsNeverSmaller) {  // AREA2
                                            "tilecore.triangle_tests_per_clk",
                                            "procedures.operations_per_clk"};
   std::size_t grown = 0;
-  const Machine plain;
+  const Machine plain = test::coarse_machine();
   const double before = machine_area(plain, kOthers).total_mm2();
   for (const auto& key : machine_keys()) {
     const std::string name(key.name);
     const KeyValue value = key.get(plain);
     if (std::holds_alternative<std::string>(value) || name.starts_with("area.")) continue;
-    Machine gpu;
+    Machine gpu = test::coarse_machine();
     if (const auto* whole = std::get_if<std::int64_t>(&value))
       key.set(gpu, *whole * 4);
     else

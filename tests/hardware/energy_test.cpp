@@ -1,6 +1,7 @@
 // Energy by voltage, capacity and area.
 #include "hardware/energy.h"
 #include "hardware/voltage.h"
+#include "tests/support/coarse_machine.h"
 #include "tests/support/tests.h"
 
 namespace tessera::hardware::energy_test {
@@ -17,7 +18,7 @@ EnergyEvents some_of_each() {
 }
 
 TEST(EnergyByVoltage, GoesWithItsSquareLeakageWithItAndTheMemoryNot) {
-  Machine gpu;
+  Machine gpu = test::coarse_machine();
   const FrameEnergy nominal = frame_energy(gpu, some_of_each(), 1e5, 6);
   for (const double clock : {200.0, 500.0, 700.0, 1200.0}) {
     gpu.clock_mhz = clock;
@@ -31,7 +32,7 @@ TEST(EnergyByVoltage, GoesWithItsSquareLeakageWithItAndTheMemoryNot) {
 }
 
 TEST(Power, IsThatOfTheTargetRateAndLeaksBetweenFrames) {
-  Machine gpu;
+  Machine gpu = test::coarse_machine();
   gpu.clock_mhz = 1000;
   FrameEnergy energy;
   energy.by_unit_nj = {{"shader", 1e6}, {"leakage", 1e5}};  // 1 mJ, and 0.1 W for a frame of 1 ms
@@ -47,8 +48,8 @@ TEST(Power, IsThatOfTheTargetRateAndLeaksBetweenFrames) {
 }
 
 TEST(EnergyByCapacity, AccessesToALargerMemoryCostMore) {
-  const Machine plain;
-  Machine large;
+  const Machine plain = test::coarse_machine();
+  Machine large = plain;
   large.caches.texture_bytes *= 4, large.caches.l2_bytes *= 4, large.cores.memory_bytes *= 4;
   const FrameEnergy before = frame_energy(plain, some_of_each(), 0, 0),
                     after = frame_energy(large, some_of_each(), 0, 0);
@@ -60,7 +61,7 @@ TEST(EnergyByCapacity, AccessesToALargerMemoryCostMore) {
 }
 
 TEST(Leakage, IsPowerOfTheAreaForTheTimeThatTheFrameTakes) {
-  const Machine gpu;
+  const Machine gpu = test::coarse_machine();
   // 10 mW of each of 4 mm2 for 1 ms.
   EXPECT_DOUBLE_EQ(frame_energy(gpu, {}, 850e3, 4).by_unit_nj.at("leakage"), 40e-3 * 1e-3 * 1e9);
   EXPECT_EQ(frame_energy(gpu, {}, 850e3, 0).total_nj(), 0);
@@ -68,7 +69,7 @@ TEST(Leakage, IsPowerOfTheAreaForTheTimeThatTheFrameTakes) {
 
 // The memory has its own clock.
 TEST(Memory, KeepsItsRateAndLatencyWhenTheClockOfTheGpuChanges) {
-  Machine gpu;
+  Machine gpu = test::coarse_machine();
   EXPECT_EQ(gpu.bytes_per_clk(), 40.1);
   EXPECT_EQ(gpu.latency_clk(), 192);
   gpu.clock_mhz /= 2;

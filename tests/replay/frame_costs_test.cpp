@@ -104,10 +104,10 @@ TEST(FrameCosts, WithEventsBoundsOfTilesAreEstimated) {
   double cycles = 0, right = 0;
   for (const char* name : {"vases", "eggs", "flyby"}) {
     const test::TemporaryFolder out;
-    replay_into(out, name, {"--frames", "0:1"});
+    replay_into(out, name, {"--frames", "0:1", "--set", "machine.timing=phases"});
     EXPECT_EQ(json::parse(test::read_text(out / "tiles_0000.json"))["costs"]["estimated"], false);
     const std::string record = (out / "r.record").string(), split = (out / "s.json").string();
-    replay_into(out, name, {"--frames", "0:1", "--set", "machine.timing=events", "--record", record});
+    replay_into(out, name, {"--frames", "0:1", "--record", record});
     const json costs = json::parse(test::read_text(out / "tiles_0000.json"))["costs"];
     EXPECT_EQ(costs["estimated"], true);
     ASSERT_EQ(test::run_tessera({"time", record, "--split", "tiles", "--json", split}).status, 0);

@@ -141,7 +141,7 @@ TEST_F(SchemaFiles, OfReplays) {
     run(arguments);
   };
   replay("plain", "eggs", {"--record", path("record"), "--sensitivity"});
-  replay("events", "garden", {"--set", "machine.timing=events", "--set", "shader.costs=compiled", "--baselines"});
+  replay("phases", "garden", {"--set", "machine.timing=phases", "--baselines"});
   replay("eyes", "vases",
          {"--set", "stereo.eye_separation=0.06", "--set", "resolve.desampling=adaptive", "--set",
           "frame_buffer.compression=lossless"});
@@ -153,10 +153,10 @@ TEST_F(SchemaFiles, OfReplays) {
   json no_key = read("plain/stats.json");
   no_key["gpu"]["tile"].erase("width");
   add("stats", no_key, false, "without a key of the machine");
-  for (const char* name : {"events", "eyes", "unmodelled"})
+  for (const char* name : {"phases", "eyes", "unmodelled"})
     add("stats", read(fmt::format("{}/stats.json", name)), true, name);
   add_with_twins("tiles", read("eyes/tiles_0003.json"));
-  for (const char* name : {"plain", "events", "unmodelled"})
+  for (const char* name : {"plain", "phases", "unmodelled"})
     add("tiles", read(fmt::format("{}/tiles_0002.json", name)), true, name);
   add_with_twins("record", record_head_of(test::read_text(folder_ / "record")));
   check();
@@ -169,7 +169,7 @@ TEST_F(SchemaFiles, OfSweeps) {
                      {"frames", "1:2"},
                      {"size", "32x32"},
                      {"gpu", "v3d"},
-                     {"settings", {{"sampling.seed", 3}, {"effects.motion", "off"}}},
+                     {"settings", {{"sampling.seed", 3}, {"effects.motion", "off"}, {"memory.model", "fluid"}}},
                      {"axes",
                       {{{"key", "memory.gb_per_s"}, {"values", {"x0.5", 10}}},
                        {{"keys", {"tile.width", "tile.height"}}, {"values", {16, {32, 64}}}},

@@ -55,9 +55,8 @@ TEST_F(Time, IsThatOfTheReplayItself) {
 }
 
 TEST_F(Time, IsThatOfAReplayOnTheOtherMachine) {
-  const std::vector<std::string> machine = {"shader.lanes=64",    "clock.mhz=400",
-                                            "tilecore.count=2",   "memory.bytes_per_clk=8",
-                                            "energy.texel_pj=40", "tilecore.memory_bytes=262144"};
+  const std::vector<std::string> machine = {"shader.lanes=64",   "clock.mhz=400",      "tilecore.count=2",
+                                            "memory.channels=2", "energy.texel_pj=40", "tilecore.memory_bytes=262144"};
   replay("stroll", {}, "plain");
   const json stats = replay("stroll", machine, "other");
   EXPECT_EQ(time("plain", machine).status, 0);
@@ -66,7 +65,7 @@ TEST_F(Time, IsThatOfAReplayOnTheOtherMachine) {
 
 // "What would 30 % more bandwidth give?" One key, against what the record's machine has.
 TEST_F(Time, ANumberIsSetAsAMultipleOfWhatTheMachineHas) {
-  const json stats = replay("eggs", {"clock.mhz=500"}, "plain");
+  const json stats = replay("eggs", {"clock.mhz=500", "memory.model=fluid"}, "plain");
   const auto cycles = [&](const std::vector<std::string>& sets) {
     const ProcessResult done = time("plain", sets);
     EXPECT_EQ(done.status, 0) << done.errors;
@@ -135,7 +134,7 @@ TEST_F(Time, SensitivityIsWhatAReplayOnTheOtherMachineSays) {
 
 // Each split of a frame adds up to it, and names what the capture has.
 TEST_F(Time, SplitsAFrame) {
-  replay("garden", {"machine.timing=events"}, "plain");
+  replay("garden", {}, "plain");
   const auto split = [&](const std::string& by) {
     const ProcessResult done =
         run_tessera({"time", record("plain"), "--split", by, "--json", (folder_ / "time.json").string()});
@@ -212,9 +211,39 @@ TEST_F(Time, SensitivitySaysWhatTheVerdictHangsOn) {
 // A verdict does not hang on anything where one unit is far slower than all others.
 TEST_F(Time, AVerdictThatIsClearHangsOnNothing) {
   replay("eggs", {}, "plain");
-  const ProcessResult done = run_tessera({"time", record("plain"), "--sensitivity", "--set", "memory.gb_per_s=0.01"});
+  const ProcessResult done = run_tessera(
+      {"time", record("plain"), "--sensitivity", "--set", "memory.model=fluid", "--set", "memory.gb_per_s=0.01"});
   EXPECT_EQ(done.status, 0) << done.errors;
   EXPECT_THAT(done.output, HasSubstr("bound by dram, which hangs on none of them alone"));
+}
+
+// Whoever reads a time of another model than the default is told.
+TEST_F(Time, CoarserModelsAreNamedWhereTheirFiguresAre) {
+  const auto replayed = [&](const char* name, const std::vector<std::string>& models) {
+    std::vector<std::string> arguments = {"replay",
+                                          test::shipped_capture("vases").string(),
+                                          "--size",
+                                          "64x36",
+                                          "--no-report",
+                                          "--out",
+                                          (folder_ / name).string(),
+                                          "--record",
+                                          record(name)};
+    for (const std::string& model : models) arguments.insert(arguments.end(), {"--set", model});
+    const ProcessResult done = run_tessera(arguments);
+    EXPECT_EQ(done.status, 0) << done.errors;
+    return done.output;
+  };
+  const std::string phases = "timed by machine.timing=phases, a coarser model than the default",
+                    both = "timed by memory.model=fluid and shader.costs=constant, coarser models than the default";
+  EXPECT_THAT(replayed("finest", {}), testing::Not(HasSubstr("coarser")));
+  EXPECT_THAT(replayed("phases", {"machine.timing=phases"}), HasSubstr(phases));
+  EXPECT_THAT(replayed("both", {"memory.model=fluid", "shader.costs=constant"}), HasSubstr(both));
+  EXPECT_THAT(time("finest", {}).output, testing::Not(HasSubstr("coarser")));
+  EXPECT_THAT(time("finest", {"machine.timing=phases"}).output, HasSubstr(phases));
+  const ProcessResult compared = run_tessera({"compare", (folder_ / "finest").string(), (folder_ / "both").string()});
+  EXPECT_THAT(compared.output, HasSubstr("B is " + both));
+  EXPECT_THAT(compared.output, testing::Not(HasSubstr("A is timed")));
 }
 
 TEST_F(Time, AMachineThatCannotBeBuiltIsRefused) {
@@ -223,14 +252,13 @@ TEST_F(Time, AMachineThatCannotBeBuiltIsRefused) {
   EXPECT_EQ(small.status, 2);
   EXPECT_THAT(small.errors,
               HasSubstr("40960 bytes hold no tile of 32x32 pixels with 4 samples of 20 bytes: set 81920"));
-  const ProcessResult registers = time("plain", {"shader.register_bytes=4096"});
+  const ProcessResult registers = time("plain", {"shader.costs=constant", "shader.register_bytes=4096"});
   EXPECT_EQ(registers.status, 2);
   EXPECT_THAT(registers.errors, HasSubstr("shader.register_bytes: 4096 bytes hold no warp"));
   const ProcessResult clock = time("plain", {"clock.mhz=1500"});
   EXPECT_EQ(clock.status, 2);
   EXPECT_THAT(clock.errors, HasSubstr("voltage.nominal_mhz"));
-  const ProcessResult compiled =
-      time("plain", {"machine.timing=events", "shader.costs=compiled", "shader.register_bytes=1024"});
+  const ProcessResult compiled = time("plain", {"shader.register_bytes=1024"});
   EXPECT_EQ(compiled.status, 2);
   EXPECT_THAT(compiled.errors, HasSubstr("a shader of the frame takes"));
   EXPECT_EQ(time("plain", {"energy.leakage_mw=3"}).status, 2);

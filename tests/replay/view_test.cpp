@@ -105,14 +105,14 @@ TEST(View, ResultsAreThoseOfTheirCommandLine) {  // VWS1
   Session session("eggs", {"tile.width=16", "shader.lanes=48"});
   expect_as_replayed(*session->result());
   for (const json& changes :
-       {json{{"memory.gb_per_s", 44.3105}}, json{{"tile.width", 64}, {"sampling.samples_per_pixel", 8}},
-        json{{"clock.mhz", 600}}, json{{"memory.bytes_per_clk", 32}}, json{{"shading.rate", "sample"}},
-        json{{"machine.timing", "events"}}, json{{"l2.bytes", 1048576}}, json{{"frame", 3}}}) {
+       {json{{"memory.channels", 2}}, json{{"tile.width", 64}, {"sampling.samples_per_pixel", 8}},
+        json{{"clock.mhz", 600}}, json{{"memory.type", "lpddr5-6400"}}, json{{"shading.rate", "sample"}},
+        json{{"machine.timing", "phases"}, {"memory.channels", nullptr}, {"memory.type", nullptr}},
+        json{{"memory.bytes_per_clk", 32}}, json{{"l2.bytes", 1048576}}, json{{"frame", 3}}}) {
     expect_as_replayed(*session.after(changes));
     if (testing::Test::HasFatalFailure()) return;
   }
-  const auto back = session.after({{"memory.gb_per_s", nullptr},
-                                   {"tile.width", nullptr},
+  const auto back = session.after({{"tile.width", nullptr},
                                    {"sampling.samples_per_pixel", nullptr},
                                    {"clock.mhz", nullptr},
                                    {"memory.bytes_per_clk", nullptr},
@@ -163,9 +163,9 @@ TEST(View, WhatOnlyTimingReadsRendersNothing) {  // VWS3
   Session session;
   const std::uint64_t image = session->result()->image.number;
   double ms = session->result()->summary["ms"];
-  for (const char* key : {"memory.gb_per_s", "clock.mhz", "shader.lanes"}) {
-    const json start = gpu::gpu_keys().find(key)->name == std::string("shader.lanes") ? json(8) : json(5.0);
-    const auto result = session.after({{key, start}});
+  for (const auto& [key, less] :
+       {std::pair{"memory.channels", json(1)}, {"clock.mhz", json(5.0)}, {"shader.lanes", json(8)}}) {
+    const auto result = session.after({{key, less}});
     EXPECT_FALSE(result->rendered) << key;
     EXPECT_EQ(result->image.number, image) << key;
     EXPECT_GT(result->summary["ms"], ms) << key;
@@ -176,7 +176,7 @@ TEST(View, WhatOnlyTimingReadsRendersNothing) {  // VWS3
 
 // Sizes of caches: at once in time, where events are simulated, and then in the counters of the emulated order.
 TEST(View, CachesOfEventsAreTimedFirstAndRenderedThen) {
-  Session session("eggs", {"machine.timing=events"});
+  Session session("eggs");
   const auto last = session.after({{"l2.bytes", 65536}});
   EXPECT_TRUE(last->rendered);
   const auto results = session.results();
@@ -217,7 +217,7 @@ TEST(View, ARequestThatIsRefusedChangesNothing) {  // VWS4
 }
 
 TEST(View, WhatCannotBeRenderedIsSaidAndTheSessionGoesOn) {
-  Session session("eggs", {"machine.timing=events", "shader.costs=compiled"});
+  Session session;
   // The machine bears it; a shader of the frame does not.
   EXPECT_THAT(session.failure_of({{"shader.register_bytes", 1024}}), HasSubstr("a shader of the frame takes"));
   EXPECT_EQ(session.after({{"shader.register_bytes", nullptr}})->changes, json::object());
@@ -290,9 +290,7 @@ TEST(ViewCommand, WhatIsWrongIsSaidBeforeAnythingIsServed) {
   fails({"--port", "65536"}, 2, "--port");
   fails({"--frame", "-1"}, 2, "--frame");
   fails({"--set", "output.machine_model=false"}, 2, "output.machine_model");
-  fails({"--size", "96x54", "--set", "machine.timing=events", "--set", "shader.costs=compiled", "--set",
-         "shader.register_bytes=1024"},
-        2, "shader.register_bytes");
+  fails({"--size", "96x54", "--set", "shader.register_bytes=1024"}, 2, "shader.register_bytes");
   fails({"--size", "16384x16384", "--max-memory", "0.5"}, 4, "--max-memory");
   EXPECT_EQ(run_tessera({"view", "no_such_file.glb"}).status, 3);
   RunningProcess first(view_of("eggs", {"--size", "32x32"}));
@@ -343,30 +341,29 @@ class ViewInBrowser : public testing::Test {
   std::unique_ptr<LivePage> page_;
 };
 
-// What would 30 % more bandwidth give? Six keys on the slider, five per cent each.
-TEST_F(ViewInBrowser, MoreBandwidthIsTimedAtOnce) {
+// What would a clock faster by 30 % give? Six keys on the slider, five per cent each.
+TEST_F(ViewInBrowser, AFasterClockIsTimedAtOnce) {
   open({"--size", "1280x720"});
   const std::string source = page_->evaluate("document.querySelector('.sides img').src");
   const double before = milliseconds();
-  focus("[data-key=\"memory.gb_per_s\"] input[type=range]");
+  focus("[data-key=\"clock.mhz\"] input[type=range]");
   const double seconds = seconds_of([&] {
     for (int k = 0; k < 6; ++k) page_->press("ArrowRight");
   });
   ASSERT_TRUE(
-      page_->wait_for("document.querySelector('[data-key=\"memory.gb_per_s\"] .delta').textContent === '+30\u202f%'"));
-  ASSERT_TRUE(
-      page_->wait_for("document.querySelector('.command').textContent.includes('--set memory.gb_per_s=44.3105')"));
+      page_->wait_for("document.querySelector('[data-key=\"clock.mhz\"] .delta').textContent === '+30\u202f%'"));
+  ASSERT_TRUE(page_->wait_for("document.querySelector('.command').textContent.includes('--set clock.mhz=1105')"));
   RecordProperty("seconds", std::to_string(seconds));
-  std::printf("30 %% more bandwidth: shown after %.3f s, six keys included\n", seconds);
+  std::printf("a clock faster by 30 %%: shown after %.3f s, six keys included\n", seconds);
   EXPECT_LT(milliseconds(), before);
   EXPECT_THAT(text("#view .state"), testing::StartsWith("timed in "));
   EXPECT_EQ(page_->evaluate("document.querySelector('.sides img').src"), source) << "nothing was rendered";
   // The report below follows: its configuration has the new number.
-  EXPECT_TRUE(page_->wait_for("document.querySelector('#configuration pre').textContent.includes('44.3105')"));
+  EXPECT_TRUE(page_->wait_for("document.querySelector('#configuration pre').textContent.includes('1105')"));
   // And it is what a replay says.
   const test::TemporaryFolder out;
-  ASSERT_EQ(run_tessera({"replay", test::shipped_capture("eggs").string(), "--set", "memory.gb_per_s=44.3105",
-                         "--quiet", "--no-report", "--out", out.path().string()})
+  ASSERT_EQ(run_tessera({"replay", test::shipped_capture("eggs").string(), "--set", "clock.mhz=1105", "--quiet",
+                         "--no-report", "--out", out.path().string()})
                 .status,
             0);
   const json stats = json::parse(test::read_text(out / "stats.json"));

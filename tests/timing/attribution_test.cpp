@@ -2,6 +2,7 @@
 #include <rapidcheck/gtest.h>
 
 #include "hardware/energy.h"
+#include "tests/support/coarse_machine.h"
 #include "tests/support/tests.h"
 #include "tests/timing/item.h"
 #include "timing/attribution.h"
@@ -53,7 +54,7 @@ FrameWork two_drawables() {
 }
 
 TEST(Attribution, SplitsUnitsByWhoKeptThemBusy) {
-  Machine gpu;
+  Machine gpu = test::coarse_machine();
   gpu.cores.count = 1;
   gpu.queues.model = hardware::TimingModel::kEvents;
   const FrameWork work = two_drawables();
@@ -76,7 +77,7 @@ TEST(Attribution, SplitsUnitsByWhoKeptThemBusy) {
 // Bytes before shading go by list entries and lines, those of textures by lines, pixels by invocations; geometry and what
 // no tile asked for are nobody's.
 TEST(Attribution, SplitsBytesByWhoAskedForThem) {
-  const Machine gpu;
+  const Machine gpu = test::coarse_machine();
   FrameWork work = two_drawables();
   WorkRound& round = work.rounds[0];
   const auto line = static_cast<std::uint64_t>(gpu.line_bytes());
@@ -100,7 +101,7 @@ TEST(Attribution, SplitsBytesByWhoAskedForThem) {
 
 // The twin: an item that is counted for two drawables shows.
 TEST(Attribution, AShareTooManyDoesNotAddUp) {  // AT1
-  const Machine gpu;
+  const Machine gpu = test::coarse_machine();
   const FrameWork work = two_drawables();
   const FrameTiming timing = timing_of(gpu, work);
   const hardware::FrameEnergy energy = energy_of(gpu, work, timing);
@@ -143,7 +144,7 @@ RC_GTEST_PROP(Attribution, AddsUpToTheFrame, (std::uint32_t seed)) {  // AT1
       }
     }
   }
-  Machine gpu;
+  Machine gpu = test::coarse_machine();
   gpu.queues.model = static_cast<hardware::TimingModel>(upto(1));
   gpu.shader.domain = static_cast<hardware::DomainShading>(upto(1));
   const FrameTiming timing = timing_of(gpu, work);
@@ -152,7 +153,7 @@ RC_GTEST_PROP(Attribution, AddsUpToTheFrame, (std::uint32_t seed)) {  // AT1
 }
 
 TEST(Attribution, TilesSayWhatBoundsThem) {
-  Machine gpu;
+  Machine gpu = test::coarse_machine();
   gpu.cores.count = 2;
   gpu.memory.latency_ns = 0;
   FrameWork work = two_drawables();
@@ -182,7 +183,7 @@ TEST(Attribution, TilesSayWhatBoundsThem) {
 
 // With events the path says the same of a tile that has one unit to wait for, without another simulation.
 TEST(Attribution, TheBoundOfATileIsEstimatedByItsPath) {
-  Machine gpu;
+  Machine gpu = test::coarse_machine();
   gpu.cores.count = 1;
   gpu.queues.model = hardware::TimingModel::kEvents;
   gpu.memory.latency_ns = 0;

@@ -2,9 +2,11 @@
 #include <rapidcheck/gtest.h>
 
 #include "memory/dram_spec.h"
+#include "tests/support/coarse_machine.h"
 #include "tests/support/tests.h"
 #include "tests/timing/item.h"
 #include "timing/events/event_model.h"
+#include "timing/events/memory_layout.h"
 
 namespace tessera::timing::event_model_test {
 namespace {
@@ -13,7 +15,7 @@ using hardware::Machine;
 
 // Nothing takes time.
 Machine endless() {
-  Machine gpu;
+  Machine gpu = test::coarse_machine();
   gpu.cores.count = 1;
   gpu.rates.fill(1e30);
   gpu.shader.operations = gpu.shader.surface_operations = 0;
@@ -634,11 +636,46 @@ FrameWork random_frame(test::Random& random) {
   return work;
 }
 
+RC_GTEST_PROP(MemoryLayout, PartsAndTilesDoNotOverlap, (std::uint32_t seed)) {  // ML1
+  test::Random random(seed);
+  const FrameWork work = random_frame(random);
+  const MemoryLayout layout(work, 64);
+  struct Range {
+    std::uint64_t begin, end;
+  };
+  std::vector<Range> ranges;
+  std::uint64_t lines = 0, patches = 0;
+  std::map<std::uint32_t, std::pair<std::uint64_t, std::uint64_t>> tiles;  // most bytes of list and pixels
+  for (const WorkRound& round : work.rounds) {
+    patches = std::max(patches, round.geometry.dram_bytes);
+    for (std::size_t t = 0; t < round.items.size(); ++t) {
+      const TileItems& items = round.items[t];
+      for (const auto* numbers : {&items.lines, &items.texel_lines})
+        for (const std::uint32_t line : *numbers) lines = std::max(lines, std::uint64_t{line} + 1);
+      auto& [list, pixels] = tiles[round.tiles[t].tile];
+      list = std::max(list, items.list_bytes + items.load_bytes + items.record_bytes);
+      pixels = std::max({pixels, items.written_bytes, items.resolve_bytes});
+    }
+    for (const std::uint32_t line : round.geometry_lines) lines = std::max(lines, std::uint64_t{line} + 1);
+  }
+  ranges.push_back({0, 64 * lines});
+  ranges.push_back({layout.patches(), layout.patches() + patches});
+  ranges.push_back({layout.other(), layout.other() + work.other_bytes});
+  for (const auto& [tile, bytes] : tiles) {
+    ranges.push_back({layout.list_of(tile), layout.list_of(tile) + bytes.first});
+    ranges.push_back({layout.pixels_of(tile), layout.pixels_of(tile) + bytes.second});
+  }
+  std::sort(ranges.begin(), ranges.end(), [](const Range& a, const Range& b) { return a.begin < b.begin; });
+  for (std::size_t i = 1; i < ranges.size(); ++i) RC_ASSERT(ranges[i - 1].end <= ranges[i].begin);
+  RC_ASSERT(layout.entries() >= 64 * lines);
+}
+
 Machine random_machine(test::Random& random) {
-  Machine gpu;
+  Machine gpu = test::coarse_machine();
   const auto pick = [&](std::initializer_list<std::int64_t> of) {
     return of.begin()[random.integer(0, static_cast<int>(of.size()) - 1)];
   };
+  gpu.queues.model = hardware::TimingModel::kEvents;
   gpu.cores.count = pick({1, 2, 5});
   gpu.queues.items = pick({1, 2, 8});
   gpu.queues.fetched_lines = pick({1, 4, 64});
@@ -709,8 +746,18 @@ RC_GTEST_PROP(EventModel, BytesAndTilesAreConserved, (std::uint32_t seed)) {  //
     RC_ASSERT(last <= out.schedule.cycles);
     RC_ASSERT(tile.core < static_cast<std::uint32_t>(gpu.cores.count));
   }
-  // The same again, bit by bit, whether its path is recorded or not.
-  const EventSchedule again = simulate_events(gpu, work, nullptr, true);
+  // The same again, bit by bit, whether its path and its transactions are recorded or not.
+  std::vector<memory::Burst> transactions;
+  const EventSchedule again =
+      simulate_events(gpu, work, nullptr, true, std::numeric_limits<double>::infinity(), &transactions);
+  if (!gpu.has_banks()) RC_ASSERT(transactions.empty());
+  if (gpu.has_banks()) {
+    const std::uint64_t asked = 32 * transactions.size(), moved = memory.read_bytes + memory.written_bytes;
+    RC_ASSERT(asked <= moved + 64 * 4 * (tiles + work.rounds.size() + 1) &&
+              moved <= asked + 64 * 4 * (tiles + work.rounds.size() + 1));
+    RC_ASSERT(std::is_sorted(transactions.begin(), transactions.end(),
+                             [](const memory::Burst& a, const memory::Burst& b) { return a.cycle < b.cycle; }));
+  }
   RC_ASSERT(again.schedule.cycles == out.schedule.cycles);
   RC_ASSERT(again.counts.events == out.counts.events);
   RC_ASSERT(static_cast<bool>(path_adds_up(again.counts.path, again.schedule.cycles)));

@@ -3,6 +3,7 @@
 
 #include "gpu/configuration.h"
 #include "hardware/energy.h"
+#include "tests/support/coarse_machine.h"
 #include "tests/support/tests.h"
 #include "timing/timing_model.h"
 
@@ -11,7 +12,7 @@ namespace {
 
 // A machine in which everything is so fast that only what a test slows down takes time.
 hardware::Machine instant_machine(std::int64_t cores = 1) {
-  hardware::Machine gpu;
+  hardware::Machine gpu = test::coarse_machine();
   gpu.cores.count = cores;
   gpu.cores.memory_bytes = 1 << 20;
   gpu.rates.fill(1e30);
@@ -204,7 +205,7 @@ FrameWork random_frame(std::mt19937& random, std::size_t count) {
 TEST(Timing, NoUnitIsBusyLongerThanTheFrameAndPhasesFollowEachOther) {
   std::mt19937 random(11);
   for (const char* preset : {"small", "middle", "large"}) {
-    const hardware::Machine gpu = gpu::load_gpu(preset);
+    const hardware::Machine gpu = test::coarse_machine<hardware::Machine>(gpu::load_gpu(preset));
     for (int round = 0; round < 10; ++round) {
       const FrameWork work = random_frame(random, 40);
       const Schedule schedule = schedule_frame(gpu, work);
@@ -239,7 +240,7 @@ TEST(Timing, AMachineWithMoreIsNotSlower) {
   std::mt19937 random(13);
   for (int round = 0; round < 10; ++round) {
     const FrameWork work = random_frame(random, 100);
-    const hardware::Machine gpu = gpu::load_gpu("middle");
+    const hardware::Machine gpu = test::coarse_machine<hardware::Machine>(gpu::load_gpu("middle"));
     const double before = cycles(gpu, work);
     hardware::Machine more = gpu;
     more.cores.count *= 2;
@@ -333,7 +334,7 @@ TEST(Timing, FramesAddUpAndTheUnitWithMostToSaveBoundsThemTogether) {
 }
 
 TEST(Energy, IsEventsTimesTheirEnergyAndBitsAndLeakage) {
-  hardware::Machine gpu;
+  hardware::Machine gpu = test::coarse_machine();
   FrameWork work;
   work.rounds.emplace_back();
   work.rounds[0].geometry.events[Event::kBounds] = 7;
@@ -354,7 +355,7 @@ TEST(Energy, IsEventsTimesTheirEnergyAndBitsAndLeakage) {
 // Each event counts in exactly one unit: more of one event changes that unit alone.
 TEST(Energy, UnitsAddUpToTheTotalAndNoEventIsChargedTwice) {
   std::mt19937 random(5);
-  const hardware::Machine gpu = gpu::load_gpu("large");
+  const hardware::Machine gpu = test::coarse_machine<hardware::Machine>(gpu::load_gpu("large"));
   const FrameWork work = random_frame(random, 10);
   const hardware::FrameEnergy before = frame_energy(gpu, energy_events(work), 1e6, 6);
   double sum = 0;

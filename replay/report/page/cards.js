@@ -53,7 +53,7 @@ function cardSection() {
     }
     holder.replaceChildren(...cards.filter(Boolean));
     if (!frame.timing) words.replaceChildren(make('p', { class: 'note' }, 'The machine’s model did not run (output.machine_model=false): counters and traffic alone.'));
-    else words.replaceChildren(make('p', { class: 'note' }, `On '${run().stats.gpu.preset}' at ${plain(clockOf())} MHz: ${number(frame.timing.cycles)} cycles, bound by ${frame.timing.bound_by || 'nothing'}.`));
+    else words.replaceChildren(make('p', { class: 'note' }, `On '${run().stats.gpu.preset}' at ${plain(clockOf())} MHz: ${number(frame.timing.cycles)} cycles, bound by ${frame.timing.bound_by || 'nothing'}${coarserModels(frame.timing.coarser_models)}.`));
   });
   entry.always = true;
 }

@@ -106,7 +106,7 @@ function unitBox(name, unit, frame, waits, press) {
   const other = otherFrame(), its = other && other.timing ? unitState(name, other, shown.other) : null, both = its && its.text ? `${state.part === null ? state.text : state.text.replace('\u00a0%', '')} | ${its.text}` : state.text;
   const filled = state.part === null ? 0 : Math.max(state.part > 0 ? 1.5 : 0, h * Math.min(1, state.part)), across = name === 'dram';
   // Texts of the box, from the top; its name begins with them.
-  const said = [unit.title, name === 'dram' ? `${both} of the time · ${quantity(kFigures[4].of(frame, shown), 'GB/s')} of ${quantity(run().stats.gpu.memory.gb_per_s * run().stats.gpu.memory.gpu_share, 'GB/s')}` : both, ...(bound && !across && h > 60 ? ['the bound'] : [])];
+  const said = [unit.title, name === 'dram' ? `${both} of the time · ${quantity(kFigures[4].of(frame, shown), 'GB/s')} of ${quantity(frame.timing.peak_gb_per_s, 'GB/s')}` : both, ...(bound && !across && h > 60 ? ['the bound'] : [])];
   const box = draw('g', { class: 'unit' + (bound ? ' bound' : '') + (idle ? ' idle' : ''), tabindex: 0, role: 'button', 'aria-expanded': 'false', 'data-unit': name, 'aria-label': `${said.join(' ')}: ${state.part === null ? 'lines of memory' : 'share of the frame in which it is busy'}${bound ? ', bounds the frame' : ''}` },
     draw('rect', { x, y, width: w, height: h, rx: 3, class: 'box' }),
     across ? draw('rect', { x, y, width: w * Math.min(1, state.part || 0), height: h, rx: 3, fill: kUnitColors[name], class: 'full' }) : draw('rect', { x, y: y + h - filled, width: w, height: filled, rx: 3, fill: kUnitColors[name] || '#7a7f87', class: 'full' }),

@@ -173,7 +173,7 @@ function timelineSection() {
   // Tiles of the same numbers as A's.
   const alike = (of) => of.tiles.grid.join() === parts[0].tiles.grid.join();
   // Scales stay over frames: what the memory gives, and the largest peak.
-  const bandwidthTop = () => Math.max(0.001, ...parts.map(({ at }) => run(at).stats.gpu.memory.gb_per_s * run(at).stats.gpu.memory.gpu_share));
+  const bandwidthTop = () => Math.max(0.001, ...parts.map(({ at }) => frameOf(at).timing.peak_gb_per_s));
   const listTop = () => Math.max(1, ...parts.flatMap(({ at }) => framesOf(at).map((frame) => frame.counters['binner.queue_bytes_peak'] || 0)));
   const scaleLabel = (pen, row, text, ink) => {
     pen.textAlign = 'left';

@@ -3,7 +3,7 @@
 
 const viewReport = (() => {
 // What is latest at first, most asked first; any other key can be added.
-const kFirstKeys = ['memory.gb_per_s', 'clock.mhz', 'tilecore.count', 'shader.lanes', 'l2.bytes', 'tile.width', 'tile.height', 'sampling.samples_per_pixel', 'frontend.split_pixels', 'shading.rate', 'resolve.desampling', 'machine.timing'];
+const kFirstKeys = ['clock.mhz', 'memory.channels', 'memory.type', 'tilecore.count', 'shader.lanes', 'l2.bytes', 'tile.width', 'tile.height', 'sampling.samples_per_pixel', 'frontend.split_pixels', 'shading.rate', 'resolve.desampling', 'machine.timing'];
 // Where a slider stops: what hardware has, rather than steps of five per cent.
 const kStops = {
   'tile.width': [8, 16, 24, 32, 40, 48, 64, 96, 128], 'tile.height': [8, 16, 24, 32, 40, 48, 64, 96, 128],
@@ -154,7 +154,8 @@ function viewReport() {
     cards.replaceChildren(...kCards.map((card) => {
       const value = card.of(latest.summary), before = card.of(start), way = value === before || card.less === undefined ? '' : (value < before) === card.less ? 'better' : 'worse';
       return make('div', { class: 'card' }, make('span', { class: 'note' }, card.title), make('strong', {}, `${digitsOf(value)}\u202f${card.unit}`), make('span', { class: 'delta ' + way }, against(value, before) || '\u00a0'));
-    }), make('div', { class: 'card' }, make('span', { class: 'note' }, 'bound by'), make('strong', {}, latest.summary.bound_by || '-'), make('span', { class: 'delta' }, latest.summary.bound_by === start.bound_by ? '\u00a0' : `before: ${start.bound_by}`)));
+    }), make('div', { class: 'card' }, make('span', { class: 'note' }, 'bound by'), make('strong', {}, latest.summary.bound_by || '-'), make('span', { class: 'delta' }, latest.summary.bound_by === start.bound_by ? '\u00a0' : `before: ${start.bound_by}`)),
+      latest.summary.coarser_models.length > 0 ? make('p', { class: 'note' }, `Times and energies are those of ${latest.summary.coarser_models.join(' and ')}, coarser than the default.`) : '');
   }
   function fillTried() {
     const start = history[0].summary, shownCards = kCards.filter((card) => card.tried);
