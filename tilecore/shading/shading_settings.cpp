@@ -16,7 +16,8 @@ Keys<ShadingSettings> shading_keys() {
        "With shading.rate=cache: wanted width of a shading cell on screen; smaller is sharper and slower."},
       {"shading.attributes", &S::attributes,
        "Precision of interpolated attributes (texture coordinates, colours, normals) on their way to the pixel shader: "
-       "single, or half as in GLSL's mediump."},
+       "single, or half as in GLSL's mediump. Baselines that keep vertices in memory store and read 4 or 2 bytes for "
+       "each component of them; positions stay single."},
   };
 }
 
