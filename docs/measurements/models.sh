@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# How far the coarser models of time are from the default one: docs/measurements/models.sh > docs/measurements/models.csv
-# Cycles of frame 5 of each capture on each machine at two sizes, by each model over those of the default. About ten minutes.
+# How far the coarser models of time are from the default one: docs/measurements/models.sh [MACHINE ...] > docs/measurements/models.csv
+# Cycles of frame 5 of each capture at two sizes, by each model over those of the default. A few minutes for a machine.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 out=$(mktemp -d)
@@ -15,7 +15,7 @@ cycles() {
 
 echo "capture,machine,size,cycles,fluid,fluid_constant,phases"
 for capture in eggs vases flyby stroll serpent city garden workshop; do
-  for machine in entry-mobile mid-mobile high-mobile v3d; do
+  for machine in "${@:-mid-mobile}"; do
     for size in 640x360 1280x720; do
       "$tessera" replay "captures/$capture.glb" --frames 5:6 --size "$size" --gpu "$machine" --record "$out/frame.record" --quiet --no-report --out "$out/replay"
       finest=$(cycles)

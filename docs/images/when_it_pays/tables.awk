@@ -1,5 +1,6 @@
 # Tables of docs/when_it_pays.md from a sweep: awk -v folder=DIR -f tables.awk sweep.csv writes points.csv, parts.csv and break_even.csv into DIR.
-function at(name) { return $(column[name]) }
+# A study leaves columns out that are zero everywhere.
+function at(name) { return name in column ? $(column[name]) : 0 }
 function of(scheme, counter) { return at("baseline." scheme "." counter) }
 # Where ours costs less, in px2: all, none, <X, >X, X-Y; between two sizes interpolated, the logarithm of the costs' ratio over that of the size.
 function cheaper(place, cost, scheme,   i, n, x, d, last, before, start, inside, text) {
