@@ -6,6 +6,8 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 out=$(mktemp -d)
 trap 'rm -r "$out"' EXIT
 tessera=${TESSERA_PROGRAM:-./tessera}
+machines=("$@")
+[ $# -gt 0 ] || machines=(mid-mobile high-mobile v3d entry-mobile)
 
 # cycles ARGUMENT...   of a record
 cycles() {
@@ -15,7 +17,7 @@ cycles() {
 
 echo "capture,machine,size,cycles,fluid,fluid_constant,phases"
 for capture in eggs vases flyby stroll serpent city garden workshop; do
-  for machine in "${@:-mid-mobile}"; do
+  for machine in "${machines[@]}"; do
     for size in 640x360 1280x720; do
       "$tessera" replay "captures/$capture.glb" --frames 5:6 --size "$size" --gpu "$machine" --record "$out/frame.record" --quiet --no-report --out "$out/replay"
       finest=$(cycles)
