@@ -8,8 +8,8 @@
 
 namespace tessera::baselines {
 
-// The vertices of the draw in hand, by their numbers in its index buffer: whether the position is shaded, and where the
-// vertex is stored. Memory grows with the largest number, 8 bytes each; a new draw costs what the one before used.
+// Remembers for each vertex of the current draw, by its number in the index buffer, whether its position is shaded and where
+// the vertex is stored. Memory grows with the largest number, 8 bytes each; a new draw costs what the one before used.
 //
 // Invariants (cited by the tests):
 //   DR1  A vertex is shaded once and stored at one place until the next draw begins.

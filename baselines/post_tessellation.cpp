@@ -232,7 +232,7 @@ std::vector<std::uint8_t> PostTessellationBinner::pack_block(std::uint64_t addre
   return block;
 }
 
-// The block's own vertices, of which those of the index buffer in hand may be named again.
+// Remembers where the block's own vertices lie: later blocks of the current index buffer may name them.
 void PostTessellationBinner::keep_places(std::uint64_t own_vertices_at) {
   const auto own = static_cast<std::uint64_t>(
       std::count_if(vertices_.begin(), vertices_.end(), [](const BlockVertex& vertex) { return !vertex.place; }));
@@ -286,7 +286,7 @@ struct PostTessellationBinner::Reading {
   memory::Ledger ledger, uncached_ledger;
   std::uint64_t uncached = 0;         // of blocks, asked of the cache
   std::uint64_t filled = 0;           // into it
-  std::vector<std::uint64_t> bursts;  // that the reference in hand asks for
+  std::vector<std::uint64_t> bursts;  // that the current reference asks for
 
   void ask(std::uint64_t address, std::uint64_t bytes) {
     for (std::uint64_t burst = address / burst_bytes; bytes > 0 && burst <= (address + bytes - 1) / burst_bytes;

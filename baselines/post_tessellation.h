@@ -31,9 +31,9 @@ inline constexpr std::uint64_t kBlockHeadBytes = 8;
 
 // Where vertices are kept.
 enum class VertexStorage : std::uint8_t {
-  kEachBlock,  // whole, in every block that uses them: what is shaded together stays together
-  kEachDraw    // once for each draw, behind the block that uses them first. Positions are shaded first, attributes for
-               // what culling leaves, and fetched for what is visible
+  kEachBlock,  // every block holds whole vertices, a copy of each that it uses
+  kEachDraw    // the first block of a draw that uses a vertex holds it, for all blocks of the draw. The machine shades
+               // positions first and attributes for triangles that survive culling; tiles fetch those of visible ones
 };
 
 // The binner of a conventional tile-based machine, behind its domain shader: packs what culling leaves into blocks of
@@ -43,10 +43,10 @@ enum class VertexStorage : std::uint8_t {
 // cache of bursts.
 //
 // With kEachDraw this is index-driven vertex shading [spec: Arm, from Bifrost on: position shading, culling, varying
-// shading]: triangles of a draw that name the same vertex share it, whatever blocks they are in. A tessellated patch is a
-// draw of its own in that respect: its vertices come from the tessellator and no index buffer names those of two patches,
-// so vertices on a shared edge are kept by both. In its favour: it finds every vertex of a draw again, however long ago
-// it was shaded, and writes no position of a triangle that is culled.
+// shading]: triangles of a draw that name the same vertex share it, whatever blocks they are in. Tessellated patches share
+// no vertex: the tessellator makes them and no index buffer names them, so both patches at an edge keep its vertices. In
+// favour of this machine: it finds every vertex of a draw again, however long ago it was shaded, and writes no position
+// of a triangle that is culled.
 //
 // Only positions are stored as they are; bytes of attributes are zero, as their values change no count.
 //
@@ -144,7 +144,7 @@ class PostTessellationBinner {
   std::vector<std::uint32_t> numbered_;      // vertices of the index buffer that have such a number
   std::vector<std::uint64_t> last_address_;  // per tile
 
-  // The index buffer of the patch in hand: that of its draw, or its own.
+  // The current patch uses the index buffer of its draw, or one of its own.
   std::uint64_t index_buffer_ = 0;
   bool shares_draw_ = false;
   std::uint32_t draw_state_ = 0;

@@ -68,7 +68,6 @@ const std::vector<ClockedKey>& clocked_keys() {
   return kKeys;
 }
 
-// Sets what `root` names, nested by the dots of the keys; clock.mhz comes before memory.*, as JSON objects are sorted.
 // The value of a key, or of one in clocks; nothing for others.
 std::optional<KeyValue> value_of(const std::string& name, const Gpu& gpu) {
   if (const auto* key = gpu_keys().find(name)) return key->get(gpu);
@@ -77,6 +76,7 @@ std::optional<KeyValue> value_of(const std::string& name, const Gpu& gpu) {
   return std::nullopt;
 }
 
+// Sets what `root` names, nested by the dots of the keys; clock.mhz comes before memory.*, as JSON objects are sorted.
 // `changed`, unless nullptr: keys that get another value.
 void set_values(const std::string& file, const json& root, Gpu& gpu, std::vector<std::string>* changed = nullptr) {
   const std::vector<std::string> names = key_names();

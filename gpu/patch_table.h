@@ -5,6 +5,7 @@
 
 #include "scene/frame_geometry.h"
 #include "tilecore/tessellation/tessellation_cache.h"
+#include "timing/events/memory_layout.h"
 
 namespace tessera::gpu {
 
@@ -40,7 +41,7 @@ class PatchTable {
                 std::vector<Lines>& out) const;
   // Cells of procedures (tilecore/procedural/parameter_maps.h) lie behind everything else: [assumed] in the last quarter
   // of the lines.
-  static constexpr std::uint32_t kCellsAt = 3u << 30;
+  static constexpr std::uint32_t kCellsAt = timing::MemoryLayout::kFarLines;
   // And what resolve units keep of a frame behind these.
   static constexpr std::uint32_t kHistoryAt = 7u << 29;
   Lines of_cell(std::uint32_t cell, std::uint64_t cell_bytes) const;

@@ -33,8 +33,8 @@ struct GeometryCounters {
   binner::BinnerCounters binner;
 };
 
-// What was recorded of a frame beside its counters: the work that the timing and the energy model read and, for traces,
-// every transfer.
+// What was recorded of a frame beside its counters: the work that the timing and the energy model read and, where it is asked
+// for, every transfer.
 struct FrameRecord {
   timing::FrameWork work;
   memory::Traffic other;  // work.other_bytes
@@ -55,7 +55,7 @@ struct TileArray {
   memory::Unit unit;
   memory::Purpose purpose;
   bool write = false;
-  std::uint64_t base = 0;   // of it within its purpose, for traces
+  std::uint64_t base = 0;   // of it within its purpose
   std::uint64_t moved = 0;  // up to here, from `base` on
 };
 

@@ -36,8 +36,7 @@ struct Traffic {
   std::uint64_t written_bytes = 0;
 };
 
-// One transfer over the external interface: whole bursts. `offset`: in the memory that its purpose has (AddressMap says
-// where that is).
+// One transfer over the external interface: whole bursts. `offset`: within what its purpose has of the memory.
 struct Access {
   std::uint64_t offset = 0, bytes = 0;
   Unit unit = Unit::kFrontend;
@@ -45,7 +44,7 @@ struct Access {
   bool write = false;
 };
 
-// The transfers of a ledger in the order in which they were charged, for traces. What is charged without an offset lies
+// The transfers of a ledger in the order in which they were charged. What is charged without an offset lies
 // behind what was charged before for the same purpose.
 class AccessLog {
  public:

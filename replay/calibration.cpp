@@ -29,7 +29,7 @@ constexpr std::pair<std::string_view, int> kPublished[] = {
     {"Raspberry Pi 4", 2019},  {"US 8791945", 2014},  {"US 9626762", 2017}, {"Vulkan", 2016},
     {"Immortalis-G720", 2023}, {"Linux", kYearRead},  {"Mesa", kYearRead},
 };
-constexpr std::string_view kDefaultPreset = "mid-mobile";
+const std::string kDefaultPreset = gpu::GpuConfiguration().preset;
 
 bool names(std::string_view source, std::string_view word) { return source.find(word) != std::string_view::npos; }
 bool is_own(std::string_view source) { return names(source, "[assumed]") || names(source, "[measured]"); }

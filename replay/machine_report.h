@@ -30,9 +30,9 @@ nlohmann::json energy_json(const hardware::FrameEnergy& energy);
 // The member "area": {"total_mm2", "by_unit": {unit: mm2}} of the machine that the frame was timed on.
 nlohmann::json area_json(const hardware::Area& area);
 
-// Puts both into a frame of stats.json or the sum of `frames`, with timing.time_ms, timing.frames_per_second, and energy.power_w
-// at machine.target_fps; timing.coarser_models lists the settings by which the machine is timed more coarsely than by default,
-// timing.peak_gb_per_s is what the memory moves for the GPU at most.
+// Puts both into a frame of stats.json or the sum of `frames`, with timing.time_ms, timing.frames_per_second, and
+// energy.power_w at machine.target_fps. timing.coarser_models lists the settings by which the machine is timed more coarsely
+// than by default; timing.peak_gb_per_s is what the memory moves for the GPU at most.
 void put_model(const hardware::Machine& gpu, const timing::FrameTiming& timing, const hardware::FrameEnergy& energy,
                double frames, nlohmann::json& into);
 

@@ -201,7 +201,7 @@ TEST(FrameCosts, OfManyDrawablesTheRestIsOneRow) {
   EXPECT_EQ(tile["unlisted"][0], FrameCosts::kMaxRows + 1 - FrameCosts::kMaxInList);
 }
 
-// FT1, FT2 and FT3, in the file.
+// FT1, FT2 and FT3 of gpu/frame_timeline.h, in the file.
 TEST(FrameCosts, TheTimelineHoldsTheBytesOfTheFrameAndTilesOfASlotFollowEachOther) {
   for (const char* model : {"phases", "events"}) {
     const test::TemporaryFolder out;

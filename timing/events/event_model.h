@@ -41,8 +41,8 @@ bool has_items(const FrameWork& work);
 // `caches`, unless null: what they hold of the frame before, replaced by what this one leaves. `record_path`: fills
 // SimulationCounts::path and TileSchedule::path, in which a wait for a phase that works on another tile goes to what that one
 // spends there. `limit`: a frame that takes longer need not be simulated to its end; then only its cycles, which are
-// more than `limit`, mean anything. `transactions`, unless null: gets the bursts that the banks' channels take, with clocks of the
-// memory, in their order; with memory.model=fluid nothing.
+// more than `limit`, mean anything. `transactions`, unless null: gets the bursts that the banks' channels take, with clocks
+// of the memory, in their order; with memory.model=fluid nothing.
 EventSchedule simulate_events(const hardware::Machine& gpu, const FrameWork& work, WarmCaches* caches = nullptr,
                               bool record_path = false, double limit = std::numeric_limits<double>::infinity(),
                               std::vector<memory::Burst>* transactions = nullptr);

@@ -8,14 +8,15 @@
 
 namespace tessera::timing {
 
-// Where a frame's data lie in the external memory: lines that go through the L2 (records, textures, tables), then tile lists,
-// the frame buffer tile by tile, patches that the front end streams, and what no round holds, each from a multiple of 1 MiB on.
+// Addresses of a frame's data in the external memory: first lines that go through the L2 (records, textures, tables), then
+// tile lists, the frame buffer tile by tile, patches that the front end streams, and what no round holds. Each part begins
+// at a multiple of 1 MiB.
 //
 // Invariants (cited by the tests):
 //   ML1  No two of them overlap, nor two tiles in one of them.
 class MemoryLayout {
  public:
-  // Numbers of lines that are so large lie wherever they say, not in the first part: cells of procedures, and the history.
+  // Lines from this number on, cells of procedures and the history, keep their addresses and do not count for the first part.
   static constexpr std::uint32_t kFarLines = 3u << 30;
 
   MemoryLayout(const FrameWork& work, std::uint64_t line_bytes) {

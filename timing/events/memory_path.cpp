@@ -207,7 +207,7 @@ void MemoryPath::move_by_banks(std::uint64_t address, std::uint64_t bytes, std::
                                double now) {
   if (events_.recording()) group_paths_[group].asked = asked(now);
   groups_[group].order = ++asked_;
-  // Those that begin within: streams that follow each other ask for each once.
+  // A line belongs to the stream in which it begins, so that streams which follow each other ask for it once.
   for (std::uint64_t at = round_up(address, line_bytes_); at < address + bytes; at += line_bytes_) {
     groups_[group].waits += line_bytes_ / burst_bytes_;
     ask_banks(kOfGroup | group, at, write, now);

@@ -27,7 +27,7 @@ namespace tessera::timing {
 // there.
 class MemoryPath {
  public:
-  // `transactions`, unless null: gets what the banks' channels take, with clocks that may fall from one channel to the next.
+  // `transactions`, unless null: gets what the banks' channels take, each channel's in order.
   MemoryPath(const hardware::Machine& gpu, EventQueue& events, std::vector<memory::Burst>* transactions = nullptr);
 
   std::uint32_t open_group(EventKind kind, std::uint32_t who, std::uint32_t what);
