@@ -40,11 +40,6 @@ DramSpec as_written(DramSpec memory, std::uint32_t line_bytes) {
 
 const std::string kDescriptionSchema = "tessera.dram-trace/1";
 
-std::filesystem::path description_of(const std::filesystem::path& trace) {
-  std::filesystem::path file = trace;
-  return file += ".json";
-}
-
 // "0xADDRESS READ|WRITE CYCLE" with any blanks between; false: it is not.
 bool parse_burst(std::string_view line, Burst& burst) {
   const auto word = [&line] {
@@ -152,7 +147,7 @@ DramTrace::DramTrace(const std::filesystem::path& file, const DramTraceUnits& un
       cycles_per_clock_(units.clock_mhz / memory.clock_mhz()),
       load_store_(file.extension() == ".loadstore"),
       order_(hold_bound(units.clock_mhz), [this](const Burst& transaction) { write(transaction); }) {
-  if (!is_stream(file)) description_file_.emplace(description_of(file));
+  if (!is_stream(file)) description_file_.emplace(dram_trace_description(file));
 }
 
 void DramTrace::write(const Burst& transaction) {
@@ -167,7 +162,7 @@ void DramTrace::write(const Burst& transaction) {
 void DramTrace::add_transaction(const Burst& transaction) {
   const bool same = any_ && transaction.address == last_.address && transaction.write == last_.write;
   last_ = transaction, any_ = true;
-  // Of one as large as a line each is a line.
+  // Bursts as large as a line are a line each.
   if (!same || description_.units.transaction_bytes <= burst_bytes_) order_.add(transaction);
 }
 
@@ -203,9 +198,14 @@ void DramTrace::commit() {
   description_file_->commit();
 }
 
+std::filesystem::path dram_trace_description(const std::filesystem::path& trace) {
+  std::filesystem::path file = trace;
+  return file += ".json";
+}
+
 std::optional<DramTraceDescription> read_dram_trace_description(const std::filesystem::path& trace) {
   constexpr std::uint64_t kMaxBytes = 1 << 20;
-  const std::filesystem::path file = description_of(trace);
+  const std::filesystem::path file = dram_trace_description(trace);
   std::error_code ignored;
   if (!std::filesystem::exists(file, ignored)) return std::nullopt;
   const std::string name = escape_control(file.string());

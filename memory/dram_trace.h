@@ -84,9 +84,10 @@ struct DramTraceDescription {
 // `--dram-trace`: transactions as text, a line each: "0xADDRESS READ|WRITE CYCLE", the form of DRAMsim3 and of drivers of
 // Ramulator 2's External front end; where the file's name ends in .loadstore that of Ramulator 2's LoadStoreTrace, which
 // keeps no time: "LD|ST 0xADDRESS". Frames follow each other without a gap. Neighbouring bursts of one transaction are one
-// line. Addresses have the order RoBaRaCoCh that those simulators read, whatever the mapping of the memory: a burst is in the bank
-// in which it was. ReadWriteOrder holds writes back by 512 reads and 4 us, a second at most. A file of its own describes the
-// trace, as those readers take no line of another form; a stream has none. Throws WriteError.
+// line. Those simulators read addresses in the order RoBaRaCoCh, so the trace has them in that order, whatever the mapping
+// of the memory, and each burst stays in its bank. ReadWriteOrder holds writes back by 512 reads and 4 us, a second at
+// most. A second file, dram_trace_description(FILE), describes the trace, since those readers take no line of another form;
+// a stream has none. Throws WriteError.
 class DramTrace {
  public:
   // `memory`: whose transactions are added, in its clocks.
@@ -114,7 +115,9 @@ class DramTrace {
   std::string text_;
 };
 
-// Of the file beside a trace; nothing where there is none. Throws InputError for one that is none.
+// FILE.json, which describes FILE.
+std::filesystem::path dram_trace_description(const std::filesystem::path& trace);
+// Reads it; nothing where there is none. Throws InputError where it says what cannot be.
 std::optional<DramTraceDescription> read_dram_trace_description(const std::filesystem::path& trace);
 
 // Reads the form of DRAMsim3. Any bytes are taken: what is not a line of it, or whose cycle falls, throws InputError with

@@ -107,9 +107,8 @@ class DramCommand final : public Command {
 
   void run() override {
     const std::optional<memory::DramTraceDescription> said = memory::read_dram_trace_description(trace_);
-    memory::DramSpec spec =
-        said && type_.empty() ? said->memory : memory::dram_spec(type_.empty() ? kDefaultType : type_);
-    if (said && !type_.empty()) {
+    memory::DramSpec spec = memory::dram_spec(!type_.empty() ? type_ : said ? said->memory.type : kDefaultType);
+    if (said) {
       spec.channels = said->memory.channels, spec.mapping = said->memory.mapping;
       spec.transaction_bytes = said->memory.transaction_bytes, spec.interleave_bytes = said->memory.interleave_bytes;
     }
@@ -137,7 +136,7 @@ class DramCommand final : public Command {
   }
 
  private:
-  static constexpr std::string_view kDefaultType = "lpddr5-6400";
+  static constexpr const char* kDefaultType = "lpddr5-6400";
 
   std::string trace_, type_, pace_ = "timed", mapping_;
   std::optional<double> clock_mhz_;

@@ -132,11 +132,7 @@ class ReplayCommand final : public Command {
 
   void run() override {
     if (out_.empty()) throw UsageError("--out '': expected the name of a folder");
-    for (const std::string& file : {trace_, dram_trace_, record_, save_history_})
-      if (!file.empty()) {
-        check_output_file(file, out_);
-        check_not_input(file, {capture_, gpu_});
-      }
+    check_named_outputs();
     gpu::RunSettings settings;
     gpu::GpuConfiguration gpu = read_as(FileKind::kMachine, gpu_, [&] { return gpu::load_gpu(gpu_); });
     for (const std::string& text : sets_) gpu::apply_setting(text, settings, gpu);
@@ -308,6 +304,25 @@ class ReplayCommand final : public Command {
     const Sensitivity sensitivity = measure_sensitivity(gpu, views);
     statistics.set_sensitivity(sensitivity_json(sensitivity));
     if (!quiet_) print_sensitivity(beside_outputs({trace_, dram_trace_, record_, save_history_}), sensitivity);
+  }
+
+  // Files beside the folder of --out: each can be written, is no input and is named once.
+  void check_named_outputs() const {
+    std::vector<fs::path> files;
+    for (const std::string& file : {trace_, dram_trace_, record_, save_history_})
+      if (!file.empty()) files.emplace_back(file);
+    if (!dram_trace_.empty() && !is_stream(dram_trace_)) files.push_back(memory::dram_trace_description(dram_trace_));
+    for (std::size_t k = 0; k < files.size(); ++k) {
+      check_output_file(files[k], out_);
+      check_not_input(files[k], {capture_, gpu_});
+      if (is_stream(files[k])) continue;
+      const auto same = [&](const fs::path& other) {
+        std::error_code ignored;
+        return fs::weakly_canonical(other, ignored) == fs::weakly_canonical(files[k], ignored);
+      };
+      if (std::any_of(files.begin(), files.begin() + static_cast<std::ptrdiff_t>(k), same))
+        throw UsageError(fmt::format("{}: two results would have this name", escape_control(files[k].string())));
+    }
   }
 
   memory::DramTraceUnits dram_units(const memory::DramSpec& memory) const {

@@ -319,6 +319,29 @@ TEST(OutputFolders, NamedFilesMayLieInTheFolderThatIsMade) {
   EXPECT_TRUE(fs::exists(folder / "deep" / "d"));
 }
 
+// The trace of DRAM has a description beside it, FILE.json.
+TEST(OutputFolders, TwoResultsOfOneNameAndADescriptionOverAnInputAreStatus2) {
+  const test::TemporaryFolder folder;
+  const std::string machine = (folder / "d.json").string(), text = R"({"preset": "mid-mobile"})";
+  test::write_text(machine, text);
+  const auto refused = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> call = {"replay", capture("vases"), "--frames", "0:1",
+                                     "--size", "32x18",          "--out",    (folder / "out").string()};
+    call.insert(call.end(), options.begin(), options.end());
+    const ProcessResult r = run_tessera(call);
+    EXPECT_EQ(r.status, 2) << r.errors;
+    EXPECT_FALSE(fs::exists(folder / "out"));
+    return r.errors;
+  };
+  const std::string trace = (folder / "d").string();
+  EXPECT_THAT(refused({"--dram-trace", trace, "--gpu", machine}), HasSubstr("d.json"));
+  EXPECT_EQ(test::read_text(machine), text);
+  EXPECT_THAT(refused({"--dram-trace", trace, "--trace", trace}), HasSubstr("two results would have this name"));
+  EXPECT_THAT(refused({"--dram-trace", (folder / "e").string(), "--trace", (folder / "e.json").string()}),
+              HasSubstr("two results would have this name"));
+  EXPECT_FALSE(fs::exists(trace) || fs::exists(folder / "e.json"));
+}
+
 TEST(OutputFolders, ALimitOnTheSizeOfFilesIsStatus6AndLeavesNothingHalfWritten) {
   const test::TemporaryFolder folder;
   // Blocks of 512 bytes or 1 KiB: enough for some of the results.
