@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <ranges>
 #include <utility>
 
 #include <fmt/format.h>
@@ -37,7 +36,7 @@ class SelfCheckCommand final : public Command {
     std::vector<SelfCheck> checks;
     {
       // The rates of memories, then each capture twice.
-      Progress progress(1 + 2 * files.size(), false);
+      Progress progress(1 + 2 * files.size(), LongStep::quiet_without_terminal());
       checks = check_memory_rates();
       std::size_t done = 1;
       progress.update(done, "rates of memories");
@@ -45,12 +44,10 @@ class SelfCheckCommand final : public Command {
            check_captures(files, strict_, [&](const std::string& what) { progress.update(++done, what); }))
         checks.push_back(std::move(check));
     }
-    if (files.empty())
-      fmt::print(stderr, "note: left out, as there are no captures in ./captures and none is named: {}\n",
-                 fmt::join(capture_check_names(), "; "));
-    else if (checks.size() < kMemoryChecks + capture_check_names().size())
-      fmt::print(stderr, "note: left out, as no capture has textures: {}\n",
-                 fmt::join(capture_check_names() | std::views::drop(2), "; "));
+    if (const std::vector<std::string> missing = left_out(checks); !missing.empty())
+      fmt::print(stderr, "note: left out, as {}: {}\n",
+                 files.empty() ? "there are no captures in ./captures and none is named" : "no capture has textures",
+                 fmt::join(missing, "; "));
     if (json_)
       print_json(checks);
     else
@@ -70,7 +67,13 @@ class SelfCheckCommand final : public Command {
     return files;
   }
 
-  static constexpr std::size_t kMemoryChecks = 3;
+  static std::vector<std::string> left_out(const std::vector<SelfCheck>& checks) {
+    std::vector<std::string> names = capture_check_names();
+    std::erase_if(names, [&](const std::string& name) {
+      return std::any_of(checks.begin(), checks.end(), [&](const SelfCheck& check) { return check.name == name; });
+    });
+    return names;
+  }
 
   static void print_json(const std::vector<SelfCheck>& checks) {
     nlohmann::json rows = nlohmann::json::array();
