@@ -11,7 +11,10 @@
 #include "base/json_text.h"
 #include "base/text.h"
 #include "replay/commands.h"
+#include "replay/compare/run_figures.h"
+#include "replay/file_kind.h"
 #include "replay/progress.h"
+#include "replay/statistics.h"
 #include "replay/view_options.h"
 #include "scene/assembly.h"
 #include "scene/pose.h"
@@ -314,6 +317,33 @@ void print_table(const json& j) {
   for (const json& notice : j["notices"]) fmt::print("  note        {}\n", notice.get<std::string>());
 }
 
+// Whether it is the folder or the statistics of a replay, rather than a capture.
+bool names_run(const std::filesystem::path& path) {
+  std::error_code ignored;
+  const FileKind kind = kind_of(path);
+  return kind == FileKind::kStatistics ||
+         (kind == FileKind::kFolder && std::filesystem::is_regular_file(path / "stats.json", ignored));
+}
+
+// Says time, bound, traffic and energy of a replay again.
+void print_run(const std::filesystem::path& path, bool as_json) {
+  const RunStatistics run = read_run(path);
+  try {
+    const json& total = run.root.at("total");
+    const auto frames = total.at("frames").get<std::uint64_t>();
+    if (frames == 0) throw InputError(run.file.string(), "/total/frames", "is not positive");
+    if (as_json) {
+      fmt::print("{}\n", json_text(total, 2));
+      return;
+    }
+    fmt::print("{}: {} frame{} of {}\n{}", escape_control(path.string()), frames, frames == 1 ? "" : "s",
+               escape_control(run.root.at("capture").at("file").get<std::string>()),
+               replay_summary(run.root, escape_control(run.file.string())));
+  } catch (const json::exception&) {
+    throw InputError(run.file.string(), "", "holds no sum of a replay's frames: replay the capture again");
+  }
+}
+
 class InspectCommand final : public Command {
  public:
   explicit InspectCommand(CLI::App& app) {
@@ -323,10 +353,17 @@ class InspectCommand final : public Command {
     add_view_options(app, view_, kViewGroup);
     add_shutter_option(app, view_.shutter, kViewGroup);
     app.footer(
+        "Given the folder of a replay, or its stats.json, says the time, the bound, the traffic, the energy and the "
+        "power of "
+        "its frames.\n"
         "Lists what --scene, --camera and --animation of a replay choose from, each with its number; with those "
         "options, what is drawn then.");
   }
   void run() override {
+    if (names_run(capture_)) {
+      print_run(capture_, json_);
+      return;
+    }
     json report;
     {
       const LongStep step("reading " + escape_control(capture_), LongStep::quiet_without_terminal());

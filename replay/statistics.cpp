@@ -180,19 +180,19 @@ std::string with(const std::string& before, const std::string& text) { return te
 std::string bytes_text(double bytes) { return human_bytes(static_cast<std::uint64_t>(bytes)); }
 
 std::string time_line(const json& timing, double frames, double clock_mhz, const std::string& machine) {
-  const double cycles = timing["cycles"].get<double>() / frames, ms = cycles / clock_mhz * 1e-3;
+  const double cycles = timing.at("cycles").get<double>() / frames, ms = cycles / clock_mhz * 1e-3;
   return fmt::format("{:.3f} ms a frame, {:.0f} frames/s: {:.0f} cycles of {} at {:g} MHz{}", ms,
                      ms > 0 ? 1000 / ms : 0.0, cycles, escape_control(machine, 40), clock_mhz,
                      with(", ", coarser_models_note(timing)));
 }
 
 std::string bound_line(const json& timing) {
-  const std::string by = timing["bound_by"];
+  const std::string by = timing.at("bound_by");
   if (by.empty()) return "nothing: no work was done";
   Shares busy;
-  for (const auto& [unit, row] : timing["units"].items())
-    if (unit != "tilecores") busy.emplace_back(unit, row["utilisation"].get<double>());
-  const double cycles = timing["cycles"].get<double>(), saved = timing["bound_by_cycles"].get<double>();
+  for (const auto& [unit, row] : timing.at("units").items())
+    if (unit != "tilecores") busy.emplace_back(unit, row.at("utilisation").get<double>());
+  const double cycles = timing.at("cycles").get<double>(), saved = timing.at("bound_by_cycles").get<double>();
   return fmt::format("{}: with twice as much of it {:.0f} % faster{}", by,
                      cycles > saved ? 100 * saved / (cycles - saved) : 0.0, with("; busy: ", largest(busy, 1)));
 }
@@ -200,10 +200,10 @@ std::string bound_line(const json& timing) {
 std::string traffic_line(const json& total, double frames) {
   std::map<std::string, double> sums;  // of a purpose over the units
   double read = 0, written = 0;
-  for (const json& row : total["dram"]) {
-    const double in = row["read_bytes"].get<double>(), out = row["written_bytes"].get<double>();
+  for (const json& row : total.at("dram")) {
+    const double in = row.at("read_bytes").get<double>(), out = row.at("written_bytes").get<double>();
     read += in, written += out;
-    sums[row["purpose"].get<std::string>()] += in + out;
+    sums[row.at("purpose").get<std::string>()] += in + out;
   }
   const Shares purposes(sums.begin(), sums.end());
   return fmt::format("{} a frame, {} read and {} written{}", bytes_text((read + written) / frames),
@@ -212,29 +212,30 @@ std::string traffic_line(const json& total, double frames) {
 }
 
 std::string energy_line(const json& total, double frames, const json& gpu) {
-  const json& energy = total["energy"];
+  const json& energy = total.at("energy");
   Shares units;
-  for (const auto& [unit, nj] : energy["by_unit"].items()) units.emplace_back(unit, nj.get<double>());
-  const double nj = energy["total_nj"].get<double>(), target = gpu["machine"]["target_fps"].get<double>(),
-               possible = total["timing"]["frames_per_second"].get<double>(),
+  for (const auto& [unit, nj] : energy.at("by_unit").items()) units.emplace_back(unit, nj.get<double>());
+  const double nj = energy.at("total_nj").get<double>(), target = gpu.at("machine").at("target_fps").get<double>(),
+               possible = total.at("timing").at("frames_per_second").get<double>(),
                rate = target > 0 ? std::min(target, possible) : possible;
   return fmt::format("{:.3f} mJ a frame, {:.2f} W at {:.0f} frames/s{}", nj / frames * 1e-6,
-                     energy["power_w"].get<double>(), rate, with(": ", largest(units, nj)));
+                     energy.at("power_w").get<double>(), rate, with(": ", largest(units, nj)));
 }
 
 }  // namespace
 
 std::string replay_summary(const json& statistics, const std::string& results) {
-  const json& total = statistics["total"];
-  const auto frames = total["frames"].get<double>(), clock_mhz = statistics["gpu"]["clock"]["mhz"].get<double>();
-  const json& gpu = statistics["gpu"];
+  const json& total = statistics.at("total");
+  const auto frames = total.at("frames").get<double>(),
+             clock_mhz = statistics.at("gpu").at("clock").at("mhz").get<double>();
+  const json& gpu = statistics.at("gpu");
   const std::string machine = gpu.value("name", gpu.value("preset", std::string()));
   const bool modelled = total.contains("timing");
   constexpr std::string_view kNotModelled = "not modelled (output.machine_model=false)";
   std::string text;
   const auto line = [&](const char* what, std::string_view said) { text += fmt::format("{:<9} {}\n", what, said); };
-  line("time", modelled ? time_line(total["timing"], frames, clock_mhz, machine) : std::string(kNotModelled));
-  line("bound by", modelled ? bound_line(total["timing"]) : std::string(kNotModelled));
+  line("time", modelled ? time_line(total.at("timing"), frames, clock_mhz, machine) : std::string(kNotModelled));
+  line("bound by", modelled ? bound_line(total.at("timing")) : std::string(kNotModelled));
   line("traffic", traffic_line(total, frames));
   line("energy", modelled ? energy_line(total, frames, gpu) : std::string(kNotModelled));
   line("results", results);

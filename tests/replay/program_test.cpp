@@ -360,6 +360,38 @@ TEST(InspectCommand, SaysWhatIsInACapture) {
   EXPECT_TRUE(report["meshes"][0]["skinned"].get<bool>());
 }
 
+TEST(InspectCommand, SaysWhatAReplayTook) {
+  const test::TemporaryFolder out;
+  const std::string run = (out / "run").string();
+  const ProcessResult replay =
+      run_tessera({"replay", capture("vases"), "--frames", "0:1", "--size", "32x18", "--out", run});
+  ASSERT_EQ(replay.status, 0) << replay.errors;
+  // What the replay ended with, but for the place of the results.
+  const std::string said = replay.output.substr(replay.output.find("time  "));
+  const std::string figures = said.substr(0, said.find("results "));
+  EXPECT_THAT(figures, testing::AllOf(HasSubstr(" ms a frame, "), HasSubstr(" frames/s"), HasSubstr(" W at ")));
+  for (const std::string& path : {run, run + "/stats.json"}) {
+    const ProcessResult r = run_tessera({"inspect", path});
+    EXPECT_EQ(r.status, 0) << r.errors;
+    EXPECT_THAT(r.output, testing::StartsWith(path + ": 1 frame of vases.glb\n" + figures));
+  }
+  const json total = json::parse(run_tessera({"inspect", run, "--json"}).output);
+  EXPECT_GT(total["timing"]["time_ms"], 0);
+  EXPECT_GT(total["energy"]["power_w"], 0);
+}
+
+TEST(InspectCommand, AReplayWithoutItsSumIsRefused) {
+  const test::TemporaryFolder out;
+  test::write_text(out / "stats.json",
+                   R"({"schema":"tessera.stats/1","frames":[{"frame":0}],"total":{"counters":{}}})");
+  for (const std::string& path : {out.path().string(), (out / "stats.json").string()}) {
+    const ProcessResult r = run_tessera({"inspect", path});
+    EXPECT_EQ(r.status, 3) << r.errors;
+    EXPECT_THAT(r.errors, HasSubstr("holds no sum of a replay's frames"));
+    EXPECT_EQ(r.output, "");
+  }
+}
+
 TEST(PackCommand, WrongUsageEndsWithStatus2AndOneClearMessageAndNoFile) {
   const test::TemporaryFolder out;
   const std::vector<WrongCall> calls = {
