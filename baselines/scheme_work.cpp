@@ -21,26 +21,6 @@ using timing::TileWork;
 constexpr auto kVisibility = static_cast<std::size_t>(Phase::kVisibility),
                kShading = static_cast<std::size_t>(Phase::kShading), kStore = static_cast<std::size_t>(Phase::kStore);
 
-// Parts of a whole in proportion to weights; together they are the whole.
-class Parts {
- public:
-  Parts(std::uint64_t whole, std::uint64_t weights) : whole_(whole), weights_(weights) {}
-  std::uint64_t next(std::uint64_t weight) {
-    seen_ += weight;
-    const std::uint64_t upto =
-        weights_ == 0 || seen_ == weights_
-            ? whole_
-            : static_cast<std::uint64_t>(static_cast<double>(whole_) * static_cast<double>(seen_) /
-                                         static_cast<double>(weights_));
-    const std::uint64_t part = std::max(upto, given_) - given_;
-    given_ += part;
-    return part;
-  }
-
- private:
-  std::uint64_t whole_, weights_, seen_ = 0, given_ = 0;
-};
-
 // `count` of `of`, as `whole` is to `of`, rounded.
 std::uint64_t scaled(std::uint64_t whole, std::uint64_t count, std::uint64_t of) {
   return of == 0 ? 0 : (whole * count + of / 2) / of;
@@ -48,9 +28,9 @@ std::uint64_t scaled(std::uint64_t whole, std::uint64_t count, std::uint64_t of)
 
 // Events that every scheme has as the machine has them: of what is visible, and of the finished frame.
 void add_shading(const TileWork& from, TileWork& to) {
-  for (const Event event :
-       {Event::kAlphaTests, Event::kCompactedSamples, Event::kShaderInvocations, Event::kShaderLanes, Event::kTexels,
-        Event::kBlendedLayers, Event::kPixels, Event::kResolveOperations})
+  for (const Event event : {Event::kAlphaTests, Event::kCompactedSamples, Event::kShaderInvocations,
+                            Event::kShaderLanes, Event::kBackgroundSamples, Event::kBackgroundLanes, Event::kTexels,
+                            Event::kDecodedTexels, Event::kBlendedLayers, Event::kPixels, Event::kResolveOperations})
     to.events[event] += from.events[event];
 }
 
@@ -70,12 +50,65 @@ std::uint64_t pixels_of(const binner::TileGrid& grid, binner::TileIndex tile) {
 
 }  // namespace
 
+// Parts of a whole in proportion to weights; together they are the whole.
+class SchemeWork::Parts {
+ public:
+  Parts(std::uint64_t whole, std::uint64_t weights) : whole_(whole), weights_(weights) {}
+  std::uint64_t next(std::uint64_t weight) {
+    seen_ += weight;
+    const std::uint64_t upto =
+        weights_ == 0 || seen_ == weights_
+            ? whole_
+            : static_cast<std::uint64_t>(static_cast<double>(whole_) * static_cast<double>(seen_) /
+                                         static_cast<double>(weights_));
+    const std::uint64_t part = std::max(upto, given_) - given_;
+    given_ += part;
+    return part;
+  }
+
+ private:
+  std::uint64_t whole_, weights_, seen_ = 0, given_ = 0;
+};
+
+// What the machine does in a tile for its invocations, shared out among invocations that draw there one patch after the
+// other: what is left of one share goes into the next, so that many small patches have as much as a large one.
+class SchemeWork::TileShares {
+ public:
+  TileShares(const OwnTile& own, const gpu::TextureUse& textures)
+      : TileShares(own, textures, own.work.events[Event::kShaderInvocations]) {}
+  DrawnShare next(std::uint64_t invocations) {
+    return {texels_.next(invocations),           decoded_texels_.next(invocations), l2_lines_.next(invocations),
+            visibility_bytes_.next(invocations), shading_bytes_.next(invocations),  alpha_tests_.next(invocations),
+            texel_lines_.next(invocations),      alpha_lines_.next(invocations)};
+  }
+
+ private:
+  TileShares(const OwnTile& own, const gpu::TextureUse& textures, std::uint64_t shaded)
+      : texels_(own.work.events[Event::kTexels], shaded),
+        decoded_texels_(own.work.events[Event::kDecodedTexels], shaded),
+        l2_lines_(textures.l2_lines, shaded),
+        visibility_bytes_(textures.visibility_bytes, shaded),
+        shading_bytes_(textures.shading_bytes, shaded),
+        alpha_tests_(own.work.events[Event::kAlphaTests], shaded),
+        texel_lines_(own.texel_lines.size(), shaded),
+        alpha_lines_(own.alpha_lines.size(), shaded) {}
+
+  Parts texels_, decoded_texels_, l2_lines_, visibility_bytes_, shading_bytes_, alpha_tests_, texel_lines_,
+      alpha_lines_;
+};
+
+std::vector<SchemeWork::TileShares> SchemeWork::shares() const {
+  std::vector<TileShares> shares;
+  for (std::size_t tile = 0; tile < own_.size(); ++tile) shares.emplace_back(own_[tile], textures_[tile]);
+  return shares;
+}
+
 std::uint64_t SchemeWork::immediate_texture_bytes() const {
+  std::vector<TileShares> shares = this->shares();
   std::uint64_t bytes = 0;
   for (const DrawnInTile& drawn : drawn_.order) {
-    TileWork work;
-    add_drawn(drawn, work);
-    bytes += work.dram_bytes[kVisibility] + work.dram_bytes[kShading];
+    const DrawnShare share = shares[drawn.tile].next(drawn.invocations);
+    bytes += share.visibility_bytes + share.shading_bytes;
   }
   return bytes;
 }
@@ -129,9 +162,9 @@ void SchemeWork::add_own_items(const timing::TileItems& items, OwnTile& own) con
   own.alpha_lines.insert(own.alpha_lines.end(), items.texel_lines.begin(), middle);
   own.texel_lines.insert(own.texel_lines.end(), middle, items.texel_lines.end());
   for (timing::WarpItem warp : items.warps) {
-    if (warp.drawable > 0 && warp.evaluates != 0) {
+    if (warp.drawable > 0 && warp.kind == timing::WarpItem::kEvaluating) {
       const timing::WarpItem& interpolates = shaders_[warp.drawable - 1].pixel;
-      warp.evaluates = 0, warp.clocks = interpolates.clocks, warp.registers = interpolates.registers;
+      warp.kind = timing::WarpItem::kPixels, warp.clocks = interpolates.clocks, warp.registers = interpolates.registers;
       warp.texels -=
           std::min(warp.texels, warp.lanes * tilecore::height_lookups(job_.frame->drawables[warp.drawable - 1]));
     }
@@ -306,35 +339,31 @@ std::vector<ListWork> SchemeWork::spread(std::span<const ListWork> lists, const 
   return out;
 }
 
-void SchemeWork::add_drawn(const DrawnInTile& drawn, TileWork& batch) const {
-  const OwnTile& own = own_[drawn.tile];
-  const gpu::TextureUse& textures = textures_[drawn.tile];
-  const std::uint64_t shaded = own.work.events[Event::kShaderInvocations];
-  const auto of_tile = [&](std::uint64_t whole) { return scaled(whole, drawn.invocations, shaded); };
+void SchemeWork::add_drawn(const DrawnInTile& drawn, const DrawnShare& share, TileWork& batch) {
   batch.events[Event::kCompactedSamples] += drawn.invocations;
   batch.events[Event::kShaderInvocations] += drawn.invocations;
   batch.events[Event::kBlendedLayers] += drawn.blended;
-  batch.events[Event::kTexels] += of_tile(own.work.events[Event::kTexels]);
-  batch.events[Event::kL2Lines] += of_tile(textures.l2_lines);
-  batch.dram_bytes[kVisibility] += of_tile(textures.visibility_bytes);
-  batch.dram_bytes[kShading] += of_tile(textures.shading_bytes);
+  batch.events[Event::kTexels] += share.texels;
+  batch.events[Event::kDecodedTexels] += share.decoded_texels;
+  batch.events[Event::kL2Lines] += share.l2_lines;
+  batch.dram_bytes[kVisibility] += share.visibility_bytes;
+  batch.dram_bytes[kShading] += share.shading_bytes;
 }
 
-// The warps that shade what was drawn, with so much of the machine's lookups in that tile. `next_line`: by tile.
-void SchemeWork::add_warps(const DrawnInTile& drawn, std::vector<std::size_t>& next_line, Draw out) const {
+// The warps that shade what was drawn, with its share of the machine's lookups in that tile. `next_line`: by tile.
+void SchemeWork::add_warps(const DrawnInTile& drawn, const DrawnShare& share, std::vector<std::size_t>& next_line,
+                           Draw out) const {
   const OwnTile& own = own_[drawn.tile];
   const auto lanes = static_cast<std::uint64_t>(gpu_.shader.warp_lanes);
-  const std::uint64_t shaded = own.work.events[Event::kShaderInvocations],
-                      warps = (drawn.invocations + lanes - 1) / lanes;
+  const std::uint64_t warps = (drawn.invocations + lanes - 1) / lanes;
   out.work.events[Event::kShaderLanes] += warps * lanes;
   if (!has_items_) return;
-  Parts texels(scaled(own.work.events[Event::kTexels], drawn.invocations, shaded), drawn.invocations),
-      lines(scaled(own.texel_lines.size(), drawn.invocations, shaded), drawn.invocations);
+  Parts texels(share.texels, drawn.invocations), lines(share.texel_lines, drawn.invocations);
   for (std::uint64_t w = 0; w < warps; ++w) {
     timing::WarpItem warp = shaders_of(drawn.patch).pixel;
     warp.lanes = static_cast<std::uint32_t>(std::min(lanes, drawn.invocations - w * lanes));
     warp.texels = static_cast<std::uint32_t>(texels.next(warp.lanes));
-    warp.texel_lines = static_cast<std::uint32_t>(own.texel_lines.empty() ? 0 : lines.next(warp.lanes));
+    warp.texel_lines = static_cast<std::uint32_t>(lines.next(warp.lanes));
     for (std::uint32_t k = 0; k < warp.texel_lines; ++k)
       out.items.texel_lines.push_back(own.texel_lines[next_line[drawn.tile]++ % own.texel_lines.size()]);
     out.items.warps.push_back(warp);
@@ -353,6 +382,7 @@ void SchemeWork::add_batches(std::uint64_t patch_bytes, timing::WorkRound& round
   TileItems items;
   std::vector<std::uint32_t> alpha_lines;
   std::vector<std::size_t> next_line(own_.size()), next_alpha(own_.size());
+  std::vector<TileShares> shares = this->shares();
   std::uint64_t set_up = 0, tested = 0, read = 0, written = 0;
   const auto end_batch = [&] {
     add_events(items.sub_patches, work);
@@ -369,15 +399,14 @@ void SchemeWork::add_batches(std::uint64_t patch_bytes, timing::WorkRound& round
     const DrawnInTile& drawn = drawn_.order[next];
     const ImmediateTraffic& moved = drawn_.moved[next++];
     const OwnTile& own = own_[drawn.tile];
-    const std::uint64_t shaded = own.work.events[Event::kShaderInvocations];
+    const DrawnShare share = shares[drawn.tile].next(drawn.invocations);
     SubPatchItem& item = items.sub_patches.emplace_back(tests_of(drawn));
-    item[Event::kAlphaTests] =
-        static_cast<std::uint32_t>(scaled(own.work.events[Event::kAlphaTests], drawn.invocations, shaded));
-    item.texel_lines = static_cast<std::uint32_t>(scaled(own.alpha_lines.size(), drawn.invocations, shaded));
+    item[Event::kAlphaTests] = static_cast<std::uint32_t>(share.alpha_tests);
+    item.texel_lines = static_cast<std::uint32_t>(share.alpha_lines);
     for (std::uint32_t k = 0; k < item.texel_lines; ++k)
       alpha_lines.push_back(own.alpha_lines[next_alpha[drawn.tile]++ % own.alpha_lines.size()]);
-    add_drawn(drawn, work);
-    add_warps(drawn, next_line, {work, items});
+    add_drawn(drawn, share, work);
+    add_warps(drawn, share, next_line, {work, items});
     tested += item[Event::kTriangleTests];
     items.list_bytes += moved.bytes_read - read;
     items.written_bytes += moved.bytes_written - written;
@@ -418,8 +447,18 @@ timing::FrameWork SchemeWork::immediate(const BaselineCounters& scheme) const {
     tile.tile = order_[k];
     if (samples_ > 1) tile.events[Event::kPixels] = pixels_of(*job_.grid, order_[k]);
     tile.dram_bytes[kStore] = reads[k] + writes[k];
+    // The environment is drawn where nothing else was; its lookups are among those of what was drawn.
+    const OwnTile& own = own_[order_[k]];
+    for (const Event event : {Event::kBackgroundSamples, Event::kBackgroundLanes})
+      tile.events[event] = own.work.events[event];
+    tile.events[Event::kCompactedSamples] = own.work.events[Event::kBackgroundSamples];
     if (!has_items_) continue;
     TileItems& items = finish.items.emplace_back();
+    for (timing::WarpItem warp : own.warps) {
+      if (warp.kind != timing::WarpItem::kBackground) continue;
+      warp.texels = warp.texel_lines = 0;
+      items.warps.push_back(warp);
+    }
     items.resolve_bytes = reads[k], items.written_bytes = writes[k];
   }
   return work;

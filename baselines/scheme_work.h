@@ -100,6 +100,13 @@ class SchemeWork {
     hardware::ShaderCost domain;
     bool masks = false, displaced = false;
   };
+  // The part of the machine's work in a tile that falls to a patch which is drawn there.
+  struct DrawnShare {
+    std::uint64_t texels, decoded_texels, l2_lines, visibility_bytes, shading_bytes, alpha_tests, texel_lines,
+        alpha_lines;
+  };
+  class Parts;
+  class TileShares;
   // A batch of the immediate machine, or a tile of the others.
   struct Draw {
     timing::TileWork& work;
@@ -118,8 +125,10 @@ class SchemeWork {
   timing::GeometryWork hull_stage(const BaselineCounters& scheme) const;
   std::vector<ListWork> spread(std::span<const ListWork> lists, const binner::TileGrid& bins) const;
   void add_batches(std::uint64_t patch_bytes, timing::WorkRound& round) const;
-  void add_drawn(const DrawnInTile& drawn, timing::TileWork& batch) const;
-  void add_warps(const DrawnInTile& drawn, std::vector<std::size_t>& next_line, Draw out) const;
+  std::vector<TileShares> shares() const;  // by tile
+  static void add_drawn(const DrawnInTile& drawn, const DrawnShare& share, timing::TileWork& batch);
+  void add_warps(const DrawnInTile& drawn, const DrawnShare& share, std::vector<std::size_t>& next_line,
+                 Draw out) const;
   std::vector<std::uint64_t> by_pixels(std::uint64_t bytes) const;
 
   const gpu::GpuConfiguration& gpu_;

@@ -27,7 +27,7 @@ std::vector<std::vector<DrawableInTile>> lists_of(const timing::FrameWork& work,
       };
       for (const timing::SubPatchItem& item : round.items[t].sub_patches) ++at(item.drawable).sub_patches;
       for (const timing::WarpItem& item : round.items[t].warps)
-        if (item.lanes > 0) at(item.drawable).invocations += item.lanes;
+        if (item.kind != timing::WarpItem::kBackground) at(item.drawable).invocations += item.lanes;
     }
   return flatten(lists);
 }

@@ -59,6 +59,7 @@ constexpr auto kRules = std::to_array<Rule>({
     {"shader.registers", phases, kOfPhases},
     {"shader.operations", compiled, kOfCompiled},
     {"shader.surface_operations", compiled, kOfCompiled},
+    {"shader.background_operations", compiled, kOfCompiled},
     {"shader.registers", compiled, kOfCompiled},
     {"energy.vertex_pj", on_lanes, kOfLanes},
 });

@@ -63,7 +63,8 @@ Keys<PixelShader> shader_keys() {
        "[assumed] 32, as NVIDIA's and AMD's; Arm's and Imagination's have 16 to 128"},
       {"shader.costs", &PixelShader::costs,
        "With machine.timing=events: what a warp takes of the lanes and of the registers, the "
-       "constants of shader.operations, shader.surface_operations and shader.registers, or "
+       "constants of shader.operations, shader.surface_operations, shader.background_operations and shader.registers, "
+       "or "
        "what LLVM compiles its material's shader to for gfx1030.",
        "[assumed] compiled: the model that docs/validation.md holds against other compilers"},
       {"shader.operations", &PixelShader::operations, "operations", 1, 1e6,
@@ -76,6 +77,9 @@ Keys<PixelShader> shader_keys() {
        "[assumed] as in the tessellator, energy.vertex_pj; compiled: 16 of a mesh, 91 to 163 of a patch, 298 "
        "to 514 of a displaced one",
        PlausibleRange{91, 298}},
+      {"shader.background_operations", &PixelShader::background_operations, "operations", 0, 1e6,
+       "Operations of the environment behind everything, for a sample on one lane, with constant costs.",
+       "[measured] as compiled: 46 to 64 of the built-in environment, 54 to 72 of an image", PlausibleRange{46, 72}},
       {"tessellator.domain_shading", &PixelShader::domain,
        "Where vertices are evaluated: in a unit of the tessellator, at tessellator.vertices_per_clk; or on "
        "the shader's lanes, as warps that go before those of pixels and look heights up in the texture "
@@ -272,6 +276,9 @@ double Machine::operations(Event event) const {
     case Event::kSurfaceLanes:
     case Event::kDomainInvocations:
       return shader.surface_operations;
+    case Event::kBackgroundSamples:
+    case Event::kBackgroundLanes:
+      return shader.background_operations;
     case Event::kShaderInvocations:
     case Event::kShaderLanes:
       return shader.operations;

@@ -36,6 +36,7 @@ struct PixelShader {
   std::int64_t warp_lanes = 32;
   double operations = 160;
   double surface_operations = 130;
+  double background_operations = 46;
 };
 
 // Texture caches of the cores, and the L2 that they share; l2_bytes 0: none.

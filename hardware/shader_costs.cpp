@@ -173,6 +173,8 @@ ShaderCost shader_cost(const ShaderFeatures& f) {
   const Features::Motion motion_taken = evaluates ? f.motion : std::min(f.motion, Features::Motion::kMoving);
   const std::string_view motion = kMotionNames[static_cast<std::size_t>(motion_taken)];
   const std::string_view derivatives = f.quads ? "quads" : "surface";
+  if (f.stage == Features::Stage::kBackground)
+    return row_of(joined({"background", f.environment_image ? "image" : "studio", motion}));
   if (f.stage == Features::Stage::kDomain) {
     TESSERA_CHECK(f.surface != Features::Surface::kComputed, "procedures have no vertices");
     return row_of(joined({"domain", surface, motion}));

@@ -19,6 +19,12 @@ bool compiled(const hardware::Machine& gpu) {
   return gpu.queues.model == hardware::TimingModel::kEvents && gpu.shader.costs == hardware::ShaderCosts::kCompiled;
 }
 
+double constant_operations(const hardware::Machine& gpu, const WarpItem& item) {
+  if (item.kind == WarpItem::kBackground) return gpu.operations(Event::kBackgroundLanes);
+  return gpu.operations(Event::kShaderLanes) +
+         (item.kind == WarpItem::kEvaluating ? gpu.operations(Event::kSurfaceLanes) : 0);
+}
+
 // Events of one drawable in a tile.
 struct TilePart {
   Weights weights{};
@@ -58,16 +64,15 @@ TileParts parts_of(const hardware::Machine& gpu, const TileItems& items) {
     Weights& w = part.weights;
     const double lanes = item.lanes;
     of(w, Stage::kCompaction) += lanes;
-    of(w, Stage::kShader) += compiled(gpu) ? lanes * item.clocks
-                                           : lanes * (gpu.operations(Event::kShaderLanes) +
-                                                      (item.evaluates != 0 ? gpu.operations(Event::kSurfaceLanes) : 0));
+    of(w, Stage::kShader) += lanes * (compiled(gpu) ? item.clocks : constant_operations(gpu, item));
     of(w, Stage::kTexture) += item.texels;
-    of(w, Stage::kBlend) += lanes;
-    of(w, Stage::kResolve) += lanes;
     w[kLines] += item.texel_lines;
-    part.invocations += item.lanes;
     part.lines += item.texel_lines;
     bytes(part, Phase::kShading) += item.texel_lines;
+    if (item.kind == WarpItem::kBackground) continue;
+    of(w, Stage::kBlend) += lanes;
+    of(w, Stage::kResolve) += lanes;
+    part.invocations += item.lanes;
     bytes(part, Phase::kStore) += lanes;
   }
   return parts;

@@ -31,10 +31,13 @@ struct SubPatchItem {
   }
 };
 
-// One warp of the pixel shader, in the order in which they are packed.
+// One warp, in the order in which they are packed: of the pixel shader, or of samples that see the environment.
 struct WarpItem {
-  std::uint32_t lanes = 0;        // with an invocation; 0: lookups of what is behind everything, and nothing else
-  std::uint32_t evaluates = 0;    // 1: its lanes evaluate their patch again
+  // kEvaluating: invocations that evaluate their patch again.
+  static constexpr std::uint32_t kPixels = 0, kEvaluating = 1, kBackground = 2;
+
+  std::uint32_t lanes = 0;  // with an invocation, or with such a sample
+  std::uint32_t kind = kPixels;
   std::uint32_t clocks = 0;       // of a lane for its compiled shader (hardware/shader_costs.h)
   std::uint32_t registers = 0;    // of a lane, likewise
   std::uint32_t texels = 0;       // bilinear lookups of all lanes

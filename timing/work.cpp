@@ -42,7 +42,7 @@ std::uint64_t compiled_clocks(const hardware::Machine& gpu, const FrameWork& wor
 }
 
 void take_compiled(const hardware::Machine& gpu, std::uint64_t clocks, EventCounts& counts) {
-  counts[Event::kShaderInvocations] = counts[Event::kSurfaceEvaluations] = 0;
+  counts[Event::kShaderInvocations] = counts[Event::kSurfaceEvaluations] = counts[Event::kBackgroundSamples] = 0;
   if (gpu.shades_on_lanes()) counts[Event::kVertices] = 0;
   counts[Event::kShaderClocks] = clocks;
 }

@@ -34,8 +34,8 @@ void each_number(Item& item, const Visit& visit) requires std::is_same_v<std::re
 
 template <class Item, class Visit>
 void each_number(Item& item, const Visit& visit) requires std::is_same_v<std::remove_const_t<Item>, WarpItem> {
-  auto& [lanes, evaluates, clocks, registers, texels, texel_lines, drawable] = item;
-  visit(lanes), visit(evaluates), visit(clocks), visit(registers), visit(texels), visit(texel_lines), visit(drawable);
+  auto& [lanes, kind, clocks, registers, texels, texel_lines, drawable] = item;
+  visit(lanes), visit(kind), visit(clocks), visit(registers), visit(texels), visit(texel_lines), visit(drawable);
 }
 
 // Of a tile's items, but for its lists.

@@ -79,7 +79,7 @@ class GpuKeys(TypedDict, total=False):
     tilecore__triangle_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Lanes of a core for samples tested against a triangle, 16 at a time.
     tilecore__alpha_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Alpha tests of a core.
     tilecore__depth_blocks_per_clk: float  # 0.000976562 to 65536 blocks/clk. 8x8 HiZ blocks that a core updates or compares entries with.
-    tilecore__compaction_per_clk: float  # 0.000976562 to 65536 samples/clk. Visible samples and blended layers that a core packs into warps.
+    tilecore__compaction_per_clk: float  # 0.000976562 to 65536 samples/clk. Visible samples, blended layers and samples that see the environment, which a core packs into warps.
     texture__texels_per_clk: float  # 0.000976562 to 65536 texels/clk. Bilinear lookups of a core's texture unit; a trilinear one is two.
     tilecore__blends_per_clk: float  # 0.000976562 to 65536 layers/clk. Blended layers of samples that a core composes.
     resolve__pixels_per_clk: float  # 0.000976562 to 65536 pixels/clk. Pixels that a core's resolve unit finishes.
@@ -87,9 +87,10 @@ class GpuKeys(TypedDict, total=False):
     resolve__signature_bytes_per_clk: float  # 0.000976562 to 65536 bytes/clk. With frame_buffer.transaction_elimination: bytes of stored colours that a core hashes, beside resolving them.
     shader__lanes: int  # 1 to 4096 lanes. Operations of the pixel shader that a core does per clock.
     shader__warp_lanes: int  # 4 to 128 lanes. Invocations of a warp. Warps are whole, each of one draw; the texture unit gets their lookups together.
-    shader__costs: Literal["constant", "compiled"]  # With machine.timing=events: what a warp takes of the lanes and of the registers, the constants of shader.operations, shader.surface_operations and shader.registers, or what LLVM compiles its material's shader to for gfx1030.
+    shader__costs: Literal["constant", "compiled"]  # With machine.timing=events: what a warp takes of the lanes and of the registers, the constants of shader.operations, shader.surface_operations, shader.background_operations and shader.registers, or what LLVM compiles its material's shader to for gfx1030.
     shader__operations: float  # 1 to 1e+06 operations. Operations of one pixel-shader invocation on one lane.
     shader__surface_operations: float  # 0 to 1e+06 operations. Operations of evaluating a patch's surface on one lane, with constant costs: of a pixel-shader invocation, besides shader.operations, and of a vertex with tessellator.domain_shading=lanes.
+    shader__background_operations: float  # 0 to 1e+06 operations. Operations of the environment behind everything, for a sample on one lane, with constant costs.
     tessellator__domain_shading: Literal["unit", "lanes"]  # Where vertices are evaluated: in a unit of the tessellator, at tessellator.vertices_per_clk; or on the shader's lanes, as warps that go before those of pixels and look heights up in the texture unit. Vertices that are on chip go through tessellator.transforms_per_clk either way.
     tilecore__memory_bytes: int  # 1024 to 1.07374e+09 bytes. On-chip tile memory of a core: as many tiles as fit with what their samples see are in work at once (the samples of one tested while another is shaded). A preset's grows to what one tile needs; less of one's own is refused.
     texture__cache_bytes: int  # 256 to 1.67772e+07 bytes. Texture cache (L1) of a core.
@@ -137,9 +138,10 @@ class GpuKeys(TypedDict, total=False):
     energy__hit_pj: float  # 0 to 1e+09 pJ. Hit taken to a tile memory of 192 KiB; goes with the square root of tilecore.memory_bytes.
     energy__alpha_test_pj: float  # 0 to 1e+09 pJ. Alpha test.
     energy__depth_block_pj: float  # 0 to 1e+09 pJ. 8x8 HiZ block updated, in a tile memory of 192 KiB; goes with the square root of tilecore.memory_bytes.
-    energy__compacted_sample_pj: float  # 0 to 1e+09 pJ. Visible sample or blended layer packed into a warp.
+    energy__compacted_sample_pj: float  # 0 to 1e+09 pJ. One of them packed into a warp.
     energy__shader_operation_pj: float  # 0 to 1e+09 pJ. Instruction of a shader on one lane: its arithmetic, its registers, its fetch and its issue.
     energy__texel_pj: float  # 0 to 1e+09 pJ. Bilinear lookup with a texture cache of 16 KiB; a third of it goes with the square root of the capacity.
+    energy__decoded_texel_pj: float  # 0 to 1e+09 pJ. Texels of a bilinear lookup decoded from blocks of a compressed texture, beside the lookup.
     energy__l2_line_pj: float  # 0 to 1e+09 pJ. Line read from or filled into an L2 of 256 KiB; goes with the square root of l2.bytes.
     energy__blend_pj: float  # 0 to 1e+09 pJ. Blended layer of a sample composed.
     energy__resolved_pixel_pj: float  # 0 to 1e+09 pJ. Pixel resolved, memory traffic apart.

@@ -117,15 +117,16 @@ TEST(Charges, AnInvocationThatEvaluatesADisplacedPatchLooksHeightsUp) {
 TEST(Charges, APatchThatPixelsEvaluateAgainTakesOperations) {
   const scene::Material material;
   scene::Primitive patch = test::patches(test::flat_patch({-0.5f, -0.5f, 0}, {1, 0, 0}, {0, 1, 0}));
-  const char* const constant = "shader.costs=constant";
-  const FrameResult of_patch = rendered(seen(patch, material), {constant, "tessellator.domain_shading=unit"}),
+  const char *const constant = "shader.costs=constant", *const unit = "tessellator.domain_shading=unit",
+                    *const nothing_behind = "shader.background_operations=0";
+  const FrameResult of_patch = rendered(seen(patch, material), {constant, unit, nothing_behind}),
                     of_mesh = rendered(seen(grid_mesh(scene::kNone), material));
   EXPECT_GT(of_patch.counters.shading.pixel_shader_invocations, 0u);
   EXPECT_EQ(of_patch.counters.shading.surface_evaluations, of_patch.counters.shading.pixel_shader_invocations);
   EXPECT_EQ(of_patch.counters.shading.surface_warps, of_patch.counters.shading.warps);
   EXPECT_EQ(of_mesh.counters.shading.surface_evaluations, 0u);
   const FrameResult free =
-      rendered(seen(patch, material), {constant, "tessellator.domain_shading=unit", "shader.surface_operations=0"});
+      rendered(seen(patch, material), {constant, unit, nothing_behind, "shader.surface_operations=0"});
   const auto shader = [](const FrameResult& r) {
     return r.model->timing.busy[static_cast<std::size_t>(hardware::Stage::kShader)];
   };
@@ -177,6 +178,102 @@ TEST(Charges, CompactionAndCoarseDepthTakeTime) {
             usual.model->timing.cycles);
   EXPECT_EQ(rendered(capture, {"tilecore.occlusion_culling=false"}).counters.tilecore.depth_blocks_updated, 0u)
       << "nobody asks for the farthest depth";
+}
+
+// ---- The environment behind everything ------------------------------------------------------------------------------
+
+using hardware::Event;
+
+std::uint64_t charged(const FrameResult& r, Event event) {
+  std::uint64_t sum = 0;
+  for (const timing::WorkRound& round : r.model->record.work.rounds)
+    for (const timing::TileWork& tile : round.tiles) sum += tile.events[event];
+  return sum;
+}
+
+double shader_cycles(const FrameResult& r) {
+  return r.model->timing.busy[static_cast<std::size_t>(hardware::Stage::kShader)];
+}
+
+// Clocks of lanes that warps of one kind take.
+std::uint64_t clocks_of(const FrameResult& r, std::uint32_t kind) {
+  std::uint64_t clocks = 0;
+  for (const timing::WorkRound& round : r.model->record.work.rounds)
+    for (const timing::TileItems& items : round.items)
+      for (const timing::WarpItem& warp : items.warps)
+        if (warp.kind == kind) clocks += std::uint64_t{warp.lanes} * warp.clocks;
+  return clocks;
+}
+
+TEST(Charges, SamplesThatSeeTheEnvironmentAreComputed) {
+  scene::Capture capture = seen(grid_mesh(scene::kNone), {});
+  const FrameResult around = rendered(capture);
+  const tilecore::ShadingCounters& c = around.counters.shading;
+  EXPECT_EQ(c.background_samples + c.samples_visible, std::uint64_t{kSide} * kSide * 4);
+  EXPECT_EQ(charged(around, Event::kBackgroundSamples), c.background_samples);
+  EXPECT_EQ(charged(around, Event::kBackgroundLanes), c.background_warps * 32);
+  EXPECT_EQ(charged(around, Event::kCompactedSamples), c.samples_visible + c.background_samples);
+  EXPECT_EQ(clocks_of(around, timing::WarpItem::kBackground), c.background_samples * 46) << "as compiled";
+
+  capture.settings.background = Vec3(0.5f);
+  const FrameResult plain = rendered(capture);
+  EXPECT_EQ(plain.counters.shading.background_samples, 0u) << "a colour is no computation";
+  EXPECT_EQ(clocks_of(plain, timing::WarpItem::kBackground), 0u);
+  EXPECT_GT(shader_cycles(around), shader_cycles(plain));
+  EXPECT_GT(around.model->energy.by_unit_nj.at("shader"), plain.model->energy.by_unit_nj.at("shader"));
+
+  capture.settings.background.reset();
+  capture.settings.environment_kind = shaders::Surroundings::Kind::kUniform;
+  EXPECT_EQ(rendered(capture).counters.shading.background_samples, 0u) << "nor is a uniform environment";
+}
+
+TEST(Charges, ATurningCameraTakesMoreOfTheEnvironment) {
+  scene::Capture along = seen(grid_mesh(scene::kNone), {});
+  along.settings.shutter_close = 1;
+  scene::Capture turns = along;
+  const int camera = static_cast<int>(along.nodes.size()) - 1;
+  test::add_motion(along, camera, {0, 0.01, 0});
+  test::add_turn(turns, camera, {0, 1, 0}, 0.05f);
+  const FrameResult moved = rendered(along), turned = rendered(turns);
+  EXPECT_EQ(clocks_of(moved, timing::WarpItem::kBackground), moved.counters.shading.background_samples * 46)
+      << "a step sideways changes nothing that is infinitely far";
+  EXPECT_EQ(clocks_of(turned, timing::WarpItem::kBackground), turned.counters.shading.background_samples * 64);
+}
+
+TEST(Charges, TheEnvironmentTakesTheSameTimeInBothModels) {
+  const scene::Capture capture = seen(grid_mesh(scene::kNone), {});
+  const char *const constant = "shader.costs=constant", *const unit = "tessellator.domain_shading=unit",
+                    *const some = "shader.background_operations=100";
+  const FrameResult without = rendered(capture, {constant, unit, "shader.background_operations=0"}),
+                    with = rendered(capture, {constant, unit, some}),
+                    coarse = rendered(capture, {"machine.timing=phases", unit, some});
+  const double cycles = static_cast<double>(with.counters.shading.background_warps) * 32 * 100 / 32 / 4;
+  EXPECT_DOUBLE_EQ(shader_cycles(with) - shader_cycles(without), cycles) << "in four cores of 32 lanes";
+  EXPECT_NEAR(shader_cycles(coarse) / shader_cycles(with), 1, 1e-9);
+}
+
+// ---- Compressed textures --------------------------------------------------------------------------------------------
+
+TEST(Charges, LookupsInBlocksAreDecoded) {
+  scene::Primitive mesh = grid_mesh(scene::kNone);
+  mesh.vertices.texcoords = {{}};
+  for (std::size_t k = 0; k < mesh.vertices.count(); ++k)
+    mesh.vertices.texcoords[0].emplace_back(mesh.vertices.positions[k].x + 0.5f, mesh.vertices.positions[k].y + 0.5f);
+  const auto textured = [&](shaders::TexelBlocks blocks) {
+    scene::Material material;
+    material.base_color_texture.texture = std::make_shared<const shaders::Texture>(
+        std::vector<shaders::Texture::Level>{{8, 8, std::vector<std::uint8_t>(8 * 8 * 4, 255)}},
+        shaders::ColorSpace::kLinear, blocks);
+    return rendered(seen(mesh, material));
+  };
+  const FrameResult plain = textured({1, 4}), blocks = textured({4, 16});
+  EXPECT_GT(plain.counters.texture.texels, 0u);
+  EXPECT_EQ(blocks.counters.texture.texels, plain.counters.texture.texels);
+  EXPECT_EQ(plain.counters.texture.texels_decoded, 0u);
+  EXPECT_EQ(blocks.counters.texture.texels_decoded, blocks.counters.texture.texels);
+  EXPECT_EQ(charged(blocks, Event::kDecodedTexels), blocks.counters.texture.texels_decoded);
+  EXPECT_GT(blocks.model->energy.by_unit_nj.at("texture"), plain.model->energy.by_unit_nj.at("texture"))
+      << "fewer lines, but each lookup is decoded";
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ Machine endless() {
   Machine gpu = test::coarse_machine();
   gpu.cores.count = 1;
   gpu.rates.fill(1e30);
-  gpu.shader.operations = gpu.shader.surface_operations = 0;
+  gpu.shader.operations = gpu.shader.surface_operations = gpu.shader.background_operations = 0;
   gpu.set_bytes_per_clk(1e30);
   gpu.memory.gpu_share = 1;
   gpu.set_latency_clk(0);
@@ -621,7 +621,8 @@ FrameWork random_frame(test::Random& random) {
         WarpItem warp{1 + upto(31), upto(1), 1 + upto(500), 1 + upto(100), 0, upto(12)};
         warp.texels = warp.texel_lines > 0 ? 32 + upto(200) : 0;
         for (std::uint32_t k = 0; k < warp.texel_lines; ++k) items.texel_lines.push_back(5000 + upto(600));
-        tile.events[Event::kShaderLanes] += 32, tile.events[Event::kSurfaceLanes] += warp.evaluates * 32,
+        tile.events[Event::kShaderLanes] += 32,
+            tile.events[Event::kSurfaceLanes] += (warp.kind == WarpItem::kEvaluating ? 32 : 0),
             tile.events[Event::kTexels] += warp.texels;
         items.warps.push_back(warp);
       }

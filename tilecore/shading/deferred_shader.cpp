@@ -288,6 +288,11 @@ void DeferredShader::color_background(const TileJob& job, const TileSamples& sam
     lookups.layout[kSlot] = &textures_.memory()->layout(around.image->radiance);
     for (std::size_t line = 0; line < kLookupLines; ++line) lookups.line[kSlot][line] = background_lines_[line].data();
   }
+  const ViewRays& rays = view_rays_[static_cast<std::size_t>(segment)];
+  const bool computed = around.kind != shaders::Surroundings::Kind::kUniform;
+  const timing::WarpItem item =
+      computed ? background_item(around.kind == shaders::Surroundings::Kind::kImage, rays.turning())
+               : timing::WarpItem();
   int last_pixel = -1;
   const SamplePattern::LensPoint* lenses = nullptr;  // of its samples
   for (std::size_t next = 0; next < behind_.size();) {
@@ -314,9 +319,12 @@ void DeferredShader::color_background(const TileJob& job, const TileSamples& sam
     // Lanes up to the next multiple of the widest vector.
     for (std::size_t lane = count; lane % 16 != 0; ++lane)
       for (auto& values : view_points_) values[lane] = values[count - 1];
-    view_rays_[static_cast<std::size_t>(segment)].background(
-        {x.data(), y.data(), t.data(), lens_u.data(), lens_v.data()}, count, around, lookups, colors.data());
-    if (told) pixel_shader_.look_up(lookups, ImageLookup::kMirrored, count, textures_, job.warp_lanes());
+    rays.background({x.data(), y.data(), t.data(), lens_u.data(), lens_v.data()}, count, around, lookups,
+                    colors.data());
+    if (computed) {
+      counters_.background_samples += count;
+      counters_.background_warps += pixel_shader_.pack_background(count, item, lookups, textures_, job.warp_lanes());
+    }
     for (std::size_t i = 0; i < count; ++i) sample_color_[seen[i]] = colors[i];
   }
 }

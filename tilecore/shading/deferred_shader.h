@@ -35,6 +35,8 @@ struct ShadingCounters {
   std::uint64_t surface_evaluations = 0;
   std::uint64_t surface_warps = 0;
   std::uint64_t height_lookups = 0;
+  std::uint64_t background_samples = 0;
+  std::uint64_t background_warps = 0;
   std::uint64_t quads = 0;
   std::uint64_t helper_invocations = 0;
 };
@@ -239,6 +241,12 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> = std::to_array<
      "Warps of such invocations.", ""},
     {"tilecore.height_lookups", &tilecore::ShadingCounters::height_lookups, Combine::kSum, "lookups",
      "Bilinear lookups of heights by pixel-shader invocations that evaluate a displaced patch again.", ""},
+    {"tilecore.background_samples", &tilecore::ShadingCounters::background_samples, Combine::kSum, "samples",
+     "Samples that see the environment, which the shader computes for each. A uniform one, or a background of the "
+     "capture's own, is no computation.",
+     ""},
+    {"tilecore.background_warps", &tilecore::ShadingCounters::background_warps, Combine::kSum, "warps",
+     "Warps of such samples.", ""},
     {"tilecore.quads", &tilecore::ShadingCounters::quads, Combine::kSum, "quads",
      "With shading.derivatives=quad: quads of 2x2 pixel-shader invocations.",
      "MaliFragQuads; Adreno and Mesa fragment quads"},

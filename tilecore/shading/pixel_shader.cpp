@@ -109,10 +109,24 @@ timing::WarpItem warp_item(const FrameGeometry& frame, const scene::PosedDrawabl
   features.environment_image = looks_around(lighting, *drawable.material);
   const hardware::ShaderCost cost = hardware::shader_cost(features);
   timing::WarpItem item;
-  item.evaluates = evaluates ? 1 : 0;
+  item.kind = evaluates ? timing::WarpItem::kEvaluating : timing::WarpItem::kPixels;
   item.clocks = static_cast<std::uint32_t>(hardware::lane_clocks(cost));
   item.registers = static_cast<std::uint32_t>(cost.registers);
   item.drawable = static_cast<std::uint32_t>(&drawable - frame.drawables.data()) + 1;
+  return item;
+}
+
+timing::WarpItem background_item(bool image, bool turning) {
+  using Features = hardware::ShaderFeatures;
+  Features features;
+  features.stage = Features::Stage::kBackground;
+  features.motion = turning ? Features::Motion::kMoving : Features::Motion::kStill;
+  features.environment_image = image;
+  const hardware::ShaderCost cost = hardware::shader_cost(features);
+  timing::WarpItem item;
+  item.kind = timing::WarpItem::kBackground;
+  item.clocks = static_cast<std::uint32_t>(hardware::lane_clocks(cost));
+  item.registers = static_cast<std::uint32_t>(cost.registers);
   return item;
 }
 
@@ -357,17 +371,21 @@ void PixelShader::finish_warps(std::size_t first_warp, std::size_t end, std::siz
   }
 }
 
-void PixelShader::look_up(const LookupArrays& lookups, ImageLookup slot, std::size_t count, TextureUnit& textures,
-                          std::size_t warp_lanes) {
-  for (std::size_t first = 0; first < count; first += warp_lanes) {
-    const std::size_t lines = textures.request_count();
+std::uint64_t PixelShader::pack_background(std::size_t count, const timing::WarpItem& item, const LookupArrays& lookups,
+                                           TextureUnit& textures, std::size_t warp_lanes) {
+  constexpr std::size_t kSlot = slot_of(ImageLookup::kMirrored);
+  std::uint64_t warps = 0;
+  for (std::size_t first = 0; first < count; first += warp_lanes, ++warps) {
+    const std::size_t lines = textures.request_count(), lanes = std::min(warp_lanes, count - first);
     const std::uint64_t texels = textures.counters().texels;
-    textures.fetch_warp(lookups.line[slot_of(slot)], first, std::min(warp_lanes, count - first));
+    if (lookups.layout[kSlot] != nullptr) textures.fetch_warp(lookups.line[kSlot], first, lanes);
     if (!keep_warps_) continue;
-    timing::WarpItem& item = warp_items_.emplace_back();
-    item.texels = static_cast<std::uint32_t>(textures.counters().texels - texels);
-    item.texel_lines = static_cast<std::uint32_t>(textures.request_count() - lines);
+    timing::WarpItem& warp = warp_items_.emplace_back(item);
+    warp.lanes = static_cast<std::uint32_t>(lanes);
+    warp.texels = static_cast<std::uint32_t>(textures.counters().texels - texels);
+    warp.texel_lines = static_cast<std::uint32_t>(textures.request_count() - lines);
   }
+  return warps;
 }
 
 float point_alpha(const FrameGeometry& shutter, const SurfaceLocation& seen, TextureUnit* textures) {

@@ -72,9 +72,10 @@ class PixelShader {
   void shade(const scene::FrameGeometry& frame, const Lighting& lighting, std::span<const Invocation> invocations,
              std::span<ShadedPoint> points, TextureUnit* textures = nullptr, std::size_t warp_lanes = 32);
 
-  // Tells `textures` of `count` lookups in a slot that no invocation makes, as many at a time as a warp has lanes.
-  void look_up(const LookupArrays& lookups, ImageLookup slot, std::size_t count, TextureUnit& textures,
-               std::size_t warp_lanes);
+  // Packs `count` samples that see the environment into warps, which are copies of `item`, and tells `textures` of what
+  // they look up in the slot kMirrored, if anything; how many warps they are.
+  std::uint64_t pack_background(std::size_t count, const timing::WarpItem& item, const LookupArrays& lookups,
+                                TextureUnit& textures, std::size_t warp_lanes);
 
   // From now on, what each warp does is kept. False: no more.
   void keep_warps(bool keep) { keep_warps_ = keep, warp_items_.clear(); }
@@ -136,10 +137,13 @@ class PixelShader {
 // each, and at both poses of what deforms.
 std::uint32_t height_lookups(const scene::PosedDrawable& drawable);
 
-// The warp that every warp of a draw is a copy of (hardware/shader_costs.h). `evaluates`: patches are evaluated again for each invocation;
-// otherwise vertices have attributes, which are interpolated.
+// The warp that every warp of a draw is a copy of (hardware/shader_costs.h). `evaluates`: patches are evaluated again for
+// each invocation; otherwise vertices have attributes, which are interpolated.
 timing::WarpItem warp_item(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
                            const Lighting& lighting, bool quads, bool evaluates = true);
+
+// The same for samples that see the environment: its image, or the built-in one. `turning`: the camera is.
+timing::WarpItem background_item(bool image, bool turning);
 
 // Alpha of a point as the alpha test sees it: factor, texture filtered over the pixel at the location's time, vertex
 // colour.

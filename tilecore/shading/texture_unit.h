@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -50,6 +51,11 @@ class TextureMemory {
   const TextureLayoutView& layout(const shaders::RadianceImage* image) const { return layout(image->view()); }
   const TextureLayoutView& layout(const shaders::RadianceView& image) const { return layouts_.at(image.texels).view; }
   std::uint64_t lines() const { return lines_; }
+  // Whether a line holds blocks of a compressed texture.
+  bool decodes(std::uint32_t line) const {
+    const auto next = std::upper_bound(first_lines_.begin(), first_lines_.end(), line);
+    return next != first_lines_.begin() && decodes_[static_cast<std::size_t>(next - first_lines_.begin()) - 1];
+  }
 
  private:
   // An image with levels of its own, or the texture of a slot, once each; found by `key`.
@@ -58,6 +64,9 @@ class TextureMemory {
 
   std::int64_t line_bytes_;
   std::uint64_t lines_ = 0;
+  // By texture: its first line, ascending, and whether it is compressed.
+  std::vector<std::uint32_t> first_lines_;
+  std::vector<bool> decodes_;
   struct Layout {
     std::vector<std::int32_t> first_line, lines_across;
     TextureLayoutView view{};
@@ -68,6 +77,7 @@ class TextureMemory {
 // What the texture unit of a core and its texture cache (L1) did.
 struct TextureCounters {
   std::uint64_t texels = 0;
+  std::uint64_t texels_decoded = 0;
   std::uint64_t cache_requests = 0;
   std::uint64_t cache_misses = 0;
 };
@@ -176,6 +186,8 @@ inline constexpr auto kCounterFields<tilecore::TextureCounters> =
         {"texture.texels", &tilecore::TextureCounters::texels, Combine::kSum, "texels",
          "Bilinear or nearest lookups in one level of a texture; a trilinear lookup is two.",
          "MaliTexFiltIssueCy (times texels a cycle); Apple texture limiter"},
+        {"texture.texels_decoded", &tilecore::TextureCounters::texels_decoded, Combine::kSum, "texels",
+         "Of these, in compressed textures.", ""},
         {"texture.cache_requests", &tilecore::TextureCounters::cache_requests, Combine::kSum, "lines",
          "Lines that lookups asked of the texture caches of the cores; each line of a lookup once. With "
          "procedures.mode=published also the lines of geometry images that cells need.",

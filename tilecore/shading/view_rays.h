@@ -19,6 +19,9 @@ class ViewRays {
   // Point of the image in pixels; time in [0, 1]; point of the lens in Projection::lens_scale. Unit length.
   Vec3 direction(float x, float y, float t, float lens_u, float lens_v) const;
 
+  // Whether the camera turns during the shutter.
+  bool turning() const { return turning_; }
+
   // What direction() is asked of, point by point. Arrays reach to the next multiple of 16.
   struct Points {
     const float *x, *y, *t, *lens_u, *lens_v;

@@ -11,6 +11,7 @@ using hardware::Stage;
 ShaderCore::Rates ShaderCore::rates_of(const hardware::Machine& gpu) {
   return {gpu.shader.operations,
           gpu.shader.surface_operations,
+          gpu.shader.background_operations,
           static_cast<double>(gpu.shader.lanes),
           static_cast<std::uint32_t>(gpu.shader.warp_lanes),
           gpu.per_clk(Event::kTexels),
@@ -63,10 +64,11 @@ void ShaderCore::shade_vertices(std::uint32_t number, const SubPatchItem& item, 
 
 double ShaderCore::cycles(std::uint32_t warp, bool first_part) const {
   const WarpItem& item = items_->warps[warp];
-  if (item.lanes == 0) return 0;
-  const double operations = rates_.compiled ? item.clocks * rates_.compiled_clk
-                                            : rates_.operations + (item.evaluates != 0 ? rates_.surface_operations : 0);
-  const double all = operations * rates_.warp_lanes / rates_.lanes;
+  const double constant = item.kind == WarpItem::kBackground   ? rates_.background_operations
+                          : item.kind == WarpItem::kEvaluating ? rates_.operations + rates_.surface_operations
+                                                               : rates_.operations,
+               operations = rates_.compiled ? item.clocks * rates_.compiled_clk : constant,
+               all = operations * rates_.warp_lanes / rates_.lanes;
   if (item.texels == 0) return all;
   return all * (first_part ? kBeforeLookups : 1 - kBeforeLookups);
 }
@@ -80,9 +82,7 @@ double ShaderCore::domain_cycles(const DomainWarp& warp) const {
 }
 
 double ShaderCore::pixel_registers(std::uint32_t warp) const {
-  const WarpItem& item = items_->warps[warp];
-  if (item.lanes == 0) return 0;
-  return register_bytes(rates_.compiled ? item.registers : rates_.registers);
+  return register_bytes(rates_.compiled ? items_->warps[warp].registers : rates_.registers);
 }
 
 double ShaderCore::domain_registers(const SubPatchItem& item) const {

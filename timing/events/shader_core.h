@@ -31,7 +31,8 @@ class ShaderCore {
   static constexpr double kBeforeLookups = 0.25;
 
   struct Rates {
-    double operations, surface_operations, lanes;  // of an invocation; lanes of the core
+    double operations, surface_operations, background_operations;  // of an invocation, or such a sample
+    double lanes;                                                  // of the core
     std::uint32_t warp_lanes;
     double texels_per_clk;
     double compaction_clk;  // of a warp

@@ -79,6 +79,10 @@ struct Uniforms {
   member;
 #include "scene/material_extensions.def"
   } effects;
+  // Of the camera's rays: into the world, constant, times t, times t^2 (view_rays.h).
+  struct RayUniforms {
+    float to_world[3][9], inverse_focus;
+  } rays;
 };
 
 enum class Surface { kTriangles, kPatch, kDisplacedPatch, kComputed };
@@ -383,6 +387,33 @@ __attribute__((always_inline, flatten)) inline void domain_shader(const TESSERA_
     const Vector3<Real> close = S.motion == Motion::kDeforming ? vertex_at<S>(draw, in, 1) : open;
     const Point4<Real> then = placed_at(close, 1);
     export_color(13, 15, then.x.v, then.y.v, then.z.v, then.w.v, true, false);
+  });
+}
+
+// The environment along a ray of the camera, as view_rays_kernel.cpp has it: through a point of the image (p, q) and one of
+// the lens (step_x, step_y). What moves is a camera that turns.
+template <Shader S>
+__attribute__((always_inline, flatten)) inline void background_shader(const TESSERA_CONSTANT Uniforms& u,
+                                                                      const Inputs& v) {
+  using Real = Lane<false>;
+  with_draw<S>(u, [&](const DrawConstants& draw) {
+    const Real inverse_scale(1.0f / u.scale), tilt_x = Real(v.step_x) * Real(u.rays.inverse_focus),
+                                              tilt_y = Real(v.step_y) * Real(u.rays.inverse_focus), t(v.t);
+    const Vector3<Real> in{(Real(v.p) - Real(u.center_x) - tilt_x) * inverse_scale,
+                           (Real(u.center_y) + tilt_y - Real(v.q)) * inverse_scale, Real(-1.0f)};
+    Vector3<Real> ray = turned(matrix<Mat3>(u.rays.to_world[0]), in);
+    if (S.motion == Motion::kMoving)
+      ray = ray + (turned(matrix<Mat3>(u.rays.to_world[1]), in) + turned(matrix<Mat3>(u.rays.to_world[2]), in) * t) * t;
+    ray = unit_or(ray, constant_vector<Real>(Vec3(0, 0, -1)));
+    stage::LookupTexels<IntOf<Real>> texels;
+    Vector3<Real> color = stage::studio_background(ray.y, Real(u.environment));
+    if (S.environment_image) {
+      const stage::MapPoint<Real> at = stage::environment_point(ray);
+      color =
+          stage::sample_radiance<Real, IntOf<Real>>(draw.surroundings.image->radiance, at.u, at.v, Real(0.0f), texels) *
+          Real(u.environment);
+    }
+    export_color(0, 15, color.x.v, color.y.v, color.z.v, 1.0f, true, true);
   });
 }
 

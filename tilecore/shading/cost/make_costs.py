@@ -80,7 +80,7 @@ class Shader:
                 ("true" if value else "false")
             values.append(f".{field} = {text}")
         stage = {"pixel": "pixel_shader", "computed": "computed_shader", "alpha": "alpha_test",
-                 "domain": "domain_shader"}[self.stage]
+                 "domain": "domain_shader", "background": "background_shader"}[self.stage]
         return f"TESSERA_SHADER({name}, {stage}, {', '.join(values)})\n"
 
     def key(self):
@@ -147,6 +147,9 @@ def rows():
     for surface in drawn:
         for motion in MOTIONS:
             whole(f"domain/{surface}/{motion}", Shader("domain", surface=surface, motion=motion))
+    for motion in ("still", "moving"):
+        for around, image in {"studio": False, "image": True}.items():
+            whole(f"background/{around}/{motion}", Shader("background", motion=motion, environment_image=image))
     return all_rows
 
 
