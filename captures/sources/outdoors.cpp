@@ -42,11 +42,11 @@ float way_through(const Foliage& f, Vec3 from, Vec3 direction) {
 }  // namespace
 
 void add_sky(Asset& asset) {
-  constexpr float kTurn = 6.2831853f;
+  constexpr float kCircle = 6.2831853f;
   // Seen from inside.
   const Geometry dome = mesh_of(
       [](float u, float v) {
-        const float around = u * kTurn, down = v * 0.5f * kTurn;
+        const float around = u * kCircle, down = v * 0.5f * kCircle;
         return Vec3(std::sin(down) * std::sin(around), std::cos(down), std::sin(down) * std::cos(around)) * 420.0f;
       },
       32, 24);
