@@ -406,6 +406,7 @@ class PostTessellation final : public Scheme {
     if (drawn.work == nullptr) return out;
     FrontWork before = front_work(counters, binner_->buffer(), geometry.tiles.patch_bytes_cached + attributes);
     before.vertices += counters.domain_evaluations;
+    before.whole = counters.domain_evaluations;
     before.passes = apart ? 2 : 1;
     out.work = drawn.work->tiled(counters, before, binner_->tiles(), *pass_->job.grid);
     counters.texture_bytes = drawn.work->texture_bytes();

@@ -150,8 +150,9 @@ void SchemeWork::take_shaders() {
     of.pixel = tilecore::warp_item(*job_.frame, drawable, job_.lighting, quads, false);
     of.masks = drawable.material->alpha_mode == scene::AlphaMode::kMask;
     if (drawable.procedure != nullptr) continue;
-    of.domain = hardware::shader_cost(tilecore::domain_features(drawable));
-    of.displaced = of.domain.texture_instructions > 0;
+    of.place = of.whole = hardware::shader_cost(tilecore::domain_features(drawable));
+    if (tilecore::has_grid(drawable)) of.whole = hardware::shader_cost(tilecore::output_features(drawable));
+    of.displaced = of.place.texture_instructions > 0;
   }
 }
 
@@ -162,6 +163,7 @@ void SchemeWork::add_own_items(const timing::TileItems& items, OwnTile& own) con
   own.alpha_lines.insert(own.alpha_lines.end(), items.texel_lines.begin(), middle);
   own.texel_lines.insert(own.texel_lines.end(), middle, items.texel_lines.end());
   for (timing::WarpItem warp : items.warps) {
+    if (warp.kind == timing::WarpItem::kVertices) continue;  // theirs are shaded before
     if (warp.drawable > 0 && warp.kind == timing::WarpItem::kEvaluating) {
       const timing::WarpItem& interpolates = shaders_[warp.drawable - 1].pixel;
       warp.kind = timing::WarpItem::kPixels, warp.clocks = interpolates.clocks, warp.registers = interpolates.registers;
@@ -190,9 +192,9 @@ void SchemeWork::shade_vertices(std::uint32_t patch, std::uint64_t vertices, Til
                                 SubPatchItem& item) const {
   const Shaders& shaders = shaders_of(patch);
   item[Event::kVertices] += static_cast<std::uint32_t>(vertices);
-  item.domain_clocks = static_cast<std::uint32_t>(hardware::lane_clocks(shaders.domain));
-  item.domain_registers = static_cast<std::uint32_t>(shaders.domain.registers);
-  item.domain_texels = static_cast<std::uint32_t>(shaders.domain.texture_instructions);
+  item.domain_clocks = static_cast<std::uint32_t>(hardware::lane_clocks(shaders.whole));
+  item.domain_registers = static_cast<std::uint32_t>(shaders.whole.registers);
+  item.domain_texels = static_cast<std::uint32_t>(shaders.whole.texture_instructions);
   if (!has_items_ || !shaders.displaced || machine_.heights == nullptr) return;
   std::vector<std::uint32_t> lines;
   machine_.heights->lines_of(*job_.frame, patch, scene::patch_cells(*job_.frame, patch), lines);
@@ -244,18 +246,20 @@ void SchemeWork::add_items(const ListWork& list, const OwnTile& own, Draw out) c
 void SchemeWork::shade_before(const FrontWork& front, timing::WorkRound& round) const {
   timing::GeometryWork& work = round.geometry;
   work.events[Event::kVertices] = front.vertices;
-  std::uint64_t vertices = 0, clocks = 0, texels = 0;
+  std::uint64_t vertices = 0, place_clocks = 0, whole_clocks = 0, texels = 0;
   std::vector<std::uint32_t> lines;
   for (const PatchWork& patch : geometry_.patches) {
     const Shaders& shaders = shaders_of(patch.patch);
     vertices += patch.vertices;
-    clocks += patch.vertices * static_cast<std::uint64_t>(hardware::lane_clocks(shaders.domain));
-    texels += patch.vertices * static_cast<std::uint64_t>(shaders.domain.texture_instructions);
+    place_clocks += patch.vertices * static_cast<std::uint64_t>(hardware::lane_clocks(shaders.place));
+    whole_clocks += patch.vertices * static_cast<std::uint64_t>(hardware::lane_clocks(shaders.whole));
+    texels += patch.vertices * static_cast<std::uint64_t>(shaders.place.texture_instructions);
     if (!has_items_ || !shaders.displaced || machine_.heights == nullptr) continue;
     machine_.heights->lines_of(*job_.frame, patch.patch, scene::patch_cells(*job_.frame, patch.patch), lines);
     round.geometry_lines.insert(round.geometry_lines.end(), lines.begin(), lines.end());
   }
-  work.vertex_clocks = scaled(clocks, front.vertices, vertices);
+  work.vertex_clocks =
+      scaled(place_clocks, front.vertices - front.whole, vertices) + scaled(whole_clocks, front.whole, vertices);
   work.events[Event::kDomainTexels] = scaled(texels, front.vertices, vertices);
   const std::vector<std::uint32_t> once = round.geometry_lines;
   for (std::uint64_t pass = 1; pass < front.passes; ++pass)

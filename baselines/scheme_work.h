@@ -29,6 +29,7 @@ inline constexpr std::uint64_t kColorAndDepthBytes = 8;
 // Before the tiles of a scheme whose lists hold triangles.
 struct FrontWork {
   std::uint64_t vertices = 0;  // shaded before they are binned
+  std::uint64_t whole = 0;     // of these, with what pixels interpolate; of the others the place alone
   std::uint64_t passes = 1;    // over the patches, in which they are shaded
   std::uint64_t read_bytes = 0, written_bytes = 0;
   bool fetches_entries = true;  // cores look references up; otherwise set-up decodes triangles as it takes them
@@ -97,7 +98,7 @@ class SchemeWork {
   // Shaders of a drawable's triangles.
   struct Shaders {
     timing::WarpItem pixel;
-    hardware::ShaderCost domain;
+    hardware::ShaderCost place, whole;  // of a vertex: where it is; and what pixels interpolate
     bool masks = false, displaced = false;
   };
   // The part of the machine's work in a tile that falls to a patch which is drawn there.

@@ -27,7 +27,8 @@ std::vector<std::vector<DrawableInTile>> lists_of(const timing::FrameWork& work,
       };
       for (const timing::SubPatchItem& item : round.items[t].sub_patches) ++at(item.drawable).sub_patches;
       for (const timing::WarpItem& item : round.items[t].warps)
-        if (item.kind != timing::WarpItem::kBackground) at(item.drawable).invocations += item.lanes;
+        if (item.kind == timing::WarpItem::kPixels || item.kind == timing::WarpItem::kEvaluating)
+          at(item.drawable).invocations += item.lanes;
     }
   return flatten(lists);
 }

@@ -274,6 +274,8 @@ double Machine::operations(Event event) const {
   switch (event) {
     case Event::kSurfaceEvaluations:
     case Event::kSurfaceLanes:
+    case Event::kVertexOutputs:
+    case Event::kVertexOutputLanes:
     case Event::kDomainInvocations:
       return shader.surface_operations;
     case Event::kBackgroundSamples:

@@ -175,6 +175,14 @@ ShaderCost shader_cost(const ShaderFeatures& f) {
   const std::string_view derivatives = f.quads ? "quads" : "surface";
   if (f.stage == Features::Stage::kBackground)
     return row_of(joined({"background", f.environment_image ? "image" : "studio", motion}));
+  if (f.stage == Features::Stage::kOutputs) {
+    TESSERA_CHECK(patch, "vertices of meshes have their attributes");
+    Sum sum(row_of(joined({"outputs", surface, motion})));
+    if (f.coordinates > 0) sum.add(row_of("add/outputs/coordinate"), f.coordinates);
+    if (f.vertex_colors) sum.add(row_of("add/outputs/vertex_colors"));
+    if (f.normals == Features::Normals::kMappedAlongTangents) sum.add(row_of(joined({"add/outputs/tangent", motion})));
+    return sum.total();
+  }
   if (f.stage == Features::Stage::kDomain) {
     TESSERA_CHECK(f.surface != Features::Surface::kComputed, "procedures have no vertices");
     return row_of(joined({"domain", surface, motion}));

@@ -28,8 +28,8 @@ namespace tessera::hardware {
 
 // What a shader's code depends on. Everything else is a number in a constant buffer.
 struct ShaderFeatures {
-  // kDomain: one vertex. kBackground: the environment along a ray of a camera that is kStill or, turning, kMoving.
-  enum class Stage : std::uint8_t { kPixel, kAlphaTest, kDomain, kBackground };
+  // kDomain: one vertex. kOutputs: one with the attributes that pixels interpolate, `coordinates` of them. kBackground: the environment along a ray of a camera that is kStill or, turning, kMoving.
+  enum class Stage : std::uint8_t { kPixel, kAlphaTest, kDomain, kOutputs, kBackground };
   enum class Surface : std::uint8_t { kTriangles, kPatch, kDisplacedPatch, kComputed };  // kComputed: by a procedure
   enum class Motion : std::uint8_t { kStill, kMoving, kDeforming };  // kDeforming: both poses of a patch are evaluated
   enum class Normals : std::uint8_t { kOfSurface, kMapped, kMappedAlongTangents };  // tangents derived, or given

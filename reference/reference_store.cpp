@@ -33,7 +33,7 @@ struct PosedReference {
   PosedReference(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
                  const gpu::RunSettings& settings, const ReferenceSettings& wanted, int width, int height) {
     scene::FrameRequest request = gpu::frame_request(prepared.capture, gpu, settings, width, height, wanted.frame);
-    request.half_attributes = false;
+    request.half_attributes = request.interpolated_surfaces = false;
     // Motion as it is: a fiftieth of a pixel from the curve, or as many segments as there may be.
     request.motion_segments = 0;
     request.motion_error = 0.02;

@@ -20,10 +20,11 @@ struct FrameRequest {
   double open_time = 0, close_time = 0;  // seconds; equal: no motion blur
   TessellationSettings tessellation;
   int max_factor = 64;
-  int subpixel_bits = 8;           // of the grid that vertices are put on: 4 to 8
-  bool half_attributes = false;    // interpolated attributes reach the pixel shader in half precision
-  bool sample_procedures = false;  // by the sampling controller; the front end leaves their patches alone
-  bool draw_lines = false;         // procedures are paper with ink lines, not shaded surfaces
+  int subpixel_bits = 8;               // of the grid that vertices are put on: 4 to 8
+  bool half_attributes = false;        // interpolated attributes reach the pixel shader in half precision
+  bool interpolated_surfaces = false;  // pixels of Bezier patches interpolate what vertices have
+  bool sample_procedures = false;      // by the sampling controller; the front end leaves their patches alone
+  bool draw_lines = false;             // procedures are paper with ink lines, not shaded surfaces
   // Straight pieces that curved motion is cut into: 1 to kMaxMotionSegments; 0: as many as leave no more than
   // motion_error pixels between a piece and the curve.
   int motion_segments = 1;

@@ -155,6 +155,7 @@ TileResult TileCore::take_result() {
   counters.rays = visibility_.take_ray_counters();
   counters.sampling = sampler_.take_counters();
   counters.shading = shader_.take_counters();
+  result_.layer_bytes += shader_.take_vertex_bytes();
   counters.texture = shader_.textures().take_counters();
   counters.desampling = resolve_.take_counters();
   counters.history = resolve_.take_history_counters();

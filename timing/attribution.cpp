@@ -21,6 +21,7 @@ bool compiled(const hardware::Machine& gpu) {
 
 double constant_operations(const hardware::Machine& gpu, const WarpItem& item) {
   if (item.kind == WarpItem::kBackground) return gpu.operations(Event::kBackgroundLanes);
+  if (item.kind == WarpItem::kVertices) return gpu.operations(Event::kVertexOutputLanes);
   return gpu.operations(Event::kShaderLanes) +
          (item.kind == WarpItem::kEvaluating ? gpu.operations(Event::kSurfaceLanes) : 0);
 }
@@ -69,7 +70,7 @@ TileParts parts_of(const hardware::Machine& gpu, const TileItems& items) {
     w[kLines] += item.texel_lines;
     part.lines += item.texel_lines;
     bytes(part, Phase::kShading) += item.texel_lines;
-    if (item.kind == WarpItem::kBackground) continue;
+    if (item.kind == WarpItem::kBackground || item.kind == WarpItem::kVertices) continue;
     of(w, Stage::kBlend) += lanes;
     of(w, Stage::kResolve) += lanes;
     part.invocations += item.lanes;

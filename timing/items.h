@@ -31,12 +31,14 @@ struct SubPatchItem {
   }
 };
 
-// One warp, in the order in which they are packed: of the pixel shader, or of samples that see the environment.
+// One warp, in the order in which they are packed: of the pixel shader, of samples that see the environment, or of
+// vertices.
 struct WarpItem {
-  // kEvaluating: invocations that evaluate their patch again.
-  static constexpr std::uint32_t kPixels = 0, kEvaluating = 1, kBackground = 2;
+  // kEvaluating: invocations that evaluate their patch again. kVertices: vertices that the pixels behind them interpolate,
+  // which wait for them.
+  static constexpr std::uint32_t kPixels = 0, kEvaluating = 1, kBackground = 2, kVertices = 3;
 
-  std::uint32_t lanes = 0;  // with an invocation, or with such a sample
+  std::uint32_t lanes = 0;  // with an invocation, or with such a sample or vertex
   std::uint32_t kind = kPixels;
   std::uint32_t clocks = 0;       // of a lane for its compiled shader (hardware/shader_costs.h)
   std::uint32_t registers = 0;    // of a lane, likewise

@@ -79,7 +79,7 @@ class GpuKeys(TypedDict, total=False):
     tilecore__triangle_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Lanes of a core for samples tested against a triangle, 16 at a time.
     tilecore__alpha_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Alpha tests of a core.
     tilecore__depth_blocks_per_clk: float  # 0.000976562 to 65536 blocks/clk. 8x8 HiZ blocks that a core updates or compares entries with.
-    tilecore__compaction_per_clk: float  # 0.000976562 to 65536 samples/clk. Visible samples, blended layers and samples that see the environment, which a core packs into warps.
+    tilecore__compaction_per_clk: float  # 0.000976562 to 65536 samples/clk. Visible samples, blended layers, samples that see the environment and vertices that pixels interpolate, which a core packs into warps.
     texture__texels_per_clk: float  # 0.000976562 to 65536 texels/clk. Bilinear lookups of a core's texture unit; a trilinear one is two.
     tilecore__blends_per_clk: float  # 0.000976562 to 65536 layers/clk. Blended layers of samples that a core composes.
     resolve__pixels_per_clk: float  # 0.000976562 to 65536 pixels/clk. Pixels that a core's resolve unit finishes.
@@ -139,6 +139,7 @@ class GpuKeys(TypedDict, total=False):
     energy__alpha_test_pj: float  # 0 to 1e+09 pJ. Alpha test.
     energy__depth_block_pj: float  # 0 to 1e+09 pJ. 8x8 HiZ block updated, in a tile memory of 192 KiB; goes with the square root of tilecore.memory_bytes.
     energy__compacted_sample_pj: float  # 0 to 1e+09 pJ. One of them packed into a warp.
+    energy__vertex_output_byte_pj: float  # 0 to 1e+09 pJ. Byte of a vertex that pixels interpolate written to or read from a tile memory of 192 KiB; goes with the square root of tilecore.memory_bytes.
     energy__shader_operation_pj: float  # 0 to 1e+09 pJ. Instruction of a shader on one lane: its arithmetic, its registers, its fetch and its issue.
     energy__texel_pj: float  # 0 to 1e+09 pJ. Bilinear lookup with a texture cache of 16 KiB; a third of it goes with the square root of the capacity.
     energy__decoded_texel_pj: float  # 0 to 1e+09 pJ. Texels of a bilinear lookup decoded from blocks of a compressed texture, beside the lookup.
@@ -173,6 +174,7 @@ class SettingsKeys(TypedDict, total=False):
     shading__rate: Literal["pixel", "primitive", "sample", "cache"]  # Pixel-shader invocations: once per pixel and primitive (multisampling) with adjacent triangles of a smooth surface merged (pixel) or not (primitive), once per visible sample, or once per cell of the surface about a pixel wide, while the shading cache holds it.
     shading__derivatives: Literal["analytic", "quad"]  # Derivatives of texture coordinates: the surface's own, or differences within quads of 2x2 invocations, which take helper invocations where a surface does not cover all four pixels. With shading.rate=cache analytic.
     shading__cell_pixels: float  # 0.125 to 16 pixels. With shading.rate=cache: wanted width of a shading cell on screen; smaller is sharper and slower.
+    shading__surface: Literal["evaluated", "interpolated"]  # Where a pixel-shader invocation gets the surface of a Bezier patch from: it evaluates the patch again; or it interpolates between vertices of the triangle that it sees, which a core evaluates once for each tile that sees them and keeps in the tile memory. Alpha tests, and cells of shading.rate=cache, evaluate.
     shading__attributes: Literal["float", "half"]  # Precision of interpolated attributes (texture coordinates, colours, normals) on their way to the pixel shader: single, or half as in GLSL's mediump. Baselines that keep vertices in memory store and read 4 or 2 bytes for each component of them; positions stay single.
     effects__motion: Literal["auto", "on", "off"]  # Motion blur: what the capture asks for; the general kernels everywhere (same image); none.
     effects__defocus: Literal["auto", "on", "off"]  # Defocus blur: what the capture's lens asks for; the general kernels everywhere (same image); none.

@@ -148,8 +148,12 @@ std::vector<Knob> shading_knobs() {
            "float, 8 sub-pixel bits");
   // As the double one shades, and draws procedures.
   arithmetic.context = {{"shading.rate", "sample"}, {"procedures.path", "tessellated"}};
-  return {arithmetic, watching(knob("shading", "shading mode", shading, "pixel"), "tilecore.pixel_shader_invocations",
-                               "pixel-shader invocations")};
+  return {arithmetic,
+          watching(knob("shading", "shading mode", shading, "pixel"), "tilecore.pixel_shader_invocations",
+                   "pixel-shader invocations"),
+          watching(knob("surface", "surface that pixels shade",
+                        values_of("shading.surface", {"evaluated", "interpolated"}), "evaluated", KnobNeed::kGrids),
+                   "tilecore.surface_evaluations", "evaluations of patches by pixels")};
 }
 
 std::vector<Knob> texture_knobs() {

@@ -252,6 +252,47 @@ TEST(Charges, TheEnvironmentTakesTheSameTimeInBothModels) {
   EXPECT_NEAR(shader_cycles(coarse) / shader_cycles(with), 1, 1e-9);
 }
 
+// ---- Vertices that pixels interpolate -------------------------------------------------------------------------------
+
+TEST(Charges, VerticesThatPixelsInterpolateAreEvaluatedWrittenAndRead) {
+  const char* const interpolated = "shading.surface=interpolated";
+  const scene::Primitive patch = test::patches(test::flat_patch({-0.5f, -0.5f, 0}, {1, 0, 0}, {0, 1, 0}));
+  const FrameResult now = rendered(seen(patch, {}), {interpolated}), before = rendered(seen(patch, {}));
+  const tilecore::ShadingCounters& c = now.counters.shading;
+  EXPECT_EQ(before.counters.shading.vertex_outputs, 0u);
+  EXPECT_EQ(c.surface_evaluations, 0u);
+  EXPECT_EQ(c.pixel_shader_invocations, before.counters.shading.pixel_shader_invocations);
+  EXPECT_GT(c.vertex_outputs, 0u);
+  EXPECT_LE(c.vertex_outputs, now.counters.tessellation.domain_evaluations + 9u * 4 * kSide) << "shared by two tiles";
+  constexpr std::uint64_t kBytes = 12 + 16 + 12;  // place, raster, normal
+  EXPECT_EQ(c.vertex_output_bytes, (c.vertex_outputs + 3 * c.pixel_shader_invocations) * kBytes);
+  EXPECT_EQ(charged(now, Event::kVertexOutputs), c.vertex_outputs);
+  EXPECT_EQ(charged(now, Event::kVertexOutputLanes), c.vertex_output_warps * 32);
+  EXPECT_EQ(charged(now, Event::kVertexOutputBytes), c.vertex_output_bytes);
+  EXPECT_EQ(clocks_of(now, timing::WarpItem::kVertices), c.vertex_outputs * 258) << "as compiled";
+  EXPECT_EQ(clocks_of(now, timing::WarpItem::kEvaluating), 0u);
+  std::uint64_t kept = 0;
+  for (const timing::TileWork& tile : now.model->record.work.rounds.front().tiles) kept += tile.layer_bytes;
+  EXPECT_EQ(kept, c.vertex_outputs * kBytes) << "in the tile memory";
+  EXPECT_LT(shader_cycles(now), shader_cycles(before));
+  EXPECT_EQ(rendered(seen(grid_mesh(scene::kNone), {}), {interpolated}).counters.shading.vertex_outputs, 0u)
+      << "a mesh has its vertices";
+}
+
+TEST(Charges, HeightsAreLookedUpForVerticesThatPixelsInterpolate) {
+  scene::Primitive patch = test::patches(test::flat_patch({-0.5f, -0.5f, 0}, {1, 0, 0}, {0, 1, 0}));
+  patch.vertices.texcoords = {{}};
+  for (int j = 0; j < 4; ++j)
+    for (int i = 0; i < 4; ++i)
+      patch.vertices.texcoords[0].emplace_back(static_cast<float>(i) / 3, static_cast<float>(j) / 3);
+  scene::Material displaced;
+  displaced.displacement = test::displacement(2, 2, {0, 1, 1, 0}, 0.01f, 0);
+  const FrameResult r = rendered(seen(patch, displaced), {"shading.surface=interpolated"});
+  EXPECT_GT(r.counters.shading.vertex_outputs, 0u);
+  EXPECT_EQ(r.counters.shading.height_lookups, 8 * r.counters.shading.vertex_outputs);
+  EXPECT_EQ(charged(r, Event::kHeightTexels), r.counters.shading.height_lookups);
+}
+
 // ---- Compressed textures --------------------------------------------------------------------------------------------
 
 TEST(Charges, LookupsInBlocksAreDecoded) {

@@ -190,6 +190,25 @@ TEST(EventModel, OneWarpWaitsForItsTexels) {
   EXPECT_LE(warps(50, 1, false).cycles(gpu), 50 * 100.0 + 300);
 }
 
+TEST(EventModel, PixelsWaitForTheVerticesThatTheyInterpolate) {
+  Machine gpu = endless();
+  gpu.shader.operations = 100, gpu.shader.surface_operations = 40;
+  gpu.shader.lanes = 32;
+  gpu.set_latency_clk(300);
+  OneTile one = warps(3, 0, true);
+  WarpItem& first = one.items().warps[0];
+  first.texels = 32, first.texel_lines = 1;
+  one.items().texel_lines = {7};
+  first.kind = WarpItem::kVertices;
+  EXPECT_DOUBLE_EQ(one.cycles(gpu), 40 + 300 + 2 * 100.0) << "nothing fills the wait";
+  // Vertices do not wait for others.
+  one.items().warps[1].kind = WarpItem::kVertices;
+  EXPECT_DOUBLE_EQ(one.cycles(gpu), 40 + 300 + 100.0);
+  // The twin: pixels that evaluate wait for nobody.
+  first.kind = one.items().warps[1].kind = WarpItem::kEvaluating;
+  EXPECT_LT(one.cycles(gpu), 140 + 300 + 100.0);
+}
+
 TEST(EventModel, RegistersLimitTheWarpsInFlight) {
   Machine gpu = endless();
   gpu.shader.operations = 100;

@@ -121,6 +121,10 @@ void DeferredShader::run_warps(const TileJob& job) {
   counters_.surface_warps += again.warps;
   counters_.surface_evaluations += again.evaluations;
   counters_.height_lookups += again.height_lookups;
+  counters_.vertex_outputs += again.vertices;
+  counters_.vertex_output_warps += again.vertex_warps;
+  counters_.vertex_output_bytes += again.vertex_bytes_moved;
+  vertex_bytes_ += again.vertex_bytes;
 }
 
 void DeferredShader::set_partners(const TileJob& job, const TileSamples& samples, std::size_t pixel, bool rests,

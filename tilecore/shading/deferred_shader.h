@@ -35,6 +35,9 @@ struct ShadingCounters {
   std::uint64_t surface_evaluations = 0;
   std::uint64_t surface_warps = 0;
   std::uint64_t height_lookups = 0;
+  std::uint64_t vertex_outputs = 0;
+  std::uint64_t vertex_output_warps = 0;
+  std::uint64_t vertex_output_bytes = 0;
   std::uint64_t background_samples = 0;
   std::uint64_t background_warps = 0;
   std::uint64_t quads = 0;
@@ -90,6 +93,9 @@ class DeferredShader {
   }
   // Base patches whose attributes were read since the last call, each once, in order of their numbers.
   std::vector<std::uint32_t> take_patches_read();
+
+  // Bytes of vertices that pixels interpolated, since the last call.
+  std::uint64_t take_vertex_bytes() { return std::exchange(vertex_bytes_, 0); }
 
   ShadingCounters take_counters() { return std::exchange(counters_, {}); }
   // From now on, warps and lines that they ask for are kept. False: no more.
@@ -194,6 +200,7 @@ class DeferredShader {
   std::vector<std::uint32_t> layer_point_;   // as state.layers; kNone where the pixel is skipped
   std::vector<ViewRays> view_rays_;          // of the whole shutter, of its segments
   std::vector<std::uint32_t> behind_;        // samples that see nothing opaque
+  std::uint64_t vertex_bytes_ = 0;
   std::array<std::array<float, kBackgroundBatch>, 5> view_points_;  // as ViewRays::Points
   std::array<std::array<std::int32_t, kBackgroundBatch>, kLookupLines> background_lines_;
   std::vector<SharedLayer> shared_layers_;
@@ -240,7 +247,19 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> = std::to_array<
     {"tilecore.surface_warps", &tilecore::ShadingCounters::surface_warps, Combine::kSum, "warps",
      "Warps of such invocations.", ""},
     {"tilecore.height_lookups", &tilecore::ShadingCounters::height_lookups, Combine::kSum, "lookups",
-     "Bilinear lookups of heights by pixel-shader invocations that evaluate a displaced patch again.", ""},
+     "Bilinear lookups of heights by pixel-shader invocations that evaluate a displaced patch again, or for vertices "
+     "that they interpolate.",
+     ""},
+    {"tilecore.vertex_outputs", &tilecore::ShadingCounters::vertex_outputs, Combine::kSum, "vertices",
+     "With shading.surface=interpolated: vertices that cores evaluated for pixels to interpolate, each once for every "
+     "tile that sees a triangle of it.",
+     ""},
+    {"tilecore.vertex_output_warps", &tilecore::ShadingCounters::vertex_output_warps, Combine::kSum, "warps",
+     "Warps of such vertices.", ""},
+    {"tilecore.vertex_output_bytes", &tilecore::ShadingCounters::vertex_output_bytes, Combine::kSum, "bytes",
+     "Bytes of such vertices that were written to the tile memory, and read there for each of the three of an "
+     "invocation.",
+     ""},
     {"tilecore.background_samples", &tilecore::ShadingCounters::background_samples, Combine::kSum, "samples",
      "Samples that see the environment, which the shader computes for each. A uniform one, or a background of the "
      "capture's own, is no computation.",

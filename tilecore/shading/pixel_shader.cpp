@@ -104,12 +104,25 @@ timing::WarpItem warp_item(const FrameGeometry& frame, const scene::PosedDrawabl
                            bool quads, bool evaluates) {
   hardware::ShaderFeatures features = draw_features(frame, drawable, quads);
   using In = hardware::ShaderFeatures::Surface;
-  evaluates = evaluates && has_grid(drawable);
+  evaluates = evaluates && has_grid(drawable) && !interpolates_surface(frame, drawable);
   if (!evaluates && features.surface != In::kComputed) features.surface = In::kTriangles;
+  if (interpolates_surface(frame, drawable) && features.normals == hardware::ShaderFeatures::Normals::kMapped &&
+      has_vertex_tangents(*drawable.material))
+    features.normals = hardware::ShaderFeatures::Normals::kMappedAlongTangents;
   features.environment_image = looks_around(lighting, *drawable.material);
   const hardware::ShaderCost cost = hardware::shader_cost(features);
   timing::WarpItem item;
   item.kind = evaluates ? timing::WarpItem::kEvaluating : timing::WarpItem::kPixels;
+  item.clocks = static_cast<std::uint32_t>(hardware::lane_clocks(cost));
+  item.registers = static_cast<std::uint32_t>(cost.registers);
+  item.drawable = static_cast<std::uint32_t>(&drawable - frame.drawables.data()) + 1;
+  return item;
+}
+
+timing::WarpItem vertex_warp_item(const FrameGeometry& frame, const scene::PosedDrawable& drawable) {
+  const hardware::ShaderCost cost = hardware::shader_cost(output_features(drawable));
+  timing::WarpItem item;
+  item.kind = timing::WarpItem::kVertices;
   item.clocks = static_cast<std::uint32_t>(hardware::lane_clocks(cost));
   item.registers = static_cast<std::uint32_t>(cost.registers);
   item.drawable = static_cast<std::uint32_t>(&drawable - frame.drawables.data()) + 1;
@@ -144,8 +157,15 @@ ShadedPoint shade_point(const FrameGeometry& shutter, const Lighting& lighting, 
   const scene::PosedDrawable& drawable = frame.drawable_of(at.patch);
   if (drawable.procedure != nullptr) return shade_procedure_point(shutter, lighting, invocation, LookupArrays(), 0);
   const int lights_in = light_segment(shutter, invocation.light_time);
-  const DrawConstants draw = lit_draw(shutter, frame, lights_in, drawable, lighting, invocation.partner_x != 0);
+  DrawConstants draw = lit_draw(shutter, frame, lights_in, drawable, lighting, invocation.partner_x != 0);
   one_lane::LaneInputs<float> in = lane_inputs(frame, drawable, at);
+  VertexOutputs outputs;
+  if (interpolates_surface(frame, drawable)) {
+    outputs.begin(frame, drawable);
+    const std::array<std::int32_t, 3> corner = outputs.triangle(at.patch, at.triangle);
+    std::copy(corner.begin(), corner.end(), in.vertex);
+    outputs.set_mesh(draw);
+  }
   in.light_t = light_time(shutter, lights_in, invocation.light_time);
   in.step_x = static_cast<float>(invocation.partner_x), in.step_y = static_cast<float>(invocation.partner_y);
   const one_lane::LaneShaded<float> out = one_lane::shade_lanes<float>(draw, in, LookupArrays(), 0);
@@ -242,8 +262,9 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
   }
   warp_ends_.push_back(order.size());
   warps_ += warp_ends_.size();
-  if (has_grid(drawable)) surface_work_.warps += warp_ends_.size(), surface_work_.evaluations += order.size();
-  const std::uint32_t heights = textures != nullptr ? height_lookups(drawable) : 0;
+  const bool interpolates = interpolates_surface(frame, drawable), evaluates = has_grid(drawable) && !interpolates;
+  if (evaluates) surface_work_.warps += warp_ends_.size(), surface_work_.evaluations += order.size();
+  const std::uint32_t heights = textures != nullptr && evaluates ? height_lookups(drawable) : 0;
   surface_work_.height_lookups += order.size() * heights;
   timing::WarpItem item = keep_warps_ ? warp_item(frame, drawable, lighting, quads) : timing::WarpItem();
   item.texels = heights;  // of a lane
@@ -266,7 +287,8 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
     return;
   }
 
-  const DrawConstants draw = lit_draw(shutter, frame, lights_in, drawable, lighting, quads);
+  DrawConstants draw = lit_draw(shutter, frame, lights_in, drawable, lighting, quads);
+  if (interpolates) take_vertices(frame, drawable, invocations, order, textures != nullptr, warp_lanes, draw);
   LaneArrays in;
   for (std::size_t k = 0; k < 3; ++k) in.vertex[k] = vertex_[k].data();
   in.triangle = vertex_[3].data();
@@ -281,8 +303,13 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
       const Invocation& v = invocations[order[first + lane]];
       SurfaceLocation at = v.at;
       if (&frame != &shutter) at.t = frame.part.local(at.t);
-      const one_lane::LaneInputs<float> at_lane = lane_inputs(frame, drawable, at);
-      for (std::size_t k = 0; k < 3; ++k) vertex_[k][lane] = at_lane.vertex[k];
+      one_lane::LaneInputs<float> at_lane{};
+      if (interpolates)
+        at_lane.p = at.b1, at_lane.q = at.b2;
+      else
+        at_lane = lane_inputs(frame, drawable, at);
+      for (std::size_t k = 0; k < 3; ++k)
+        vertex_[k][lane] = interpolates ? corners_[first + lane][k] : at_lane.vertex[k];
       vertex_[3][lane] = at_lane.triangle;
       input_[0][lane] = at_lane.p, input_[1][lane] = at_lane.q, input_[2][lane] = at.t;
       input_[3][lane] = light_time(shutter, lights_in, v.light_time);
@@ -302,6 +329,30 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
       point.alpha = output_[6][lane];
     }
   });
+}
+
+void PixelShader::take_vertices(const FrameGeometry& frame, const scene::PosedDrawable& drawable,
+                                std::span<const Invocation> invocations, std::span<const std::uint32_t> order,
+                                bool heights, std::size_t warp_lanes, DrawConstants& draw) {
+  vertex_outputs_.begin(frame, drawable);
+  corners_.clear();
+  for (const std::uint32_t i : order)
+    corners_.push_back(vertex_outputs_.triangle(invocations[i].at.patch, invocations[i].at.triangle));
+  vertex_outputs_.set_mesh(draw);
+  const std::uint64_t vertices = vertex_outputs_.count(), bytes = vertex_output_bytes(frame, drawable);
+  surface_work_.vertices += vertices;
+  surface_work_.vertex_warps += (vertices + warp_lanes - 1) / warp_lanes;
+  surface_work_.vertex_bytes += vertices * bytes;
+  surface_work_.vertex_bytes_moved += (vertices + 3 * order.size()) * bytes;
+  const std::uint32_t lookups = heights ? height_lookups(drawable) : 0;
+  surface_work_.height_lookups += vertices * lookups;
+  if (!keep_warps_) return;
+  timing::WarpItem item = vertex_warp_item(frame, drawable);
+  for (std::uint64_t left = vertices; left > 0; left -= item.lanes) {
+    item.lanes = static_cast<std::uint32_t>(std::min<std::uint64_t>(left, warp_lanes));
+    item.texels = item.lanes * lookups;
+    warp_items_.push_back(item);
+  }
 }
 
 void PixelShader::tell(std::size_t slot, const TextureLayoutView& layout, LookupArrays& lookups) {

@@ -13,6 +13,7 @@
 #include "tilecore/shading/draw_inputs.h"
 #include "tilecore/shading/surface.h"
 #include "tilecore/shading/texture_unit.h"
+#include "tilecore/shading/vertex_outputs.h"
 #include "timing/items.h"
 
 namespace tessera::tilecore {
@@ -83,9 +84,11 @@ class PixelShader {
 
   // Warps that shade() took since the last call.
   std::uint64_t take_warps() { return std::exchange(warps_, 0); }
-  // Of these, warps whose invocations evaluate a patch again, and those invocations.
+  // Of these, warps whose invocations evaluate a patch again, and those invocations. Vertices that are evaluated for
+  // pixels to interpolate them, their warps (beside the others), the bytes that they take, and bytes written and read there.
   struct SurfaceWork {
     std::uint64_t warps = 0, evaluations = 0, height_lookups = 0;
+    std::uint64_t vertices = 0, vertex_warps = 0, vertex_bytes = 0, vertex_bytes_moved = 0;
   };
   SurfaceWork take_surface_work() { return std::exchange(surface_work_, {}); }
 
@@ -104,6 +107,11 @@ class PixelShader {
   void shade_draw_of(const scene::FrameGeometry& frame, const Lighting& lighting,
                      std::span<const Invocation> invocations, std::span<std::uint32_t> order,
                      std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes);
+  // Evaluates the vertices that the invocations interpolate between, in warps of their own, and makes the draw's geometry
+  // the mesh of them. Numbers of vertices: corners_, by place in `order`.
+  void take_vertices(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
+                     std::span<const Invocation> invocations, std::span<const std::uint32_t> order, bool heights,
+                     std::size_t warp_lanes, DrawConstants& draw);
   // Where what lanes look up in a slot is told.
   void tell(std::size_t slot, const TextureLayoutView& layout, LookupArrays& lookups);
   // Those that shade_procedure() reads.
@@ -123,6 +131,8 @@ class PixelShader {
   std::vector<std::uint32_t> bucket_, rank_;  // of each invocation; sorted buckets
   std::vector<std::uint32_t> order_;
   std::vector<std::size_t> warp_ends_;
+  VertexOutputs vertex_outputs_;
+  std::vector<std::array<std::int32_t, 3>> corners_;
   std::array<std::array<std::int32_t, kBatch>, 4> vertex_;
   std::array<std::array<float, kBatch>, 7> input_;
   std::array<std::array<float, kBatch>, 7> output_;
@@ -141,6 +151,9 @@ std::uint32_t height_lookups(const scene::PosedDrawable& drawable);
 // each invocation; otherwise vertices have attributes, which are interpolated.
 timing::WarpItem warp_item(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
                            const Lighting& lighting, bool quads, bool evaluates = true);
+
+// The same for vertices that pixels of the drawable interpolate.
+timing::WarpItem vertex_warp_item(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
 
 // The same for samples that see the environment: its image, or the built-in one. `turning`: the camera is.
 timing::WarpItem background_item(bool image, bool turning);

@@ -14,6 +14,11 @@ Keys<ShadingSettings> shading_keys() {
        "take helper invocations where a surface does not cover all four pixels. With shading.rate=cache analytic."},
       {"shading.cell_pixels", &S::cell_pixels, "pixels", 0.125, 16,
        "With shading.rate=cache: wanted width of a shading cell on screen; smaller is sharper and slower."},
+      {"shading.surface", &S::surface,
+       "Where a pixel-shader invocation gets the surface of a Bezier patch from: it evaluates the patch again; or it "
+       "interpolates between vertices of the triangle that it sees, which a core evaluates once for each tile that "
+       "sees "
+       "them and keeps in the tile memory. Alpha tests, and cells of shading.rate=cache, evaluate."},
       {"shading.attributes", &S::attributes,
        "Precision of interpolated attributes (texture coordinates, colours, normals) on their way to the pixel shader: "
        "single, or half as in GLSL's mediump. Baselines that keep vertices in memory store and read 4 or 2 bytes for "

@@ -20,6 +20,12 @@ enum class ShadingDerivatives : std::uint8_t {
   kQuad,      // differences between the invocations of 2x2 pixels, with helper invocations where pixels are not covered
 };
 
+// Where a pixel-shader invocation gets the surface of a Bezier patch from.
+enum class ShadingSurface : std::uint8_t {
+  kEvaluated,     // it evaluates the patch again, at its own parameters
+  kInterpolated,  // between the vertices of the triangle that it sees, as of a mesh
+};
+
 // Of interpolated attributes on their way to the pixel shader.
 enum class AttributePrecision : std::uint8_t { kFloat, kHalf };
 
@@ -28,6 +34,7 @@ struct ShadingSettings {
   ShadingRate rate = ShadingRate::kPixel;
   ShadingDerivatives derivatives = ShadingDerivatives::kAnalytic;
   double cell_pixels = 1.0;
+  ShadingSurface surface = ShadingSurface::kEvaluated;
   AttributePrecision attributes = AttributePrecision::kFloat;
 };
 Keys<ShadingSettings> shading_keys();
@@ -41,6 +48,9 @@ inline constexpr auto kEnumWords<tilecore::ShadingRate> = std::to_array<std::str
                                                                                            "sample", "cache"});
 template <>
 inline constexpr auto kEnumWords<tilecore::ShadingDerivatives> = std::to_array<std::string_view>({"analytic", "quad"});
+template <>
+inline constexpr auto kEnumWords<tilecore::ShadingSurface> = std::to_array<std::string_view>({"evaluated",
+                                                                                              "interpolated"});
 template <>
 inline constexpr auto kEnumWords<tilecore::AttributePrecision> = std::to_array<std::string_view>({"float", "half"});
 

@@ -37,6 +37,7 @@ void ShaderCore::begin(const TileItems& items, double now) {
     line += items.warps[w].texel_lines;
   }
   next_ = oldest_ = done_ = 0;
+  outputs_in_flight_ = 0;
   began_ = now;
   reason_ = Stall::kNoWarp;
   if (warps_.empty())
@@ -64,7 +65,8 @@ void ShaderCore::shade_vertices(std::uint32_t number, const SubPatchItem& item, 
 
 double ShaderCore::cycles(std::uint32_t warp, bool first_part) const {
   const WarpItem& item = items_->warps[warp];
-  const double constant = item.kind == WarpItem::kBackground   ? rates_.background_operations
+  const double constant = item.kind == WarpItem::kVertices     ? rates_.surface_operations
+                          : item.kind == WarpItem::kBackground ? rates_.background_operations
                           : item.kind == WarpItem::kEvaluating ? rates_.operations + rates_.surface_operations
                                                                : rates_.operations,
                operations = rates_.compiled ? item.clocks * rates_.compiled_clk : constant,
@@ -121,6 +123,8 @@ bool ShaderCore::launch_vertices() {
 void ShaderCore::launch_pixels(double now) {
   packing_ = false;
   while (next_ < warps_.size() && in_flight_ < rates_.max_warps) {
+    const bool of_vertices = items_->warps[next_].kind == WarpItem::kVertices;
+    if (!of_vertices && outputs_in_flight_ > 0) break;  // their vertices are not there
     const double packed = began_ + rates_.compaction_clk * (next_ + 1);
     if (packed > now) {
       if (!packing_) events_.push(packed, Stage::kCompaction, EventKind::kWarpReady, core_);
@@ -130,6 +134,7 @@ void ShaderCore::launch_pixels(double now) {
     if (!fits(pixel_registers(next_))) break;
     ++in_flight_;
     registers_taken_ += pixel_registers(next_);
+    if (of_vertices) ++outputs_in_flight_;
     warps_[next_].state = State::kFirst;
     make_ready(kOfPixels | next_, next_);
     ++next_;
@@ -235,6 +240,7 @@ void ShaderCore::finish(std::uint32_t warp, double now) {
   warps_[warp].state = State::kDone;
   --in_flight_;
   registers_taken_ -= pixel_registers(warp);
+  if (items_->warps[warp].kind == WarpItem::kVertices) --outputs_in_flight_;
   if (++done_ == warps_.size()) events_.push(now, Stage::kShader, EventKind::kShaded, core_);
   launch(now);
 }

@@ -118,7 +118,8 @@ class ShaderCore {
   std::uint64_t domain_order_ = 0;
   std::vector<Ready> ready_;  // heap
   std::uint32_t next_ = 0, oldest_ = 0, done_ = 0;
-  std::size_t in_flight_ = 0;  // of both kinds
+  std::uint32_t outputs_in_flight_ = 0;  // warps of vertices that pixels interpolate
+  std::size_t in_flight_ = 0;            // of both kinds
   Ready on_lanes_{};
   bool issuing_ = false, packing_ = false;
   double registers_taken_ = 0;  // bytes

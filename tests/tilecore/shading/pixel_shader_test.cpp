@@ -154,6 +154,7 @@ struct ShaderScene : TestFrame {
     test::add_camera(*capture, {0, 0, 4}, camera);
     if (random.coin()) test::add_motion(*capture, static_cast<int>(capture->nodes.size()) - 1, {0.3, 0.1, 0});
     pose();
+    frame->request.interpolated_surfaces = seed % 2 == 1;
     for (int k = 0; k < 300; ++k) add_invocation(random, quads);
     if (seed % 4 == 3) return;
     behind = random_image(random);

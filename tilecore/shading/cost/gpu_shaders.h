@@ -390,6 +390,51 @@ __attribute__((always_inline, flatten)) inline void domain_shader(const TESSERA_
   });
 }
 
+// A vertex of a patch as pixels interpolate it (vertex_outputs.h), at each key where it moves: its place in the world and in
+// the image and its normal; with a normal map its tangent; coordinates and colour once.
+template <Shader S>
+__attribute__((always_inline, flatten)) inline void outputs_shader(const TESSERA_CONSTANT Uniforms& u,
+                                                                   const Inputs& v) {
+  using Real = Lane<true>;
+  with_draw<S>(u, [&](const DrawConstants& draw) {
+    const LaneInputs<Real> in = lane_inputs_of<Real>(v);
+    const scene::PosedDrawable& d = *draw.drawable;
+    LaneSurface<Real> s{};
+    set_patch_weights(in, s);
+    std::int32_t target = 32;
+    const auto put = [&](Real x, Real y, Real z, Real w) {
+      export_color(target++, 15, x.v, y.v, z.v, w.v, false, false);
+    };
+    LaneTexcoord<Real> at{}, apart{};
+    const shaders::TextureTransform same;
+    if (S.base_color) at = lane_texcoord(draw, s, 0, same);
+    if (S.apart) apart = lane_texcoord(draw, s, 1, same);
+    const PatchPoint<Real> open = patch_point(draw, in, 0),
+                           close = S.motion == Motion::kDeforming ? patch_point(draw, in, 1) : open;
+    for (std::size_t key = 0; key < (S.motion == Motion::kStill ? 1u : 2u); ++key) {
+      const PatchPoint<Real>& p = key == 0 ? open : close;
+      const Vector3<Real> place = placed(d.to_world[key], p.position),
+                          normal = turned(d.normal_to_world[key], p.normal);
+      const Point4<Real> raster = placed4(d.to_raster[key], p.position);
+      put(place.x, place.y, place.z, normal.x), put(raster.x, raster.y, raster.z, raster.w);
+      Vector3<Real> tangent{Real(0.0f), Real(0.0f), Real(0.0f)};
+      Real side(0.0f);
+      if (S.normals == Normals::kMapped) {
+        s.position_p = p.derivative_u, s.position_q = p.derivative_v, s.normal = p.normal;
+        const TangentFrame<Real> frame = derived_tangents(s, at);
+        tangent = turned(d.to_world[key], frame.tangent);
+        side = dot(cross(p.normal, frame.tangent), frame.bitangent);
+        put(tangent.x, tangent.y, tangent.z, side);
+      }
+      put(normal.y, normal.z, key == 0 ? at.u : Real(0.0f), key == 0 ? at.v : Real(0.0f));
+    }
+    if (S.apart) put(apart.u, apart.v, Real(0.0f), Real(0.0f));
+    if (!S.colors) return;
+    const stage::ColorOf<Real> color = lane_vertex_color(draw, s);
+    put(color.r, color.g, color.b, color.a);
+  });
+}
+
 // The environment along a ray of the camera, as view_rays_kernel.cpp has it: through a point of the image (p, q) and one of
 // the lens (step_x, step_y). What moves is a camera that turns.
 template <Shader S>

@@ -80,7 +80,8 @@ class Shader:
                 ("true" if value else "false")
             values.append(f".{field} = {text}")
         stage = {"pixel": "pixel_shader", "computed": "computed_shader", "alpha": "alpha_test",
-                 "domain": "domain_shader", "background": "background_shader"}[self.stage]
+                 "domain": "domain_shader", "background": "background_shader",
+                 "outputs": "outputs_shader"}[self.stage]
         return f"TESSERA_SHADER({name}, {stage}, {', '.join(values)})\n"
 
     def key(self):
@@ -147,6 +148,7 @@ def rows():
     for surface in drawn:
         for motion in MOTIONS:
             whole(f"domain/{surface}/{motion}", Shader("domain", surface=surface, motion=motion))
+    add_outputs(whole, added)
     for motion in ("still", "moving"):
         for around, image in {"studio": False, "image": True}.items():
             whole(f"background/{around}/{motion}", Shader("background", motion=motion, environment_image=image))
@@ -186,6 +188,19 @@ def add_layers(all_rows, added, drawn):
     for name, quads in {"quads": True, "surface": False}.items():
         coat = layered.but(base_color=True, quads=quads, clearcoat=True)
         added(f"layer_texture/{name}", coat.but(layer_texture=True), coat)
+
+
+def add_outputs(whole, added):
+    """Vertices of patches whose attributes pixels interpolate."""
+    for surface in ("patch", "displaced_patch"):
+        for motion in MOTIONS:
+            whole(f"outputs/{surface}/{motion}", Shader("outputs", surface=surface, motion=motion))
+    for motion in MOTIONS:
+        base = Shader("outputs", surface="patch", motion=motion, base_color=True)
+        added(f"outputs/tangent/{motion}", base.but(normals="mapped"), base)
+    plain = Shader("outputs", surface="patch")
+    added("outputs/coordinate", plain.but(base_color=True), plain)
+    added("outputs/vertex_colors", plain.but(colors=True), plain)
 
 
 def add_environment(all_rows, added):

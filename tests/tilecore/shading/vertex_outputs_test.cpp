@@ -1,0 +1,164 @@
+// Vertices that pixels interpolate: what they are, how often they are evaluated, how near the surface is to the patch.
+#include "tilecore/shading/vertex_outputs.h"
+#include "tests/support/tests.h"
+#include "tests/tilecore/support.h"
+#include "tilecore/shading/scalar_lanes.h"
+
+namespace tessera::tilecore::vertex_outputs_test {
+namespace {
+
+// A drawable of bent patches, in grids of `edge` pixels a side.
+struct BentPatches : TestFrame {
+  explicit BentPatches(std::uint32_t seed, bool displaced = false, bool mapped = false, double edge = 8) {
+    Random random(seed);
+    scene::Material material;
+    if (displaced) {
+      std::vector<float> heights(64);
+      for (float& h : heights) h = random.uniform(0, 1);
+      material.displacement = test::displacement(8, 8, heights, 0.05f, 0);
+    }
+    if (mapped) {
+      Image8 image(1, 1, 4);
+      image.values = {128, 128, 255, 255};
+      material.normal_texture.texture =
+          std::make_shared<const shaders::Texture>(DecodedImage{image}, shaders::ColorSpace::kLinear);
+    }
+    scene::Primitive patches = test::closed_patches(test::add_material(*capture, material));
+    patches.vertices.texcoords.resize(1);
+    for (std::size_t k = 0; k < patches.vertices.count(); ++k) {
+      patches.vertices.texcoords[0].emplace_back(static_cast<float>(k % 4) / 3, static_cast<float>(k / 4 % 4) / 3);
+      patches.vertices.colors.emplace_back(random.uniform(0, 1), random.uniform(0, 1), random.uniform(0, 1), 1);
+    }
+    const int node = test::add_node(*capture, patches);
+    if (seed % 2 == 1) capture->nodes[static_cast<std::size_t>(node)].transform.scale = {-1, 2, 1};
+    if (seed % 3 == 1) test::add_motion(*capture, node, {0.3, 0.1, 0});
+    test::add_camera(*capture, {0, 0, 4});
+    assembly = std::make_unique<scene::Assembly>(scene::assemble(*capture));
+    scene::FrameRequest request;
+    request.width = 192, request.height = 128, request.close_time = 1;
+    request.tessellation.target_edge_pixels = edge;
+    request.interpolated_surfaces = true;
+    frame = scene::pose_frame(*assembly, scene::choose_camera(*capture, 192, 128), request);
+  }
+  const scene::PosedDrawable& drawable() const { return frame->drawable_of(0); }
+  std::uint32_t patches() const { return drawable().drawable->patch_count; }
+};
+
+one_lane::LaneSurface<float> interpolated(const BentPatches& scene, VertexOutputs& outputs, const SurfaceLocation& at) {
+  DrawConstants draw = draw_constants(*scene.frame, scene.drawable());
+  one_lane::LaneInputs<float> in{};
+  const std::array<std::int32_t, 3> corner = outputs.triangle(at.patch, at.triangle);
+  std::copy(corner.begin(), corner.end(), in.vertex);
+  in.p = at.b1, in.q = at.b2, in.t = at.t;
+  outputs.set_mesh(draw);
+  return one_lane::lane_surface(draw, in);
+}
+
+float distance(const Vector3<float>& a, const Vec3& b) { return glm::length(Vec3(a.x, a.y, a.z) - b); }
+
+// Invariant VO1.
+TEST(VertexOutputs, VO1AtAVertexTheSurfaceIsThePatch) {
+  for (std::uint32_t seed = 0; seed < 12; ++seed) {
+    const BentPatches scene(seed, seed % 4 >= 2);
+    VertexOutputs outputs;
+    outputs.begin(*scene.frame, scene.drawable());
+    for (std::uint32_t patch = 0; patch < scene.patches(); ++patch) {
+      const scene::TessellationPattern& pattern = scene.frame->pattern_of(patch);
+      for (std::uint32_t triangle = 0; triangle < 2u * pattern.nu * pattern.nv; ++triangle)
+        for (const Vec2& weights : {Vec2(0, 0), Vec2(1, 0), Vec2(0, 1)}) {
+          const float t = scene.drawable().moving ? 0.25f : 0;
+          const SurfaceLocation at{patch, triangle, weights.x, weights.y, t};
+          const Surface there = evaluate_surface(*scene.frame, at);
+          const one_lane::LaneSurface<float> s = interpolated(scene, outputs, at);
+          ASSERT_LT(distance(s.position, there.position), 1e-5f) << seed << " " << patch << " " << triangle;
+          ASSERT_LT(distance(s.normal, there.normal), 1e-4f) << seed << " " << patch << " " << triangle;
+        }
+    }
+  }
+}
+
+// Invariant VO2: on closed patches of n x m cells, (n + 1)(m + 1) vertices each, whatever triangles are asked for again.
+TEST(VertexOutputs, VO2EachVertexIsEvaluatedOnce) {
+  const BentPatches scene(0);
+  VertexOutputs outputs;
+  for (int again = 0; again < 2; ++again) {
+    outputs.begin(*scene.frame, scene.drawable());
+    std::size_t vertices = 0;
+    for (int twice = 0; twice < 2; ++twice)
+      for (std::uint32_t patch = 0; patch < scene.patches(); ++patch) {
+        const scene::TessellationPattern& pattern = scene.frame->pattern_of(patch);
+        if (twice == 0) vertices += (pattern.nu + 1u) * (pattern.nv + 1u);
+        for (std::uint32_t triangle = 0; triangle < 2u * pattern.nu * pattern.nv; ++triangle)
+          outputs.triangle(patch, triangle);
+      }
+    EXPECT_EQ(outputs.count(), vertices);
+    EXPECT_GT(vertices, 100u);
+  }
+}
+
+// Means over points of the patches: how far the interpolated surface and its normal are from the patch's own.
+std::array<double, 2> errors(double edge) {
+  const BentPatches scene(0, false, false, edge);
+  VertexOutputs outputs;
+  outputs.begin(*scene.frame, scene.drawable());
+  Random random(1);
+  std::array<double, 2> sum{};
+  constexpr int kPoints = 4000;
+  for (int k = 0; k < kPoints; ++k) {
+    const auto patch = static_cast<std::uint32_t>(random.integer(0, static_cast<int>(scene.patches()) - 1));
+    const scene::TessellationPattern& pattern = scene.frame->pattern_of(patch);
+    float b1 = random.uniform(0, 1), b2 = random.uniform(0, 1);
+    if (b1 + b2 > 1) b1 = 1 - b1, b2 = 1 - b2;
+    const SurfaceLocation at{patch, static_cast<std::uint32_t>(random.integer(0, 2 * pattern.nu * pattern.nv - 1)), b1,
+                             b2, 0};
+    const Surface there = evaluate_surface(*scene.frame, at);
+    const one_lane::LaneSurface<float> s = interpolated(scene, outputs, at);
+    sum[0] += double{distance(s.position, there.position)} / kPoints;
+    sum[1] += double{distance(s.normal, there.normal)} / kPoints;
+  }
+  return sum;
+}
+
+// Linear interpolation.
+TEST(VertexOutputs, TheErrorFallsWithTheSquareOfTheEdge) {
+  // Factors are whole: over eight times the edge, 64 times the error, what they are rounded to is little.
+  const std::array<double, 2> coarse = errors(24), fine = errors(3);
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_GT(coarse[k] / fine[k], 64 / 1.6) << (k == 0 ? "place" : "normal");
+    EXPECT_LT(coarse[k] / fine[k], 64 * 1.6) << (k == 0 ? "place" : "normal");
+  }
+}
+
+TEST(VertexOutputs, TangentsAreThoseOfThePatch) {
+  const BentPatches scene(0, false, true);
+  EXPECT_TRUE(has_vertex_tangents(*scene.drawable().material));
+  VertexOutputs outputs;
+  outputs.begin(*scene.frame, scene.drawable());
+  const SurfaceLocation at{1, 4, 0, 0, 0};
+  const one_lane::LaneSurface<float> s = interpolated(scene, outputs, at);
+  DrawConstants patches = draw_constants(*scene.frame, scene.drawable()), mesh = patches;
+  outputs.set_mesh(mesh);
+  const scene::TextureSlot& slot = scene.drawable().material->normal_texture;
+  one_lane::LaneInputs<float> in{};
+  one_lane::SlotReader<float> textures{mesh, s, LookupArrays(), 0};
+  const auto given = one_lane::tangent_frame(mesh, in, s, textures, slot);
+  const Surface there = evaluate_surface(*scene.frame, at);
+  const one_lane::LaneSurface<float> own = one_lane_surface(there);
+  const auto derived = one_lane::derived_tangents(own, one_lane::lane_texcoord(patches, own, 0, slot.transform));
+  EXPECT_LT(distance(given.tangent, {derived.tangent.x, derived.tangent.y, derived.tangent.z}), 1e-4f);
+  EXPECT_GT(dot(given.bitangent, derived.bitangent), 0.9f);
+}
+
+TEST(VertexOutputs, BytesAreThoseOfWhatIsRead) {
+  const BentPatches still(0), moving(1), mapped(0, false, true);
+  EXPECT_EQ(vertex_output_bytes(*still.frame, still.drawable()), 12u + 16 + 12 + 16) << "place, raster, normal, colour";
+  ASSERT_TRUE(moving.drawable().moving);
+  EXPECT_EQ(vertex_output_bytes(*moving.frame, moving.drawable()), 2u * (12 + 16 + 12) + 16) << "at both keys";
+  EXPECT_EQ(vertex_output_bytes(*mapped.frame, mapped.drawable()), 12u + 16 + 12 + 16 + 16 + 8)
+      << "tangent, coordinate";
+  still.frame->request.half_attributes = true;
+  EXPECT_EQ(vertex_output_bytes(*still.frame, still.drawable()), 12u + 16 + (12 + 16) / 2);
+}
+
+}  // namespace
+}  // namespace tessera::tilecore::vertex_outputs_test

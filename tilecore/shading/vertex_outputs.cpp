@@ -1,0 +1,184 @@
+#include "tilecore/shading/vertex_outputs.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "base/random.h"
+#include "scene/material.h"
+#include "tilecore/shading/scalar_lanes.h"
+#include "tilecore/shading/shader_features.h"
+
+namespace tessera::tilecore {
+namespace {
+
+using one_lane::LaneInputs;
+using one_lane::LaneSurface;
+using one_lane::PatchPoint;
+using scene::TextureSlot;
+
+constexpr std::uint64_t kPlaceBytes = 12, kRasterBytes = 16, kNormalBytes = 12, kTangentBytes = 16,
+                        kCoordinateBytes = 8, kColorBytes = 16;
+
+Vec3 shown(const Vector3<float>& a) { return {a.x, a.y, a.z}; }
+
+// Textures of a material that its shader reads.
+template <class Use>
+void each_texture(const scene::Material& material, const Use& use) {
+  const auto slots = material.slots();
+  for (std::size_t slot = 0; slot < slots.size(); ++slot) {
+    const auto which = static_cast<scene::MaterialTexture>(slot);
+    if (slots[slot]->texture != nullptr && scene::is_read(material, which)) use(which, *slots[slot]);
+  }
+}
+
+// The texture whose coordinate tangents run along: all that need tangents have that one; null: none does, or they have
+// several.
+const TextureSlot* slot_of_tangents(const scene::Material& material) {
+  using Which = scene::MaterialTexture;
+  const TextureSlot* slot = nullptr;
+  bool several = false;
+  const auto need = [&](const TextureSlot& other) {
+    several = several || (slot != nullptr &&
+                          (slot->texcoord != other.texcoord || slot->transform.matrix != other.transform.matrix));
+    slot = &other;
+  };
+  each_texture(material, [&](Which which, const TextureSlot& read) {
+    if (which == Which::kNormal || which == Which::kClearcoatNormal) need(read);
+  });
+  if (material.has(scene::MaterialEffect::kAnisotropy)) need(scene::tangent_slot(material));
+  return several ? nullptr : slot;
+}
+
+// How many sets of coordinates its shader reads.
+int coordinate_sets(const scene::Material& material) {
+  std::uint64_t sets = 0;  // a bit each
+  each_texture(material, [&](scene::MaterialTexture, const TextureSlot& slot) {
+    sets |= std::uint64_t{1} << std::min(slot.texcoord, 63);
+  });
+  return std::popcount(sets);
+}
+
+}  // namespace
+
+bool interpolates_surface(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
+  return frame.request.interpolated_surfaces && drawable.procedure == nullptr && has_grid(drawable);
+}
+
+bool has_vertex_tangents(const scene::Material& material) { return slot_of_tangents(material) != nullptr; }
+
+hardware::ShaderFeatures output_features(const scene::PosedDrawable& drawable) {
+  using Features = hardware::ShaderFeatures;
+  Features f = domain_features(drawable);
+  f.stage = Features::Stage::kOutputs;
+  f.coordinates = static_cast<std::uint8_t>(coordinate_sets(*drawable.material));
+  f.vertex_colors = !drawable.primitive->vertices.colors.empty();
+  if (has_vertex_tangents(*drawable.material)) f.normals = Features::Normals::kMappedAlongTangents;
+  return f;
+}
+
+std::uint64_t vertex_output_bytes(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
+  std::uint64_t attributes = kCoordinateBytes * static_cast<std::uint64_t>(coordinate_sets(*drawable.material));
+  if (!drawable.primitive->vertices.colors.empty()) attributes += kColorBytes;
+  const std::uint64_t keys = drawable.moving ? 2 : 1;
+  attributes += keys * (kNormalBytes + (has_vertex_tangents(*drawable.material) ? kTangentBytes : 0));
+  return keys * (kPlaceBytes + kRasterBytes) + (frame.request.half_attributes ? attributes / 2 : attributes);
+}
+
+void VertexOutputs::begin(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
+  frame_ = &frame;
+  patches_ = draw_constants(frame, drawable);
+  tangent_slot_ = slot_of_tangents(*drawable.material);
+  for (std::size_t key = 0; key < 2; ++key) positions_[key].clear(), normals_[key].clear(), tangents_[key].clear();
+  const auto& from = drawable.primitive->vertices;
+  mesh_primitive_.vertices.texcoords.resize(from.texcoords.size());
+  for (auto& set : mesh_primitive_.vertices.texcoords) set.clear();
+  mesh_primitive_.vertices.colors.clear();
+  mesh_ = drawable;
+  mesh_drawable_ = *drawable.drawable;
+  mesh_drawable_.kind = scene::Primitive::Kind::kTriangles;
+  std::fill(places_.begin(), places_.end(), Place());
+}
+
+std::int32_t& VertexOutputs::number_of(std::uint64_t name) {
+  const std::size_t last = places_.size() - 1;
+  std::size_t at = hash32(static_cast<std::uint32_t>(name >> 32), static_cast<std::uint32_t>(name));
+  while (places_[at & last].number != kFree && places_[at & last].name != name) ++at;
+  places_[at & last].name = name;
+  return places_[at & last].number;
+}
+
+void VertexOutputs::grow() {
+  std::vector<Place> before(std::max<std::size_t>(1024, 2 * places_.size()));
+  std::swap(before, places_);
+  for (const Place& place : before)
+    if (place.number != kFree) number_of(place.name) = place.number;
+}
+
+std::int32_t VertexOutputs::vertex(std::uint32_t patch, int i, int j, const scene::TessellationPattern& pattern) {
+  if (2 * (count() + 1) > places_.size()) grow();
+  // Grids have up to 255 cells along a side.
+  std::int32_t& number = number_of(std::uint64_t{patch} << 32 | static_cast<std::uint32_t>(j << 16 | i));
+  if (number == kFree) {
+    number = static_cast<std::int32_t>(count());
+    evaluate(patch, pattern.u(i, j), pattern.v(i, j));
+  }
+  return number;
+}
+
+std::array<std::int32_t, 3> VertexOutputs::triangle(std::uint32_t patch, std::uint32_t number) {
+  const scene::TessellationPattern& pattern = frame_->pattern_of(patch);
+  const int cell = static_cast<int>(number / 2), i = cell % pattern.nu, j = cell / pattern.nu;
+  const std::int32_t a = vertex(patch, i, j, pattern);
+  if (number % 2 == 0) {
+    const std::int32_t b = vertex(patch, i + 1, j, pattern);
+    return {a, b, vertex(patch, i + 1, j + 1, pattern)};
+  }
+  const std::int32_t c = vertex(patch, i + 1, j + 1, pattern);
+  return {a, c, vertex(patch, i, j + 1, pattern)};
+}
+
+void VertexOutputs::evaluate(std::uint32_t patch, float u, float v) {
+  const scene::PosedDrawable& drawable = *patches_.drawable;
+  LaneInputs<float> in = lane_inputs(*frame_, drawable, {patch, SurfaceLocation::kWholePatch, u, v, 0});
+  LaneSurface<float> s{};
+  one_lane::set_patch_weights(in, s);
+  auto& vertices = mesh_primitive_.vertices;
+  const shaders::TextureTransform plain;
+  for (std::size_t set = 0; set < vertices.texcoords.size(); ++set) {
+    if (drawable.primitive->vertices.texcoords[set].empty()) continue;
+    DrawConstants unrounded;
+    unrounded.drawable = &drawable;
+    const one_lane::LaneTexcoord<float> at = one_lane::lane_texcoord(unrounded, s, static_cast<int>(set), plain);
+    vertices.texcoords[set].emplace_back(at.u, at.v);
+  }
+  if (!drawable.primitive->vertices.colors.empty()) {
+    DrawConstants unrounded;
+    unrounded.drawable = &drawable;
+    const auto color = one_lane::lane_vertex_color(unrounded, s);
+    vertices.colors.emplace_back(color.r, color.g, color.b, color.a);
+  }
+  for (std::size_t key = 0; key < (drawable.deforming ? 2u : 1u); ++key) {
+    const PatchPoint<float> point = one_lane::patch_point(patches_, in, key);
+    positions_[key].push_back(shown(point.position));
+    normals_[key].push_back(shown(point.normal));
+    if (tangent_slot_ == nullptr) continue;
+    s.position_p = point.derivative_u, s.position_q = point.derivative_v, s.normal = point.normal;
+    const auto frame = one_lane::derived_tangents(
+        s, one_lane::lane_texcoord(patches_, s, tangent_slot_->texcoord, tangent_slot_->transform));
+    const float side = dot(cross(s.normal, frame.tangent), frame.bitangent);
+    tangents_[key].push_back(frame.known ? Vec4(shown(frame.tangent), side < 0 ? -1.0f : 1.0f) : Vec4(0, 0, 0, 1));
+  }
+}
+
+void VertexOutputs::set_mesh(DrawConstants& draw) {
+  for (std::size_t key = 0; key < 2; ++key) {
+    const std::size_t from = mesh_.deforming ? key : 0;
+    mesh_.positions[key] = positions_[from], mesh_.normals[key] = normals_[from], mesh_.tangents[key] = tangents_[from];
+  }
+  mesh_.primitive = &mesh_primitive_;
+  mesh_.drawable = &mesh_drawable_;
+  draw.drawable = &mesh_;
+  draw.grid = false;
+}
+
+}  // namespace tessera::tilecore
