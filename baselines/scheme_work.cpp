@@ -70,8 +70,8 @@ class SchemeWork::Parts {
   std::uint64_t whole_, weights_, seen_ = 0, given_ = 0;
 };
 
-// What the machine does in a tile for its invocations, shared out among invocations that draw there one patch after the
-// other: what is left of one share goes into the next, so that many small patches have as much as a large one.
+// The machine's work in a tile for its invocations, shared out among invocations that draw there one patch after the
+// other: the rest of one share goes into the next, so that many small patches have as much as a large one.
 class SchemeWork::TileShares {
  public:
   TileShares(const OwnTile& own, const gpu::TextureUse& textures)

@@ -33,7 +33,7 @@ struct GeometryCounters {
   binner::BinnerCounters binner;
 };
 
-// What was recorded of a frame beside its counters: the work that the timing and the energy model read and, where it is asked
+// The record of a frame beside its counters: the work that the timing and the energy model read and, where it is asked
 // for, every transfer.
 struct FrameRecord {
   timing::FrameWork work;

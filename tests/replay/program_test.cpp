@@ -366,7 +366,7 @@ TEST(InspectCommand, SaysWhatAReplayTook) {
   const ProcessResult replay =
       run_tessera({"replay", capture("vases"), "--frames", "0:1", "--size", "32x18", "--out", run});
   ASSERT_EQ(replay.status, 0) << replay.errors;
-  // What the replay ended with, but for the place of the results.
+  // The last lines of the replay, but for the place of the results.
   const std::string said = replay.output.substr(replay.output.find("time  "));
   const std::string figures = said.substr(0, said.find("results "));
   EXPECT_THAT(figures, testing::AllOf(HasSubstr(" ms a frame, "), HasSubstr(" frames/s"), HasSubstr(" W at ")));

@@ -84,7 +84,7 @@ class PixelShader {
 
   // Warps that shade() took since the last call.
   std::uint64_t take_warps() { return std::exchange(warps_, 0); }
-  // Of these, warps whose invocations evaluate a patch again, and those invocations. Vertices that are evaluated for
+  // How many of these hold invocations that evaluate a patch again, and those invocations. Vertices that are evaluated for
   // pixels to interpolate them, their warps (beside the others), the bytes that they take, and bytes written and read there.
   struct SurfaceWork {
     std::uint64_t warps = 0, evaluations = 0, height_lookups = 0;

@@ -79,7 +79,7 @@ struct Uniforms {
   member;
 #include "scene/material_extensions.def"
   } effects;
-  // Of the camera's rays: into the world, constant, times t, times t^2 (view_rays.h).
+  // The camera's rays: their directions in the world are constant, times t, times t^2 (view_rays.h).
   struct RayUniforms {
     float to_world[3][9], inverse_focus;
   } rays;
