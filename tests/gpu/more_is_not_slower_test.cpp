@@ -16,7 +16,7 @@ struct MoreMachine {
 
 // Work and time that a machine has less of when it is faster.
 bool less_is_faster(std::string_view key) {
-  return key.find("latency") != key.npos || key.ends_with(".operations") || key.ends_with(".surface_operations") ||
+  return key.find("latency") != key.npos || (key.starts_with("shader.") && key.ends_with("operations")) ||
          key == "shader.registers";
 }
 
