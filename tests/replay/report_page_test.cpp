@@ -108,13 +108,14 @@ TEST_F(ReportPageInBrowser, TheSlowestTileIsAPressAwayAndSaysWhatBoundsIt) {
   EXPECT_THAT(said, HasSubstr("frame buffer")) << "bytes by purpose";
 }
 
-// With machine.timing=events.
+// With machine.timing=events a replay estimates what bounds a tile; tessera time --split tiles simulates it.
 TEST_F(ReportPageInBrowser, ABoundThatIsEstimatedSaysSo) {
   const OpenedPage opened = open_with("replay", std::string(kLitTiles) + R"(
-    const verdict = async () => { show({ tile: -1 }); await settled(); [...document.querySelectorAll('#frames button')].find((button) => button.textContent === 'Slowest tile').click(); await settled(); return document.querySelector('#frames .tile .verdict').textContent; };
-    document.body.dataset.simulated = await verdict();
-    (await viewOf()).tiles.costs.estimated = true;
-    document.body.dataset.estimated = await verdict();)");
+    const verdict = async (estimated) => { show({ tile: -1 }); await settled(); (await viewOf()).tiles.costs.estimated = estimated; [...document.querySelectorAll('#frames button')].find((button) => button.textContent === 'Slowest tile').click(); await settled(); return document.querySelector('#frames .tile .verdict').textContent; };
+    document.body.dataset.own = String((await viewOf()).tiles.costs.estimated);
+    document.body.dataset.simulated = await verdict(false);
+    document.body.dataset.estimated = await verdict(true);)");
+  EXPECT_EQ(found(opened, "own"), "true");
   EXPECT_THAT(found(opened, "simulated"), testing::Not(HasSubstr("saves about")));
   EXPECT_THAT(found(opened, "estimated"), HasSubstr("saves about"));
   EXPECT_THAT(found(opened, "estimated"), HasSubstr("tessera time --split tiles simulates it"));
