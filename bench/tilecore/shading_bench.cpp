@@ -89,18 +89,19 @@ void OverRoofline(benchmark::State& state, const std::string& name, const std::s
 
 struct Workload {
   const char* capture;
-  double roofline_limit;
+  double avx3_limit, avx2_limit;
 };
 
 const bool kRegistered = [] {
-  for (const Workload& workload : {Workload{"eggs", 3.0}, Workload{"stroll", 3.6}}) {
+  // [measured] AVX2 takes 3.25 and 4.34 times its roofline on a processor with AVX-512, whose own target takes 2.3 and 3.3.
+  for (const Workload& workload : {Workload{"eggs", 3.0, 4.0}, Workload{"stroll", 3.6, 5.2}}) {
     const std::string name = workload.capture;
-    const double limit = workload.roofline_limit;
     for (const std::string& target : simd_target_names())
       benchmark::RegisterBenchmark(("Shade/" + name + "/" + target).c_str(),
                                    [name, target](benchmark::State& s) { Warps(s, name, target); });
     for (const std::string& target : simd_target_names())
-      if (target == "AVX3" || target == "AVX2")
+      if (const double limit = target == "AVX3" ? workload.avx3_limit : workload.avx2_limit;
+          target == "AVX3" || target == "AVX2")
         benchmark::RegisterBenchmark(("OverRoofline/" + name + "/" + target).c_str(), [=](benchmark::State& s) {
           OverRoofline(s, name, target, limit);
         })->Iterations(1);
