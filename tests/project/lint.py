@@ -116,6 +116,14 @@ def too_long(path, text):
     return wrong + [f"{path} has a function of {n} lines, at most are 100: {head}" for n, head in function_lengths(text) if n > 100]
 
 
+# A loop keeps alive the result of the last call alone: of a call's result it may not be an element.
+LOOP_OVER_ELEMENT = re.compile(r"for \([^;()]* : [\w:]+\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*\)\[[^\]]*\]\)")
+
+
+def loops_over_what_is_gone(path, text):
+    return [f"{path} loops over an element of a result that is destroyed before: {loop}" for loop in LOOP_OVER_ELEMENT.findall(text)]
+
+
 def wrong_names_at_the_top(names):
     return [f"{name}: no file or folder of this name is expected in the root" for name in names if not name.startswith(".") and name not in TOP_LEVEL]
 
@@ -263,6 +271,7 @@ def twins(phrases):
         wrong_includes("frontend/a.h", '#include "tilecore/tile_core.h"\n'), wrong_includes("timing/a.h", '#include "scene/pose.h"\n'),
         wrong_includes("gpu/a.h", '#include "replay/describe.h"\n'), wrong_includes("include/tessera/a.h", '#include "gpu/device.h"\n'),
         too_long("gpu/a.cpp", long_text), too_long("gpu/a.cpp", "\n" * 801), wrong_names_at_the_top(["notes.txt"]),
+        loops_over_what_is_gone("a.cpp", 'for (const json& f : parse(read(out / "a"))["frames"])'),
         unit_not_found("tile core", "gpu/tile_core.h", {}), unit_not_found("texture cache", "a/b.h", {"a/b.h": "surfaces"}),
         broken_links("README.md", "[a](docs/nothing.md)"), broken_links("docs/tour.md", "`gpu/nothing.h`"),
         wrong_invariants([("PB1", "a.h"), ("PB1", "b.h")], {"PB1"}), wrong_invariants([("PB1", "a.h"), ("PB2", "b.h")], {"PB1", "PB2"}),
@@ -277,6 +286,7 @@ def twins(phrases):
         broken += [retired_words("a.h", text, phrases), retired_words("a.md", text, phrases)]
     sound = [
         wrong_includes("frontend/a.h", '#include "base/error.h"\n#include <vector>\n'), wrong_includes("baselines/a.h", '#include "gpu/device.h"\n'),
+        loops_over_what_is_gone("a.cpp", 'for (const json& f : stats["frames"]) for (int k : (*all)["k"]) for (int j : all("x").values) a = f(x)["y"];'),
         missing_tests("- **case**: `Suite.Law`, `Case/Suite.Law/Pole_`", {"Suite.Law/0", "Case/Suite.Law/Pole_obb"}),
         wrong_invariants([(n, "a.h") for n in declared_invariants("// Invariants:\n//   PB1  One.\n//        PB2  Indented text.\n")], {"PB1"}),
         wrong_invariants([(n, "a.h") for n in ("PB1", "PB2")], cited_invariants("TEST(A, PB1PB2Full) {")),
@@ -313,7 +323,7 @@ def all_complaints(program, tests):
     files, phrases = project_files(), retired_phrases()
     wrong = twins(phrases) + wrong_names_at_the_top(os.listdir(ROOT))
     for path, text in sources(files).items():
-        wrong += wrong_includes(path, text) + too_long(path, text)
+        wrong += wrong_includes(path, text) + too_long(path, text) + loops_over_what_is_gone(path, text)
     for path, text in documents(files).items():
         wrong += broken_links(path, text)
     for path, text in files.items():

@@ -55,7 +55,8 @@ TEST(FrameCosts, DrawablesAndMaterialsAddUpToTheFrame) {
            {"vases", {"--set", "stereo.eye_separation=0.06"}}}) {
     const test::TemporaryFolder out;
     replay_into(out, name, run);
-    for (const json& frame : stats_of(out)["frames"])
+    const json stats = stats_of(out);
+    for (const json& frame : stats["frames"])
       for (const char* rows : {"drawables", "materials"}) {
         EXPECT_EQ(missing(frame, rows), std::vector<std::string>{}) << name << " " << rows;
         const json& all = frame[rows];
@@ -143,7 +144,8 @@ TEST(FrameCosts, BytesOfTilesAreThoseOfTheLedger) {
            {"serpent", {}}}) {
     const test::TemporaryFolder out;
     replay_into(out, name, run);
-    for (const json& frame : stats_of(out)["frames"]) {
+    const json stats = stats_of(out);
+    for (const json& frame : stats["frames"]) {
       json tiles = json::parse(test::read_text(out / fmt::format("tiles_{:04d}.json", frame["frame"].get<int>())));
       EXPECT_EQ(bytes_off(frame, tiles), (std::map<std::string, double>{})) << name;
       json& value = tiles["costs"]["dram"]["frame_buffer"][1];

@@ -290,7 +290,8 @@ TEST(ReplayCommand, FramesAtOnceAreTheFramesOneAfterTheOther) {
     }
   const auto counters = [&](const char* threads) {
     nlohmann::json all;
-    for (const auto& frame : nlohmann::json::parse(test::read_text(out / threads / "stats.json"))["frames"])
+    const auto stats = nlohmann::json::parse(test::read_text(out / threads / "stats.json"));
+    for (const auto& frame : stats["frames"])
       all.push_back({frame["frame"], frame["counters"], frame["timing"]});
     return all;
   };
