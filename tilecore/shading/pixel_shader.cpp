@@ -412,7 +412,7 @@ void PixelShader::finish_warps(std::size_t first_warp, std::size_t end, std::siz
     if (textures != nullptr)
       for (std::size_t slot = 0; slot < kLookupSlots; ++slot)
         if (lookups.layout[slot] != nullptr)
-          textures->fetch_warp(lookups.line[slot], begin - first, warp_ends_[w] - begin);
+          textures->fetch_warp(*lookups.layout[slot], lookups.line[slot], begin - first, warp_ends_[w] - begin);
     if (!keep_warps_) continue;
     timing::WarpItem& item = warp_items_.emplace_back(of_draw);
     item.lanes = static_cast<std::uint32_t>(warp_ends_[w] - begin);
@@ -429,7 +429,8 @@ std::uint64_t PixelShader::pack_background(std::size_t count, const timing::Warp
   for (std::size_t first = 0; first < count; first += warp_lanes, ++warps) {
     const std::size_t lines = textures.request_count(), lanes = std::min(warp_lanes, count - first);
     const std::uint64_t texels = textures.counters().texels;
-    if (lookups.layout[kSlot] != nullptr) textures.fetch_warp(lookups.line[kSlot], first, lanes);
+    if (lookups.layout[kSlot] != nullptr)
+      textures.fetch_warp(*lookups.layout[kSlot], lookups.line[kSlot], first, lanes);
     if (!keep_warps_) continue;
     timing::WarpItem& warp = warp_items_.emplace_back(item);
     warp.lanes = static_cast<std::uint32_t>(lanes);

@@ -42,8 +42,6 @@ void TextureMemory::add(const Image& image, const void* key, shaders::TexelBlock
   if (image.level_count() == 0) return;
   const auto [found, fresh] = layouts_.try_emplace(key);
   if (!fresh) return;
-  first_lines_.push_back(static_cast<std::uint32_t>(lines_));
-  decodes_.push_back(blocks.side > 1);
   TESSERA_CHECK(std::max(image.width(), image.height()) < 1 << 15, "texels are numbered with 15 bits");
   const int blocks_log2 = log2_of(line_bytes_ / blocks.bytes);
   const LineSide width = line_side(blocks.side << (blocks_log2 + 1) / 2),
@@ -57,7 +55,8 @@ void TextureMemory::add(const Image& image, const void* key, shaders::TexelBlock
     found->second.lines_across.push_back(static_cast<std::int32_t>(across));
     lines_ += across * down;
   }
-  found->second.view = {found->second.first_line.data(), found->second.lines_across.data(), width, height};
+  found->second.view = {found->second.first_line.data(), found->second.lines_across.data(), width, height,
+                        blocks.side > 1};
 }
 
 void TextureUnit::begin_tile(const Settings& settings) {
@@ -80,7 +79,7 @@ const TextureLayoutView& TextureUnit::layout_of(const Texture& texture) {
 void TextureUnit::fetch(const Texture& texture, const shaders::TexelFootprint& footprint) {
   const TextureLayoutView& layout = layout_of(texture);
   counters_.texels += footprint.count;
-  if (texture.blocks().side > 1) counters_.texels_decoded += footprint.count;
+  if (layout.compressed) counters_.texels_decoded += footprint.count;
   for (std::size_t k = 0; k < footprint.count; ++k) {
     const shaders::LevelTexels<std::int32_t>& read = footprint.levels[k];
     const auto level = static_cast<std::size_t>(read.level);
@@ -111,16 +110,16 @@ bool TextureUnit::ask_once(std::int32_t line) {
   return true;
 }
 
-void TextureUnit::fetch_warp(const std::array<std::int32_t*, 8>& lines, std::size_t first, std::size_t lanes) {
+void TextureUnit::fetch_warp(const TextureLayoutView& layout, const std::array<std::int32_t*, 8>& lines,
+                             std::size_t first, std::size_t lanes) {
   if (candidates_.size() < lanes + 16) candidates_.resize(lanes + 16);
   for (std::size_t level = 0; level < 2; ++level) {
     const std::int32_t* any = lines[4 * level] + first;
     std::uint64_t reads = 0;
-    std::int32_t read = -1;
-    for (std::size_t lane = 0; lane < lanes; ++lane) reads += any[lane] >= 0 ? 1 : 0, read = std::max(read, any[lane]);
+    for (std::size_t lane = 0; lane < lanes; ++lane) reads += any[lane] >= 0 ? 1 : 0;
     if (reads == 0) continue;
     counters_.texels += reads;
-    if (settings_.memory->decodes(static_cast<std::uint32_t>(read))) counters_.texels_decoded += reads;
+    if (layout.compressed) counters_.texels_decoded += reads;
     asked_.clear();
     ++lookup_;
     for (std::size_t corner = 0; corner < 4; ++corner) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -31,6 +30,7 @@ LineSide line_side(int texels);
 struct TextureLayoutView {
   const std::int32_t *first_line, *lines_across;  // by level
   LineSide width, height;                         // of a line
+  bool compressed;                                // lookups decode blocks
 };
 
 // Where the textures of a capture lie in the emulated memory, by numbers of cache lines: one after the other in the
@@ -51,11 +51,6 @@ class TextureMemory {
   const TextureLayoutView& layout(const shaders::RadianceImage* image) const { return layout(image->view()); }
   const TextureLayoutView& layout(const shaders::RadianceView& image) const { return layouts_.at(image.texels).view; }
   std::uint64_t lines() const { return lines_; }
-  // Whether a line holds blocks of a compressed texture.
-  bool decodes(std::uint32_t line) const {
-    const auto next = std::upper_bound(first_lines_.begin(), first_lines_.end(), line);
-    return next != first_lines_.begin() && decodes_[static_cast<std::size_t>(next - first_lines_.begin()) - 1];
-  }
 
  private:
   // An image with levels of its own, or the texture of a slot, once each; found by `key`.
@@ -64,9 +59,6 @@ class TextureMemory {
 
   std::int64_t line_bytes_;
   std::uint64_t lines_ = 0;
-  // By texture: its first line, ascending, and whether it is compressed.
-  std::vector<std::uint32_t> first_lines_;
-  std::vector<bool> decodes_;
   struct Layout {
     std::vector<std::int32_t> first_line, lines_across;
     TextureLayoutView view{};
@@ -105,9 +97,10 @@ class TextureUnit {
   bool active() const { return settings_.memory != nullptr; }
   // A lookup of one invocation.
   void fetch(const shaders::Texture& texture, const shaders::TexelFootprint& footprint);
-  // Lookups of a warp's invocations in one slot: lines[4 level + corner][first ... first + lanes), -1 where there is
+  // Lookups of a warp's invocations in one slot, whose texture lies as `layout` says: lines[4 level + corner][first ... first + lanes), -1 where there is
   // none; a lane's first corner is there whenever it reads the level.
-  void fetch_warp(const std::array<std::int32_t*, 8>& lines, std::size_t first, std::size_t lanes);
+  void fetch_warp(const TextureLayoutView& layout, const std::array<std::int32_t*, 8>& lines, std::size_t first,
+                  std::size_t lanes);
   // Null: the unit counts nothing.
   const TextureMemory* memory() const { return settings_.memory; }
 

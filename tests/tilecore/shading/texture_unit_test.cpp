@@ -127,11 +127,14 @@ TEST(TextureUnit, AWarpAsksForEachLineOnceWhicheverLanesNameIt) {
     unit.begin_tile({&memory, 1 << 16, 1 << 10, 64});
     std::array<std::int32_t*, 8> pointers;
     for (std::size_t l = 0; l < 8; ++l) pointers[l] = lines[l].data();
-    unit.fetch_warp(pointers, 0, kLanes);
+    TextureLayoutView layout{};
+    layout.compressed = round % 2 == 1;
+    unit.fetch_warp(layout, pointers, 0, kLanes);
     EXPECT_EQ(unit.take_misses(), expected) << "round " << round;
     const TextureCounters counters = unit.take_counters();
     EXPECT_EQ(counters.cache_requests, requests);
     EXPECT_EQ(counters.texels, texels);
+    EXPECT_EQ(counters.texels_decoded, layout.compressed ? texels : 0);
   }
 }
 
