@@ -49,13 +49,15 @@ const TextureSlot* slot_of_tangents(const scene::Material& material) {
   return several ? nullptr : slot;
 }
 
-// How many sets of coordinates its shader reads.
-int coordinate_sets(const scene::Material& material) {
-  std::uint64_t sets = 0;  // a bit each
-  each_texture(material, [&](scene::MaterialTexture, const TextureSlot& slot) {
-    sets |= std::uint64_t{1} << std::min(slot.texcoord, 63);
-  });
-  return std::popcount(sets);
+// The sets of coordinates that its shader reads, a bit each; those from 63 on share one.
+std::uint64_t coordinate_sets(const scene::Material& material) {
+  std::uint64_t sets = 0;
+  const auto add = [&](const TextureSlot& slot) { sets |= std::uint64_t{1} << std::min(slot.texcoord, 63); };
+  each_texture(material, [&](scene::MaterialTexture, const TextureSlot& slot) { add(slot); });
+  // Without tangents pixels derive them, from a coordinate that no texture may be read at.
+  if (material.has(scene::MaterialEffect::kAnisotropy) && !has_vertex_tangents(material))
+    add(scene::tangent_slot(material));
+  return sets;
 }
 
 }  // namespace
@@ -70,14 +72,15 @@ hardware::ShaderFeatures output_features(const scene::PosedDrawable& drawable) {
   using Features = hardware::ShaderFeatures;
   Features f = domain_features(drawable);
   f.stage = Features::Stage::kOutputs;
-  f.coordinates = static_cast<std::uint8_t>(coordinate_sets(*drawable.material));
+  f.coordinates = static_cast<std::uint8_t>(std::popcount(coordinate_sets(*drawable.material)));
   f.vertex_colors = !drawable.primitive->vertices.colors.empty();
   if (has_vertex_tangents(*drawable.material)) f.normals = Features::Normals::kMappedAlongTangents;
   return f;
 }
 
 std::uint64_t vertex_output_bytes(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
-  std::uint64_t attributes = kCoordinateBytes * static_cast<std::uint64_t>(coordinate_sets(*drawable.material));
+  std::uint64_t attributes =
+      kCoordinateBytes * static_cast<std::uint64_t>(std::popcount(coordinate_sets(*drawable.material)));
   if (!drawable.primitive->vertices.colors.empty()) attributes += kColorBytes;
   const std::uint64_t keys = drawable.moving ? 2 : 1;
   attributes += keys * (kNormalBytes + (has_vertex_tangents(*drawable.material) ? kTangentBytes : 0));
@@ -87,6 +90,8 @@ std::uint64_t vertex_output_bytes(const scene::FrameGeometry& frame, const scene
 void VertexOutputs::begin(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
   frame_ = &frame;
   patches_ = draw_constants(frame, drawable);
+  patches_.half_attributes = false;
+  sets_ = coordinate_sets(*drawable.material);
   tangent_slot_ = slot_of_tangents(*drawable.material);
   for (std::size_t key = 0; key < 2; ++key) positions_[key].clear(), normals_[key].clear(), tangents_[key].clear();
   const auto& from = drawable.primitive->vertices;
@@ -96,33 +101,33 @@ void VertexOutputs::begin(const scene::FrameGeometry& frame, const scene::PosedD
   mesh_ = drawable;
   mesh_drawable_ = *drawable.drawable;
   mesh_drawable_.kind = scene::Primitive::Kind::kTriangles;
-  std::fill(places_.begin(), places_.end(), Place());
+  if (++draw_ == 0) places_.clear(), ++draw_;
 }
 
-std::int32_t& VertexOutputs::number_of(std::uint64_t name) {
+VertexOutputs::Place& VertexOutputs::place_of(std::uint64_t name) {
   const std::size_t last = places_.size() - 1;
   std::size_t at = hash32(static_cast<std::uint32_t>(name >> 32), static_cast<std::uint32_t>(name));
-  while (places_[at & last].number != kFree && places_[at & last].name != name) ++at;
-  places_[at & last].name = name;
-  return places_[at & last].number;
+  while (places_[at & last].draw == draw_ && places_[at & last].name != name) ++at;
+  return places_[at & last];
 }
 
 void VertexOutputs::grow() {
   std::vector<Place> before(std::max<std::size_t>(1024, 2 * places_.size()));
   std::swap(before, places_);
   for (const Place& place : before)
-    if (place.number != kFree) number_of(place.name) = place.number;
+    if (place.draw == draw_) place_of(place.name) = place;
 }
 
 std::int32_t VertexOutputs::vertex(std::uint32_t patch, int i, int j, const scene::TessellationPattern& pattern) {
   if (2 * (count() + 1) > places_.size()) grow();
   // Grids have up to 255 cells along a side.
-  std::int32_t& number = number_of(std::uint64_t{patch} << 32 | static_cast<std::uint32_t>(j << 16 | i));
-  if (number == kFree) {
-    number = static_cast<std::int32_t>(count());
+  const std::uint64_t name = std::uint64_t{patch} << 32 | static_cast<std::uint32_t>(j << 16 | i);
+  Place& place = place_of(name);
+  if (place.draw != draw_) {
+    place = {name, draw_, static_cast<std::int32_t>(count())};
     evaluate(patch, pattern.u(i, j), pattern.v(i, j));
   }
-  return number;
+  return place.number;
 }
 
 std::array<std::int32_t, 3> VertexOutputs::triangle(std::uint32_t patch, std::uint32_t number) {
@@ -145,16 +150,13 @@ void VertexOutputs::evaluate(std::uint32_t patch, float u, float v) {
   auto& vertices = mesh_primitive_.vertices;
   const shaders::TextureTransform plain;
   for (std::size_t set = 0; set < vertices.texcoords.size(); ++set) {
-    if (drawable.primitive->vertices.texcoords[set].empty()) continue;
-    DrawConstants unrounded;
-    unrounded.drawable = &drawable;
-    const one_lane::LaneTexcoord<float> at = one_lane::lane_texcoord(unrounded, s, static_cast<int>(set), plain);
+    if ((sets_ >> std::min<std::size_t>(set, 63) & 1) == 0 || drawable.primitive->vertices.texcoords[set].empty())
+      continue;
+    const one_lane::LaneTexcoord<float> at = one_lane::lane_texcoord(patches_, s, static_cast<int>(set), plain);
     vertices.texcoords[set].emplace_back(at.u, at.v);
   }
   if (!drawable.primitive->vertices.colors.empty()) {
-    DrawConstants unrounded;
-    unrounded.drawable = &drawable;
-    const auto color = one_lane::lane_vertex_color(unrounded, s);
+    const auto color = one_lane::lane_vertex_color(patches_, s);
     vertices.colors.emplace_back(color.r, color.g, color.b, color.a);
   }
   for (std::size_t key = 0; key < (drawable.deforming ? 2u : 1u); ++key) {

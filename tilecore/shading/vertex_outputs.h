@@ -46,15 +46,22 @@ class VertexOutputs {
   void set_mesh(DrawConstants& draw);
 
  private:
+  // The number of the vertex `name`: its patch, and its place in the grid. Free where the draw is another one.
+  struct Place {
+    std::uint64_t name = 0;
+    std::uint32_t draw = 0;
+    std::int32_t number = 0;
+  };
+
   std::int32_t vertex(std::uint32_t patch, int i, int j, const scene::TessellationPattern& pattern);
   void evaluate(std::uint32_t patch, float u, float v);
-  std::int32_t& number_of(std::uint64_t name);
+  // Its place, or a free one for it.
+  Place& place_of(std::uint64_t name);
   void grow();
 
-  static constexpr std::int32_t kFree = -1;
-
   const scene::FrameGeometry* frame_ = nullptr;
-  DrawConstants patches_;
+  DrawConstants patches_;   // attributes of vertices are not rounded
+  std::uint64_t sets_ = 0;  // of coordinates that the material reads, a bit each
   // Which texture's coordinate tangents run along; null: there are none.
   const scene::TextureSlot* tangent_slot_ = nullptr;
   scene::PosedDrawable mesh_;
@@ -62,12 +69,8 @@ class VertexOutputs {
   scene::Primitive mesh_primitive_;
   std::array<std::vector<Vec3>, 2> positions_, normals_;
   std::array<std::vector<Vec4>, 2> tangents_;
-  // Numbers by patch and place in the grid, a power of two of places.
-  struct Place {
-    std::uint64_t name = 0;
-    std::int32_t number = kFree;
-  };
-  std::vector<Place> places_;
+  std::vector<Place> places_;  // a power of two
+  std::uint32_t draw_ = 0;
 };
 
 }  // namespace tessera::tilecore
