@@ -199,7 +199,7 @@ void WorkRecorder::Tile::end(const tilecore::TileJob& job, tilecore::TileResult&
   slot_.visibility_misses = result.visibility_misses;
   slot_.patches_read = std::move(result.patches_read);
   slot_.history_lines = std::move(result.history_lines);
-  slot_.work.layer_bytes = result.layer_bytes;
+  slot_.work.extra_bytes = result.extra_bytes;
 
   timing::TileWork& work = slot_.work;
   work.events = tilecore::count_events(result.counters, job.warp_lanes());

@@ -155,7 +155,7 @@ TileResult TileCore::take_result() {
   counters.rays = visibility_.take_ray_counters();
   counters.sampling = sampler_.take_counters();
   counters.shading = shader_.take_counters();
-  result_.layer_bytes += shader_.take_vertex_bytes();
+  result_.extra_bytes += shader_.take_vertex_bytes();
   counters.texture = shader_.textures().take_counters();
   counters.desampling = resolve_.take_counters();
   counters.history = resolve_.take_history_counters();
@@ -272,7 +272,7 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
   if (job.procedures != nullptr) draw_cells(job, state, before);
   current_work_place().base_patch = -1;
   result_.counters.tilecore.depth_blocks_updated += state.take_depth_updates();
-  if (!state.layers.empty()) result_.layer_bytes = std::max(result_.layer_bytes, state.layer_bytes(job.blend_layers()));
+  if (!state.layers.empty()) result_.extra_bytes = std::max(result_.extra_bytes, state.layer_bytes(job.blend_layers()));
   leave_segment(job);
   result_.visibility_misses = shader_.textures().misses().size();
   result_.visibility_texels = shader_.textures().counters().texels;

@@ -71,7 +71,7 @@ class TileMemory {
 
  private:
   static constexpr std::uint64_t kMaxTiles = 8;
-  std::uint64_t bytes_of(const TileWork& tile) const { return state_bytes_ + tile.layer_bytes; }
+  std::uint64_t bytes_of(const TileWork& tile) const { return state_bytes_ + tile.extra_bytes; }
 
   std::uint64_t bytes_, state_bytes_, used_ = 0, tiles_ = 0;
 };

@@ -41,8 +41,8 @@ struct TileWork {
   EventCounts events;
   std::uint64_t sub_patches = 0;  // tested, tessellated for it or found in the cache
   std::array<std::uint64_t, kPhaseCount> dram_bytes{};
-  std::uint64_t layer_bytes =
-      0;  // of blended layers and of vertices that its core keeps, beside FrameWork::tile_state_bytes
+  // Bytes of blended layers and vertices that its core keeps beside FrameWork::tile_state_bytes.
+  std::uint64_t extra_bytes = 0;
 };
 
 // A binner's run and the tiles that it led to; one a frame but for partial renders and second passes.

@@ -18,8 +18,8 @@ void each_number(Work& work, const Visit& visit) requires std::is_same_v<std::re
 
 template <class Work, class Visit>
 void each_number(Work& work, const Visit& visit) requires std::is_same_v<std::remove_const_t<Work>, TileWork> {
-  auto& [tile, events, sub_patches, dram_bytes, layer_bytes] = work;
-  visit(tile), visit(sub_patches), visit(layer_bytes);
+  auto& [tile, events, sub_patches, dram_bytes, extra_bytes] = work;
+  visit(tile), visit(sub_patches), visit(extra_bytes);
   for (auto& count : events) visit(count);
   for (auto& bytes : dram_bytes) visit(bytes);
 }

@@ -8,8 +8,16 @@
 namespace tessera::gpu::charges_test {
 namespace {
 
+using hardware::Event;
 using memory::Purpose;
 using memory::Unit;
+
+std::uint64_t charged(const FrameResult& r, Event event) {
+  std::uint64_t sum = 0;
+  for (const timing::WorkRound& round : r.model->record.work.rounds)
+    for (const timing::TileWork& tile : round.tiles) sum += tile.events[event];
+  return sum;
+}
 
 constexpr int kSide = 96;
 constexpr std::uint32_t kPoints = 24;  // along a side of the mesh
@@ -26,6 +34,15 @@ scene::Primitive grid_mesh(int material) {
         indices.insert(indices.end(), {a, a + 1, a + kPoints + 1, a, a + kPoints + 1, a + kPoints});
     }
   return test::triangles(positions, indices, material);
+}
+
+scene::Primitive textured_patch() {
+  scene::Primitive patch = test::patches(test::flat_patch({-0.5f, -0.5f, 0}, {1, 0, 0}, {0, 1, 0}));
+  patch.vertices.texcoords = {{}};
+  for (int j = 0; j < 4; ++j)
+    for (int i = 0; i < 4; ++i)
+      patch.vertices.texcoords[0].emplace_back(static_cast<float>(i) / 3, static_cast<float>(j) / 3);
+  return patch;
 }
 
 std::shared_ptr<const shaders::Texture> white() {
@@ -96,21 +113,14 @@ TEST(Charges, AnAttributeMoreOfAPatchIsMoreBytes) {
 }
 
 TEST(Charges, AnInvocationThatEvaluatesADisplacedPatchLooksHeightsUp) {
-  scene::Primitive patch = test::patches(test::flat_patch({-0.5f, -0.5f, 0}, {1, 0, 0}, {0, 1, 0}));
-  patch.vertices.texcoords = {{}};
-  for (int j = 0; j < 4; ++j)
-    for (int i = 0; i < 4; ++i)
-      patch.vertices.texcoords[0].emplace_back(static_cast<float>(i) / 3, static_cast<float>(j) / 3);
+  const scene::Primitive patch = textured_patch();
   scene::Material plain, displaced;
   displaced.displacement = test::displacement(2, 2, {0, 1, 1, 0}, 0.01f, 0);
   const FrameResult flat = rendered(seen(patch, plain)), high = rendered(seen(patch, displaced));
   EXPECT_EQ(flat.counters.shading.height_lookups, 0u);
   EXPECT_GT(high.counters.shading.surface_evaluations, 0u);
   EXPECT_EQ(high.counters.shading.height_lookups, 8 * high.counters.shading.surface_evaluations);
-  std::uint64_t charged = 0;
-  for (const timing::WorkRound& round : high.model->record.work.rounds)
-    for (const timing::TileWork& tile : round.tiles) charged += tile.events[hardware::Event::kHeightTexels];
-  EXPECT_EQ(charged, high.counters.shading.height_lookups);
+  EXPECT_EQ(charged(high, Event::kHeightTexels), high.counters.shading.height_lookups);
   EXPECT_GT(high.model->energy.by_unit_nj.at("texture"), flat.model->energy.by_unit_nj.at("texture"));
 }
 
@@ -151,7 +161,7 @@ TEST(Charges, BlendedLayersTakeTileMemory) {
   EXPECT_EQ(blended.tile_state_bytes, opaque.tile_state_bytes) << "a tile takes what it needs, not what another needs";
   const auto most = [](const timing::FrameWork& work) {
     std::uint64_t bytes = 0;
-    for (const timing::TileWork& tile : work.rounds.front().tiles) bytes = std::max(bytes, tile.layer_bytes);
+    for (const timing::TileWork& tile : work.rounds.front().tiles) bytes = std::max(bytes, tile.extra_bytes);
     return bytes;
   };
   EXPECT_EQ(most(opaque), 0u);
@@ -181,15 +191,6 @@ TEST(Charges, CompactionAndCoarseDepthTakeTime) {
 }
 
 // ---- The environment behind everything ------------------------------------------------------------------------------
-
-using hardware::Event;
-
-std::uint64_t charged(const FrameResult& r, Event event) {
-  std::uint64_t sum = 0;
-  for (const timing::WorkRound& round : r.model->record.work.rounds)
-    for (const timing::TileWork& tile : round.tiles) sum += tile.events[event];
-  return sum;
-}
 
 double shader_cycles(const FrameResult& r) {
   return r.model->timing.busy[static_cast<std::size_t>(hardware::Stage::kShader)];
@@ -272,7 +273,7 @@ TEST(Charges, VerticesThatPixelsInterpolateAreEvaluatedWrittenAndRead) {
   EXPECT_EQ(clocks_of(now, timing::WarpItem::kVertices), c.vertex_outputs * 258) << "as compiled";
   EXPECT_EQ(clocks_of(now, timing::WarpItem::kEvaluating), 0u);
   std::uint64_t kept = 0;
-  for (const timing::TileWork& tile : now.model->record.work.rounds.front().tiles) kept += tile.layer_bytes;
+  for (const timing::TileWork& tile : now.model->record.work.rounds.front().tiles) kept += tile.extra_bytes;
   EXPECT_EQ(kept, c.vertex_outputs * kBytes) << "in the tile memory";
   EXPECT_LT(shader_cycles(now), shader_cycles(before));
   EXPECT_EQ(rendered(seen(grid_mesh(scene::kNone), {}), {interpolated}).counters.shading.vertex_outputs, 0u)
@@ -280,11 +281,7 @@ TEST(Charges, VerticesThatPixelsInterpolateAreEvaluatedWrittenAndRead) {
 }
 
 TEST(Charges, HeightsAreLookedUpForVerticesThatPixelsInterpolate) {
-  scene::Primitive patch = test::patches(test::flat_patch({-0.5f, -0.5f, 0}, {1, 0, 0}, {0, 1, 0}));
-  patch.vertices.texcoords = {{}};
-  for (int j = 0; j < 4; ++j)
-    for (int i = 0; i < 4; ++i)
-      patch.vertices.texcoords[0].emplace_back(static_cast<float>(i) / 3, static_cast<float>(j) / 3);
+  const scene::Primitive patch = textured_patch();
   scene::Material displaced;
   displaced.displacement = test::displacement(2, 2, {0, 1, 1, 0}, 0.01f, 0);
   const FrameResult r = rendered(seen(patch, displaced), {"shading.surface=interpolated"});
