@@ -33,7 +33,8 @@ inline constexpr std::uint64_t kBlockHeadBytes = 8;
 enum class VertexStorage : std::uint8_t {
   kEachBlock,  // every block holds whole vertices, a copy of each that it uses
   kEachDraw    // the first block of a draw that uses a vertex holds it, for all blocks of the draw. The machine shades
-               // positions first and attributes for triangles that survive culling; tiles fetch those of visible ones
+               // all positions first, then the attributes of triangles that survive culling; a tile fetches the
+               // attributes of the triangles that it sees
 };
 
 // The binner of a conventional tile-based machine, behind its domain shader: packs what culling leaves into blocks of

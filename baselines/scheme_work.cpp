@@ -32,6 +32,8 @@ void add_shading(const TileWork& from, TileWork& to) {
                             Event::kShaderLanes, Event::kBackgroundSamples, Event::kBackgroundLanes, Event::kTexels,
                             Event::kDecodedTexels, Event::kBlendedLayers, Event::kPixels, Event::kResolveOperations})
     to.events[event] += from.events[event];
+  // Vertices that the machine's pixels interpolate are packed into warps as well; schemes shade theirs before.
+  to.events[Event::kCompactedSamples] -= from.events[Event::kVertexOutputs];
 }
 
 void add_events(std::span<const SubPatchItem> items, TileWork& work) {
@@ -70,36 +72,64 @@ class SchemeWork::Parts {
   std::uint64_t whole_, weights_, seen_ = 0, given_ = 0;
 };
 
-// The machine's work in a tile for its invocations, shared out among invocations that draw there one patch after the
-// other: the rest of one share goes into the next, so that many small patches have as much as a large one.
+// The machine's work in a tile, shared out among what an immediate renderer draws there one after the other: the rest of
+// one share goes into the next, so that many small patches have as much as a large one.
 class SchemeWork::TileShares {
  public:
-  TileShares(const OwnTile& own, const gpu::TextureUse& textures)
-      : TileShares(own, textures, own.work.events[Event::kShaderInvocations]) {}
+  // `behind`: samples that look the environment up.
+  TileShares(const OwnTile& own, const gpu::TextureUse& textures, std::uint64_t behind)
+      : TileShares(own, textures, behind, own.work.events[Event::kShaderInvocations]) {}
   DrawnShare next(std::uint64_t invocations) {
-    return {texels_.next(invocations),           decoded_texels_.next(invocations), l2_lines_.next(invocations),
-            visibility_bytes_.next(invocations), shading_bytes_.next(invocations),  alpha_tests_.next(invocations),
-            texel_lines_.next(invocations),      alpha_lines_.next(invocations)};
+    DrawnShare share = lookups(invocations);
+    share.visibility_bytes = visibility_bytes_.next(invocations), share.alpha_tests = alpha_tests_.next(invocations);
+    share.alpha_lines = alpha_lines_.next(invocations);
+    return share;
   }
+  DrawnShare behind() { return lookups(behind_); }
+
+  // Hands the lookups of a share out: `texels` and `lines` are divided among the lanes of its warps.
+  void look_up(Parts& texels, Parts& lines, timing::WarpItem warp, TileItems& items) {
+    warp.texels = static_cast<std::uint32_t>(texels.next(warp.lanes));
+    warp.texel_lines = static_cast<std::uint32_t>(lines.next(warp.lanes));
+    for (std::uint32_t k = 0; k < warp.texel_lines; ++k)
+      items.texel_lines.push_back(own_->texel_lines[next_texel_line_++ % own_->texel_lines.size()]);
+    items.warps.push_back(warp);
+  }
+  std::uint32_t next_alpha_line() { return own_->alpha_lines[next_alpha_line_++ % own_->alpha_lines.size()]; }
 
  private:
-  TileShares(const OwnTile& own, const gpu::TextureUse& textures, std::uint64_t shaded)
-      : texels_(own.work.events[Event::kTexels], shaded),
-        decoded_texels_(own.work.events[Event::kDecodedTexels], shaded),
-        l2_lines_(textures.l2_lines, shaded),
+  TileShares(const OwnTile& own, const gpu::TextureUse& textures, std::uint64_t behind, std::uint64_t shaded)
+      : own_(&own),
+        behind_(behind),
+        texels_(own.work.events[Event::kTexels], shaded + behind),
+        decoded_texels_(own.work.events[Event::kDecodedTexels], shaded + behind),
+        l2_lines_(textures.l2_lines, shaded + behind),
+        shading_bytes_(textures.shading_bytes, shaded + behind),
+        texel_lines_(own.texel_lines.size(), shaded + behind),
         visibility_bytes_(textures.visibility_bytes, shaded),
-        shading_bytes_(textures.shading_bytes, shaded),
         alpha_tests_(own.work.events[Event::kAlphaTests], shaded),
-        texel_lines_(own.texel_lines.size(), shaded),
         alpha_lines_(own.alpha_lines.size(), shaded) {}
+  DrawnShare lookups(std::uint64_t count) {
+    DrawnShare share{};
+    share.texels = texels_.next(count), share.decoded_texels = decoded_texels_.next(count);
+    share.l2_lines = l2_lines_.next(count), share.shading_bytes = shading_bytes_.next(count);
+    share.texel_lines = texel_lines_.next(count);
+    return share;
+  }
 
-  Parts texels_, decoded_texels_, l2_lines_, visibility_bytes_, shading_bytes_, alpha_tests_, texel_lines_,
-      alpha_lines_;
+  const OwnTile* own_;
+  std::uint64_t behind_;
+  Parts texels_, decoded_texels_, l2_lines_, shading_bytes_, texel_lines_;
+  Parts visibility_bytes_, alpha_tests_, alpha_lines_;
+  std::size_t next_texel_line_ = 0, next_alpha_line_ = 0;
 };
 
 std::vector<SchemeWork::TileShares> SchemeWork::shares() const {
+  const bool looks_up =
+      !job_.background && job_.lighting.environment.surroundings().kind == shaders::Surroundings::Kind::kImage;
   std::vector<TileShares> shares;
-  for (std::size_t tile = 0; tile < own_.size(); ++tile) shares.emplace_back(own_[tile], textures_[tile]);
+  for (std::size_t tile = 0; tile < own_.size(); ++tile)
+    shares.emplace_back(own_[tile], textures_[tile], looks_up ? own_[tile].work.events[Event::kBackgroundSamples] : 0);
   return shares;
 }
 
@@ -110,6 +140,7 @@ std::uint64_t SchemeWork::immediate_texture_bytes() const {
     const DrawnShare share = shares[drawn.tile].next(drawn.invocations);
     bytes += share.visibility_bytes + share.shading_bytes;
   }
+  for (TileShares& tile : shares) bytes += tile.behind().shading_bytes;
   return bytes;
 }
 
@@ -343,21 +374,16 @@ std::vector<ListWork> SchemeWork::spread(std::span<const ListWork> lists, const 
   return out;
 }
 
-void SchemeWork::add_drawn(const DrawnInTile& drawn, const DrawnShare& share, TileWork& batch) {
-  batch.events[Event::kCompactedSamples] += drawn.invocations;
-  batch.events[Event::kShaderInvocations] += drawn.invocations;
-  batch.events[Event::kBlendedLayers] += drawn.blended;
-  batch.events[Event::kTexels] += share.texels;
-  batch.events[Event::kDecodedTexels] += share.decoded_texels;
-  batch.events[Event::kL2Lines] += share.l2_lines;
-  batch.dram_bytes[kVisibility] += share.visibility_bytes;
-  batch.dram_bytes[kShading] += share.shading_bytes;
+void SchemeWork::add_lookups(const DrawnShare& share, TileWork& work) {
+  work.events[Event::kTexels] += share.texels;
+  work.events[Event::kDecodedTexels] += share.decoded_texels;
+  work.events[Event::kL2Lines] += share.l2_lines;
+  work.dram_bytes[kVisibility] += share.visibility_bytes;
+  work.dram_bytes[kShading] += share.shading_bytes;
 }
 
-// The warps that shade what was drawn, with its share of the machine's lookups in that tile. `next_line`: by tile.
-void SchemeWork::add_warps(const DrawnInTile& drawn, const DrawnShare& share, std::vector<std::size_t>& next_line,
-                           Draw out) const {
-  const OwnTile& own = own_[drawn.tile];
+// The warps that shade what was drawn, with its share of the machine's lookups in that tile.
+void SchemeWork::add_warps(const DrawnInTile& drawn, const DrawnShare& share, TileShares& tile, Draw out) const {
   const auto lanes = static_cast<std::uint64_t>(gpu_.shader.warp_lanes);
   const std::uint64_t warps = (drawn.invocations + lanes - 1) / lanes;
   out.work.events[Event::kShaderLanes] += warps * lanes;
@@ -366,16 +392,26 @@ void SchemeWork::add_warps(const DrawnInTile& drawn, const DrawnShare& share, st
   for (std::uint64_t w = 0; w < warps; ++w) {
     timing::WarpItem warp = shaders_of(drawn.patch).pixel;
     warp.lanes = static_cast<std::uint32_t>(std::min(lanes, drawn.invocations - w * lanes));
-    warp.texels = static_cast<std::uint32_t>(texels.next(warp.lanes));
-    warp.texel_lines = static_cast<std::uint32_t>(lines.next(warp.lanes));
-    for (std::uint32_t k = 0; k < warp.texel_lines; ++k)
-      out.items.texel_lines.push_back(own.texel_lines[next_line[drawn.tile]++ % own.texel_lines.size()]);
-    out.items.warps.push_back(warp);
+    tile.look_up(texels, lines, warp, out.items);
   }
 }
 
-// What is drawn in its order, cut into batches. A patch that nothing is left of is shaded and set up with the next.
-void SchemeWork::add_batches(std::uint64_t patch_bytes, timing::WorkRound& round) const {
+void SchemeWork::add_background(const OwnTile& own, TileShares& tile, Draw out) const {
+  const std::uint64_t samples = own.work.events[Event::kBackgroundSamples];
+  const DrawnShare share = tile.behind();
+  add_lookups(share, out.work);
+  for (const Event event : {Event::kBackgroundSamples, Event::kBackgroundLanes})
+    out.work.events[event] = own.work.events[event];
+  out.work.events[Event::kCompactedSamples] = samples;
+  if (!has_items_) return;
+  Parts texels(share.texels, samples), lines(share.texel_lines, samples);
+  for (const timing::WarpItem& warp : own.warps)
+    if (warp.kind == timing::WarpItem::kBackground) tile.look_up(texels, lines, warp, out.items);
+}
+
+// Patches are drawn in their order, cut into batches. A patch that nothing is left of is shaded and set up with the next.
+void SchemeWork::add_batches(std::uint64_t patch_bytes, std::vector<TileShares>& shares,
+                             timing::WorkRound& round) const {
   constexpr std::uint64_t kBatchTriangles = 512;
   const std::uint64_t max_samples = static_cast<std::uint64_t>(job_.grid->tile_width()) *
                                     static_cast<std::uint64_t>(job_.grid->tile_height()) * samples_;
@@ -385,8 +421,6 @@ void SchemeWork::add_batches(std::uint64_t patch_bytes, timing::WorkRound& round
   TileWork work;
   TileItems items;
   std::vector<std::uint32_t> alpha_lines;
-  std::vector<std::size_t> next_line(own_.size()), next_alpha(own_.size());
-  std::vector<TileShares> shares = this->shares();
   std::uint64_t set_up = 0, tested = 0, read = 0, written = 0;
   const auto end_batch = [&] {
     add_events(items.sub_patches, work);
@@ -402,15 +436,17 @@ void SchemeWork::add_batches(std::uint64_t patch_bytes, timing::WorkRound& round
   const auto draw_next = [&] {
     const DrawnInTile& drawn = drawn_.order[next];
     const ImmediateTraffic& moved = drawn_.moved[next++];
-    const OwnTile& own = own_[drawn.tile];
-    const DrawnShare share = shares[drawn.tile].next(drawn.invocations);
+    TileShares& tile = shares[drawn.tile];
+    const DrawnShare share = tile.next(drawn.invocations);
     SubPatchItem& item = items.sub_patches.emplace_back(tests_of(drawn));
     item[Event::kAlphaTests] = static_cast<std::uint32_t>(share.alpha_tests);
     item.texel_lines = static_cast<std::uint32_t>(share.alpha_lines);
-    for (std::uint32_t k = 0; k < item.texel_lines; ++k)
-      alpha_lines.push_back(own.alpha_lines[next_alpha[drawn.tile]++ % own.alpha_lines.size()]);
-    add_drawn(drawn, share, work);
-    add_warps(drawn, share, next_line, {work, items});
+    for (std::uint32_t k = 0; k < item.texel_lines; ++k) alpha_lines.push_back(tile.next_alpha_line());
+    work.events[Event::kCompactedSamples] += drawn.invocations;
+    work.events[Event::kShaderInvocations] += drawn.invocations;
+    work.events[Event::kBlendedLayers] += drawn.blended;
+    add_lookups(share, work);
+    add_warps(drawn, share, tile, {work, items});
     tested += item[Event::kTriangleTests];
     items.list_bytes += moved.bytes_read - read;
     items.written_bytes += moved.bytes_written - written;
@@ -440,7 +476,8 @@ timing::FrameWork SchemeWork::immediate(const BaselineCounters& scheme) const {
   work.tile_state_bytes = 1;  // batches keep no samples: as many as the scheduler knows
   timing::WorkRound& draws = work.rounds.emplace_back();
   draws.geometry = hull_stage(scheme);
-  add_batches(scheme.patch_bytes_cached, draws);
+  std::vector<TileShares> shares = this->shares();
+  add_batches(scheme.patch_bytes_cached, shares, draws);
   std::uint64_t read = 0, written = 0;
   if (!drawn_.moved.empty()) read = drawn_.moved.back().bytes_read, written = drawn_.moved.back().bytes_written;
   timing::WorkRound& finish = work.rounds.emplace_back();
@@ -451,19 +488,11 @@ timing::FrameWork SchemeWork::immediate(const BaselineCounters& scheme) const {
     tile.tile = order_[k];
     if (samples_ > 1) tile.events[Event::kPixels] = pixels_of(*job_.grid, order_[k]);
     tile.dram_bytes[kStore] = reads[k] + writes[k];
-    // The environment is drawn where nothing else was; its lookups are among those of what was drawn.
-    const OwnTile& own = own_[order_[k]];
-    for (const Event event : {Event::kBackgroundSamples, Event::kBackgroundLanes})
-      tile.events[event] = own.work.events[event];
-    tile.events[Event::kCompactedSamples] = own.work.events[Event::kBackgroundSamples];
+    TileItems items;
+    add_background(own_[order_[k]], shares[order_[k]], {tile, items});
     if (!has_items_) continue;
-    TileItems& items = finish.items.emplace_back();
-    for (timing::WarpItem warp : own.warps) {
-      if (warp.kind != timing::WarpItem::kBackground) continue;
-      warp.texels = warp.texel_lines = 0;
-      items.warps.push_back(warp);
-    }
     items.resolve_bytes = reads[k], items.written_bytes = writes[k];
+    finish.items.push_back(std::move(items));
   }
   return work;
 }

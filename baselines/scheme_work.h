@@ -101,7 +101,7 @@ class SchemeWork {
     hardware::ShaderCost place, whole;  // of a vertex: where it is; and what pixels interpolate
     bool masks = false, displaced = false;
   };
-  // The part of the machine's work in a tile that falls to a patch which is drawn there.
+  // The part of the machine's work in a tile that falls to a patch which is drawn there, or to the environment behind.
   struct DrawnShare {
     std::uint64_t texels, decoded_texels, l2_lines, visibility_bytes, shading_bytes, alpha_tests, texel_lines,
         alpha_lines;
@@ -125,11 +125,12 @@ class SchemeWork {
   void add_items(const ListWork& list, const OwnTile& own, Draw out) const;
   timing::GeometryWork hull_stage(const BaselineCounters& scheme) const;
   std::vector<ListWork> spread(std::span<const ListWork> lists, const binner::TileGrid& bins) const;
-  void add_batches(std::uint64_t patch_bytes, timing::WorkRound& round) const;
   std::vector<TileShares> shares() const;  // by tile
-  static void add_drawn(const DrawnInTile& drawn, const DrawnShare& share, timing::TileWork& batch);
-  void add_warps(const DrawnInTile& drawn, const DrawnShare& share, std::vector<std::size_t>& next_line,
-                 Draw out) const;
+  void add_batches(std::uint64_t patch_bytes, std::vector<TileShares>& shares, timing::WorkRound& round) const;
+  static void add_lookups(const DrawnShare& share, timing::TileWork& work);
+  void add_warps(const DrawnInTile& drawn, const DrawnShare& share, TileShares& tile, Draw out) const;
+  // Samples of a tile that see the environment, drawn where nothing else was.
+  void add_background(const OwnTile& own, TileShares& tile, Draw out) const;
   std::vector<std::uint64_t> by_pixels(std::uint64_t bytes) const;
 
   const gpu::GpuConfiguration& gpu_;

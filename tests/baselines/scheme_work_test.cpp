@@ -9,20 +9,7 @@ namespace {
 
 using hardware::Event;
 
-// One core, whose units and memory take no time.
-gpu::GpuConfiguration endless() {
-  auto gpu = test::coarse_machine<gpu::GpuConfiguration>();
-  gpu.queues.model = hardware::TimingModel::kEvents;
-  gpu.cores.count = 1;
-  gpu.rates.fill(1e30);
-  gpu.shader.operations = gpu.shader.surface_operations = gpu.shader.background_operations = 0;
-  gpu.set_bytes_per_clk(1e30);
-  gpu.memory.gpu_share = 1;
-  gpu.set_latency_clk(0);
-  gpu.queues.texture_latency_clk = gpu.queues.l2_latency_clk = 0;
-  gpu.queues.l2_lines_per_clk = 1e30;
-  return gpu;
-}
+gpu::GpuConfiguration endless() { return test::endless_machine<gpu::GpuConfiguration>(); }
 
 // Triangles of a few pixels side by side, which share no vertex, in a frame of one tile; with a texture of one line.
 scene::Capture triangles(std::uint32_t count, bool textured = false) {
@@ -97,7 +84,8 @@ TEST(SchemeWork, EveryTileBuildsTheMachinesOwnBoxes) {
   EXPECT_EQ(cycles(slow(Event::kBoxes, 64), triangles(1)), (ByScheme{128, 128, 128, 128, 128, 128, 128, 192}));
 }
 
-// Three vertices: whole ones once; or positions before lists are made, and whole ones of what is left after.
+// Some schemes shade the three vertices once, whole. The others shade their positions before they make lists, and shade
+// vertices whole when they draw them.
 TEST(SchemeWork, PositionPassesShadeVerticesTwice) {
   const gpu::GpuConfiguration gpu = slow(Event::kVertices, 10);
   EXPECT_EQ(cycles(gpu, triangles(1)), (ByScheme{30, 30, 30, 60, 60, 60, 60, 30}));

@@ -8,6 +8,7 @@
 #include "replay/baseline_report.h"
 #include "scene/capture_reader.h"
 #include "tests/support/coarse_machine.h"
+#include "tests/support/environments.h"
 #include "tests/support/tests.h"
 
 namespace tessera::replay::baselines_test {
@@ -370,10 +371,12 @@ struct Worked {
   const timing::FrameWork& of(SchemeId scheme) const { return works[static_cast<std::size_t>(scheme)]; }
 };
 
-Worked work_of(const scene::Capture& capture, const gpu::GpuConfiguration& gpu = {}, int samples = 4) {
+Worked work_of(const scene::Capture& capture, const gpu::GpuConfiguration& gpu = {}, int samples = 4,
+               tilecore::ShadingSurface surface = tilecore::ShadingSurface::kEvaluated) {
   baselines::BaselineObserver schemes;
   gpu::RunSettings settings;
   settings.sampling.samples_per_pixel = samples;
+  settings.shading.surface = surface;
   gpu::Device device(capture, gpu, settings, {160, 90, {0, 0, 160, 90}});
   device.set_observer(&schemes);
   gpu::FrameResult result = device.render(capture.settings.first_frame);
@@ -518,6 +521,47 @@ TEST_P(Baselines, BW2TiledSchemesShadeWhatTheMachineDoes) {
   const hardware::EventCounts immediate = timing::energy_events(w.of(SchemeId::kImmediate)).counts;
   EXPECT_EQ(immediate[Event::kShaderInvocations], w.set[SchemeId::kImmediate].pixel_shader_invocations);
   EXPECT_EQ(immediate[Event::kVertices], w.set[SchemeId::kImmediate].domain_evaluations);
+}
+
+// An environment that is an image is looked up behind everything: no lookup and no byte of it is lost, whoever draws.
+TEST(SchemeTextures, WhatIsBehindEverythingIsLookedUp) {
+  scene::Capture capture;
+  capture.settings.environment_kind = shaders::Surroundings::Kind::kImage;
+  capture.environment_image = test::noisy_environment(40, 5);
+  const int material = test::add_material(capture, {});
+  test::add_node(capture, test::triangles({{0, 0, 0}, {0.2f, 0, 0}, {0, 0.2f, 0}}, {0, 1, 2}, material));
+  test::add_camera(capture, {0, 0, 2});
+  const Worked w = work_of(capture);
+  const hardware::EventCounts machine = timing::energy_events(w.of(SchemeId::kTessera)).counts;
+  EXPECT_GT(machine[Event::kBackgroundSamples], 0u);
+  EXPECT_GT(machine[Event::kTexels], machine[Event::kShaderInvocations]);
+  for (const SchemeId s : {SchemeId::kPostTessellation, SchemeId::kVisibilityStream, SchemeId::kImmediate}) {
+    const hardware::EventCounts events = timing::energy_events(w.of(s)).counts;
+    EXPECT_EQ(events[Event::kBackgroundSamples], machine[Event::kBackgroundSamples]);
+    EXPECT_EQ(events[Event::kTexels], machine[Event::kTexels]);
+    EXPECT_EQ(w.set[s].texture_bytes, w.set[SchemeId::kPostTessellation].texture_bytes);
+    std::uint64_t texels = 0, lines = 0, listed = 0;
+    for (const timing::WorkRound& round : w.of(s).rounds)
+      for (const timing::TileItems& items : round.items) {
+        for (const timing::WarpItem& warp : items.warps) texels += warp.texels, lines += warp.texel_lines;
+        listed += items.texel_lines.size();
+      }
+    EXPECT_EQ(texels, machine[Event::kTexels]);
+    EXPECT_EQ(lines, listed);
+  }
+}
+
+// Vertices that the machine's pixels interpolate are its own: schemes shade theirs before.
+TEST(SchemeTextures, VerticesThatTheMachineInterpolatesAreNotTheirs) {
+  scene::Capture capture;
+  const int material = test::add_material(capture, {});
+  test::add_node(capture, test::patches(test::flat_patch({-0.5f, -0.5f, 0}, {1, 0, 0}, {0, 1, 0}), material));
+  test::add_camera(capture, {0, 0, 2});
+  const Worked evaluated = work_of(capture),
+               interpolated = work_of(capture, {}, 4, tilecore::ShadingSurface::kInterpolated);
+  EXPECT_GT(timing::energy_events(interpolated.of(SchemeId::kTessera)).counts[Event::kVertexOutputs], 0u);
+  for (const SchemeId s : {SchemeId::kPostTessellation, SchemeId::kDeferredVertex, SchemeId::kImmediate})
+    EXPECT_EQ(timing::energy_events(interpolated.of(s)).counts, timing::energy_events(evaluated.of(s)).counts);
 }
 
 TEST(SchemeCycles, GeometryTakesAsLongAsItsSlowestUnit) {

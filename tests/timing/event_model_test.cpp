@@ -13,19 +13,7 @@ namespace {
 
 using hardware::Machine;
 
-// Nothing takes time.
-Machine endless() {
-  Machine gpu = test::coarse_machine();
-  gpu.cores.count = 1;
-  gpu.rates.fill(1e30);
-  gpu.shader.operations = gpu.shader.surface_operations = gpu.shader.background_operations = 0;
-  gpu.set_bytes_per_clk(1e30);
-  gpu.memory.gpu_share = 1;
-  gpu.set_latency_clk(0);
-  gpu.queues.texture_latency_clk = gpu.queues.l2_latency_clk = 0;
-  gpu.queues.l2_lines_per_clk = 1e30;
-  return gpu;
-}
+Machine endless() { return test::endless_machine(); }
 
 // A frame of one tile, which a test fills.
 struct OneTile {
@@ -204,7 +192,7 @@ TEST(EventModel, PixelsWaitForTheVerticesThatTheyInterpolate) {
   // Vertices do not wait for others.
   one.items().warps[1].kind = WarpItem::kVertices;
   EXPECT_DOUBLE_EQ(one.cycles(gpu), 40 + 300 + 100.0);
-  // The twin: pixels that evaluate wait for nobody.
+  // The twin: pixels that evaluate their patches do not wait.
   first.kind = one.items().warps[1].kind = WarpItem::kEvaluating;
   EXPECT_LT(one.cycles(gpu), 140 + 300 + 100.0);
 }
