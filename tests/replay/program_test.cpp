@@ -291,8 +291,7 @@ TEST(ReplayCommand, FramesAtOnceAreTheFramesOneAfterTheOther) {
   const auto counters = [&](const char* threads) {
     nlohmann::json all;
     const auto stats = nlohmann::json::parse(test::read_text(out / threads / "stats.json"));
-    for (const auto& frame : stats["frames"])
-      all.push_back({frame["frame"], frame["counters"], frame["timing"]});
+    for (const auto& frame : stats["frames"]) all.push_back({frame["frame"], frame["counters"], frame["timing"]});
     return all;
   };
   EXPECT_EQ(counters("1"), counters("4"));
