@@ -160,5 +160,40 @@ TEST(VertexOutputs, BytesAreThoseOfWhatIsRead) {
   EXPECT_EQ(vertex_output_bytes(*still.frame, still.drawable()), 12u + 16 + (12 + 16) / 2);
 }
 
+// The normal map of a coat reads along one coordinate and anisotropy runs along another: pixels derive both frames of
+// tangents, that of the anisotropy from coordinates at which no texture is read.
+TEST(VertexOutputs, CoordinatesThatPixelsDeriveTangentsFromAreThere) {
+  const BentPatches scene(0);
+  scene::Material material = *scene.drawable().material;
+  Image8 image(1, 1, 4);
+  image.values = {128, 128, 255, 255};
+  material.clearcoat.normal_texture.texture =
+      std::make_shared<const shaders::Texture>(DecodedImage{image}, shaders::ColorSpace::kLinear);
+  material.clearcoat.normal_texture.texcoord = 1;
+  material.clearcoat.factor = 1, material.anisotropy.strength = 1;
+  for (const auto effect : {scene::MaterialEffect::kClearcoat, scene::MaterialEffect::kAnisotropy})
+    material.effects[static_cast<std::size_t>(effect)] = true;
+  scene::Primitive primitive = *scene.drawable().primitive;
+  primitive.vertices.texcoords.push_back(primitive.vertices.texcoords[0]);
+  scene::PosedDrawable& drawable = scene.frame->drawables[0];
+  drawable.material = &material, drawable.primitive = &primitive;
+  ASSERT_EQ(scene::tangent_slot(material).texcoord, 0);
+  ASSERT_FALSE(has_vertex_tangents(material));
+  EXPECT_EQ(vertex_output_bytes(*scene.frame, drawable), 12u + 16 + 12 + 16 + 2 * 8) << "both sets of coordinates";
+  VertexOutputs outputs;
+  outputs.begin(*scene.frame, drawable);
+  const SurfaceLocation at{1, 4, 0.25f, 0.5f, 0};
+  const one_lane::LaneSurface<float> s = interpolated(scene, outputs, at);
+  DrawConstants patches = draw_constants(*scene.frame, drawable), mesh = patches;
+  outputs.set_mesh(mesh);
+  const one_lane::LaneSurface<float> own = one_lane_surface(evaluate_surface(*scene.frame, at));
+  for (const int set : {0, 1}) {
+    const auto given = one_lane::lane_texcoord(mesh, s, set, shaders::TextureTransform()),
+               there = one_lane::lane_texcoord(patches, own, set, shaders::TextureTransform());
+    EXPECT_NEAR(given.u, there.u, 1e-3f) << set;
+    EXPECT_NEAR(given.v, there.v, 1e-3f) << set;
+  }
+}
+
 }  // namespace
 }  // namespace tessera::tilecore::vertex_outputs_test
