@@ -117,7 +117,7 @@ def too_long(path, text):
 
 
 # A loop keeps alive the result of the last call alone: of a call's result it may not be an element.
-LOOP_OVER_ELEMENT = re.compile(r"for \([^;()]* : [\w:]+\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*\)\[[^\]]*\]\)")
+LOOP_OVER_ELEMENT = re.compile(r"for \([^;()]* : [\w:]+\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*\)(?:\[[^\]]*\])+(?:\.items\(\))?\)")
 
 
 def loops_over_what_is_gone(path, text):
@@ -272,6 +272,7 @@ def twins(phrases):
         wrong_includes("gpu/a.h", '#include "replay/describe.h"\n'), wrong_includes("include/tessera/a.h", '#include "gpu/device.h"\n'),
         too_long("gpu/a.cpp", long_text), too_long("gpu/a.cpp", "\n" * 801), wrong_names_at_the_top(["notes.txt"]),
         loops_over_what_is_gone("a.cpp", 'for (const json& f : parse(read(out / "a"))["frames"])'),
+        loops_over_what_is_gone("a.cpp", 'for (const auto& [k, v] : parse(text)["frames"][0].items()) {'),
         unit_not_found("tile core", "gpu/tile_core.h", {}), unit_not_found("texture cache", "a/b.h", {"a/b.h": "surfaces"}),
         broken_links("README.md", "[a](docs/nothing.md)"), broken_links("docs/tour.md", "`gpu/nothing.h`"),
         wrong_invariants([("PB1", "a.h"), ("PB1", "b.h")], {"PB1"}), wrong_invariants([("PB1", "a.h"), ("PB2", "b.h")], {"PB1", "PB2"}),
