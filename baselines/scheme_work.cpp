@@ -125,8 +125,7 @@ class SchemeWork::TileShares {
 };
 
 std::vector<SchemeWork::TileShares> SchemeWork::shares() const {
-  const bool looks_up =
-      !job_.background && job_.lighting.environment.surroundings().kind == shaders::Surroundings::Kind::kImage;
+  const bool looks_up = job_.lighting.environment.surroundings().kind == shaders::Surroundings::Kind::kImage;
   std::vector<TileShares> shares;
   for (std::size_t tile = 0; tile < own_.size(); ++tile)
     shares.emplace_back(own_[tile], textures_[tile], looks_up ? own_[tile].work.events[Event::kBackgroundSamples] : 0);

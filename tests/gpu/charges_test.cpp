@@ -1,5 +1,5 @@
-// What the emulated units need is charged: each test needs more of one thing, and pays for it. Most are twins of each
-// other: the same scene without it pays nothing.
+// What the emulated units need is charged (gpu/work_recorder.h records it): each test needs more of one thing, and pays
+// for it. Most are twins of each other: the same scene without it pays nothing.
 #include "gpu/device.h"
 #include "gpu/settings.h"
 #include "memory/ledger.h"

@@ -97,8 +97,9 @@ class TextureUnit {
   bool active() const { return settings_.memory != nullptr; }
   // A lookup of one invocation.
   void fetch(const shaders::Texture& texture, const shaders::TexelFootprint& footprint);
-  // Lookups of a warp's invocations in one slot, whose texture lies as `layout` says: lines[4 level + corner][first ... first + lanes), -1 where there is
-  // none; a lane's first corner is there whenever it reads the level.
+  // Lookups of a warp's invocations in one slot, whose texture lies as `layout` says:
+  // lines[4 level + corner][first ... first + lanes), -1 where there is none. A lane that reads a level has its first
+  // corner.
   void fetch_warp(const TextureLayoutView& layout, const std::array<std::int32_t*, 8>& lines, std::size_t first,
                   std::size_t lanes);
   // Null: the unit counts nothing.
