@@ -69,7 +69,7 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
   out.pixel_shader_invocations = counters.shading.pixel_shader_invocations;
   set_pressure(queue_pressure(record, gpu,
                               tile_state_bytes(*job.grid, job.pattern->samples_per_pixel(),
-                                               tilecore::TileState::bytes_per_sample(tilecore::sees_rest(job)),
+                                               tilecore::sample_layout(job).sample_bytes(),
                                                job.burst_bytes())),
                out);
   return out;

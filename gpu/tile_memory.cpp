@@ -8,17 +8,20 @@
 namespace tessera::gpu {
 namespace {
 
+// Frames in which procedures are sampled keep more.
+tilecore::SampleLayout layout_of(const GpuConfiguration& gpu) { return {gpu.tilecore.weight_bits, false, false}; }
+
 std::string does_not_fit(const GpuConfiguration& gpu, const RunSettings& settings) {
   return fmt::format("tilecore.memory_bytes: {} bytes hold no tile of {}x{} pixels with {} samples of {} bytes",
                      gpu.cores.memory_bytes, gpu.tile.width, gpu.tile.height, settings.sampling.samples_per_pixel,
-                     tilecore::TileState::bytes_per_sample(false));
+                     layout_of(gpu).sample_bytes());
 }
 
 }  // namespace
 
 std::uint64_t tile_sample_bytes(const GpuConfiguration& gpu, const RunSettings& settings) {
   return static_cast<std::uint64_t>(gpu.tile.width) * static_cast<std::uint64_t>(gpu.tile.height) *
-         static_cast<std::uint64_t>(settings.sampling.samples_per_pixel) * tilecore::TileState::bytes_per_sample(false);
+         static_cast<std::uint64_t>(settings.sampling.samples_per_pixel) * layout_of(gpu).sample_bytes();
 }
 
 std::string grow_tile_memory(GpuConfiguration& gpu, const RunSettings& settings) {

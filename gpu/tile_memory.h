@@ -11,9 +11,9 @@ namespace tessera::gpu {
 // A core works on one tile at least, so its memory holds what the samples of one see. A machine with less cannot be built.
 // Where a preset's memory is too small for the samples or the tiles that someone asks for, the machine has as much as one
 // tile needs, and its area, leakage and energy per access are those of that memory; a size that someone has chosen is
-// refused. What frames keep beside (time and lens of samples, layers) leaves fewer tiles in work, not a larger memory.
+// refused. What frames keep beside (layers, tables of triangles, vertices) leaves fewer tiles in work, not a larger memory.
 
-// Of tile.width x tile.height pixels, tilecore::TileState::bytes_per_sample() for each sample.
+// Of tile.width x tile.height pixels, tilecore::SampleLayout::sample_bytes() for each sample.
 std::uint64_t tile_sample_bytes(const GpuConfiguration& gpu, const RunSettings& settings);
 
 // Makes tilecore.memory_bytes at least that. Returns what was done, for people; "" where it was enough.

@@ -464,7 +464,7 @@ FrameRecord WorkRecorder::finish(const tilecore::TileJob& job, const memory::Led
     return (pixels + tilecore::DepthBlocks::kSide - 1) / tilecore::DepthBlocks::kSide;
   };
   record_.work.tile_state_bytes = width * height * static_cast<std::uint64_t>(job.pattern->samples_per_pixel()) *
-                                      tilecore::TileState::bytes_per_sample(tilecore::sees_rest(job)) +
+                                      tilecore::sample_layout(job).sample_bytes() +
                                   blocks(width) * blocks(height) * sizeof(float);
   const memory::Traffic all = ledger.total();
   record_.other = {all.read_bytes - rounds_.read_bytes, all.written_bytes - rounds_.written_bytes};

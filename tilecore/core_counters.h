@@ -27,6 +27,7 @@ struct TileCoreCounters {
   std::uint64_t box_lanes = 0, triangle_lanes = 0;
   std::uint64_t sample_hits = 0;
   std::uint64_t alpha_tests = 0;
+  std::uint64_t triangle_table_bytes = 0;
 };
 
 // All that the units of a core count.
@@ -118,6 +119,11 @@ inline constexpr auto kCounterFields<tilecore::TileCoreCounters> = std::to_array
      "MaliFragRastQd (times the samples of a quad)"},
     {"tilecore.alpha_tests", &tilecore::TileCoreCounters::alpha_tests, Combine::kSum, "tests",
      "Hits whose alpha was looked up because the material masks.", "MaliFragLZSTestTd"},
+    {"tilecore.triangle_table_bytes", &tilecore::TileCoreCounters::triangle_table_bytes, Combine::kSum, "bytes",
+     "Bytes that cores write to and read from the tables by which samples name triangles: a record for each sub-patch that "
+     "a tile sees, read for each pixel-shader invocation; and corners of leaves that are seen elsewhere than at rest, "
+     "three of them for each of tilecore.places_found.",
+     ""},
 });
 TESSERA_COUNTERS_COVER(tilecore::TileCoreCounters);
 

@@ -15,6 +15,7 @@ struct CoreSettings {
   bool occlusion_culling = true;
   VisibilityMethodSettings visibility;
   int blend_layers = 8;
+  int weight_bits = 16;
 };
 Keys<CoreSettings> core_keys();
 

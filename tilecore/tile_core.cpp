@@ -40,6 +40,7 @@ class OpaqueSink final : public HitSink {
     state_.rest_x[s] = hit.rest_x;
     state_.rest_y[s] = hit.rest_y;
     state_.positive[s] = hit.positive ? 1 : 0;
+    state_.triangles.see(hit.triangle);
   }
 
   std::uint32_t patch_;
@@ -82,7 +83,8 @@ class LayerSink final : public HitSink {
   LayerSink(std::uint32_t patch, TileState& state) : patch_(patch), state_(state) {}
   void take(std::span<const Hit> hits) override {
     for (const Hit& hit : hits)
-      state_.add_layer({hit.sample, patch_, hit.triangle, hit.z, hit.b1, hit.b2, hit.rest_x, hit.rest_y});
+      if (state_.add_layer({hit.sample, patch_, hit.triangle, hit.z, hit.b1, hit.b2, hit.rest_x, hit.rest_y}))
+        state_.triangles.see(hit.triangle);
   }
 
  private:
@@ -111,7 +113,8 @@ VisibilitySettings visibility_settings(const TileJob& job, const scene::FrameGeo
           depth,
           frontend::sharp_factor(frame.projection),
           job.kernels,
-          farthest};
+          farthest,
+          weight_steps(job.core.weight_bits)};
 }
 
 // One for each leaf and for each cell that is not clipped.
@@ -155,6 +158,12 @@ TileResult TileCore::take_result() {
   counters.rays = visibility_.take_ray_counters();
   counters.sampling = sampler_.take_counters();
   counters.shading = shader_.take_counters();
+  if (const std::uint64_t places = resolve_.take_places(); !parameters_) {
+    counters.shading.places_found += places;
+    counters.tilecore.triangle_table_bytes +=
+        TriangleTable::kRecordBytes * counters.shading.pixel_shader_invocations +
+        3 * TriangleTable::kCornerBytes * counters.shading.places_found;
+  }
   result_.extra_bytes += shader_.take_vertex_bytes();
   counters.texture = shader_.textures().take_counters();
   counters.desampling = resolve_.take_counters();
@@ -234,6 +243,8 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
   if (!state.started) {
     state.start(samples_.count, pixels.width(), samples_.spp);
     state.keeps_rest = sees_rest(job);
+    state.layout = sample_layout(job);
+    parameters_ = state.layout.parameters;
   }
   if (job.procedures != nullptr) {
     sampler_.count_drawables(totals_.drawables);
@@ -272,7 +283,7 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
   if (job.procedures != nullptr) draw_cells(job, state, before);
   current_work_place().base_patch = -1;
   result_.counters.tilecore.depth_blocks_updated += state.take_depth_updates();
-  if (!state.layers.empty()) result_.extra_bytes = std::max(result_.extra_bytes, state.layer_bytes(job.blend_layers()));
+  result_.extra_bytes = std::max(result_.extra_bytes, state.extra_bytes(job.blend_layers()));
   leave_segment(job);
   result_.visibility_misses = shader_.textures().misses().size();
   result_.visibility_texels = shader_.textures().counters().texels;
@@ -366,6 +377,8 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::ListEntry& ent
       run(LayerSink(entry.base_patch, state));
       break;
   }
+  const std::uint64_t written = state.triangles.end_sub_patch(item.mesh, rays);
+  if (!state.layout.parameters) result_.counters.tilecore.triangle_table_bytes += written;
 }
 
 void TileCore::find_hits(const TileJob& job, const binner::ListEntry& entry, HitSink& sink) {

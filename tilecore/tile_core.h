@@ -126,6 +126,7 @@ class TileCore {
   CoreTotals totals_;
   std::vector<TimeRange> leaf_times_;
   bool keep_items_ = false;
+  bool parameters_ = false;  // SampleLayout::parameters of the frame in hand
 };
 
 }  // namespace tessera::tilecore

@@ -13,6 +13,7 @@
 #include "tilecore/shading/pixel_shader.h"
 #include "tilecore/shading/shading_settings.h"
 #include "tilecore/shading/texture_unit.h"
+#include "tilecore/tile_state.h"
 #include "tilecore/visibility/sample_pattern.h"
 #include "tilecore/visibility/visibility_method.h"
 
@@ -63,6 +64,11 @@ struct TileJob {
 // Whether anything may be seen elsewhere than where it rests: state then says where that is.
 inline bool sees_rest(const TileJob& job) {
   return job.frame->any_motion || job.frame->projection.lens_scale != 0 || job.forced.motion || job.forced.lens;
+}
+
+// What samples take of the tile memory in the frame.
+inline SampleLayout sample_layout(const TileJob& job) {
+  return {job.core.weight_bits, job.procedures != nullptr, sees_rest(job)};
 }
 
 }  // namespace tessera::tilecore

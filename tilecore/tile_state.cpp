@@ -18,6 +18,7 @@ void TileState::start(std::size_t samples, int width, int spp) {
   positive.assign(samples, 0);
   for (auto* v : {&b1, &b2, &rest_x, &rest_y}) v->assign(samples, 0.0f);
   layers.clear();
+  triangles.clear();
   next_drop_ = std::min<std::size_t>(max_layers, 4096);
   started = true;
 }
@@ -38,15 +39,15 @@ void TileState::make_room() {
 }
 
 std::uint64_t TileState::bytes(std::size_t capacity) const {
-  return z.size() * bytes_per_sample(keeps_rest) + layer_bytes(capacity);
+  return z.size() * layout.sample_bytes() + extra_bytes(capacity);
 }
 
-std::uint64_t TileState::layer_bytes(std::size_t capacity) const {
+std::uint64_t TileState::extra_bytes(std::size_t capacity) const {
   std::uint64_t kept = 0;
   std::vector<std::size_t> of_sample(layers.empty() ? 0 : z.size());
   for (const Layer& layer : layers)
     if (layer.z < z[layer.sample] && ++of_sample[layer.sample] <= capacity) ++kept;
-  return kept * bytes_per_layer(keeps_rest);
+  return kept * layout.layer_bytes() + (layout.parameters ? 0 : triangles.bytes());
 }
 
 }  // namespace tessera::tilecore

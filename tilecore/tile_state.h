@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tilecore/depth_blocks.h"
+#include "tilecore/triangle_table.h"
 
 namespace tessera::tilecore {
 
@@ -16,13 +17,24 @@ enum PixelRate : std::uint8_t {
   kHalvesApart = 2,  // samples in the left half do not share with those in the right
 };
 
+// What the tile memory keeps of a sample and of a blended layer. Its time and lens point follow from its number, and where
+// the surface is at rest from the corners of its triangle (TriangleTable).
+struct SampleLayout {
+  int weight_bits = 16;     // of each of two weights (tilecore.weight_bits)
+  bool parameters = false;  // of surfaces that procedures draw: patch and parameters whole, and with `rest` its place
+  bool rest = false;
+  // Depth, triangle, weights.
+  std::uint64_t sample_bytes() const {
+    if (parameters) return rest ? 28 : 20;
+    return 4 + 4 + static_cast<std::uint64_t>(2 * weight_bits + 7) / 8;
+  }
+  // The same and the sample's number.
+  std::uint64_t layer_bytes() const { return sample_bytes() + 4; }
+};
+
 // What the samples of a tile see. Survives partial renders, when it is stored to memory and loaded again.
 struct TileState {
   static constexpr std::uint32_t kNoPatch = 0xFFFFFFFFu;
-  // Of a sample: z, patch, triangle, two weights; where things move or are defocused, also where the surface is at rest.
-  static constexpr std::uint64_t bytes_per_sample(bool rest) { return rest ? 28 : 20; }
-  // Of a layer: the same and the sample's number.
-  static constexpr std::uint64_t bytes_per_layer(bool rest) { return bytes_per_sample(rest) + 4; }
   // Most layers that the emulator keeps of one tile: 256 MiB.
   static constexpr std::size_t kMaxLayers = std::size_t{1} << 23;
 
@@ -43,6 +55,8 @@ struct TileState {
 
   bool started = false;
   bool keeps_rest = false;  // rest_x and rest_y say something
+  SampleLayout layout;
+  TriangleTable triangles;  // of sub-patches that samples or layers see
   // `spp` samples for each pixel of a tile of that width, row by row.
   void start(std::size_t samples, int width, int spp);
 
@@ -54,12 +68,13 @@ struct TileState {
     depth_blocks_.touch(s, first);
   }
 
-  // Keeps a layer, unless it is hidden already. Throws LimitError when more than max_layers are in front of what is
-  // opaque.
-  void add_layer(const Layer& layer) {
-    if (layer.z >= z[layer.sample]) return;
+  // Keeps a layer, unless it is hidden already; says whether. Throws LimitError when more than max_layers are in front
+  // of what is opaque.
+  bool add_layer(const Layer& layer) {
+    if (layer.z >= z[layer.sample]) return false;
     if (layers.size() >= next_drop_) make_room();
     layers.push_back(layer);
+    return true;
   }
   // Forgets the layers that an opaque surface hides.
   void drop_hidden_layers();
@@ -71,9 +86,10 @@ struct TileState {
   // Blocks of 8x8 pixels whose farthest depth that took to look at, since the last call.
   std::uint64_t take_depth_updates() { return depth_blocks_.take_updates(); }
 
-  // Bytes of the state of a machine that keeps at most `capacity` layers of a sample; of its layers alone.
+  // Bytes of the state of a machine that keeps at most `capacity` layers of a sample; of what it holds beside samples,
+  // layers and the table of triangles, alone.
   std::uint64_t bytes(std::size_t capacity) const;
-  std::uint64_t layer_bytes(std::size_t capacity) const;
+  std::uint64_t extra_bytes(std::size_t capacity) const;
 
  private:
   static constexpr float kNothing = std::numeric_limits<float>::infinity();

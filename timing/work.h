@@ -41,7 +41,7 @@ struct TileWork {
   EventCounts events;
   std::uint64_t sub_patches = 0;  // tested, tessellated for it or found in the cache
   std::array<std::uint64_t, kPhaseCount> dram_bytes{};
-  // Bytes of blended layers and vertices that its core keeps beside FrameWork::tile_state_bytes.
+  // Bytes of blended layers, tables of triangles and vertices that its core keeps beside FrameWork::tile_state_bytes.
   std::uint64_t extra_bytes = 0;
 };
 

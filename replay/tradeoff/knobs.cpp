@@ -147,13 +147,16 @@ std::vector<Knob> shading_knobs() {
             {"half attributes, 4 sub-pixel bits", {{"shading.attributes", "half"}, {"tessellator.subpixel_bits", 4}}}},
            "float, 8 sub-pixel bits");
   // As the double one shades, and draws procedures.
-  arithmetic.context = {{"shading.rate", "sample"}, {"procedures.path", "tessellated"}};
+  arithmetic.context = {
+      {"shading.rate", "sample"}, {"shading.surface", "evaluated"}, {"procedures.path", "tessellated"}};
   return {arithmetic,
           watching(knob("shading", "shading mode", shading, "pixel"), "tilecore.pixel_shader_invocations",
                    "pixel-shader invocations"),
           watching(knob("surface", "surface that pixels shade",
-                        values_of("shading.surface", {"evaluated", "interpolated"}), "evaluated", KnobNeed::kGrids),
-                   "tilecore.surface_evaluations", "evaluations of patches by pixels")};
+                        values_of("shading.surface", {"evaluated", "interpolated"}), "interpolated", KnobNeed::kGrids),
+                   "tilecore.surface_evaluations", "evaluations of patches by pixels"),
+          knob("weight_bits", "bits of a sample's weights", values_of("tilecore.weight_bits", {8, 10, 12, 16, 24}, " bits"),
+               "16 bits")};
 }
 
 std::vector<Knob> texture_knobs() {

@@ -7,7 +7,7 @@
 namespace tessera::gpu::interpolated_surface_test {
 namespace {
 
-constexpr const char* kInterpolated = "shading.surface=interpolated";
+constexpr const char *kInterpolated = "shading.surface=interpolated", *kEvaluated = "shading.surface=evaluated";
 
 FrameResult rendered(const scene::Capture& capture, std::vector<const char*> settings) {
   GpuConfiguration gpu;
@@ -48,7 +48,7 @@ TEST_P(InterpolatedSurface, HasTheSameBitsOnEveryMachine) {
 TEST_P(InterpolatedSurface, IsNearTheEvaluatedOneAndNearerWithShorterEdges) {
   const scene::Capture capture = scene::read_capture(test::shipped_capture(GetParam()));
   const auto distance = [&](const char* edge) {
-    return psnr(rendered(capture, {kInterpolated, edge}).targets.color, rendered(capture, {edge}).targets.color);
+    return psnr(rendered(capture, {kInterpolated, edge}).targets.color, rendered(capture, {kEvaluated, edge}).targets.color);
   };
   const double usual = distance("tessellation.target_edge_pixels=4"),
                fine = distance("tessellation.target_edge_pixels=1");
@@ -72,8 +72,9 @@ TEST(InterpolatedSurface, RatesQuadsAndDesamplingInterpolateAsWell) {
                                               {"shading.attributes=half"},
                                               {"stereo.eye_separation=0.06"}}) {
     std::vector<const char*> settings = how;
+    settings.push_back(kEvaluated);
     const FrameResult evaluated = rendered(capture, settings);
-    settings.push_back(kInterpolated);
+    settings.back() = kInterpolated;
     const FrameResult interpolated = rendered(capture, settings);
     EXPECT_EQ(interpolated.counters.shading.surface_evaluations, 0u) << how.front();
     EXPECT_GT(interpolated.counters.shading.vertex_outputs, 0u) << how.front();
@@ -82,7 +83,7 @@ TEST(InterpolatedSurface, RatesQuadsAndDesamplingInterpolateAsWell) {
   // Cells evaluate.
   const FrameResult cells = rendered(capture, {kInterpolated, "shading.rate=cache"});
   EXPECT_EQ(cells.counters.shading.vertex_outputs, 0u);
-  EXPECT_EQ(cells.targets.color.values, rendered(capture, {"shading.rate=cache"}).targets.color.values);
+  EXPECT_EQ(cells.targets.color.values, rendered(capture, {kEvaluated, "shading.rate=cache"}).targets.color.values);
 }
 
 }  // namespace

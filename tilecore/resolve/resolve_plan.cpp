@@ -61,6 +61,7 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& 
     const VelocityBuffer::Work work = velocity->take_work();
     counters_.velocity_operations += work.operations;
     vertex_bytes_ += work.vertex_bytes;
+    places_ += work.places;
   }
 }
 
@@ -278,6 +279,7 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
       // Samples see what they see, on average, half of the shutter's way from where that was at shutter open.
       evidence.blurred_speed = state_->keeps_rest ? 2.0f * blur_of(block) / shutter : 0.0f;
       counters_.velocity_operations += 16 * kBlurOperations;
+      if (state_->keeps_rest) places_ += 16 * static_cast<std::uint64_t>(spp_);
       block.left_by_blur = left_by_blur(std::min(motion.speed, evidence.blurred_speed) * shutter);
     }
     if (reads_contrast(settings) && !evidence.edge) {

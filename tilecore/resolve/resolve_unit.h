@@ -113,6 +113,8 @@ class ResolveUnit {
   DesamplingCounters take_counters() { return std::exchange(counters_, {}); }
   HistoryCounters take_history_counters() { return std::exchange(history_counters_, {}); }
   std::uint64_t take_pixels_shaded() { return std::exchange(pixels_shaded_, 0); }
+  // Places at shutter open that it asked for, of samples that see something elsewhere.
+  std::uint64_t take_places() { return std::exchange(places_, 0); }
   memory::Ledger take_ledger() { return std::exchange(ledger_, {}); }
   // Until take_ledger(), every transfer also goes to `log`.
   void record_accesses(memory::AccessLog* log) { ledger_.record_into(log); }
@@ -227,7 +229,7 @@ class ResolveUnit {
   ReconstructionWork reconstruction_work_;
   DesamplingCounters counters_;
   HistoryCounters history_counters_;
-  std::uint64_t pixels_shaded_ = 0;
+  std::uint64_t pixels_shaded_ = 0, places_ = 0;
   memory::Ledger ledger_;
 };
 

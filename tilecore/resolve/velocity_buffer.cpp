@@ -57,6 +57,7 @@ void VelocityBuffer::count_point(std::size_t pixel) {
   const scene::PosedDrawable& drawable = frame_->drawable_of(patch);
   const auto d = static_cast<std::uint32_t>(frame_->assembly->patch_drawable[patch]);
   if (motion_->kind(d) == MotionField::Kind::kRigid) work_.operations += kRigidOperations;
+  if (!is_seen_at_rest(d)) ++work_.places;
   if (motion_->kind(d) != MotionField::Kind::kDeforming) return;
   const bool grid = has_grid(drawable);
   work_.operations += grid ? kPatchOperations : kTriangleOperations;
@@ -74,7 +75,7 @@ MotionField::Step VelocityBuffer::evaluate_pixel(std::size_t pixel) {
   if (patch != last_patch_) {
     last_patch_ = patch;
     last_drawable_ = frame_->assembly->patch_drawable[patch];
-    last_rests_ = !frame_->drawables[last_drawable_].moving && frame_->projection.lens_scale == 0;
+    last_rests_ = is_seen_at_rest(last_drawable_);
     last_rigid_ = motion_->kind(last_drawable_) == MotionField::Kind::kRigid;
   }
   const std::uint32_t drawable = last_drawable_;
@@ -97,7 +98,7 @@ bool VelocityBuffer::evaluate_rigid(IntRect block, std::array<float, 16>& speeds
   for (std::size_t j = 0; j < 4; ++j)
     if (!all_are(&surfaces_->surface[first + j * width], surface)) return false;
   if (motion_->kind(drawable) != MotionField::Kind::kRigid) return false;
-  const bool rests = !frame_->drawables[drawable].moving && frame_->projection.lens_scale == 0;
+  const bool rests = is_seen_at_rest(drawable);
   const std::vector<float>&xs = rests ? samples_->x : state_->rest_x, &ys = rests ? samples_->y : state_->rest_y;
   MotionField::RigidPoints points;
   for (std::size_t i = 0; i < 16; ++i) {
@@ -137,7 +138,10 @@ VelocityBuffer::Block VelocityBuffer::evaluate(IntRect block, BlockSpeed statist
   std::array<float, 16> speeds;
   int count = 0;
   if (std::uint32_t usable = 0; !out.still && evaluate_rigid(block, speeds, usable)) {
-    if (counted) work_.operations += 16 * kRigidOperations;
+    if (counted) {
+      work_.operations += 16 * kRigidOperations;
+      if (!is_seen_at_rest(surfaces_->surface[surfaces_->index(block.x0, block.y0)] - 1)) work_.places += 16;
+    }
     out.usable = usable == 0xffffu;
     out.speed = statistic_of(speeds, 16, statistic);
     return out;

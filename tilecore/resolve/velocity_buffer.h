@@ -47,6 +47,7 @@ class VelocityBuffer {
   struct Work {
     std::uint64_t operations = 0;
     std::uint64_t vertex_bytes = 0;  // of the other frame, that were read for them
+    std::uint64_t places = 0;        // at shutter open, of samples that do not see it there
   };
   Work take_work() { return std::exchange(work_, {}); }
 
@@ -57,6 +58,10 @@ class VelocityBuffer {
   // it is another.
   bool evaluate_rigid(IntRect block, std::array<float, 16>& speeds, std::uint32_t& usable);
   bool rests(IntRect block) const;
+  // Whether samples see the drawable where it is at shutter open.
+  bool is_seen_at_rest(std::uint32_t drawable) const {
+    return !frame_->drawables[drawable].moving && frame_->projection.lens_scale == 0;
+  }
 
   const scene::FrameGeometry* frame_ = nullptr;
   const TileSamples* samples_ = nullptr;

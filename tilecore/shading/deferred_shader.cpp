@@ -191,6 +191,7 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
   else
     counters_.samples_visible += merger.visible();
   counters_.fragments_merged += merger.merged();
+  if (!state.layout.parameters) counters_.places_found += merger.places();
   if (job.shading.derivatives == ShadingDerivatives::kQuad) {
     counters_.quads += merger.quads();
     counters_.helper_invocations += 4 * merger.quads() - merger.runs().size();
@@ -359,6 +360,7 @@ void DeferredShader::collect_layers(const TileJob& job, const TileSamples& sampl
       continue;
     }
     if (again_) unskip(layers.size(), shared_layers_.size());
+    if (!state.layout.parameters) counters_.places_found += layer_places_;
     for (std::size_t i = 0; i < layers.size(); ++i)
       layer_point_[begin + i] = ask_for_layer(job, samples, layers[i], shared_layers_[shared_of_[i]], pixel);
   }
@@ -389,9 +391,11 @@ void DeferredShader::share_layers(const TileJob& job, const TileSamples& samples
   const bool shares = job.shading.rate == ShadingRate::kPixel || job.shading.rate == ShadingRate::kPrimitive;
   shared_layers_.clear();
   shared_of_.clear();
+  layer_places_ = 0;
   for (const TileState::Layer& layer : layers) {
     const bool rests = is_at_rest(*job.frame, layer.patch);
     const float cell_x = rests ? 0.0f : std::floor(layer.rest_x), cell_y = rests ? 0.0f : std::floor(layer.rest_y);
+    layer_places_ += shares && !rests ? 1 : 0;
     const int segment = job.frame->segment_at(layer.patch, samples.t(layer.sample));
     std::size_t g = shares ? 0 : shared_layers_.size();
     const auto same = [&](const SharedLayer& o) {

@@ -38,6 +38,7 @@ struct ShadingCounters {
   std::uint64_t vertex_outputs = 0;
   std::uint64_t vertex_output_warps = 0;
   std::uint64_t vertex_output_bytes = 0;
+  std::uint64_t places_found = 0;
   std::uint64_t background_samples = 0;
   std::uint64_t background_warps = 0;
   std::uint64_t quads = 0;
@@ -204,6 +205,7 @@ class DeferredShader {
   std::array<std::array<float, kBackgroundBatch>, 5> view_points_;  // as ViewRays::Points
   std::array<std::array<std::int32_t, kBackgroundBatch>, kLookupLines> background_lines_;
   std::vector<SharedLayer> shared_layers_;
+  std::uint64_t layer_places_ = 0;  // of those
   std::vector<std::uint32_t> shared_of_;
   std::vector<LayerQuad> layer_quads_;
   std::vector<BlendedLayer> blended_;
@@ -259,6 +261,10 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> = std::to_array<
     {"tilecore.vertex_output_bytes", &tilecore::ShadingCounters::vertex_output_bytes, Combine::kSum, "bytes",
      "Bytes of such vertices that were written to the tile memory, and read there for each of the three of an "
      "invocation.",
+     ""},
+    {"tilecore.places_found", &tilecore::ShadingCounters::places_found, Combine::kSum, "places",
+     "Places on screen at shutter open, of samples and layers that see a surface elsewhere, which a core finds from the "
+     "corners and weights of their triangles.",
      ""},
     {"tilecore.background_samples", &tilecore::ShadingCounters::background_samples, Combine::kSum, "samples",
      "Samples that see the environment, which the shader computes for each. A uniform one, or a background of the "

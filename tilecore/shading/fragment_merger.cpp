@@ -38,7 +38,7 @@ bool is_at_rest(const scene::FrameGeometry& frame, std::uint32_t patch) {
 void FragmentMerger::group(const TileJob& job, const TileSamples& samples, const TileState& state,
                            std::span<const std::size_t> pixels, std::span<const bool> split) {
   spp_ = static_cast<std::size_t>(samples.spp);
-  visible_ = merged_ = quads_ = 0;
+  visible_ = merged_ = quads_ = places_ = 0;
   fragments_.clear();
   vertices_.clear();
   runs_.clear();
@@ -97,6 +97,7 @@ void FragmentMerger::add_sample(const TileJob& job, const TileSamples& samples, 
   ++visible_;
   const std::uint32_t patch = state.patch[s], triangle = state.triangle[s];
   know(job, patch);
+  if (!known_rests_) ++places_;
   const float t = samples.t(s);
   const int segment = known_rests_ ? 0 : job.frame->segment_at(patch, t);
   // A still pinhole sample sees the surface where it is itself.

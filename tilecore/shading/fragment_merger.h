@@ -50,6 +50,7 @@ class FragmentMerger {
 
   std::size_t visible() const { return visible_; }  // samples
   std::size_t merged() const { return merged_; }    // fragments that are shaded with another one
+  std::size_t places() const { return places_; }    // samples that see something elsewhere than at rest
   // Of 2x2 invocations: fragments that move or are defocused have a time and a lens point of their own, and so a quad.
   std::size_t quads() const { return quads_; }
 
@@ -79,7 +80,7 @@ class FragmentMerger {
   std::uint32_t known_patch_ = 0;
   bool known_rests_ = false;
 
-  std::size_t spp_ = 0, visible_ = 0, merged_ = 0, quads_ = 0;
+  std::size_t spp_ = 0, visible_ = 0, merged_ = 0, quads_ = 0, places_ = 0;
   std::vector<Fragment> fragments_;
   std::vector<std::array<std::uint64_t, 3>> vertices_;
   std::vector<Run> runs_;

@@ -160,7 +160,7 @@ ShadedPoint shade_point(const FrameGeometry& shutter, const Lighting& lighting, 
   DrawConstants draw = lit_draw(shutter, frame, lights_in, drawable, lighting, invocation.partner_x != 0);
   one_lane::LaneInputs<float> in = lane_inputs(frame, drawable, at);
   VertexOutputs outputs;
-  if (interpolates_surface(frame, drawable)) {
+  if (at.triangle != SurfaceLocation::kWholePatch && interpolates_surface(frame, drawable)) {
     outputs.begin(frame, drawable);
     const std::array<std::int32_t, 3> corner = outputs.triangle(at.patch, at.triangle);
     std::copy(corner.begin(), corner.end(), in.vertex);
@@ -262,7 +262,10 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
   }
   warp_ends_.push_back(order.size());
   warps_ += warp_ends_.size();
-  const bool interpolates = interpolates_surface(frame, drawable), evaluates = has_grid(drawable) && !interpolates;
+  // The reference renderer asks for places of a patch that are of no triangle, for all of a draw.
+  const bool interpolates = interpolates_surface(frame, drawable) &&
+                            invocations[order.front()].at.triangle != SurfaceLocation::kWholePatch,
+             evaluates = has_grid(drawable) && !interpolates;
   if (evaluates) surface_work_.warps += warp_ends_.size(), surface_work_.evaluations += order.size();
   const std::uint32_t heights = textures != nullptr && evaluates ? height_lookups(drawable) : 0;
   surface_work_.height_lookups += order.size() * heights;

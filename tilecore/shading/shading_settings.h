@@ -34,7 +34,7 @@ struct ShadingSettings {
   ShadingRate rate = ShadingRate::kPixel;
   ShadingDerivatives derivatives = ShadingDerivatives::kAnalytic;
   double cell_pixels = 1.0;
-  ShadingSurface surface = ShadingSurface::kEvaluated;
+  ShadingSurface surface = ShadingSurface::kInterpolated;
   AttributePrecision attributes = AttributePrecision::kFloat;
 };
 Keys<ShadingSettings> shading_keys();

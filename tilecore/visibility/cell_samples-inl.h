@@ -434,7 +434,14 @@ HWY_INLINE void emit(const Context& to, M inside, const TriangleLanes& of, VI id
     hit = hn::And(hit, hn::Le(z, hn::GatherIndex(d, to.settings.depth, safe)));
     if (hn::AllFalse(d, hit)) return;
   }
-  const V w1 = hn::Div(b1, sum), w2 = hn::Div(b2, sum), w0 = hn::Sub(hn::Sub(hn::Set(d, 1.0f), w1), w2);
+  const V one = hn::Set(d, 1.0f);
+  V w1 = hn::Div(b1, sum), w2 = hn::Div(b2, sum);
+  if (to.settings.weight_steps != 0) {
+    const V steps = hn::Set(d, to.settings.weight_steps);
+    w1 = hn::Div(hn::Round(hn::Mul(w1, steps)), steps);
+    w2 = hn::Min(hn::Div(hn::Round(hn::Mul(w2, steps)), steps), hn::Sub(one, w1));
+  }
+  const V w0 = hn::Sub(hn::Sub(one, w1), w2);
   const V rest_x = hn::Add(hn::Add(hn::Mul(w0, x0[0]), hn::Mul(w1, x0[1])), hn::Mul(w2, x0[2]));
   const V rest_y = hn::Add(hn::Add(hn::Mul(w0, y0[0]), hn::Mul(w1, y0[1])), hn::Mul(w2, y0[2]));
   alignas(64) float lane_z[kMaxLanes], lane_b1[kMaxLanes], lane_b2[kMaxLanes], lane_x[kMaxLanes], lane_y[kMaxLanes];
@@ -483,6 +490,7 @@ HWY_NOINLINE void test_ties(const Context& to, const Cell& cell, const CornerLan
           !(hit.positive ? limits.keep_positive : limits.keep_negative))
         return;
       ++to.work.sample_hits;
+      round_weights(to.settings.weight_steps, hit.b1, hit.b2);
       const float w0 = (1.0f - hit.b1) - hit.b2;
       const auto rest = [&](std::size_t axis) {
         return (w0 * store[i][axis][lane] + hit.b1 * store[j][axis][lane]) + hit.b2 * store[k][axis][lane];

@@ -245,6 +245,7 @@ void test_clipped_cells(const MicroMesh& mesh, const TileSamples& samples, TimeR
               !(hit.positive ? limits.keep_positive : limits.keep_negative))
             return;
           ++work.sample_hits;
+          round_weights(settings.weight_steps, hit.b1, hit.b2);
           // Such triangles have no place on screen at shutter open; the sample's own serves.
           sink.add({static_cast<std::uint32_t>(i), mesh.triangle[cell] + static_cast<std::uint32_t>(half), hit.z,
                     hit.b1, hit.b2, s.x, s.y, hit.positive});

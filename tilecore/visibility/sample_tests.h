@@ -1,7 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -78,7 +81,19 @@ struct VisibilitySettings {
   const VisibilityKernels* kernels = nullptr;  // null: those for the effects and the best SIMD target
   // With `depth`: no depth is farther.
   float farthest = std::numeric_limits<float>::infinity();
+  // Hits have weights in multiples of 1 / weight_steps, whose sum is no more than one; 0: as computed.
+  float weight_steps = 0;
 };
+
+// Steps of weights of so many bits. From 24 bits on they are as computed, in single precision.
+inline float weight_steps(int bits) { return bits >= 24 ? 0.0f : static_cast<float>((1 << bits) - 1); }
+
+// The weights of a hit's second and third corner as the tile memory keeps them; kernels do the same with the same bits.
+inline void round_weights(float steps, float& b1, float& b2) {
+  if (steps == 0) return;
+  b1 = std::nearbyint(b1 * steps) / steps;
+  b2 = std::min(std::nearbyint(b2 * steps) / steps, 1.0f - b1);
+}
 
 // Static scene, pinhole: no rays; the pixels under a cell, or, where cells are about as small as pixels, the pixels
 // under a leaf, each sample with the boxes of all cells at once. Vertices and samples lie on the sub-pixel grid and

@@ -238,8 +238,8 @@ TEST(Blending, AStoredStateHoldsNoMoreLayersThanTheMachineKeeps) {
   TileState state;
   state.start(4, 4, 1);
   for (std::uint32_t k = 0; k < 10; ++k) state.add_layer({k % 2, k, 0, 1.0f, 0, 0, 0, 0});
-  EXPECT_EQ(state.bytes(8), 4 * TileState::bytes_per_sample(false) + 10 * TileState::bytes_per_layer(false));
-  EXPECT_EQ(state.bytes(3), 4 * TileState::bytes_per_sample(false) + 6 * TileState::bytes_per_layer(false));
+  EXPECT_EQ(state.bytes(8), 4u * 12 + 10 * 16);
+  EXPECT_EQ(state.bytes(3), 4u * 12 + 6 * 16);
 }
 
 // ---- Alpha masks ------------------------------------------------------------------------------------------------

@@ -31,6 +31,7 @@ struct RandomMesh {
     settings.orthographic = orthographic;
     settings.inverse_focus = random.uniform(0, 0.8f);
     settings.limits.near = 0.5f;
+    if (random.coin()) settings.weight_steps = weight_steps(random.integer(8, 24));
     const std::size_t count = 60;
     mesh.resize_vertices(count + 64, true);
     mesh.vertex_count = count;
@@ -95,6 +96,7 @@ std::set<HitSet::Key> brute_force(const RandomMesh& r) {
         if (!(hit.z >= limits.near && hit.z <= limits.far) ||
             !(hit.positive ? limits.keep_positive : limits.keep_negative))
           return;
+        round_weights(r.settings.weight_steps, hit.b1, hit.b2);
         hits.emplace(s, r.mesh.triangle[cell] + offset, hit.z, hit.b1, hit.b2);
       };
       test(c[0], c[1], c[2], 0);

@@ -1,0 +1,38 @@
+#include "tilecore/triangle_table.h"
+
+#include <algorithm>
+
+namespace tessera::tilecore {
+
+bool TriangleTable::sees_leaf(const MicroMesh& mesh, std::size_t leaf) const {
+  const std::size_t first = leaf * kLeafCells;
+  for (std::size_t cell = first; cell < first + mesh.leaves[leaf].cell_count; ++cell)
+    for (std::size_t half = 0; half < 2; ++half)
+      if (const std::size_t t = mesh.triangle[cell] + half;
+          t < seen_.size() && seen_[t] != 0 && (half == 0 || mesh.corner[2][cell] != mesh.corner[3][cell]))
+        return true;
+  return false;
+}
+
+std::uint64_t TriangleTable::corners_of(const MicroMesh& mesh, std::size_t leaf) {
+  corners_.clear();
+  const std::size_t first = leaf * kLeafCells;
+  for (std::size_t cell = first; cell < first + mesh.leaves[leaf].cell_count; ++cell)
+    for (const auto& corner : mesh.corner) corners_.push_back(corner[cell]);
+  std::sort(corners_.begin(), corners_.end());
+  return static_cast<std::uint64_t>(std::unique(corners_.begin(), corners_.end()) - corners_.begin());
+}
+
+std::uint64_t TriangleTable::end_sub_patch(const MicroMesh& mesh, bool moves) {
+  if (triangles_.empty()) return 0;
+  std::uint64_t written = kRecordBytes;
+  if (moves)
+    for (std::size_t leaf = 0; leaf < mesh.leaves.size(); ++leaf)
+      if (sees_leaf(mesh, leaf)) written += kCornerBytes * corners_of(mesh, leaf);
+  for (const std::uint32_t triangle : triangles_) seen_[triangle] = 0;
+  triangles_.clear();
+  bytes_ += written;
+  return written;
+}
+
+}  // namespace tessera::tilecore
