@@ -93,7 +93,7 @@ TEST(DomainShading, LanesShadeEveryVertexOnceAndPayByOperations) {
         timing::stage_cycles(phases, work[0].rounds[0].tiles[0])[static_cast<std::size_t>(hardware::Stage::kShader)];
     EXPECT_NEAR(twice - busy,
                 static_cast<double>(work[0].rounds[0].tiles[0].events[hardware::Event::kVertices] +
-                                    work[0].rounds[0].tiles[0].events[hardware::Event::kSurfaceLanes]) *
+                                    work[0].rounds[0].tiles[0].events[hardware::Event::kVertexOutputLanes]) *
                     gpu.shader.surface_operations / static_cast<double>(gpu.shader.lanes),
                 1e-6);
   }
