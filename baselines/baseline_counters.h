@@ -65,29 +65,34 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
      "Triangles without area at any time.", "MaliGeomSampleCullPrim"},
     {"baseline.culled_occlusion", &baselines::BaselineCounters::culled_occlusion, Combine::kSum, "entries",
      "Entries that tile cores dropped before tessellation, because they lie behind all that the tile sees; with "
-     "immediate pairs of a triangle and a block of 8x8 pixels that hierarchical depth dropped.",
+     "immediate pairs of a triangle and a block of 8x8 pixels that hierarchical depth dropped; with mesh shaders "
+     "meshlets that a pyramid of depths hides.",
      "PowerVR HSR Efficiency; Adreno LRZ"},
     {"baseline.bounding_operations", &baselines::BaselineCounters::bounding_operations, Combine::kSum, "bounds",
-     "Bounding volumes of patches and sub-patches computed; triangles are their own bounds.", ""},
+     "Bounding volumes of patches, sub-patches and meshlets computed or tested; triangles are their own bounds.", ""},
     {"baseline.tile_overlaps", &baselines::BaselineCounters::tile_overlaps, Combine::kSum, "tiles",
      "Pairs of a primitive and a tile that it may touch, by exact coverage.",
      "PowerVR Tiles per Triangle (times primitives)"},
     {"baseline.entries", &baselines::BaselineCounters::entries, Combine::kSum, "entries",
      "Entries written to tile lists; of blocks or groups of up to 126 triangles with post-tessellation, post-position "
-     "and deferred-vertex, runs of visible triangles with visibility-stream, triangles with control-list.",
+     "and deferred-vertex, runs of visible triangles with visibility-stream, triangles with control-list, meshlets "
+     "with "
+     "mesh shaders.",
      "MaliFragRdPrim"},
     {"baseline.vertices_stored", &baselines::BaselineCounters::vertices_stored, Combine::kSum, "vertices",
      "Vertices written to the parameter buffer: with post-tessellation once for each block that uses them, with "
-     "post-position once for each draw (of tessellated patches, for each patch).",
+     "post-position once for each draw (of tessellated patches, for each patch), with mesh shaders once for each "
+     "meshlet.",
      "PowerVR Parameter Buffer"},
     {"baseline.queue_bytes_written", &baselines::BaselineCounters::queue_bytes_written, Combine::kSum, "bytes",
-     "Bytes of lists, links and cursors, sub-patch table and blocks of triangles written to the parameter buffer, "
-     "before "
-     "rounding to bursts.",
+     "Bytes of lists, links and cursors, sub-patch table, blocks of triangles, domain points and outputs of mesh "
+     "shaders "
+     "written to the parameter buffer, before rounding to bursts.",
      "MaliTilerWrBt"},
     {"baseline.queue_bytes_read", &baselines::BaselineCounters::queue_bytes_read, Combine::kSum, "bytes",
-     "Bytes of the parameter buffer that tile cores read: lists before rounding to bursts; the sub-patch table and "
-     "blocks of triangles in bursts, as far as their caches miss.",
+     "Bytes of the parameter buffer that tile cores read, and what is read of it to bin: lists before rounding to "
+     "bursts; "
+     "the sub-patch table and blocks in bursts, as far as their caches miss.",
      "MaliTilerRdBt"},
     {"baseline.queue_bytes_peak", &baselines::BaselineCounters::queue_bytes_peak, Combine::kPeak, "bytes",
      "Most parameter-buffer memory in use at any time.", "PowerVR Parameter Buffer size; Apple tiled vertex buffer"},
@@ -129,7 +134,7 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
      "The same with the cache of tessellator.cache_bytes: patches whose vertices are on chip are not fetched.", ""},
     {"baseline.frame_bytes_read", &baselines::BaselineCounters::frame_bytes_read, Combine::kSum, "bytes",
      "Colour and depth read from memory: by tiles reloaded, or through the cache of baselines.cache_bytes and for the "
-     "resolve.",
+     "resolve; with mesh shaders the pyramid of depths.",
      "MaliSCBusTileWrBt"},
     {"baseline.frame_bytes_written", &baselines::BaselineCounters::frame_bytes_written, Combine::kSum, "bytes",
      "Colour and depth written to memory, the finished frame included.", "MaliSCBusTileWrBt"},

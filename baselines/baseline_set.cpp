@@ -83,7 +83,8 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::Observed
   const BinSize bin = bin_size(job.grid->region(), samples, static_cast<std::uint64_t>(gpu.baselines.gmem_bytes));
   const binner::TileGrid bins(job.frame->request.width, job.frame->request.height, bin.width, bin.height,
                               job.grid->region());
-  const Pass pass{gpu, job, bins};
+  const ImmediateFrame drawn = draw_immediately(job, record, gpu);
+  const Pass pass{gpu, job, bins, drawn.depths};
   std::vector<std::pair<std::size_t, std::unique_ptr<Scheme>>> others;
   for (std::size_t s = 0; s < kSchemeCount; ++s)
     if (kSchemes[s].make != nullptr) others.emplace_back(s, kSchemes[s].make());
@@ -96,7 +97,6 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::Observed
   };
   const GeometryCounts geometry = run_geometry(job, pyramids, gpu, TriangleSetup(*job.grid, job.frame->projection),
                                                TriangleSetup(bins, job.frame->projection), draw);
-  const ImmediateFrame drawn = draw_immediately(job, record, gpu);
   const std::vector<std::uint64_t> tile_state =
                                        tile_state_bytes(*job.grid, samples, kColorAndDepthBytes, job.burst_bytes()),
                                    bin_state = tile_state_bytes(bins, samples, kColorAndDepthBytes, job.burst_bytes());

@@ -53,6 +53,11 @@ inline std::uint64_t get_number(std::span<const std::uint8_t> bytes, std::size_t
   }
 }
 
+// Four bytes, the lowest first.
+inline void put_word(std::uint32_t word, std::vector<std::uint8_t>& out) {
+  for (unsigned b = 0; b < 4; ++b) out.push_back(static_cast<std::uint8_t>(word >> (8 * b)));
+}
+
 // Signed numbers with small sizes first: 0, -1, 1, -2, ...
 constexpr std::uint32_t zigzag(std::int32_t value) {
   return (static_cast<std::uint32_t>(value) << 1) ^ (value < 0 ? ~0u : 0u);

@@ -128,10 +128,6 @@ Ranges ranges_of(std::span<const std::uint32_t> colors) {
   return out;
 }
 
-void put_word(std::uint32_t word, std::vector<std::uint8_t>& out) {
-  for (std::size_t c = 0; c < 4; ++c) out.push_back(static_cast<std::uint8_t>(channel_of(word, c)));
-}
-
 std::uint32_t word_at(std::span<const std::uint8_t> bytes, std::size_t at) {
   std::uint32_t word = 0;
   for (std::size_t c = 0; c < 4; ++c) word |= static_cast<std::uint32_t>(bytes[at + c]) << (8 * c);

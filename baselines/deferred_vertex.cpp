@@ -7,8 +7,9 @@
 
 namespace tessera::baselines {
 
-void DeferredVertexBinner::add(const TessellatedPatch& patch, const TriangleList& list) {
-  lists_.reshading().add(patch, list);
+void DeferredVertexBinner::add(const TessellatedPatch& patch, const TriangleList& list,
+                               const std::optional<Reshading::Tessellation>& tessellation) {
+  lists_.reshading().add(patch, list, tessellation);
   struct TileTriangle {
     binner::TileIndex tile;
     std::uint32_t triangle;

@@ -22,9 +22,12 @@ class DeferredVertexBinner {
   DeferredVertexBinner(const gpu::GpuConfiguration& gpu, const binner::TileGrid& grid)
       : lists_(gpu, grid), last_(grid.tile_count()) {}
 
-  void add(const TessellatedPatch& patch, const TriangleList& list);
+  // `tessellation`: where the patch's domain points and indices are, if in memory.
+  void add(const TessellatedPatch& patch, const TriangleList& list,
+           const std::optional<Reshading::Tessellation>& tessellation = std::nullopt);
   void finish(std::span<const std::uint64_t> state_bytes = {}) { lists_.finish(state_bytes); }
   const ReferenceLists& lists() const { return lists_; }
+  ReferenceLists& lists() { return lists_; }
 
  private:
   struct Place {

@@ -17,6 +17,7 @@ struct Scratch {
 };
 
 void add_grid_triangles(const scene::TessellationPattern& pattern, TessellatedPatch& patch) {
+  patch.columns = pattern.nu, patch.rows = pattern.nv;
   const auto vertex = [&](int i, int j) { return static_cast<std::uint32_t>(j * (pattern.nu + 1) + i); };
   for (int gj = 0; gj < pattern.nv; gj += kGridCells)
     for (int gi = 0; gi < pattern.nu; gi += kGridCells) {

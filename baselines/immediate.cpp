@@ -53,6 +53,10 @@ std::vector<ImmediateTraffic> draw_plain(const std::vector<TileDrawing>& tiles, 
   });
 }
 
+bool compresses_color(const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu) {
+  return gpu.baselines.immediate_color_compression || has_patches(*job.frame);
+}
+
 void move_lines(const std::vector<TileDrawing>& tiles, const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu,
                 const SampleLayout& layout, ImmediateFrame& out) {
   const auto cache_bytes = static_cast<std::uint64_t>(gpu.baselines.cache_bytes);
@@ -60,26 +64,27 @@ void move_lines(const std::vector<TileDrawing>& tiles, const tilecore::TileJob& 
   ImmediateMemory cached(cache_bytes, job.burst_bytes(), layout.line_count());
   ImmediateMemory uncached(0, job.burst_bytes(), layout.line_count());
   CompressedColorMemory compressed(cache_bytes, job.burst_bytes(), layout);
-  const bool compresses = gpu.baselines.immediate_color_compression;
-  std::vector<ImmediateTraffic> of_compressed;
+  const bool untiled = has_patches(*job.frame), compresses = compresses_color(job, gpu);
+  ImmediateRun plain, smaller;
   const std::array<std::function<void()>, 3> machines = {
-      [&] { out.moved = draw_plain(tiles, out.order, resolve, cached); },
+      [&] { plain.moved = draw_plain(tiles, out.order, resolve, cached); },
       [&] { draw_plain(tiles, out.order, resolve, uncached); },
       [&] {
         if (!compresses) return;
-        of_compressed =
+        smaller.moved =
             draw_all(tiles, out.order, resolve, compressed, [&](const TileDrawing& tile, const LineTouch& touch) {
               compressed.draw(touch, std::span(tile.writes).subspan(touch.first_write, touch.write_count), tile.colors);
             });
       }};
   parallel_for(machines.size(), [&](std::size_t machine) { machines[machine](); });
-  out.traffic = {cached.bytes_read(), cached.bytes_written(), uncached.bytes_read() + uncached.bytes_written()};
-  if (compresses &&
-      compressed.bytes_read() + compressed.bytes_written() < out.traffic.bytes_read + out.traffic.bytes_written) {
-    out.traffic.bytes_read = compressed.bytes_read();
-    out.traffic.bytes_written = compressed.bytes_written();
-    out.moved = std::move(of_compressed);
-  }
+  const std::uint64_t bytes_uncached = uncached.bytes_read() + uncached.bytes_written();
+  plain.traffic = {cached.bytes_read(), cached.bytes_written(), bytes_uncached};
+  smaller.traffic = {compressed.bytes_read(), compressed.bytes_written(), bytes_uncached};
+  if (!compresses || smaller.traffic.bytes_read + smaller.traffic.bytes_written >=
+                         plain.traffic.bytes_read + plain.traffic.bytes_written)
+    smaller = plain;
+  if (untiled) out.untiled = smaller;
+  out.immediate = std::move(gpu.baselines.immediate_color_compression ? smaller : plain);
 }
 
 }  // namespace
@@ -91,29 +96,40 @@ ImmediateFrame draw_immediately(const tilecore::TileJob& job, const gpu::Observe
   PerThread<Worker> workers;
   parallel_for(tiles.size(), [&](std::size_t t) {
     Worker& own = workers.local();
-    tiles[t] = draw_tile(job, static_cast<std::uint32_t>(t), record.entries[t], layout,
-                         gpu.baselines.immediate_color_compression, own.drawer, own.invocations);
+    tiles[t] = draw_tile(job, static_cast<std::uint32_t>(t), record.entries[t], layout, compresses_color(job, gpu),
+                         own.drawer, own.invocations);
   });
   ImmediateFrame out;
   workers.for_each([&](Worker& own) { out.pixel_shader_invocations += own.invocations; });
-  for (TileDrawing& tile : tiles) {
-    out.blocks_culled += tile.blocks_culled;
-    out.visible.tiles.push_back(std::move(tile.visible));
+  out.depths = DepthPyramid(job.grid->region());
+  for (std::size_t t = 0; t < tiles.size(); ++t) {
+    out.blocks_culled += tiles[t].blocks_culled;
+    out.visible.tiles.push_back(std::move(tiles[t].visible));
+    out.depths.add(job.grid->pixels(static_cast<std::uint32_t>(t)), tiles[t].farthest);
   }
+  out.depths.finish();
   out.order = submission_order(tiles);
   move_lines(tiles, job, gpu, layout, out);
   return out;
 }
 
+bool has_patches(const scene::FrameGeometry& frame) {
+  return std::any_of(frame.drawables.begin(), frame.drawables.end(), [](const scene::PosedDrawable& drawable) {
+    return drawable.visible && scene::has_grid(*drawable.drawable);
+  });
+}
+
 namespace {
 
-// The same triangles in the same order, but no bins.
+// The same triangles in the same order, but no bins. `run`: which traffic of the frame is the machine's.
 class ImmediateScheme final : public Scheme {
  public:
+  explicit ImmediateScheme(ImmediateRun ImmediateFrame::*run) : run_(run) {}
   void begin(const Pass& pass) override { samples_ = pass.job.pattern->samples_per_pixel(); }
   void add(const DrawnPatch&) override {}
   SchemeResult finish(const DrawnPass& drawn) override {
     const ImmediateFrame& frame = drawn.drawn;
+    const ImmediateTraffic& traffic = (frame.*run_).traffic;
     SchemeResult out;
     BaselineCounters& counters = out.counters;
     take_geometry(drawn.geometry.tiles, drawn.geometry.attribute_bytes, counters);
@@ -122,22 +138,42 @@ class ImmediateScheme final : public Scheme {
     counters.pixel_shader_invocations = frame.pixel_shader_invocations;
     counters.domain_evaluations = counters.domain_evaluations_cached = drawn.geometry.vertices;
     const std::uint64_t finished = samples_ > 1 ? drawn.frame_bytes : 0;  // else the colour surface is the frame
-    counters.frame_bytes_read = frame.traffic.bytes_read;
-    counters.frame_bytes_written = frame.traffic.bytes_written + finished;
-    counters.dram_bytes = frame.traffic.bytes_read + counters.frame_bytes_written + counters.patch_bytes_cached;
-    counters.dram_bytes_uncached = frame.traffic.bytes_uncached + finished + counters.patch_bytes;
+    counters.frame_bytes_read = traffic.bytes_read;
+    counters.frame_bytes_written = traffic.bytes_written + finished;
+    counters.dram_bytes = traffic.bytes_read + counters.frame_bytes_written + counters.patch_bytes_cached;
+    counters.dram_bytes_uncached = traffic.bytes_uncached + finished + counters.patch_bytes;
     if (drawn.work == nullptr) return out;
-    out.work = drawn.work->immediate(counters);
+    out.work = drawn.work->immediate(counters, (frame.*run_).moved);
     counters.texture_bytes = drawn.work->immediate_texture_bytes();
     return out;
   }
 
  private:
+  ImmediateRun ImmediateFrame::*run_;
   int samples_ = 1;
+};
+
+// Passes with tessellation are drawn without tiles [spec: Adreno's open driver, use_sysmem_rendering]; others as Adreno
+// draws them.
+class UntiledScheme final : public Scheme {
+ public:
+  void begin(const Pass& pass) override {
+    if (has_patches(*pass.job.frame))
+      of_pass_ = std::make_unique<ImmediateScheme>(&ImmediateFrame::untiled);
+    else
+      of_pass_ = make_visibility_stream();
+    of_pass_->begin(pass);
+  }
+  void add(const DrawnPatch& patch) override { of_pass_->add(patch); }
+  SchemeResult finish(const DrawnPass& drawn) override { return of_pass_->finish(drawn); }
+
+ private:
+  std::unique_ptr<Scheme> of_pass_;
 };
 
 }  // namespace
 
-std::unique_ptr<Scheme> make_immediate() { return std::make_unique<ImmediateScheme>(); }
+std::unique_ptr<Scheme> make_immediate() { return std::make_unique<ImmediateScheme>(&ImmediateFrame::immediate); }
+std::unique_ptr<Scheme> make_untiled() { return std::make_unique<UntiledScheme>(); }
 
 }  // namespace tessera::baselines

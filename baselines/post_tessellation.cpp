@@ -9,6 +9,7 @@
 
 #include "base/check.h"
 #include "base/round_up.h"
+#include "baselines/block_reader.h"
 #include "baselines/scheme_work.h"
 
 namespace tessera::baselines {
@@ -278,36 +279,12 @@ void PostTessellationBinner::close_block() {
 
 // ---- Tile cores -------------------------------------------------------------------------------------------------
 
-struct PostTessellationBinner::Reading {
-  std::uint64_t burst_bytes;
-  memory::LruCache cache;
-  BurstBytes reads;
-  const VisibleTriangles* visible;
-  memory::Ledger ledger, uncached_ledger;
-  std::uint64_t uncached = 0;         // of blocks, asked of the cache
-  std::uint64_t filled = 0;           // into it
-  std::vector<std::uint64_t> bursts;  // that the current reference asks for
+struct PostTessellationBinner::Reading : BlockReader {
+  Reading(std::uint64_t burst_bytes, std::uint64_t cache_bytes, const VisibleTriangles* seen)
+      : BlockReader(burst_bytes, cache_bytes), visible(seen) {}
 
-  void ask(std::uint64_t address, std::uint64_t bytes) {
-    for (std::uint64_t burst = address / burst_bytes; bytes > 0 && burst <= (address + bytes - 1) / burst_bytes;
-         ++burst)
-      bursts.push_back(burst);
-  }
-  // Reads them in rising order, each once, and returns the bytes that the cache lacked.
-  std::uint64_t read_asked() {
-    std::sort(bursts.begin(), bursts.end());
-    bursts.erase(std::unique(bursts.begin(), bursts.end()), bursts.end());
-    const std::uint64_t before = filled;
-    for (const std::uint64_t burst : bursts) {
-      uncached += burst_bytes;
-      if (cache.use(static_cast<std::uint32_t>(burst), burst_bytes)) continue;
-      ledger.read(memory::Unit::kTilecore, memory::Purpose::kTileQueue, burst_bytes);
-      filled += burst_bytes;
-      reads.add(burst * burst_bytes, burst_bytes);
-    }
-    bursts.clear();
-    return filled - before;
-  }
+  const VisibleTriangles* visible;
+  memory::Ledger uncached_ledger;
 };
 
 // Head, indices and places; positions of the triangles in the tile, or whole vertices; attributes of visible ones.
@@ -349,7 +326,7 @@ void PostTessellationBinner::read_block(const TileReference& reference, binner::
 void PostTessellationBinner::read_tile(binner::TileIndex tile, Reading& reading) {
   const struct {
     std::uint64_t ledger, asked, filled;
-  } before = {reading.ledger.total().read_bytes, reading.uncached, reading.filled};
+  } before = {reading.ledger.total().read_bytes, reading.asked_bytes(), reading.filled_bytes()};
   const std::vector<std::uint8_t> list =
       buffer_.read_list(tile, reading.ledger, counters_.queue_bytes_read, &reading.reads);
   std::uint64_t ignored = 0;
@@ -363,19 +340,19 @@ void PostTessellationBinner::read_tile(binner::TileIndex tile, Reading& reading)
   }
   work.bytes = reading.ledger.total().read_bytes - before.ledger;
   // Each burst of a block is asked of the cache, and filled into it where that lacks it.
-  work.cache_bytes = reading.uncached - before.asked + reading.filled - before.filled;
+  work.cache_bytes = reading.asked_bytes() - before.asked + reading.filled_bytes() - before.filled;
 }
 
 void PostTessellationBinner::finish(const VisibleTriangles* visible, std::span<const std::uint64_t> state_bytes) {
   close_block();
   buffer_.finish();
-  Reading reading{burst_bytes_, memory::LruCache(cache_bytes_), BurstBytes(burst_bytes_), visible, {}, {}, 0, 0, {}};
+  Reading reading(burst_bytes_, cache_bytes_, visible);
   tiles_.assign(grid_.tile_count(), {});
   for (const binner::TileIndex tile : order_.tiles()) read_tile(tile, reading);
   const memory::Traffic written = buffer_.ledger().total();
   dram_bytes_ = written.read_bytes + written.written_bytes + reading.ledger.total().read_bytes;
   dram_bytes_uncached_ =
-      written.read_bytes + written.written_bytes + reading.uncached_ledger.total().read_bytes + reading.uncached;
+      written.read_bytes + written.written_bytes + reading.uncached_ledger.total().read_bytes + reading.asked_bytes();
   counters_.queue_bytes_written = buffer_.bytes_written();
   counters_.queue_bytes_peak = buffer_.bytes_in_use();
   counters_.buffer_overflows = buffer_.overflows();

@@ -12,7 +12,6 @@
 #include "baselines/tile_reference.h"
 #include "baselines/triangle_buffer.h"
 #include "baselines/triangle_setup.h"
-#include "memory/lru_cache.h"
 
 namespace tessera::baselines {
 

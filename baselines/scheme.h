@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "baselines/baseline_counters.h"
+#include "baselines/depth_pyramid.h"
 #include "baselines/geometry_pass.h"
 #include "baselines/immediate.h"
 #include "binner/tile_grid.h"
@@ -24,6 +25,7 @@ struct Pass {
   const gpu::GpuConfiguration& gpu;
   const tilecore::TileJob& job;
   const binner::TileGrid& bins;  // of schemes whose tiles are as large as visibility_stream.gmem_bytes allows
+  const DepthPyramid& depths;    // what the frame leaves, for machines that test what they draw against it
 };
 
 // The pass when all is drawn: what schemes share.
@@ -56,25 +58,34 @@ class Scheme {
 // Machines by number: the rows of baselines/schemes.def.
 enum class SchemeId : std::uint8_t {
 #define MACHINE(id, name) id,
-#define BASELINE(id, name, make) id,
+#define BASELINE(id, name, kind, make) id,
 #include "baselines/schemes.def"
 #undef MACHINE
 #undef BASELINE
 };
 
 #define MACHINE(id, name)
-#define BASELINE(id, name, make) std::unique_ptr<Scheme> make();
+#define BASELINE(id, name, kind, make) std::unique_ptr<Scheme> make();
 #include "baselines/schemes.def"
 #undef MACHINE
 #undef BASELINE
 
+// Whether a product does on patches what a machine does; the machine itself is ours.
+enum class SchemeKind : std::uint8_t { kOurs, kShipped, kIdealised };
+
+// "ours", "shipped" or "idealised".
+constexpr std::string_view name(SchemeKind kind) {
+  return std::array<std::string_view, 3>{"ours", "shipped", "idealised"}[static_cast<std::size_t>(kind)];
+}
+
 struct SchemeRow {
   std::string_view name;
+  SchemeKind kind{};
   std::unique_ptr<Scheme> (*make)() = nullptr;  // nullptr: tessera itself
 };
 inline constexpr auto kSchemes = std::to_array<SchemeRow>({
-#define MACHINE(id, name) {name, nullptr},
-#define BASELINE(id, name, make) {name, make},
+#define MACHINE(id, name) {name, SchemeKind::kOurs, nullptr},
+#define BASELINE(id, name, kind, make) {name, SchemeKind::kind, make},
 #include "baselines/schemes.def"
 #undef MACHINE
 #undef BASELINE

@@ -278,7 +278,7 @@ void SchemeWork::shade_before(const FrontWork& front, timing::WorkRound& round) 
   work.events[Event::kVertices] = front.vertices;
   std::uint64_t vertices = 0, place_clocks = 0, whole_clocks = 0, texels = 0;
   std::vector<std::uint32_t> lines;
-  for (const PatchWork& patch : geometry_.patches) {
+  for (const PatchWork& patch : front.patches != nullptr ? *front.patches : geometry_.patches) {
     const Shaders& shaders = shaders_of(patch.patch);
     vertices += patch.vertices;
     place_clocks += patch.vertices * static_cast<std::uint64_t>(hardware::lane_clocks(shaders.place));
@@ -291,6 +291,8 @@ void SchemeWork::shade_before(const FrontWork& front, timing::WorkRound& round) 
   work.vertex_clocks =
       scaled(place_clocks, front.vertices - front.whole, vertices) + scaled(whole_clocks, front.whole, vertices);
   work.events[Event::kDomainTexels] = scaled(texels, front.vertices, vertices);
+  work.events[Event::kShaderClocks] = front.instructions;
+  work.events[Event::kTexels] = front.lookups;
   const std::vector<std::uint32_t> once = round.geometry_lines;
   for (std::uint64_t pass = 1; pass < front.passes; ++pass)
     round.geometry_lines.insert(round.geometry_lines.end(), once.begin(), once.end());
@@ -324,6 +326,7 @@ timing::FrameWork SchemeWork::tiled(const BaselineCounters& scheme, const FrontW
   round.geometry.dram_bytes = front.read_bytes + front.written_bytes;
   round.geometry.written_bytes = front.written_bytes;
   round.geometry.queue_bytes = scheme.queue_bytes_peak;
+  if (front.bounds_on_lanes) round.geometry.events[Event::kBounds] = 0;
   shade_before(front, round);
   round.geometry.events[Event::kTriangles] =
       scheme.primitives + scheme.culled_frustum + scheme.culled_backface + scheme.culled_zero_area;
@@ -409,8 +412,8 @@ void SchemeWork::add_background(const OwnTile& own, TileShares& tile, Draw out) 
 }
 
 // Patches are drawn in their order, cut into batches. A patch that nothing is left of is shaded and set up with the next.
-void SchemeWork::add_batches(std::uint64_t patch_bytes, std::vector<TileShares>& shares,
-                             timing::WorkRound& round) const {
+void SchemeWork::add_batches(std::uint64_t patch_bytes, std::span<const ImmediateTraffic> traffic,
+                             std::vector<TileShares>& shares, timing::WorkRound& round) const {
   constexpr std::uint64_t kBatchTriangles = 512;
   const std::uint64_t max_samples = static_cast<std::uint64_t>(job_.grid->tile_width()) *
                                     static_cast<std::uint64_t>(job_.grid->tile_height()) * samples_;
@@ -434,7 +437,7 @@ void SchemeWork::add_batches(std::uint64_t patch_bytes, std::vector<TileShares>&
   std::size_t next = 0;
   const auto draw_next = [&] {
     const DrawnInTile& drawn = drawn_.order[next];
-    const ImmediateTraffic& moved = drawn_.moved[next++];
+    const ImmediateTraffic& moved = traffic[next++];
     TileShares& tile = shares[drawn.tile];
     const DrawnShare share = tile.next(drawn.invocations);
     SubPatchItem& item = items.sub_patches.emplace_back(tests_of(drawn));
@@ -470,15 +473,15 @@ void SchemeWork::add_batches(std::uint64_t patch_bytes, std::vector<TileShares>&
   end_batch();
 }
 
-timing::FrameWork SchemeWork::immediate(const BaselineCounters& scheme) const {
+timing::FrameWork SchemeWork::immediate(const BaselineCounters& scheme, std::span<const ImmediateTraffic> moved) const {
   timing::FrameWork work;
   work.tile_state_bytes = 1;  // batches keep no samples: as many as the scheduler knows
   timing::WorkRound& draws = work.rounds.emplace_back();
   draws.geometry = hull_stage(scheme);
   std::vector<TileShares> shares = this->shares();
-  add_batches(scheme.patch_bytes_cached, shares, draws);
+  add_batches(scheme.patch_bytes_cached, moved, shares, draws);
   std::uint64_t read = 0, written = 0;
-  if (!drawn_.moved.empty()) read = drawn_.moved.back().bytes_read, written = drawn_.moved.back().bytes_written;
+  if (!moved.empty()) read = moved.back().bytes_read, written = moved.back().bytes_written;
   timing::WorkRound& finish = work.rounds.emplace_back();
   const std::vector<std::uint64_t> reads = by_pixels(scheme.frame_bytes_read - read),
                                    writes = by_pixels(scheme.frame_bytes_written - written);

@@ -33,12 +33,18 @@ struct FrontWork {
   std::uint64_t passes = 1;    // over the patches, in which they are shaded
   std::uint64_t read_bytes = 0, written_bytes = 0;
   bool fetches_entries = true;  // cores look references up; otherwise set-up decodes triangles as it takes them
+  // Whose vertices they are, with how many each; nullptr: all patches that the hull stage kept, with all of theirs.
+  const std::vector<PatchWork>* patches = nullptr;
+  // Of compute shaders and task shaders: instructions on lanes, and bilinear lookups.
+  std::uint64_t instructions = 0, lookups = 0;
+  bool bounds_on_lanes = false;  // of these, tests that the hull stage would make; otherwise the front end makes them
 };
 
 // Puts schemes that bin or draw triangles into the words of the timing model (timing/work.h), so that one model times all
 // of them and one table of prices gives their energy. Units that do the same run at the same rates:
 //
 //   hull stage            bounds                      front end
+//   compute, task shader  instructions, lookups       lanes and texture units of all cores, before binning
 //   vertex shader         vertices, heights           lanes and texture units of all cores, before binning; of a core, in
 //                                                     its tiles
 //   cull, set up          triangles                   triangle_setup.triangles_per_clk in each core, before binning
@@ -81,7 +87,8 @@ class SchemeWork {
   // work on a bin together.
   timing::FrameWork tiled(const BaselineCounters& scheme, const FrontWork& front, std::span<const ListWork> lists,
                           const binner::TileGrid& bins) const;
-  timing::FrameWork immediate(const BaselineCounters& scheme) const;
+  // `moved`: the scheme's, as ImmediateRun has it.
+  timing::FrameWork immediate(const BaselineCounters& scheme, std::span<const ImmediateTraffic> moved) const;
   std::uint64_t immediate_texture_bytes() const;
   // Bytes of the textures of all tiles.
   std::uint64_t texture_bytes() const;
@@ -126,7 +133,8 @@ class SchemeWork {
   timing::GeometryWork hull_stage(const BaselineCounters& scheme) const;
   std::vector<ListWork> spread(std::span<const ListWork> lists, const binner::TileGrid& bins) const;
   std::vector<TileShares> shares() const;  // by tile
-  void add_batches(std::uint64_t patch_bytes, std::vector<TileShares>& shares, timing::WorkRound& round) const;
+  void add_batches(std::uint64_t patch_bytes, std::span<const ImmediateTraffic> traffic,
+                   std::vector<TileShares>& shares, timing::WorkRound& round) const;
   static void add_lookups(const DrawnShare& share, timing::TileWork& work);
   void add_warps(const DrawnInTile& drawn, const DrawnShare& share, TileShares& tile, Draw out) const;
   // Samples of a tile that see the environment, drawn where nothing else was.

@@ -29,8 +29,10 @@ struct TessellatedPatch {
   // Of each group, cells along u when it is a rectangle of a grid: all of whose cells have the triangles (a, c, d) and
   // (a, b, c), row by row. 0: any triangles. Empty: all groups are such.
   std::vector<std::uint8_t> group_columns;
-  // Numbers of `triangles` within the base patch, as visibility has them (HitSink::Hit).
+  // Numbers of `triangles` within the base patch, as visibility has them (HitSink::Hit): of a grid, two for each cell, row
+  // by row along u.
   std::vector<std::uint32_t> triangle_numbers;
+  int columns = 0, rows = 0;           // cells of its grid along u and v; 0: a cluster
   std::uint64_t attribute_bytes = 20;  // that a vertex hands to the pixel shader, in the precision of the frame
   std::uint64_t domain_evaluations = 0;
   std::uint64_t patch_bytes = 0;             // bursts of its record, for whoever fetches it

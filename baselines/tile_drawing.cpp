@@ -6,6 +6,8 @@
 #include <limits>
 #include <tuple>
 
+#include "baselines/depth_pyramid.h"
+
 namespace tessera::baselines {
 namespace {
 
@@ -41,7 +43,7 @@ namespace {
 using scene::AlphaMode;
 using Hit = tilecore::HitSink::Hit;
 
-constexpr int kBlockSide = 8;
+constexpr int kBlockSide = DepthPyramid::kBlockSide;
 constexpr std::uint64_t kNoTriangle = ~std::uint64_t{0};
 
 class CollectingSink final : public tilecore::HitSink {
@@ -88,6 +90,12 @@ class DepthBlocks {
       farthest_[block] = scan(static_cast<int>(block));
     }
     return farthest_[block];
+  }
+
+  // In the end, of each block, row by row.
+  std::vector<float> all_farthest() {
+    for (std::size_t block = 0; block < farthest_.size(); ++block) farthest(block);
+    return farthest_;
   }
 
   std::vector<float> depth;
@@ -152,6 +160,7 @@ class Drawing {
   }
 
   void find_visible() {
+    out.farthest = blocks_.all_farthest();
     out.visible = seen_;
     for (const Layer& layer : layers_)
       if (layer.z < blocks_.depth[layer.sample]) out.visible.push_back(layer.name);

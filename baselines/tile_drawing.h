@@ -121,6 +121,7 @@ struct TileDrawing {
   std::vector<ColorWrite> writes;
   std::vector<std::uint32_t> colors;   // RGBA8, by point
   std::uint64_t blocks_culled = 0;     // pairs of a triangle and a block
+  std::vector<float> farthest;         // in the end, of each block, row by row; infinity: a sample sees the environment
   std::vector<std::uint64_t> visible;  // see VisibleTriangles
 };
 

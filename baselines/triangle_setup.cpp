@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "frontend/bounds/screen_bounds.h"
-
 namespace tessera::baselines {
 
 // Three vertices at key 0, then at key 1, where they move.
@@ -37,6 +35,29 @@ bool hull_touches(const std::array<double, 6>& x, const std::array<double, 6>& y
 
 }  // namespace
 
+void count(TriangleFate fate, BaselineCounters& counters) {
+  switch (fate) {
+    case TriangleFate::kKept:
+      ++counters.primitives;
+      break;
+    case TriangleFate::kZeroArea:
+      ++counters.culled_zero_area;
+      break;
+    case TriangleFate::kBackface:
+      ++counters.culled_backface;
+      break;
+    case TriangleFate::kFrustum:
+      ++counters.culled_frustum;
+      break;
+  }
+}
+
+// 1/z runs linearly with the vertex's progress on screen, so its extremes are at the keys.
+double TriangleSetup::circle_of_confusion(double z) const {
+  return projection_.lens_scale *
+         (projection_.orthographic ? 1 - z * projection_.inverse_focus : 1 / z - projection_.inverse_focus);
+}
+
 TriangleSetup::Corners TriangleSetup::corners_of(const TessellatedPatch& patch,
                                                  const std::array<std::uint32_t, 3>& vertex) const {
   Corners c;
@@ -48,10 +69,7 @@ TriangleSetup::Corners TriangleSetup::corners_of(const TessellatedPatch& patch,
     c.y[k] = static_cast<double>(open ? patch.y0[v] : patch.y1[v]);
     c.z[k] = static_cast<double>(open ? patch.z0[v] : patch.z1[v]);
     if (projection_.lens_scale == 0) continue;
-    // Signed circle of confusion; 1/z runs linearly with the vertex's progress on screen, so its extremes are at the
-    // keys.
-    c.coc[k] = projection_.lens_scale * (projection_.orthographic ? 1 - c.z[k] * projection_.inverse_focus
-                                                                  : 1 / c.z[k] - projection_.inverse_focus);
+    c.coc[k] = circle_of_confusion(c.z[k]);
     c.grow = std::max(c.grow, std::abs(c.coc[k]));
   }
   const auto [low, high] = std::minmax_element(c.coc.begin(), c.coc.begin() + static_cast<std::ptrdiff_t>(c.count));
@@ -125,6 +143,29 @@ bool TriangleSetup::covers_clipped(const TessellatedPatch& patch, const std::arr
   return !rect.empty();
 }
 
+std::optional<frontend::ScreenBounds> TriangleSetup::extent(const TessellatedPatch& patch,
+                                                            std::span<const std::uint32_t> vertices) const {
+  frontend::ScreenBounds out{};
+  double x0 = std::numeric_limits<double>::infinity(), y0 = x0, near_z = x0, x1 = -x0, y1 = -x0, grow = 0;
+  for (const std::uint32_t v : vertices) {
+    if (patch.projected[v] == 0) return std::nullopt;
+    for (const bool open : {true, false}) {
+      if (!open && !patch.moving) continue;
+      const auto x = static_cast<double>(open ? patch.x0[v] : patch.x1[v]),
+                 y = static_cast<double>(open ? patch.y0[v] : patch.y1[v]),
+                 z = static_cast<double>(open ? patch.z0[v] : patch.z1[v]);
+      x0 = std::min(x0, x), x1 = std::max(x1, x), y0 = std::min(y0, y), y1 = std::max(y1, y);
+      near_z = std::min(near_z, z);
+      if (projection_.lens_scale != 0) grow = std::max(grow, std::abs(circle_of_confusion(z)));
+    }
+  }
+  if (patch.moving || projection_.lens_scale != 0) grow += 0x1p-9;
+  out.x0 = static_cast<float>(x0 - grow), out.y0 = static_cast<float>(y0 - grow);
+  out.x1 = static_cast<float>(x1 + grow), out.y1 = static_cast<float>(y1 + grow);
+  out.near_z = static_cast<float>(near_z);
+  return out;
+}
+
 TriangleList TriangleSetup::run(const TessellatedPatch& patch, BaselineCounters& counters) const {
   TriangleList list;
   std::size_t group = 0;
@@ -137,11 +178,11 @@ TriangleList TriangleSetup::run(const TessellatedPatch& patch, BaselineCounters&
       const Corners corners = corners_of(patch, v);
       const int side = facing(corners);
       if (side == 0) {
-        ++counters.culled_zero_area;
+        list.fates.push_back(TriangleFate::kZeroArea);
         continue;
       }
       if ((side == 1 && !patch.keep_positive) || (side == -1 && !patch.keep_negative)) {
-        ++counters.culled_backface;
+        list.fates.push_back(TriangleFate::kBackface);
         continue;
       }
       const bool beyond =
@@ -153,13 +194,14 @@ TriangleList TriangleSetup::run(const TessellatedPatch& patch, BaselineCounters&
       covers_clipped(patch, v, list.tiles);
     }
     if (list.tiles.size() == first) {
-      ++counters.culled_frustum;
+      list.fates.push_back(TriangleFate::kFrustum);
       continue;
     }
+    list.fates.push_back(TriangleFate::kKept);
     list.triangles.push_back({v, static_cast<std::uint32_t>(t), static_cast<std::uint32_t>(list.tiles.size())});
   }
   list.group_ends.push_back(static_cast<std::uint32_t>(list.triangles.size()));
-  counters.primitives += list.triangles.size();
+  for (const TriangleFate fate : list.fates) count(fate, counters);
   counters.tile_overlaps += list.tiles.size();
   return list;
 }

@@ -1,14 +1,23 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "baselines/baseline_counters.h"
 #include "baselines/tessellated_patch.h"
 #include "binner/tile_grid.h"
+#include "frontend/bounds/screen_bounds.h"
 #include "scene/view.h"
 
 namespace tessera::baselines {
+
+// What culling does with a triangle.
+enum class TriangleFate : std::uint8_t { kKept, kZeroArea, kBackface, kFrustum };
+
+// Counts one in the counter of its fate.
+void count(TriangleFate fate, BaselineCounters& counters);
 
 // The triangles of a patch that culling leaves, with the tiles that they may touch.
 struct TriangleList {
@@ -20,6 +29,7 @@ struct TriangleList {
   std::vector<Triangle> triangles;
   std::vector<binner::TileIndex> tiles;
   std::vector<std::uint32_t> group_ends;  // as TessellatedPatch::group_ends, in `triangles`
+  std::vector<TriangleFate> fates;        // of TessellatedPatch::triangles
 };
 
 // Culls and covers triangles as the fixed-function stages after the domain shader do, for motion and defocus too.
@@ -38,11 +48,18 @@ class TriangleSetup {
   TriangleSetup(const binner::TileGrid& grid, const scene::Projection& projection)
       : grid_(grid), projection_(projection) {}
 
-  // Thread-safe.
+  // Thread-safe, as extent() is.
   TriangleList run(const TessellatedPatch& patch, BaselineCounters& counters) const;
+
+  // The rectangle in which triangles of these vertices may be drawn (TS1), and their least depth; nothing where one of
+  // them is not projected.
+  std::optional<frontend::ScreenBounds> extent(const TessellatedPatch& patch,
+                                               std::span<const std::uint32_t> vertices) const;
 
  private:
   struct Corners;
+  // Signed circle of confusion of a vertex at a depth, in pixels.
+  double circle_of_confusion(double z) const;
   Corners corners_of(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& vertex) const;
   int facing(const Corners& corners) const;
   bool outside_region(const frontend::ScreenBounds& bounds) const;

@@ -15,10 +15,13 @@ namespace tessera::replay {
 // {"tessera": {"baseline.primitives": 1, ...}, "patch-whole": ..., and so on: a member per scheme}
 nlohmann::json baselines_json(const baselines::BaselineSet& set);
 
-// A table for people: a row per counter, a column per scheme, and post-tessellation over tessera.
+// {"tessera": "ours", "patch-whole": "ours", "post-tessellation": "shipped", ...}: a member per scheme
+nlohmann::json baseline_kinds_json();
+
+// A table for people: a column per scheme, with its kind and a row per counter, and post-tessellation over tessera.
 std::string baselines_table(const baselines::BaselineSet& set);
 
-// baselines.csv: a row per frame and scheme, then one per scheme for all frames, whose frame is "total".
+// baselines.csv: a row per frame and scheme with its kind, then one per scheme for all frames, whose frame is "total".
 class BaselineReport {
  public:
   void add(int frame, const baselines::BaselineSet& set);

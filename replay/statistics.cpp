@@ -130,7 +130,10 @@ json Statistics::json() const {
     put_model(machine_, *timing_, energy_, static_cast<double>(frames_.size()), out["total"]);
     out["total"]["area"] = area_;
   }
-  if (has_baselines_) out["total"]["baselines"] = baselines_json(baselines_.total());
+  if (has_baselines_) {
+    out["total"]["baselines"] = baselines_json(baselines_.total());
+    out["baseline_kinds"] = baseline_kinds_json();
+  }
   return out;
 }
 

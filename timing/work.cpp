@@ -46,7 +46,7 @@ void take_compiled(const hardware::Machine& gpu, std::uint64_t clocks, EventCoun
        {Event::kShaderInvocations, Event::kSurfaceEvaluations, Event::kBackgroundSamples, Event::kVertexOutputs})
     counts[event] = 0;
   if (gpu.shades_on_lanes()) counts[Event::kVertices] = 0;
-  counts[Event::kShaderClocks] = clocks;
+  counts[Event::kShaderClocks] += clocks;
 }
 
 Phase phase_of(memory::Unit unit, memory::Purpose purpose, bool write) {
@@ -102,12 +102,13 @@ StageCycles stage_cycles(const hardware::Machine& gpu, const GeometryWork& work)
       times.add(Stage::kFrontend, hardware::kFirstPart | hardware::kSecondPart, gpu.clocks(event, counts[event]));
   }
   StageCycles cycles = times.cycles();
-  // Lanes and texture units shade vertices side by side.
+  // Lanes, texture units and tessellators shade vertices side by side; lanes also run what is computed before.
   const bool compiled = gpu.shades_on_lanes() && gpu.shader.costs == hardware::ShaderCosts::kCompiled;
-  const double shading = compiled ? static_cast<double>(work.vertex_clocks) / gpu.per_clk(Event::kShaderClocks)
-                                  : gpu.clocks(Event::kVertices, counts[Event::kVertices]) +
-                                        gpu.clocks(Event::kDomainInvocations, counts[Event::kDomainInvocations]);
-  const double vertices = std::max(shading, gpu.clocks(Event::kTexels, counts[Event::kTexels]));
+  const double shading = (compiled ? static_cast<double>(work.vertex_clocks) / gpu.per_clk(Event::kShaderClocks)
+                                   : gpu.clocks(Event::kDomainInvocations, counts[Event::kDomainInvocations])) +
+                         static_cast<double>(counts[Event::kShaderClocks]) / gpu.per_clk(Event::kShaderClocks);
+  const double vertices = std::max({shading, compiled ? 0 : gpu.clocks(Event::kVertices, counts[Event::kVertices]),
+                                    gpu.clocks(Event::kTexels, counts[Event::kTexels])});
   double& frontend = cycles[static_cast<std::size_t>(Stage::kFrontend)];
   frontend = std::max(frontend, vertices / static_cast<double>(gpu.cores.count));
   cycles[static_cast<std::size_t>(Stage::kDram)] = static_cast<double>(work.dram_bytes) / memory_rate(gpu);

@@ -58,10 +58,19 @@ json counters(bool of_baselines) {
 json baselines_table() {
   const json of_scheme = counters(true);
   json properties = json::object();
-  for (const auto& [scheme, make] : baselines::kSchemes) {
-    properties[std::string(scheme)] = of_scheme;
-    properties[std::string(scheme)]["description"] = fmt::format("Counters of the scheme {}.", scheme);
+  for (const baselines::SchemeRow& scheme : baselines::kSchemes) {
+    const std::string name(scheme.name);
+    properties[name] = of_scheme;
+    properties[name]["description"] = fmt::format("Counters of the scheme {}.", name);
   }
+  return closed_object(std::move(properties));
+}
+
+json baseline_kinds_table() {
+  json properties = json::object();
+  for (const baselines::SchemeRow& scheme : baselines::kSchemes)
+    properties[std::string(scheme.name)] = {{"description", fmt::format("Kind of the scheme {}.", scheme.name)},
+                                            {"const", name(scheme.kind)}};
   return closed_object(std::move(properties));
 }
 
@@ -187,6 +196,7 @@ const std::map<std::string, Table>& tables() {
   static const std::map<std::string, Table> kTables = {
       {"counters", [] { return counters(false); }},
       {"baselines", baselines_table},
+      {"baseline_kinds", baseline_kinds_table},
       {"gpu", [] { return gpu_table(false); }},
       {"gpu_file", [] { return gpu_table(true); }},
       {"settings", settings_table},

@@ -33,6 +33,7 @@ namespace schema {
 
 // The schema that a template's {"$table": NAME} stands for:
 //   counters, baselines          counts by name; by scheme and name
+//   baseline_kinds               the kind of each scheme
 //   gpu, gpu_file                the whole machine, nested by the dots of the keys; the same with all left out that one likes
 //   settings, functions          every key of a replay; keys of both that a record depends on
 //   keys                         a text that is a key

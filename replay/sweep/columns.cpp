@@ -114,9 +114,9 @@ const std::vector<std::string>& known_columns() {
     names.insert(names.end(), model.begin(), model.end());
     const std::vector<std::string> others = other_columns();
     names.insert(names.end(), others.begin(), others.end());
-    for (const auto& [scheme, make] : baselines::kSchemes)
+    for (const baselines::SchemeRow& scheme : baselines::kSchemes)
       for (const auto& field : kCounterFields<baselines::BaselineCounters>)
-        names.push_back(std::string(kBaseline) + std::string(scheme) + "." +
+        names.push_back(std::string(kBaseline) + std::string(scheme.name) + "." +
                         std::string(field.name.substr(kBaseline.size())));
     return names;
   }();

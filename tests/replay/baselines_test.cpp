@@ -2,6 +2,7 @@
 #include "baselines/baseline_set.h"
 #include "baselines/geometry_pass.h"
 #include "baselines/immediate.h"
+#include "baselines/meshlets.h"
 #include "frontend/bounds/sub_patch_bounder.h"
 #include "frontend/patch_record.h"
 #include "gpu/device.h"
@@ -39,14 +40,55 @@ Compared render(const scene::Capture& capture, const gpu::GpuConfiguration& gpu,
   return render(device, capture.settings.first_frame, observed);
 }
 
-constexpr std::array<std::string_view, 6> kTriangleSchemes = {"post-tessellation", "post-position", "deferred-vertex",
-                                                              "visibility-stream", "control-list",  "immediate"};
+// Machines that bin or draw triangles.
+std::vector<SchemeId> triangle_schemes() {
+  std::vector<SchemeId> out;
+  for (std::size_t s = 0; s < baselines::kSchemeCount; ++s)
+    if (baselines::kSchemes[s].make != nullptr) out.push_back(static_cast<SchemeId>(s));
+  return out;
+}
+std::string name_of(SchemeId scheme) { return std::string(baselines::kSchemes[static_cast<std::size_t>(scheme)].name); }
+
+bool has_patches(const scene::Capture& capture) {
+  return std::any_of(capture.meshes.begin(), capture.meshes.end(), [](const scene::Mesh& mesh) {
+    return std::any_of(mesh.primitives.begin(), mesh.primitives.end(), [](const scene::Primitive& primitive) {
+      return primitive.kind != scene::Primitive::Kind::kTriangles;
+    });
+  });
+}
+
+// All but those that draw without tiles.
+std::vector<SchemeId> tiled_schemes(const scene::Capture& capture) {
+  std::vector<SchemeId> out = triangle_schemes();
+  std::erase_if(
+      out, [&](SchemeId s) { return s == SchemeId::kImmediate || (s == SchemeId::kUntiled && has_patches(capture)); });
+  return out;
+}
+constexpr std::array kMeshShaders = {SchemeId::kMeshShaderRing, SchemeId::kMeshShaderCompact,
+                                     SchemeId::kMeshShaderReferences};
 
 class Baselines : public testing::TestWithParam<const char*> {
  protected:
   scene::Capture capture = scene::read_capture(test::shipped_capture(GetParam()));
   const BaselineCounters& scheme(const Compared& result, SchemeId s) { return (*result.baselines)[s]; }
 };
+
+// Looks at a view with the parts of the baselines.
+class Looking final : public gpu::ViewObserver {
+ public:
+  explicit Looking(std::function<void(const gpu::RenderedView&)> look) : look_(std::move(look)) {}
+  void view_rendered(const gpu::RenderedView& view) override { look_(view); }
+
+ private:
+  std::function<void(const gpu::RenderedView&)> look_;
+};
+
+void look_at(const scene::Capture& capture, const std::function<void(const gpu::RenderedView&)>& look) {
+  Looking observer(look);
+  gpu::Device device(capture, {}, {}, {160, 90, {0, 0, 160, 90}});
+  device.set_observer(&observer);
+  device.render(capture.settings.first_frame);
+}
 
 TEST_P(Baselines, DoNotDependOnThreads) {
   const json expected = baselines_json(*render(capture, {}, 1).baselines);
@@ -93,7 +135,8 @@ TEST_P(Baselines, TriangleMachinesDoNotDependOnSplits) {
   fine.frontend.split_pixels = 8;
   const Compared a = render(capture, coarse), b = render(capture, fine);
   const json x = baselines_json(*a.baselines), y = baselines_json(*b.baselines);
-  for (const std::string_view name : kTriangleSchemes) EXPECT_EQ(own_counters(x, name), own_counters(y, name)) << name;
+  for (const SchemeId s : triangle_schemes())
+    EXPECT_EQ(own_counters(x, name_of(s)), own_counters(y, name_of(s))) << name_of(s);
 }
 
 // Nor is it that the replay's own buffer ran full, in how many levels its queues are, or how it finds tiles.
@@ -107,8 +150,8 @@ TEST_P(Baselines, TriangleMachinesDoNotDependOnQueues) {
   EXPECT_EQ(scheme(partial, SchemeId::kTessera).buffer_overflows, partial.counters.binner.partial_renders);
   for (const Compared& r : {partial, render(capture, levels)}) {
     json got = baselines_json(*r.baselines);
-    for (const std::string_view view : kTriangleSchemes) {
-      const std::string name(view);
+    for (const SchemeId s : triangle_schemes()) {
+      const std::string name = name_of(s);
       got[name]["baseline.buffer_overflows"] = expected[name]["baseline.buffer_overflows"];
       EXPECT_EQ(own_counters(got, name), own_counters(expected, name)) << name;
     }
@@ -127,8 +170,8 @@ TEST_P(Baselines, TriangleMachinesDoNotDependOnThePreviousFrame) {
   gpu::Device fresh(capture, {}, {}, request);
   const json alone = baselines_json(*render(fresh, frame + 1).baselines);
   EXPECT_EQ(after["patch-whole"], alone["patch-whole"]);
-  for (const std::string_view name : kTriangleSchemes)
-    EXPECT_EQ(own_counters(after, name), own_counters(alone, name)) << name;
+  for (const SchemeId s : triangle_schemes())
+    EXPECT_EQ(own_counters(after, name_of(s)), own_counters(alone, name_of(s))) << name_of(s);
 }
 
 TEST_P(Baselines, EveryTriangleIsKeptOrDroppedByOneTest) {
@@ -167,12 +210,97 @@ TEST_P(Baselines, EvaluationsAreThoseOfTheScheme) {
   EXPECT_LE(scheme(r, SchemeId::kVisibilityStream).tile_overlaps, deferred.tile_overlaps);  // bins are larger
 }
 
-TEST_P(Baselines, AllButImmediateShadeWhatTheReplayShades) {
+TEST_P(Baselines, MachinesWithTilesShadeWhatTheReplayShades) {
   const Compared r = render(capture, {});
-  for (std::size_t s = 0; s + 1 < baselines::kSchemeCount; ++s)
-    EXPECT_EQ(r.baselines->schemes[s].pixel_shader_invocations, r.counters.shading.pixel_shader_invocations)
-        << baselines::kSchemes[s].name;
+  std::vector<SchemeId> all = tiled_schemes(capture);
+  all.insert(all.end(), {SchemeId::kTessera, SchemeId::kPatchWhole});
+  for (const SchemeId s : all)
+    EXPECT_EQ(scheme(r, s).pixel_shader_invocations, r.counters.shading.pixel_shader_invocations) << name_of(s);
   EXPECT_GT(scheme(r, SchemeId::kImmediate).pixel_shader_invocations, 0u);
+}
+
+// A driver that draws passes with tessellation without tiles; other passes it bins into visibility streams.
+TEST_P(Baselines, UntiledDrawsPatchesAtOnceAndBinsTriangles) {
+  gpu::GpuConfiguration plain;
+  plain.baselines.immediate_color_compression = false;
+  const Compared r = render(capture, {}), of_plain = render(capture, plain);
+  const json schemes = baselines_json(*r.baselines), without = baselines_json(*of_plain.baselines);
+  EXPECT_EQ(schemes["untiled"], schemes[has_patches(capture) ? "immediate" : "visibility-stream"]);
+  EXPECT_EQ(without["untiled"], schemes["untiled"]) << "it compresses whatever immediate does";
+  EXPECT_LE(scheme(r, SchemeId::kImmediate).dram_bytes, scheme(of_plain, SchemeId::kImmediate).dram_bytes);
+}
+
+// A compute tessellator adds its blocks to what deferred-vertex has, and nothing where there is no patch.
+TEST_P(Baselines, ATessellatorInMemoryAddsPointsAndIndices) {
+  const Compared r = render(capture, {});
+  const BaselineCounters &deferred = scheme(r, SchemeId::kDeferredVertex),
+                         &stored = scheme(r, SchemeId::kTessellatedInMemory);
+  EXPECT_EQ(stored.entries, deferred.entries);
+  EXPECT_EQ(stored.domain_evaluations_cached, deferred.domain_evaluations_cached);
+  EXPECT_EQ(stored.frame_bytes_written, deferred.frame_bytes_written);
+  if (!has_patches(capture)) {
+    EXPECT_EQ(stored.dram_bytes, deferred.dram_bytes);
+    EXPECT_EQ(stored.cycles, deferred.cycles);
+    return;
+  }
+  // An index takes 12 bytes for each triangle in view at least; a block is written and read.
+  EXPECT_GT(stored.queue_bytes_written, deferred.queue_bytes_written + 12 * stored.primitives);
+  EXPECT_GE(stored.dram_bytes, deferred.dram_bytes + 2 * (stored.queue_bytes_written - deferred.queue_bytes_written));
+  EXPECT_GT(stored.energy_nj, deferred.energy_nj);
+}
+
+// Task shaders leave fewer triangles; what is kept between them and tiles is most in the ring and least as references.
+TEST_P(Baselines, MeshShadersKeepWhatTheirStoreSays) {
+  const Compared r = render(capture, {});
+  const BaselineCounters &ring = scheme(r, SchemeId::kMeshShaderRing),
+                         &compact = scheme(r, SchemeId::kMeshShaderCompact),
+                         &references = scheme(r, SchemeId::kMeshShaderReferences),
+                         &deferred = scheme(r, SchemeId::kDeferredVertex);
+  for (const SchemeId s : kMeshShaders) {
+    EXPECT_LE(scheme(r, s).primitives, deferred.primitives);
+    EXPECT_EQ(scheme(r, s).primitives, ring.primitives);
+    EXPECT_EQ(scheme(r, s).tile_overlaps, ring.tile_overlaps);
+    EXPECT_EQ(scheme(r, s).culled_occlusion, ring.culled_occlusion);
+  }
+  EXPECT_EQ(ring.domain_evaluations, compact.domain_evaluations);
+  EXPECT_EQ(references.position_evaluations, ring.domain_evaluations) << "once to bin, and in tiles again";
+  EXPECT_GT(references.domain_evaluations, 0u);
+  EXPECT_GT(ring.queue_bytes_written, compact.queue_bytes_written);
+  EXPECT_GT(compact.queue_bytes_written, references.queue_bytes_written);
+  // A pyramid of half a byte more than two for 8x8 pixels, in bursts: read and written.
+  EXPECT_EQ(references.frame_bytes_read, (2u * (20 * 12 + 10 * 6 + 5 * 3 + 3 * 2 + 2 * 1 + 1) + 63) / 64 * 64);
+  EXPECT_EQ(references.frame_bytes_written, deferred.frame_bytes_written + references.frame_bytes_read);
+}
+
+// MS1, and its failing twin: depths of which all are nearer than what is seen.
+TEST_P(Baselines, MS1TaskShadersKeepEveryTriangleThatIsSeen) {
+  look_at(capture, [](const gpu::RenderedView& view) {
+    const baselines::ImmediateFrame drawn = baselines::draw_immediately(view.job, view.record, view.gpu);
+    std::set<std::uint64_t> seen;
+    for (const std::vector<std::uint64_t>& tile : drawn.visible.tiles) seen.insert(tile.begin(), tile.end());
+    EXPECT_GT(seen.size(), 100u);
+    const baselines::TriangleSetup setup(*view.job.grid, view.job.frame->projection);
+    baselines::DepthPyramid near(view.job.grid->region());
+    for (std::uint32_t tile = 0; tile < view.job.grid->tile_count(); ++tile) {
+      const IntRect pixels = view.job.grid->pixels(tile);
+      const auto blocks = [](int length) { return static_cast<std::size_t>((length + 7) / 8); };
+      near.add(pixels, std::vector<float>(blocks(pixels.width()) * blocks(pixels.height()), 1e-3f));
+    }
+    near.finish();
+    const auto lost = [&](const baselines::DepthPyramid& depths) {
+      baselines::TaskShader task(setup, depths);
+      std::set<std::uint64_t> left = seen;
+      baselines::run_geometry(view.job, view.pyramids, view.gpu, setup, setup, [&](auto some) {
+        for (const baselines::DrawnPatch& patch : some)
+          for (const baselines::Meshlet& meshlet : task.run(patch.patch, patch.tiles))
+            for (const std::uint32_t t : meshlet.numbers)
+              left.erase(baselines::triangle_name(patch.patch.number, patch.patch.triangle_numbers[t]));
+      });
+      return left.size();
+    };
+    EXPECT_EQ(lost(drawn.depths), 0u);
+    EXPECT_GT(lost(near), seen.size() / 2);
+  });
 }
 
 // What a replay with half of the buffer does is what the counters said that it would.
@@ -197,23 +325,6 @@ TEST_P(Baselines, TheSmallestBufferIsJustLargeEnough) {
   EXPECT_GT(half.counters.binner.partial_renders, 0u);
   EXPECT_EQ(pre.partial_render_bytes, state.read_bytes + state.written_bytes);
   EXPECT_GT(pre.spill_bytes, 0u);
-}
-
-// Looks at a view with the parts of the baselines.
-class Looking final : public gpu::ViewObserver {
- public:
-  explicit Looking(std::function<void(const gpu::RenderedView&)> look) : look_(std::move(look)) {}
-  void view_rendered(const gpu::RenderedView& view) override { look_(view); }
-
- private:
-  std::function<void(const gpu::RenderedView&)> look_;
-};
-
-void look_at(const scene::Capture& capture, const std::function<void(const gpu::RenderedView&)>& look) {
-  Looking observer(look);
-  gpu::Device device(capture, {}, {}, {160, 90, {0, 0, 160, 90}});
-  device.set_observer(&observer);
-  device.render(capture.settings.first_frame);
 }
 
 // Patches of the view whose bound takes two boxes.
@@ -461,8 +572,7 @@ std::uint64_t bytes_through_the_l2(const timing::FrameWork& work) {
 
 TEST_P(Baselines, BW3ItemsAddUpToTheWorkOfTheirTiles) {
   Worked w = work_of(capture);
-  for (const SchemeId s : {SchemeId::kPostTessellation, SchemeId::kPostPosition, SchemeId::kDeferredVertex,
-                           SchemeId::kVisibilityStream, SchemeId::kControlList, SchemeId::kImmediate}) {
+  for (const SchemeId s : triangle_schemes()) {
     timing::FrameWork& work = w.works[static_cast<std::size_t>(s)];
     EXPECT_EQ(tiles_out_of_balance(work), 0) << static_cast<int>(s);
     EXPECT_EQ(bytes_through_the_l2(work), w.set[s].texture_bytes) << static_cast<int>(s);
@@ -491,8 +601,9 @@ TEST_P(Baselines, EventsTakeTheCyclesOfPhasesWhereThoseModelAll) {
   gpu::GpuConfiguration events = phases;
   events.queues.model = hardware::TimingModel::kEvents;
   const Worked by_phases = work_of(capture, phases), by_events = work_of(capture, events);
-  for (const SchemeId s : {SchemeId::kTessera, SchemeId::kPostTessellation, SchemeId::kPostPosition,
-                           SchemeId::kDeferredVertex, SchemeId::kVisibilityStream, SchemeId::kControlList}) {
+  std::vector<SchemeId> schemes = tiled_schemes(capture);
+  schemes.push_back(SchemeId::kTessera);
+  for (const SchemeId s : schemes) {
     const double ratio = static_cast<double>(by_events.set[s].cycles) / static_cast<double>(by_phases.set[s].cycles);
     EXPECT_NEAR(ratio, 1, 0.05) << static_cast<int>(s);
   }
@@ -501,11 +612,11 @@ TEST_P(Baselines, EventsTakeTheCyclesOfPhasesWhereThoseModelAll) {
 TEST_P(Baselines, BW2TiledSchemesShadeWhatTheMachineDoes) {
   const Worked w = work_of(capture);
   const hardware::EventCounts machine = timing::energy_events(w.of(SchemeId::kTessera)).counts;
-  for (const SchemeId s : {SchemeId::kPostTessellation, SchemeId::kPostPosition, SchemeId::kDeferredVertex,
-                           SchemeId::kVisibilityStream, SchemeId::kControlList}) {
+  for (const SchemeId s : tiled_schemes(capture)) {
     const hardware::EventCounts events = timing::energy_events(w.of(s)).counts;
+    const hardware::EventCounts& before = w.of(s).rounds.front().geometry.events;
     EXPECT_EQ(events[Event::kShaderInvocations], machine[Event::kShaderInvocations]);
-    EXPECT_EQ(events[Event::kTexels], machine[Event::kTexels]);
+    EXPECT_EQ(events[Event::kTexels] - before[Event::kTexels], machine[Event::kTexels]);
     EXPECT_EQ(events[Event::kCompactedSamples], machine[Event::kCompactedSamples]);
     EXPECT_EQ(events[Event::kBlendedLayers], machine[Event::kBlendedLayers]);
     EXPECT_EQ(events[Event::kPixels], machine[Event::kPixels]);
@@ -517,6 +628,15 @@ TEST_P(Baselines, BW2TiledSchemesShadeWhatTheMachineDoes) {
     EXPECT_EQ(events[Event::kBinnedEntries], scheme.entries);
     EXPECT_EQ(events[Event::kSurfaceEvaluations], 0u);
     EXPECT_GE(events[Event::kTriangleTests], events[Event::kHits]);
+  }
+  // Task shaders run on lanes what the front end does for the others; compute tessellators run beside it.
+  for (const SchemeId s : tiled_schemes(capture)) {
+    const hardware::EventCounts& before = w.of(s).rounds.front().geometry.events;
+    const bool mesh = std::find(kMeshShaders.begin(), kMeshShaders.end(), s) != kMeshShaders.end();
+    EXPECT_EQ(before[Event::kBounds], mesh ? 0 : w.set[s].bounding_operations) << name_of(s);
+    EXPECT_EQ(before[Event::kTexels] > 0, mesh) << name_of(s);
+    EXPECT_EQ(before[Event::kShaderClocks] > 0, mesh || (s == SchemeId::kTessellatedInMemory && has_patches(capture)))
+        << name_of(s);
   }
   const hardware::EventCounts immediate = timing::energy_events(w.of(SchemeId::kImmediate)).counts;
   EXPECT_EQ(immediate[Event::kShaderInvocations], w.set[SchemeId::kImmediate].pixel_shader_invocations);
@@ -702,10 +822,12 @@ TEST(BaselinesOption, PrintsATableAndWritesStatisticsAndCsv) {
       {"replay", shipped("flyby"), "--size", "64x36", "--frames", "0:2", "--baselines", "--out", out.path().string()});
   ASSERT_EQ(r.status, 0) << r.errors;
   const json stats = json::parse(test::read_text(out / "stats.json"));
-  for (const auto& [name, make] : baselines::kSchemes) {
-    EXPECT_THAT(r.output, HasSubstr(std::string(name)));
-    EXPECT_TRUE(stats["frames"][1]["baselines"].contains(std::string(name)));
+  for (const baselines::SchemeRow& scheme : baselines::kSchemes) {
+    EXPECT_THAT(r.output, HasSubstr(std::string(scheme.name)));
+    EXPECT_TRUE(stats["frames"][1]["baselines"].contains(std::string(scheme.name)));
+    EXPECT_EQ(stats["baseline_kinds"][std::string(scheme.name)], name(scheme.kind));
   }
+  EXPECT_THAT(r.output, testing::ContainsRegex("\nkind +ours +ours +shipped +idealised"));
   EXPECT_THAT(r.output, HasSubstr("post/pre"));
   EXPECT_THAT(r.output, HasSubstr("baseline.queue_bytes_peak"));
   // Sums and peaks as declared.
@@ -726,12 +848,14 @@ TEST(BaselinesOption, PrintsATableAndWritesStatisticsAndCsv) {
   ASSERT_EQ(rows.size(), 1u + 3 * baselines::kSchemeCount);
   EXPECT_EQ(rows[0][0], "frame");
   EXPECT_EQ(rows[0][1], "scheme");
-  EXPECT_EQ(rows[0].size(), 2 + kCounterFields<BaselineCounters>.size());
+  EXPECT_EQ(rows[0][2], "kind");
+  EXPECT_EQ(rows[0].size(), 3 + kCounterFields<BaselineCounters>.size());
   for (std::size_t k = 1; k < rows.size(); ++k) {
     ASSERT_EQ(rows[k].size(), rows[0].size());
     const json& set =
         rows[k][0] == "total" ? stats["total"]["baselines"] : stats["frames"][std::stoul(rows[k][0])]["baselines"];
-    for (std::size_t c = 2; c < rows[k].size(); ++c)
+    EXPECT_EQ(rows[k][2], stats["baseline_kinds"][rows[k][1]].get<std::string>());
+    for (std::size_t c = 3; c < rows[k].size(); ++c)
       EXPECT_EQ(std::stoull(rows[k][c]), set[rows[k][1]][rows[0][c]].get<std::uint64_t>());
   }
 }
