@@ -69,7 +69,9 @@ def commands(name, out):
 # ---- docs/when_it_pays.md -------------------------------------------------------------------------------------------
 
 FINISHED_FRAME = 640 * 360 * 8  # bytes, of this machine and of the others alike
-SCHEMES = ["patch-whole", "post-tessellation", "post-position", "deferred-vertex", "visibility-stream", "control-list", "immediate"]
+SCHEMES = ["patch-whole", "post-tessellation", "post-position", "deferred-vertex", "visibility-stream", "control-list", "immediate", "tessellated-in-memory", "untiled", "mesh-shader-ring",
+           "mesh-shader-compact", "mesh-shader-references"]
+DOUBTS = ["as it is", "constant costs", "set-up x4", "against ours", "for ours"]
 
 
 def place_of(row):
@@ -197,6 +199,25 @@ class Pages(unittest.TestCase):
         self.assertEqual(sizes_where_less([(1, 2, 1), (4, 1, 2), (16, 1, 2)]), ">2.0")
         self.assertEqual(sizes_where_less([(1, 1, 2), (4, 2, 1), (16, 1, 2), (64, 2, 1)]), "<2.0+8.0-32")
 
+    def test_the_verdict_follows_from_the_captures(self):
+        rows = rows_of(ROOT / "docs/measurements/baselines.csv")
+
+        def ratio(capture, cost, kinds):
+            of = {row["scheme"]: row for row in rows if row["capture"] == capture}
+            others = [row for name, row in of.items() if row["kind"] in kinds and (kinds == ["shipped"] or name not in ("immediate", "untiled"))]
+            return int(of["tessera"][cost]) / min(int(row[cost]) for row in others)
+
+        def span(cost, *kinds):
+            ratios = [ratio(capture, cost, list(kinds)) for capture in ("eggs", "vases", "flyby", "stroll", "city", "garden")]
+            return f"{min(ratios):.2f} to {max(ratios):.2f}"
+
+        tiled = ("shipped", "idealised")
+        text = re.search(r"^\*\*Verdict\.\*\* .*$", page("README.md"), re.M).group()
+        self.assertEqual(re.findall(r"[0-9.]+[0-9] to [0-9.]+[0-9]", text),
+                         [span("cycles", *tiled), span("energy_nj", *tiled), span("dram_bytes", "shipped"), span("energy_nj", "shipped"), span("cycles", "shipped")],
+                         "run docs/measurements/readme.sh")
+        self.assertIn(f"it takes {ratio('serpent', 'cycles', list(tiled)):.2f} of the time and {ratio('serpent', 'energy_nj', list(tiled)):.2f} of the energy", text)
+
     def test_break_even_follows_from_the_points(self):
         points, lines = rows_of(PAYS / "points.csv"), 0
         for row in rows_of(PAYS / "break_even.csv"):
@@ -204,7 +225,7 @@ class Pages(unittest.TestCase):
             for scheme in row.keys() & {column.removeprefix("traffic ") for column in points[0] if column.startswith("traffic ")}:
                 self.assertEqual(row[scheme], sizes_where_less(costs_of(here, row["cost"], scheme)), f"{row['cost']} {place_of(row)} {scheme}")
                 lines += 1
-        self.assertEqual(lines, 4 * 36 * 7)
+        self.assertEqual(lines, 4 * 36 * len(SCHEMES))
 
     def test_when_it_pays_shows_its_tables(self):
         text, points = page("docs/when_it_pays.md"), rows_of(PAYS / "points.csv")
@@ -220,12 +241,19 @@ class Pages(unittest.TestCase):
         for scheme in SCHEMES:
             self.assertIn(f"\n{line_of_ranges(points, scheme)}\n", text)
 
+    def test_when_it_pays_shows_its_doubts(self):
+        text, rows = page("docs/when_it_pays.md"), rows_of(PAYS / "doubts.csv")
+        self.assertEqual([(row["cost"], row["doubt"]) for row in rows], [(cost, doubt) for cost in ("cycles", "energy") for doubt in DOUBTS])
+        for row in rows:
+            self.assertIn(f"\n| {row['cost']} | {row['doubt']} | {' | '.join(row[scheme] for scheme in SCHEMES)} |\n", text, "run docs/images/when_it_pays/make.sh")
+
 
 class Replays(unittest.TestCase):
     @staticmethod
     @lru_cache(None)
     def readme_statistics():
-        return statistics(capture("eggs"), "--baselines")["total"]
+        all_of_it = statistics(capture("eggs"), "--baselines")
+        return all_of_it["total"] | {"kinds": all_of_it["baseline_kinds"]}
 
     def test_readme(self):
         text, total = page("README.md"), self.readme_statistics()
@@ -235,13 +263,16 @@ class Replays(unittest.TestCase):
         self.assertIn("timing.cycles", dict(counters))
         for name, digits in counters:
             self.assertEqual(int(digits.replace(" ", "")), values[name], name)
-        columns = ["queue_bytes_written", "queue_bytes_read", "queue_bytes_peak", "position_evaluations", "domain_evaluations_cached", "dram_bytes"]
-        self.assertIn("| machine | lists written | read | peak | positions alone | evaluations | all traffic |", text)
-        shown = {row[0]: row[1:] for row in re.findall(r"^\| `([a-z-]+)`" + r" \| ([0-9 ]+)" * 6 + r" \|$", text, re.M)}
+        megahertz = next(key for key in json.loads(run("describe", "gpu", "--json")) if key["key"] == "clock.mhz")["default"]
+        shown = {row[0]: row[1:] for row in re.findall(r"^\| \**`([a-z-]+)`\** \| ([a-z]+) \| ([0-9 ]+) \| ([0-9 ]+) \| ([0-9.]+) \| ([0-9.]+) \|$", text, re.M)}
         self.assertEqual(shown.keys(), total["baselines"].keys(), "every scheme")
-        for scheme, cells in shown.items():
-            for column, digits in zip(columns, cells):
-                self.assertEqual(int(digits.replace(" ", "")), total["baselines"][scheme][f"baseline.{column}"], f"{column} of {scheme}")
+        for scheme, (kind, peak, traffic, milliseconds, millijoules) in shown.items():
+            self.assertEqual(kind, total["kinds"][scheme])
+            value = total["baselines"][scheme]
+            self.assertEqual(int(peak.replace(" ", "")), value["baseline.queue_bytes_peak"], scheme)
+            self.assertEqual(int(traffic.replace(" ", "")), value["baseline.dram_bytes"], scheme)
+            self.assertAlmostEqual(float(milliseconds), value["baseline.cycles"] / megahertz / 1000, delta=0.051, msg=scheme)
+            self.assertAlmostEqual(float(millijoules), value["baseline.energy_nj"] / 1e6, delta=0.051, msg=scheme)
 
     def test_lists_are_one_to_two_orders_of_magnitude_smaller_than_those_of_triangles(self):
         """What the project is for. Less is a fault of the binner, more means that a cost was forgotten."""
@@ -293,14 +324,14 @@ class Replays(unittest.TestCase):
         self.assertEqual(len(rows), len(again))
         for row in rows:
             schemes = replay_of(row)
-            self.assertEqual(len(schemes), 8)
+            self.assertEqual(len(schemes), 1 + len(SCHEMES))
             self.assertEqual(contradictions(row, schemes), [], "run docs/images/when_it_pays/make.sh")
             self.assertEqual(contradictions(row | {"traffic control-list": "1"}, schemes), ["traffic control-list"], "the twin")
 
     def test_when_it_pays_parts(self):
         """Parts of the traffic in 4 layers of triangles of 1 px²."""
         rows = [row for row in rows_of(PAYS / "parts.csv") if place_of(row) == "4,yes,0,32" and row["px2"] == "1.0"]
-        self.assertEqual(len(rows), 8)
+        self.assertEqual(len(rows), 1 + len(SCHEMES))
         for row in rows:
             value = replay_of(row)[row["scheme"]]
             frame, records = value["frame_bytes_read"] + value["frame_bytes_written"], value["patch_bytes_cached"]

@@ -1,6 +1,7 @@
 // Study files: what they say, and how they are refused.
 #include "replay/sweep/study.h"
 #include "base/error.h"
+#include "baselines/scheme.h"
 #include "replay/sweep/capture_library.h"
 #include "replay/sweep/columns.h"
 #include "replay/sweep/points.h"
@@ -83,7 +84,7 @@ TEST(Study, ColumnsAreNamesAndPatterns) {
   EXPECT_EQ(study.columns.front(), "tilecore.triangles");
   EXPECT_THAT(study.columns, testing::Contains("dram.binner.tile_queue.written_bytes"));
   EXPECT_THAT(study.columns, testing::Contains("baseline.post-tessellation.queue_bytes_peak"));
-  EXPECT_EQ(study.columns.size(), 1u + 5 * 2 + 8) << "five units move data, read and written; eight baselines";
+  EXPECT_EQ(study.columns.size(), 1u + 5 * 2 + baselines::kSchemeCount) << "five units move data, read and written; every scheme";
   EXPECT_TRUE(study.baselines) << "a column of theirs asks for them";
   const Study plain = read(folder, study_with(json::object()));
   EXPECT_FALSE(plain.baselines);
@@ -151,10 +152,10 @@ TEST(Study, TileMemoryThatHoldsNoTileIsAFaultOnlyWhereItIsChosen) {
   const auto chosen = points({{"key", "tilecore.memory_bytes"}, {"values", {1024, 196608}}});
   EXPECT_THAT(chosen.at(0).fault, HasSubstr("1024 bytes hold no tile"));
   EXPECT_EQ(chosen.at(1).fault, "");
-  const json large = {{"keys", {"tile.width", "tile.height"}}, {"values", {64}}};
+  const json large = {{"keys", {"tile.width", "tile.height"}}, {"values", {128}}};
   EXPECT_EQ(points(large).at(0).fault, "");
   const Study study = read(folder, study_with({{"axes", {large}}}));
-  EXPECT_EQ(configure_point(study, {0}).gpu.cores.memory_bytes, 64 * 64 * 4 * 20);
+  EXPECT_EQ(configure_point(study, {0}).gpu.cores.memory_bytes, 128 * 128 * 4 * 12);
 }
 
 // ---- What a hash covers -----------------------------------------------------------------------------------------

@@ -251,7 +251,7 @@ TEST_F(Time, AMachineThatCannotBeBuiltIsRefused) {
   const ProcessResult small = time("plain", {"tilecore.memory_bytes=40960"});
   EXPECT_EQ(small.status, 2);
   EXPECT_THAT(small.errors,
-              HasSubstr("40960 bytes hold no tile of 32x32 pixels with 4 samples of 20 bytes: set 81920"));
+              HasSubstr("40960 bytes hold no tile of 32x32 pixels with 4 samples of 12 bytes: set 49152"));
   const ProcessResult registers = time("plain", {"shader.costs=constant", "shader.register_bytes=4096"});
   EXPECT_EQ(registers.status, 2);
   EXPECT_THAT(registers.errors, HasSubstr("shader.register_bytes: 4096 bytes hold no warp"));

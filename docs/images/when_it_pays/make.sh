@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs the study of docs/when_it_pays.md and makes its tables points.csv, parts.csv, break_even.csv, its plots and the tables in the page: docs/images/when_it_pays/make.sh [OUT]
+# Runs the studies of docs/when_it_pays.md and makes its tables points.csv, parts.csv, break_even.csv, doubts.csv, its plots and the tables in the page: docs/images/when_it_pays/make.sh [OUT]
 # An OUT that holds the finished study is not run again, an unfinished one goes on. TESSERA names the program (default: the project's own).
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -8,7 +8,10 @@ out=${1:-$(mktemp -d)}
 page=$root/docs/when_it_pays.md
 [ -f "$out/sweep.csv" ] || "${TESSERA:-$root/tessera}" sweep "$root/captures/studies/when_it_pays.json" --out "$out"
 
+[ -f "$out/doubts/sweep.csv" ] || "${TESSERA:-$root/tessera}" sweep "$root/captures/studies/four_doubts.json" --out "$out/doubts"
+
 awk -v folder="$here" -f "$here/tables.awk" "$out/sweep.csv"
+awk -v folder="$here" -v doubts=1 -f "$here/tables.awk" "$out/doubts/sweep.csv"
 finished=$(awk -F, 'NR == 2 && $6 == "tessera" { print $10 }' "$here/parts.csv")
 for cost in traffic evaluations cycles energy; do
   awk -v cost=$cost -v finished="$finished" -f "$here/plot.awk" "$here/points.csv" >"$here/$cost.svg"
@@ -26,6 +29,7 @@ table=$(mktemp) new=$(mktemp)
 trap 'rm -f "$table" "$new"' EXIT
 awk -F, -v table=ranges -v finished="$finished" -f "$here/page.awk" "$here/points.csv" >"$table" && replace ranges "$table"
 awk -F, -v table=traffic -f "$here/page.awk" "$here/break_even.csv" >"$table" && replace break-even "$table"
+awk -F, '{ gsub(/,/, " | "); print "| " $0 " |" } NR == 1 { row = "|---|---|"; for (c = 3; c <= NF; ++c) row = row "---:|"; print row }' "$here/doubts.csv" >"$table" && replace doubts "$table"
 for cost in cycles energy; do
   awk -F, -v table=$cost -f "$here/page.awk" "$here/break_even.csv" >"$table" && replace $cost "$table"
 done

@@ -1,4 +1,5 @@
 # Tables of docs/when_it_pays.md from a sweep: awk -v folder=DIR -f tables.awk sweep.csv writes points.csv, parts.csv and break_even.csv into DIR.
+# With -v doubts=1, of a sweep of captures/studies/four_doubts.json: doubts.csv alone, sizes where ours costs less under each doubt.
 # A study leaves columns out that are zero everywhere.
 function at(name) { return name in column ? $(column[name]) : 0 }
 function of(scheme, counter) { return at("baseline." scheme "." counter) }
@@ -21,17 +22,30 @@ function crossing(a, da, b, db) { return exp(log(a) + (log(b) - log(a)) * da / (
 function number(x) { return sprintf(x < 10 ? "%.1f" : "%.0f", x) }
 BEGIN {
   FS = ","; ours = "tessera"
-  schemes = split("tessera patch-whole post-tessellation post-position deferred-vertex visibility-stream control-list immediate", scheme_of, " ")
+  schemes = split("tessera patch-whole post-tessellation post-position deferred-vertex visibility-stream control-list immediate tessellated-in-memory untiled mesh-shader-ring mesh-shader-compact mesh-shader-references", scheme_of, " ")
   points = folder "/points.csv"; parts = folder "/parts.csv"; lines = folder "/break_even.csv"; blur_of[0] = 0; blur_of[1] = 8; blur_of[2] = 32
   head = "layers,attributes,blur,tile,px2,triangles"
   costs_count = split("traffic evaluations cycles energy", costs, " ")
   for (c = 1; c <= costs_count; ++c) for (s = 1; s <= schemes; ++s) head = head "," costs[c] " " scheme_of[s]
-  print head > points
-  print "layers,attributes,blur,tile,px2,scheme,lists_written,lists,records,frame,evaluations,bounding_operations,partial_render_at_half,spill_at_half,cycles,energy_nj" > parts
+  if (!doubts) print head > points
+  if (!doubts) print "layers,attributes,blur,tile,px2,scheme,lists_written,lists,records,frame,evaluations,bounding_operations,partial_render_at_half,spill_at_half,cycles,energy_nj" > parts
+}
+function doubt_of() {
+  if (at("shader.costs") == "constant") return "constant costs"
+  if (at("triangle_setup.triangles_per_clk") == 4) return "set-up x4"
+  if (at("energy.bound_pj") != 1000) return at("energy.bound_pj") > 1000 ? "against ours" : "for ours"
+  return "as it is"
 }
 NR == 1 { for (c = 1; c <= NF; ++c) column[$c] = c; next }
 at("status") != "ok" { print "a point failed: " $0 > "/dev/stderr"; failed = 1; exit }
 {
+  if (doubts) {
+    place = doubt_of(); px2 = sprintf("%.1f", at("tessellation.target_edge_pixels") ^ 2 / 2)
+    if (!(place in known)) { known[place] = 1; place_of[++places] = place }
+    sizes_of[place] = sizes_of[place] " " px2
+    for (s = 1; s <= schemes; ++s) { n = scheme_of[s]; value[place, "cycles", n, px2] = of(n, "cycles"); value[place, "energy", n, px2] = of(n, "energy_nj") }
+    next
+  }
   capture = at("capture"); sub(/.*wall_/, "", capture); sub(/\.glb.*/, "", capture)
   layers = capture + 0; attributes = capture ~ /plain/ ? "no" : "yes"; blur = blur_of[at("frame") + 0]; tile = at("tile.width")
   px2 = sprintf("%.1f", at("tessellation.target_edge_pixels") ^ 2 / 2); place = layers "," attributes "," blur "," tile
@@ -53,10 +67,10 @@ at("status") != "ok" { print "a point failed: " $0 > "/dev/stderr"; failed = 1; 
 }
 END {
   if (failed) exit 1
-  head = "cost,layers,attributes,blur,tile"
+  head = doubts ? "cost,doubt" : "cost,layers,attributes,blur,tile"; if (doubts) lines = folder "/doubts.csv"
   for (s = 2; s <= schemes; ++s) head = head "," scheme_of[s]
   print head > lines
-  for (c = 1; c <= costs_count; ++c)
+  for (c = doubts ? 3 : 1; c <= costs_count; ++c)
     for (p = 1; p <= places; ++p) {
       row = costs[c] "," place_of[p]
       for (s = 2; s <= schemes; ++s) row = row "," cheaper(place_of[p], costs[c], scheme_of[s])
