@@ -69,7 +69,7 @@ def commands(name, out):
 # ---- docs/when_it_pays.md -------------------------------------------------------------------------------------------
 
 FINISHED_FRAME = 640 * 360 * 8  # bytes, of this machine and of the others alike
-SCHEMES = ["patch-whole", "post-tessellation", "post-position", "deferred-vertex", "visibility-stream", "control-list", "immediate"]
+SCHEMES = ["patch-whole", "post-tessellation", "post-position", "deferred-vertex", "visibility-stream", "control-list", "immediate", "tessellated-in-memory", "untiled", "mesh-shader-ring", "mesh-shader-compact", "mesh-shader-references"]
 
 
 def place_of(row):
@@ -204,7 +204,7 @@ class Pages(unittest.TestCase):
             for scheme in row.keys() & {column.removeprefix("traffic ") for column in points[0] if column.startswith("traffic ")}:
                 self.assertEqual(row[scheme], sizes_where_less(costs_of(here, row["cost"], scheme)), f"{row['cost']} {place_of(row)} {scheme}")
                 lines += 1
-        self.assertEqual(lines, 4 * 36 * 7)
+        self.assertEqual(lines, 4 * 36 * len(SCHEMES))
 
     def test_when_it_pays_shows_its_tables(self):
         text, points = page("docs/when_it_pays.md"), rows_of(PAYS / "points.csv")
@@ -225,7 +225,8 @@ class Replays(unittest.TestCase):
     @staticmethod
     @lru_cache(None)
     def readme_statistics():
-        return statistics(capture("eggs"), "--baselines")["total"]
+        all_of_it = statistics(capture("eggs"), "--baselines")
+        return all_of_it["total"] | {"kinds": all_of_it["baseline_kinds"]}
 
     def test_readme(self):
         text, total = page("README.md"), self.readme_statistics()
@@ -236,11 +237,12 @@ class Replays(unittest.TestCase):
         for name, digits in counters:
             self.assertEqual(int(digits.replace(" ", "")), values[name], name)
         columns = ["queue_bytes_written", "queue_bytes_read", "queue_bytes_peak", "position_evaluations", "domain_evaluations_cached", "dram_bytes"]
-        self.assertIn("| machine | lists written | read | peak | positions alone | evaluations | all traffic |", text)
-        shown = {row[0]: row[1:] for row in re.findall(r"^\| `([a-z-]+)`" + r" \| ([0-9 ]+)" * 6 + r" \|$", text, re.M)}
+        self.assertIn("| machine | kind | lists written | read | peak | positions alone | evaluations | all traffic |", text)
+        shown = {row[0]: row[1:] for row in re.findall(r"^\| `([a-z-]+)` \| ([a-z]+)" + r" \| ([0-9 ]+)" * 6 + r" \|$", text, re.M)}
         self.assertEqual(shown.keys(), total["baselines"].keys(), "every scheme")
         for scheme, cells in shown.items():
-            for column, digits in zip(columns, cells):
+            self.assertEqual(cells[0], total["kinds"][scheme])
+            for column, digits in zip(columns, cells[1:]):
                 self.assertEqual(int(digits.replace(" ", "")), total["baselines"][scheme][f"baseline.{column}"], f"{column} of {scheme}")
 
     def test_lists_are_one_to_two_orders_of_magnitude_smaller_than_those_of_triangles(self):

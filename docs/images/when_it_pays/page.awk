@@ -3,13 +3,14 @@ function bars(   c, row) { row = "|"; for (c = 1; c <= n; ++c) row = row " " cel
 function rule(   c, row) { row = "|"; for (c = 1; c <= n; ++c) row = row "---" (c > 1 ? ":" : "") "|"; return row }
 table == "ranges" && NR == 1 {
   n = split("scheme,traffic,evaluations,cycles,energy", cell, ","); print bars(); print rule()
-  for (c = 8; c <= 14; ++c) { scheme[c] = $c; sub(/.* /, "", scheme[c]) }
+  schemes = (NF - 6) / 4; last = 6 + schemes
+  for (c = 8; c <= last; ++c) { scheme[c] = $c; sub(/.* /, "", scheme[c]) }
   next
 }
 table == "ranges" {
-  for (c = 8; c <= 14; ++c)
+  for (c = 8; c <= last; ++c)
     for (k = 0; k < 4; ++k) {
-      both = k ? 0 : finished; ratio = ($(c + 8 * k) - both) / ($(7 + 8 * k) - both)
+      both = k ? 0 : finished; ratio = ($(c + schemes * k) - both) / ($(7 + schemes * k) - both)
       if (NR == 2 || ratio < least[c, k]) least[c, k] = ratio
       if (NR == 2 || ratio > most[c, k]) most[c, k] = ratio
     }
@@ -22,7 +23,7 @@ table != "ranges" && (NR == 1 || $1 == table) {
 # One thing changes at a time, around 4 layers.
 function show(name, place) { sub(/^\|  \|/, "| " name " |", cells[place]); print cells[place] }
 END {
-  for (c = 8; table == "ranges" && c <= 14; ++c) {
+  for (c = 8; table == "ranges" && c <= last; ++c) {
     cell[1] = "`" scheme[c] "`"
     for (k = 0; k < 4; ++k) cell[2 + k] = sprintf("%.2f to " (most[c, k] < 10 ? "%.2f" : "%.1f"), least[c, k], most[c, k])
     print bars()

@@ -16,7 +16,7 @@ function panel(title, wanted,   s, r, path, v) {
     printf "<path d=\"%s\" fill=\"none\" stroke=\"%s\" stroke-width=\"1.5\"/>\n", path, color[s]
   }
 }
-BEGIN { FS = ","; schemes = split("#000 #e69f00 #004d7a #0072b2 #d55e00 #009e73 #cc79a7 #7a7f87", color, " ") }
+BEGIN { FS = ","; schemes = split("#000 #e69f00 #004d7a #0072b2 #d55e00 #009e73 #cc79a7 #7a7f87 #8b5a2b #b8a000 #56b4e9 #a05195 #665191", color, " ") }
 NR == 1 { split("traffic evaluations cycles energy", costs, " "); for (s = 1; s <= 4; ++s) if (costs[s] == cost) first = 7 + (s - 1) * schemes; for (s = 1; s <= schemes; ++s) { scheme[s] = $(first + s - 1); sub(/.* /, "", scheme[s]) } next }
 {
   place[++rows] = $1 "," $2 "," $3 "," $4; px2[rows] = $5; both = cost == "traffic" ? finished : 0
@@ -24,7 +24,7 @@ NR == 1 { split("traffic evaluations cycles energy", costs, " "); for (s = 1; s 
 }
 END {
   low = 10 ^ (below(least) / 2); high = 10 ^ (below(most) / 2 + 0.5)
-  print "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 860 480\" font-family=\"sans-serif\" font-size=\"11\"><rect width=\"860\" height=\"480\" fill=\"#fff\"/>"
+  print "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 860 500\" font-family=\"sans-serif\" font-size=\"11\"><rect width=\"860\" height=\"500\" fill=\"#fff\"/>"
   text(20, 20, "start", (cost == "traffic" ? "Traffic without the finished frame" : cost == "evaluations" ? "Vertices evaluated" : cost == "cycles" ? "Cycles" : "Energy") ", of other schemes over ours, against px² of a triangle: above 1 ours costs less")
   panel("1 layer", "1,yes,0,32"); panel("4 layers", "4,yes,0,32"); panel("16 layers", "16,yes,0,32"); panel("4 layers, plain", "4,no,0,32")
   panel("4 layers, blur 8", "4,yes,8,32"); panel("4 layers, blur 32", "4,yes,32,32"); panel("4 layers, tiles 16", "4,yes,0,16"); panel("4 layers, tiles 64", "4,yes,0,64")

@@ -21,7 +21,7 @@ function crossing(a, da, b, db) { return exp(log(a) + (log(b) - log(a)) * da / (
 function number(x) { return sprintf(x < 10 ? "%.1f" : "%.0f", x) }
 BEGIN {
   FS = ","; ours = "tessera"
-  schemes = split("tessera patch-whole post-tessellation post-position deferred-vertex visibility-stream control-list immediate", scheme_of, " ")
+  schemes = split("tessera patch-whole post-tessellation post-position deferred-vertex visibility-stream control-list immediate tessellated-in-memory untiled mesh-shader-ring mesh-shader-compact mesh-shader-references", scheme_of, " ")
   points = folder "/points.csv"; parts = folder "/parts.csv"; lines = folder "/break_even.csv"; blur_of[0] = 0; blur_of[1] = 8; blur_of[2] = 32
   head = "layers,attributes,blur,tile,px2,triangles"
   costs_count = split("traffic evaluations cycles energy", costs, " ")
