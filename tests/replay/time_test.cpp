@@ -272,7 +272,7 @@ TEST_F(Time, AReplayOfMoreSamplesHasTheTileMemoryThatItNeeds) {
   EXPECT_EQ(done.status, 0) << done.errors;
   EXPECT_THAT(done.errors, HasSubstr("note: tilecore.memory_bytes: 40960 bytes hold no tile of 16x16"));
   const json stats = json::parse(test::read_text(folder_ / "many" / "stats.json"));
-  EXPECT_EQ(stats["gpu"]["tilecore"]["memory_bytes"], 16 * 16 * 16 * 20);
+  EXPECT_EQ(stats["gpu"]["tilecore"]["memory_bytes"], 16 * 16 * 16 * 12);
   EXPECT_EQ(stats["gpu_notices"].size(), 1u);
   double mm2 = 0;
   for (const auto& [unit, area] : stats["total"]["area"]["by_unit"].items()) mm2 += area.get<double>();
