@@ -269,8 +269,8 @@ TEST(Configuration, TileMemoryHoldsTheSamplesOfATile) {
     EXPECT_EQ(fit_tile_memory(gpu, settings, true), "") << name;
     EXPECT_EQ(gpu.cores.memory_bytes, load_gpu(name).cores.memory_bytes);
     const double before = gpu.area().total_mm2();
-    settings.sampling.samples_per_pixel = 16;
-    EXPECT_EQ(tile_sample_bytes(gpu, settings), static_cast<std::uint64_t>(gpu.tile.width * gpu.tile.height * 16 * 20));
+    settings.sampling.samples_per_pixel = 32;
+    EXPECT_EQ(tile_sample_bytes(gpu, settings), static_cast<std::uint64_t>(gpu.tile.width * gpu.tile.height * 32 * 12));
     EXPECT_THROW(check_tile_memory(gpu, settings), UsageError) << name;
     EXPECT_NE(fit_tile_memory(gpu, settings, false), "") << name;
     EXPECT_NO_THROW(check_tile_memory(gpu, settings)) << name;

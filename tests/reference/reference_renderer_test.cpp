@@ -253,6 +253,7 @@ Image machine_image(const Capture& capture, int width, int height, int frame, st
   gpu::RunSettings settings;
   settings.sampling.samples_per_pixel = samples;
   settings.shading.rate = tilecore::ShadingRate::kSample;
+  settings.shading.surface = tilecore::ShadingSurface::kEvaluated;  // as the reference
   settings.sampling.seed = seed;
   settings.output.machine_model = false;
   settings.tessellation.target_edge_pixels = edge;
