@@ -54,10 +54,10 @@ struct TileState {
     depth_blocks_.touch(s, first);
   }
 
-  // Keeps a layer, unless it is hidden already. Throws LimitError when more than max_layers are in front of what is
-  // opaque.
+  // Keeps a layer, unless it is hidden already: one that lies in an opaque surface is seen on it. Throws LimitError when
+  // more than max_layers are in front of what is opaque.
   void add_layer(const Layer& layer) {
-    if (layer.z >= z[layer.sample]) return;
+    if (layer.z > z[layer.sample]) return;
     if (layers.size() >= next_drop_) make_room();
     layers.push_back(layer);
   }
