@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <span>
 
 #include "scene/animation.h"
 #include "scene/pose.h"
@@ -100,6 +101,46 @@ void add_procedure(const Procedure& procedure, const DMat4& world, Extent& exten
     }
 }
 
+// Whether a transform leaves surfaces an area: of a node that is scaled to a point or a line nobody sees anything.
+bool keeps_area(const DMat4& to_world) {
+  const DMat3 m(to_world);
+  return glm::cross(m[1], m[2]) != DVec3(0.0) || glm::cross(m[2], m[0]) != DVec3(0.0) ||
+         glm::cross(m[0], m[1]) != DVec3(0.0);
+}
+
+// Whether control points lie on one line, within `share` of its length.
+bool on_one_line(std::span<const Vec3, 16> points, double share) {
+  DVec3 along(0.0);
+  double across = 0;
+  for (const Vec3& p : points)
+    if (const DVec3 d = DVec3(p) - DVec3(points[0]); glm::dot(d, d) > glm::dot(along, along)) along = d;
+  for (const Vec3& p : points) across = std::max(across, glm::length(glm::cross(DVec3(p) - DVec3(points[0]), along)));
+  return !(across > share * glm::dot(along, along));
+}
+
+// The posed vertices that something is drawn with: a triangle without an area does not count, nor does a vertex that
+// belongs to no triangle.
+std::vector<Vec3> drawn_points(const Primitive& primitive, const std::vector<Vec3>& positions) {
+  constexpr double kSliver = 1e-7;  // height over longest edge: what rounding leaves of a triangle without an area
+  std::vector<bool> drawn(positions.size(), false);
+  if (primitive.kind == Primitive::Kind::kBezierPatches)
+    for (std::size_t first = 0; first + 16 <= positions.size(); first += 16)
+      std::fill_n(drawn.begin() + static_cast<std::ptrdiff_t>(first), 16,
+                  !on_one_line(std::span(positions).subspan(first).first<16>(), kSliver));
+  const bool wire = primitive.wire != Primitive::Wire::kSurface;  // its triangles get their area on screen
+  for (std::size_t t = 0; t + 3 <= primitive.indices.size(); t += 3) {
+    const std::uint32_t* const corner = &primitive.indices[t];
+    const DVec3 a(positions[corner[0]]), b = DVec3(positions[corner[1]]) - a, c = DVec3(positions[corner[2]]) - a;
+    const double longest = std::max({glm::dot(b, b), glm::dot(c, c), glm::dot(c - b, c - b)});
+    if (!wire && !(glm::length(glm::cross(b, c)) > kSliver * longest)) continue;
+    for (std::size_t k = 0; k < 3; ++k) drawn[corner[k]] = true;
+  }
+  std::vector<Vec3> points;
+  for (std::size_t v = 0; v < positions.size(); ++v)
+    if (drawn[v]) points.push_back(positions[v]);
+  return points;
+}
+
 // Corners of the box of a primitive's vertices.
 std::vector<Vec3> box_corners(const std::vector<Vec3>& positions) {
   Vec3 low(std::numeric_limits<float>::infinity()), high(-std::numeric_limits<float>::infinity());
@@ -129,33 +170,41 @@ std::size_t rigid_points(const Capture& capture) {
   return points;
 }
 
-// Adds what the scene draws at these times.
+// Adds what the scene draws at these times: nothing of it that is hidden, and nothing without an area.
 void add_scene(const Capture& capture, const std::vector<double>& times, Extent& extent) {
   const bool by_boxes = rigid_points(capture) > kMaxPoints / times.size();
-  std::map<const Primitive*, std::vector<Vec3>> boxes;
+  struct Points {
+    const std::vector<Vec3>* all = nullptr;
+    std::vector<Vec3> drawn, corners;  // drawn: where not all are
+  };
+  std::map<const Primitive*, Points> at_rest;
   for (const double time : times) {
     const Pose pose = pose_at(capture, time);
     const PosedProcedures procedures = pose_procedures(capture, time, time);
     for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
       const Node& node = capture.nodes[n];
-      if (!pose.in_scene[n]) continue;
-      if (node.procedure != kNone)
+      if (!pose.in_scene[n] || !pose.visible[n]) continue;
+      if (node.procedure != kNone && keeps_area(pose.world[n]))
         add_procedure(procedures.at(capture, static_cast<std::size_t>(node.procedure), 0), pose.world[n], extent);
       if (node.mesh == kNone) continue;
       for (const Primitive& primitive : capture.meshes[static_cast<std::size_t>(node.mesh)].primitives) {
         Deformed deformed;
         deform(capture, static_cast<int>(n), primitive, pose, deformed);
         const bool rigid = deformed.positions.empty();
-        const std::vector<Vec3>& points = rigid ? primitive.vertices.positions : deformed.positions;
-        std::vector<Vec3> corners;
-        if (const auto known = boxes.find(&primitive); rigid && known != boxes.end())
-          corners = known->second;
-        else
-          corners = box_corners(points);
-        if (rigid) boxes.emplace(&primitive, corners);
-        for (std::size_t i = 0; i < std::max<std::size_t>(node.instances.size(), 1); ++i)
-          add_points(rigid && by_boxes ? corners : points, corners,
-                     object_to_world(capture, static_cast<int>(n), i, primitive, pose), extent);
+        Points posed;
+        Points& points = rigid ? at_rest[&primitive] : posed;
+        if (points.all == nullptr) {
+          const std::vector<Vec3>& positions = rigid ? primitive.vertices.positions : deformed.positions;
+          points.drawn = drawn_points(primitive, positions);
+          points.all = &points.drawn;
+          if (points.drawn.size() == positions.size()) points.all = &positions, points.drawn = {};
+          points.corners = box_corners(*points.all);
+        }
+        for (std::size_t i = 0; i < std::max<std::size_t>(node.instances.size(), 1); ++i) {
+          const DMat4 to_world = object_to_world(capture, static_cast<int>(n), i, primitive, pose);
+          if (keeps_area(to_world))
+            add_points(rigid && by_boxes ? points.corners : *points.all, points.corners, to_world, extent);
+        }
       }
     }
   }

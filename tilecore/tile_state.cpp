@@ -24,7 +24,7 @@ void TileState::start(std::size_t samples, int width, int spp) {
 }
 
 void TileState::drop_hidden_layers() {
-  std::erase_if(layers, [&](const Layer& layer) { return layer.z >= z[layer.sample]; });
+  std::erase_if(layers, [&](const Layer& layer) { return layer.z > z[layer.sample]; });
 }
 
 void TileState::make_room() {
@@ -46,7 +46,7 @@ std::uint64_t TileState::extra_bytes(std::size_t capacity) const {
   std::uint64_t kept = 0;
   std::vector<std::size_t> of_sample(layers.empty() ? 0 : z.size());
   for (const Layer& layer : layers)
-    if (layer.z < z[layer.sample] && ++of_sample[layer.sample] <= capacity) ++kept;
+    if (layer.z <= z[layer.sample] && ++of_sample[layer.sample] <= capacity) ++kept;
   return kept * layout.layer_bytes() + (layout.parameters ? 0 : triangles.bytes());
 }
 

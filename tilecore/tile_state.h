@@ -68,10 +68,10 @@ struct TileState {
     depth_blocks_.touch(s, first);
   }
 
-  // Keeps a layer, unless it is hidden already; says whether. Throws LimitError when more than max_layers are in front
-  // of what is opaque.
+  // Keeps a layer, unless it is hidden already: one that lies in an opaque surface is seen on it. Says whether. Throws
+  // LimitError when more than max_layers are in front of what is opaque.
   bool add_layer(const Layer& layer) {
-    if (layer.z >= z[layer.sample]) return false;
+    if (layer.z > z[layer.sample]) return false;
     if (layers.size() >= next_drop_) make_room();
     layers.push_back(layer);
     return true;

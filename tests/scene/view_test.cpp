@@ -1,3 +1,5 @@
+#include <functional>
+
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "scene/framing.h"
@@ -121,6 +123,100 @@ TEST(ChooseCamera, AutomaticFramingHoldsForAllFrames) {
   EXPECT_EQ(framed_times(capture).back(), 0.1);
   capture.settings.frame_count = 1;
   EXPECT_EQ(framed_times(capture), std::vector<double>{0});
+}
+
+// Whatever nobody sees, far away from a ball: each is a mistake that people make, or a way to hide something.
+struct Unseen {
+  const char* name;
+  std::function<void(Capture&)> add;
+};
+const std::vector<Unseen>& unseen_things() {
+  const auto triangle = [](const Vec3& a, const Vec3& b, const Vec3& c) {
+    return test::triangles({a, b, c}, {0, 1, 2}, kNone);
+  };
+  const DVec3 away(900, -700, 400);
+  static const std::vector<Unseen> all = {
+      {"a vertex that no index names",
+       [=](Capture& capture) {
+         Primitive extra = triangle({0, 0, 0}, {0.1f, 0, 0}, {0, 0.1f, 0});
+         extra.vertices.positions.emplace_back(away);
+         test::add_node(capture, extra);
+       }},
+      {"a hidden node",
+       [=](Capture& capture) {
+         capture.nodes[static_cast<std::size_t>(test::add_node(capture, test::closed_patches(kNone), away))].visible =
+             false;
+       }},
+      {"a node below a hidden one",
+       [=](Capture& capture) {
+         const int child = test::add_node(capture, test::closed_patches(kNone), away), parent = child + 1;
+         Node hidden;
+         hidden.visible = false;
+         hidden.children = {child};
+         capture.nodes.push_back(hidden);
+         capture.nodes[static_cast<std::size_t>(child)].parent = parent;
+         std::ranges::replace(capture.roots, child, parent);
+       }},
+      {"a node of no size",
+       [=](Capture& capture) {
+         const int node = test::add_node(capture, test::closed_patches(kNone), away);
+         capture.nodes[static_cast<std::size_t>(node)].transform.scale = DVec3(0);
+       }},
+      {"a node squeezed to a line",
+       [=](Capture& capture) {
+         const int node = test::add_node(capture, test::closed_patches(kNone), away);
+         capture.nodes[static_cast<std::size_t>(node)].transform.scale = DVec3(0, 5, 0);
+       }},
+      {"instances of no size",
+       [=](Capture& capture) {
+         const int node = test::add_node(capture, triangle({0, 0, 0}, {0.1f, 0, 0}, {0, 0.1f, 0}));
+         auto& instances = capture.nodes[static_cast<std::size_t>(node)].instances;
+         instances.resize(2);
+         instances[1].translation = {900, 0, 0};
+         instances[1].scale = {0, 0, 0};
+       }},
+      {"triangles of two corners, and of three in a row",
+       [=](Capture& capture) {
+         test::add_node(capture, triangle({0, 0, 0}, {0, 0, 0}, Vec3(away)));
+         test::add_node(capture, triangle({0, 0, 0}, Vec3(away) * 0.25f, Vec3(away)));
+       }},
+      {"a patch on a line",
+       [=](Capture& capture) {
+         test::add_node(capture, test::patches(test::flat_patch({0, 0, 0}, Vec3(away), Vec3(away) * 0.5f), kNone));
+       }},
+      {"a morph target that shrinks to a point",
+       [=](Capture& capture) {
+         Primitive extra = triangle(Vec3(away), Vec3(away) + Vec3(1, 0, 0), Vec3(away) + Vec3(0, 1, 0));
+         MorphTarget target;
+         target.positions = {{0, 0, 0}, {-1, 0, 0}, {0, -1, 0}};
+         extra.vertices.morph_targets = {target};
+         const int node = test::add_node(capture, extra);
+         capture.nodes[static_cast<std::size_t>(node)].weights = {1.0f};
+       }},
+  };
+  return all;
+}
+
+TEST(ChooseCamera, FramesAndFocusesOnNothingThatNobodySees) {
+  const auto ball = [] {
+    Capture capture;
+    test::add_node(capture, test::closed_patches(kNone), DVec3(0));  // around the little that is seen of the others
+    return capture;
+  };
+  const Capture plain = ball();
+  const CameraChoice wanted = choose_camera(plain, 640, 480);
+  for (const Unseen& thing : unseen_things()) {
+    Capture capture = ball();
+    thing.add(capture);
+    EXPECT_EQ(choose_camera(capture, 640, 480).fixed_world, wanted.fixed_world) << thing.name;
+    EXPECT_EQ(middle_distance(capture, wanted.fixed_world, 0), middle_distance(plain, wanted.fixed_world, 0))
+        << thing.name;
+  }
+  // The twin: the same where it is seen.
+  Capture seen = ball();
+  test::add_node(seen, test::closed_patches(kNone), DVec3(900, -700, 400));
+  EXPECT_NE(choose_camera(seen, 640, 480).fixed_world, wanted.fixed_world);
+  EXPECT_NE(middle_distance(seen, wanted.fixed_world, 0), middle_distance(plain, wanted.fixed_world, 0));
 }
 
 TEST(ChooseCamera, TakesTheFirstCameraOfTheSceneUnlessTheSettingsNameOne) {

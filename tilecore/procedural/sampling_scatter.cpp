@@ -31,7 +31,6 @@ void SamplingController::write(const Job& job, const ParameterCell& cell, std::s
     return;
   if (triangle == SurfaceLocation::kWholePatch && !passes_alpha(job, at, s)) return;
   if (is_layer_code(triangle)) {
-    if (z == state.z[s]) return;
     state.add_layer({static_cast<std::uint32_t>(s), at.patch, triangle, z, at.u, at.v, 0.0f, 0.0f});
     ++counters_.writes;
     return;

@@ -225,7 +225,7 @@ TEST(Blending, LayersThatAreHiddenTakeNoRoomAndTooManyVisibleOnesAreAnError) {
   state.start(8, 8, 1);
   for (auto& z : state.z) z = 5;
   const auto put = [&](float z) { state.add_layer({3, 0, 0, z, 0, 0, 0, 0}); };
-  for (int k = 0; k < 1000; ++k) put(5);
+  for (int k = 0; k < 1000; ++k) put(5.5f);
   EXPECT_TRUE(state.layers.empty());
   for (int k = 0; k < 100; ++k) put(4);
   EXPECT_THROW(put(4), LimitError);
@@ -240,6 +240,25 @@ TEST(Blending, AStoredStateHoldsNoMoreLayersThanTheMachineKeeps) {
   for (std::uint32_t k = 0; k < 10; ++k) state.add_layer({k % 2, k, 0, 1.0f, 0, 0, 0, 0});
   EXPECT_EQ(state.bytes(8), 4u * 12 + 10 * 16);
   EXPECT_EQ(state.bytes(3), 4u * 12 + 6 * 16);
+}
+
+// Decals, whichever of the two comes first, still or moving, of triangles or patches.
+TEST(Blending, ABlendedSurfaceInThePlaneOfAnOpaqueOneIsSeenOnIt) {
+  for (const bool bezier : {false, true})
+    for (const bool blended_first : {false, true})
+      for (const double way : {0.0, 20.0}) {
+        PixelScene scene(16, 16, 4);
+        for (const bool blended : {blended_first, !blended_first}) {
+          const auto material = blended ? unlit({0, 1, 0, 0.5f}, AlphaMode::kBlend) : unlit({1, 0, 0, 1});
+          const int node = scene.add_quad(-40, -40, 96, 96, 0, material, bezier);
+          if (way > 0) test::add_motion(*scene.capture, node, {way, 0, 0});
+        }
+        scene.look();
+        const Rendering r = render(scene);
+        const auto middle = r.targets.color.at(8, 8);
+        EXPECT_NEAR(middle[0], 0.5f, 1e-5f) << bezier << blended_first << way;
+        EXPECT_NEAR(middle[1], 0.5f, 1e-5f) << bezier << blended_first << way;
+      }
 }
 
 // ---- Alpha masks ------------------------------------------------------------------------------------------------
