@@ -16,6 +16,7 @@
 #include "replay/compare/comparison.h"
 #include "replay/compare/image_comparison.h"
 #include "replay/file_kind.h"
+#include "replay/input_files.h"
 #include "replay/progress.h"
 
 namespace tessera::replay {
@@ -100,7 +101,9 @@ class CompareCommand final : public Command {
     if (!map_.empty() && files_.size() != 2) throw UsageError("--flip-map: is for two images");
     if (!map_.empty()) {
       check_output_file(map_);
-      check_not_input(map_, {files_[0], files_[1], mask_});
+      InputFiles inputs;
+      for (const std::string& file : {files_[0], files_[1], mask_}) inputs.add(file);
+      inputs.check(map_);
     }
     if (beside_outputs({map_}) != stdout) throw UsageError("--flip-map: standard output is for the figures");
   }

@@ -197,15 +197,6 @@ FileKind kind_of(const fs::path& file) {
   return foreign_format(file) != nullptr ? FileKind::kForeign : FileKind::kUnknown;
 }
 
-void check_not_input(const fs::path& target, std::initializer_list<fs::path> inputs) {
-  for (const fs::path& input : inputs) {
-    std::error_code ignored;
-    if (fs::is_regular_file(input, ignored) && fs::equivalent(target, input, ignored))
-      throw UsageError(fmt::format("cannot write {}: it is the input, which would be lost; choose another name",
-                                   escape_control(target.string())));
-  }
-}
-
 void refuse_other_kind(FileKind wanted, const fs::path& file) {
   std::error_code ignored;
   if (wanted == FileKind::kCapture && !fs::exists(file, ignored))

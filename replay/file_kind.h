@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <initializer_list>
 #include <string>
 
 #include "base/error.h"
@@ -18,10 +17,6 @@ FileKind kind_of(const std::filesystem::path& file);
 // Throws InputError that says what `file` is and what takes it or makes it right, if it is certainly something else than
 // `wanted`; for commands that have been refused.
 void refuse_other_kind(FileKind wanted, const std::filesystem::path& file);
-
-// Throws UsageError when `target` is the same file as one of these `inputs`, whatever the links and names: it would be
-// replaced by what is made of it.
-void check_not_input(const std::filesystem::path& target, std::initializer_list<std::filesystem::path> inputs);
 
 // Runs `read`, which reads `file`; what it refuses is said better where the file is of another kind.
 template <class Read>

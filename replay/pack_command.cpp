@@ -14,7 +14,7 @@
 #include "base/output_file.h"
 #include "base/text.h"
 #include "replay/commands.h"
-#include "replay/file_kind.h"
+#include "replay/input_files.h"
 #include "replay/pack/meshopt_encoder.h"
 #include "replay/pack/packer.h"
 #include "replay/progress.h"
@@ -130,7 +130,7 @@ class PackCommand final : public Command {
     if (meshopt_) read_meshopt_bits();
     if (webp_option_->count() > 0) read_webp_quality();
     check_output_file(target_);
-    check_not_input(target_, {source_});
+    inputs().check(target_);
     PackReport report;
     {
       const LongStep step("packing " + escape_control(source_), LongStep::quiet_without_terminal());
@@ -144,6 +144,14 @@ class PackCommand final : public Command {
   }
 
  private:
+  InputFiles inputs() const {
+    InputFiles inputs;
+    inputs.add_capture(source_);
+    if (options_.surfaces.displace) inputs.add(options_.surfaces.displace->heights);
+    for (const ProcedureFile& procedure : options_.procedures) inputs.add(procedure.file);
+    return inputs;
+  }
+
   // Members of TESSERA_capture, within the ranges of its schema.
   nlohmann::json capture_settings() const {
     nlohmann::json settings = nlohmann::json::object();

@@ -30,6 +30,7 @@
 #include "replay/file_kind.h"
 #include "replay/frame_costs.h"
 #include "replay/frame_files.h"
+#include "replay/input_files.h"
 #include "replay/output_lock.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
@@ -132,7 +133,9 @@ class ReplayCommand final : public Command {
 
   void run() override {
     if (out_.empty()) throw UsageError("--out '': expected the name of a folder");
-    check_named_outputs();
+    const InputFiles inputs = input_files();
+    check_named_outputs(inputs);
+    inputs.check_folder(out_, results_);
     gpu::RunSettings settings;
     gpu::GpuConfiguration gpu = read_as(FileKind::kMachine, gpu_, [&] { return gpu::load_gpu(gpu_); });
     for (const std::string& text : sets_) gpu::apply_setting(text, settings, gpu);
@@ -159,8 +162,7 @@ class ReplayCommand final : public Command {
     const gpu::RenderRequest request = render_request(capture, settings, gpu, limits.max_bytes, last - first > 1);
     repeat_failures_with(
         fmt::format("tessera replay {}{}{}", capture_, variant_argument(variant_), view_arguments(view_)));
-    check_output_folder(out_, {"frame_*.exr", "frame_*.png", "tiles_*.json", "stats.json", "stats.csv", "baselines.csv",
-                               "report.html"});
+    check_output_folder(out_, results_);
 
     step.emplace("assembling base patches", quiet_);
     const auto prepared = std::make_shared<const gpu::PreparedCapture>(capture);
@@ -306,15 +308,23 @@ class ReplayCommand final : public Command {
     if (!quiet_) print_sensitivity(beside_outputs({trace_, dram_trace_, record_, save_history_}), sensitivity);
   }
 
+  InputFiles input_files() const {
+    InputFiles inputs;
+    inputs.add_capture(capture_);
+    inputs.add(gpu_);
+    if (!history_.empty()) inputs.add(history_);
+    return inputs;
+  }
+
   // Files beside the folder of --out: each can be written, is no input and is named once.
-  void check_named_outputs() const {
+  void check_named_outputs(const InputFiles& inputs) const {
     std::vector<fs::path> files;
     for (const std::string& file : {trace_, dram_trace_, record_, save_history_})
       if (!file.empty()) files.emplace_back(file);
     if (!dram_trace_.empty() && !is_stream(dram_trace_)) files.push_back(memory::dram_trace_description(dram_trace_));
     for (std::size_t k = 0; k < files.size(); ++k) {
       check_output_file(files[k], out_);
-      check_not_input(files[k], {capture_, gpu_});
+      inputs.check(files[k]);
       if (is_stream(files[k])) continue;
       const auto same = [&](const fs::path& other) {
         std::error_code ignored;
@@ -480,6 +490,9 @@ class ReplayCommand final : public Command {
       std::fprintf(stderr, "note: the capture has no settings of its own; size, frames and shutter are the defaults\n");
   }
 
+  // Names of results in the folder of --out.
+  const std::vector<std::string> results_ = {"frame_*.exr", "frame_*.png",   "tiles_*.json", "stats.json",
+                                             "stats.csv",   "baselines.csv", "report.html"};
   std::string capture_, frames_, size_, gpu_ = "mid-mobile", region_, out_ = "out";
   std::string trace_, trace_frames_, trace_tiles_, dram_trace_, record_;
   std::vector<std::string> sets_, aux_;

@@ -10,6 +10,7 @@
 #include "base/output_file.h"
 #include "replay/commands.h"
 #include "replay/file_kind.h"
+#include "replay/input_files.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
 
@@ -36,7 +37,14 @@ class ReportCommand final : public Command {
       throw UsageError(fmt::format("a page shows {} replays side by side, not {}", kMaxRuns, folders_.size()));
     const bool joint = folders_.size() > 1;
     const fs::path first = folders_.front(), page = first / (joint ? "compare.html" : "report.html");
-    if (fs::is_directory(first)) check_output_folder(first, {page.filename().string(), "sweep.csv"});
+    if (fs::is_directory(first)) {
+      const std::vector<std::string> results = {page.filename().string(), "sweep.csv"};
+      InputFiles inputs;
+      for (const fs::path folder : folders_)
+        for (const char* name : {"stats.json", "tradeoff.json", "sweep.json"}) inputs.add(folder / name);
+      inputs.check_folder(first, results);
+      check_output_folder(first, results);
+    }
     std::string note;
     {
       const LongStep step("writing the report", LongStep::quiet_without_terminal());

@@ -13,6 +13,7 @@
 #include "base/parallel.h"
 #include "replay/commands.h"
 #include "replay/file_kind.h"
+#include "replay/input_files.h"
 #include "replay/output_lock.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
@@ -22,6 +23,8 @@
 
 namespace tessera::replay {
 namespace {
+
+namespace fs = std::filesystem;
 
 class SweepCommand final : public Command {
  public:
@@ -71,9 +74,7 @@ class SweepCommand final : public Command {
       throw UsageError(
           "--shard: a search goes from generation to generation: run it as a whole; --jobs renders several "
           "points at once");
-    if (!dry_run_)
-      check_output_folder(out_, {"sweep.json", "sweep.csv", "split.csv", "report.html", "points/.lock", "points/*.json",
-                                 "points/*.png", "records/*.record"});
+    if (!dry_run_) check_results(study);
     repeat_failures_with(fmt::format("tessera sweep {}", study_));
 
     // From here on Ctrl-C leaves whole results, also while a large study is expanded.
@@ -92,6 +93,17 @@ class SweepCommand final : public Command {
   }
 
  private:
+  void check_results(const Study& study) const {
+    const std::vector<std::string> results = {"sweep.json",   "sweep.csv",     "split.csv",    "report.html",
+                                              "points/.lock", "points/*.json", "points/*.png", "records/*.record"};
+    InputFiles inputs;
+    inputs.add(study_);
+    for (const fs::path& capture : study.captures) inputs.add_capture(capture);
+    for (const fs::path& machine : machine_files(study)) inputs.add(machine);
+    inputs.check_folder(out_, results);
+    check_output_folder(out_, results);
+  }
+
   SweepOutcome make_points(Study& study, const SweepFolder& folder, const SweepOptions& options,
                            CaptureLibrary& library) const {
     const std::string program = program_fingerprint();

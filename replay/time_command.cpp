@@ -18,6 +18,7 @@
 #include "gpu/unread_keys.h"
 #include "replay/commands.h"
 #include "replay/file_kind.h"
+#include "replay/input_files.h"
 #include "replay/machine_report.h"
 #include "replay/sensitivity.h"
 #include "replay/time_split.h"
@@ -66,7 +67,10 @@ class TimeCommand final : public Command {
   void run() override {
     if (!json_.empty()) {
       check_output_file(json_);
-      check_not_input(json_, {record_});
+      InputFiles inputs;
+      inputs.add(record_);
+      inputs.add(gpu_);
+      inputs.check(json_);
     }
     std::optional<Split> split;
     if (!split_.empty()) split = parse_split("--split", split_);

@@ -15,6 +15,7 @@
 #include "gpu/unread_keys.h"
 #include "replay/commands.h"
 #include "replay/file_kind.h"
+#include "replay/input_files.h"
 #include "replay/output_lock.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
@@ -123,8 +124,13 @@ class TradeoffCommand final : public Command {
     const ThreadLimit threads(static_cast<std::size_t>(threads_));
     TradeoffOptions options = read_options();
     const CheapestWanted wanted{read_cost(), max_flip_, min_psnr_};
-    check_output_folder(
-        out_, {"tradeoff.json", "tradeoff.csv", "report.html", "reference/*.json", "reference/*.exr", "points/*.json"});
+    const std::vector<std::string> results = {"tradeoff.json",    "tradeoff.csv",    "report.html",
+                                              "reference/*.json", "reference/*.exr", "points/*.json"};
+    InputFiles inputs;
+    inputs.add_capture(capture_);
+    inputs.add(gpu_);
+    inputs.check_folder(out_, results);
+    check_output_folder(out_, results);
     repeat_failures_with(
         fmt::format("tessera tradeoff {}{}{}", capture_, variant_argument(variant_), view_arguments(view_)));
     install_stop_handler();

@@ -250,6 +250,16 @@ gpu::GpuConfiguration load_axis_gpu(const Study& study, const json& value) {
   return gpu::load_gpu(find_gpu(study.file, value.get<std::string>()));
 }
 
+std::vector<std::filesystem::path> machine_files(const Study& study) {
+  std::vector<std::filesystem::path> files = {study.gpu};
+  for (const StudyAxis& axis : study.axes)
+    for (std::size_t k = 0; k < axis.keys.size(); ++k)
+      if (axis.keys[k] == kGpuKey)
+        for (const std::vector<json>& step : axis.values)
+          files.emplace_back(find_gpu(study.file, step[k].get<std::string>()));
+  return files;
+}
+
 PointConfiguration configure_point(const Study& study, const std::vector<std::uint32_t>& steps) {
   PointConfiguration point;
   point.size = study.size;

@@ -104,6 +104,9 @@ Study read_study(const std::filesystem::path& file, std::uint64_t max_points);
 // The machine of a value of kGpuKey.
 gpu::GpuConfiguration load_axis_gpu(const Study& study, const nlohmann::json& value);
 
+// The files that describe machines of a study.
+std::vector<std::filesystem::path> machine_files(const Study& study);
+
 // What one point runs with: the machine, then the fixed settings, then the steps of the axes in their order.
 struct PointConfiguration {
   gpu::GpuConfiguration gpu;

@@ -18,6 +18,7 @@
 #include "base/parallel.h"
 #include "base/text.h"
 #include "replay/commands.h"
+#include "replay/input_files.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
 #include "replay/view/view_server.h"
@@ -64,7 +65,14 @@ class ViewCommand final : public Command {
     if (frame_) start_.frame = static_cast<int>(parse_whole_numbers("--frame", *frame_, ',', 1, "a whole number")[0]);
     if (start_.warmup < 0) throw UsageError("--warmup must not be negative");
     if (port_ < 0 || port_ > 65535) throw UsageError(fmt::format("--port {}: expected 0 to 65535", port_));
-    if (!out_.empty()) check_output_folder(out_, {"view_*.json", "view_*.png"});
+    if (!out_.empty()) {
+      const std::vector<std::string> results = {"view_*.json", "view_*.png"};
+      InputFiles inputs;
+      inputs.add_capture(start_.file);
+      inputs.add(start_.gpu);
+      inputs.check_folder(out_, results);
+      check_output_folder(out_, results);
+    }
     if (const std::string missing = missing_for_reports(); !missing.empty()) throw SystemError("no page: " + missing);
     const ThreadLimit threads(static_cast<std::size_t>(threads_));
     scene::CaptureLimits limits;

@@ -23,7 +23,8 @@ int hex_digit(char c) {
   return -1;
 }
 
-std::string percent_decode(std::string_view text, const Place& place) {
+// Nothing where an escape is broken.
+std::optional<std::string> percent_decode(std::string_view text) {
   std::string out;
   for (std::size_t i = 0; i < text.size(); ++i) {
     if (text[i] != '%') {
@@ -32,11 +33,16 @@ std::string percent_decode(std::string_view text, const Place& place) {
     }
     const int high = i + 2 < text.size() ? hex_digit(text[i + 1]) : -1;
     const int low = i + 2 < text.size() ? hex_digit(text[i + 2]) : -1;
-    if (high < 0 || low < 0) place.refuse("has a broken % escape");
+    if (high < 0 || low < 0) return std::nullopt;
     out += static_cast<char>(high * 16 + low);
     i += 2;
   }
   return out;
+}
+std::string percent_decode(std::string_view text, const Place& place) {
+  std::optional<std::string> out = percent_decode(text);
+  if (!out) place.refuse("has a broken % escape");
+  return std::move(*out);
 }
 
 int base64_digit(char c) {
@@ -104,6 +110,11 @@ std::filesystem::path resolve_uri(const std::string& uri, const std::filesystem:
   const auto [left, right] = std::mismatch(base.begin(), base.end(), target.begin(), target.end());
   if (left != base.end()) place.refuse("leaves the capture's folder through a link");
   return target;
+}
+
+std::optional<std::string> uri_path(std::string_view uri) {
+  if (uri.empty() || has_scheme(uri)) return std::nullopt;
+  return percent_decode(uri);
 }
 
 bool is_data_uri(std::string_view uri) { return equal_but_for_case(uri.substr(0, 5), "data:"); }

@@ -75,6 +75,9 @@ class Resources {
 // through links) are not followed. Exposed for tests.
 std::filesystem::path resolve_uri(const std::string& uri, const std::filesystem::path& folder, const Place& place);
 
+// The path that a URI spells, escapes undone; nothing where it has a scheme, or a broken escape.
+std::optional<std::string> uri_path(std::string_view uri);
+
 // Whether a URI holds its data. Schemes are case-insensitive (RFC 3986 section 3.1).
 bool is_data_uri(std::string_view uri);
 
