@@ -107,7 +107,7 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
     {"baseline.partial_render_bytes", &baselines::BaselineCounters::partial_render_bytes, Combine::kSum, "bytes",
      "Tile state that would be stored and loaded again by partial renders with half the room of "
      "baseline.smallest_buffer_bytes behind first chunks and cursors: colour and depth, or what the machine's tiles "
-     "keep of samples instead.",
+     "keep of samples instead, without their tables of triangles.",
      "PowerVR SPM; Apple partial render"},
     {"baseline.spill_bytes", &baselines::BaselineCounters::spill_bytes, Combine::kSum, "bytes",
      "Bytes of lists that would be written to and read from an overflow area with half that room.",
