@@ -11,6 +11,7 @@
 #include <half.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <map>
 #include <stdexcept>
@@ -37,10 +38,15 @@ Imf::PixelType pixel_type(ExrChannel::Type type) {
   return Imf::HALF;
 }
 
-// Pixels from `first` on as halves.
+constexpr float kLargestHalf = 65504.0f;
+
+// Pixels from `first` on as halves. What is larger than any of them is the largest: a light that is too bright stays one.
 void to_half(const ExrChannel& channel, std::size_t first, std::vector<half>& values) {
   const float* source = static_cast<const float*>(channel.values) + first * channel.stride;
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] = half(source[i * channel.stride]);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const float value = source[i * channel.stride];
+    values[i] = half(std::isnan(value) ? value : std::clamp(value, -kLargestHalf, kLargestHalf));
+  }
 }
 
 // Rows that are compressed together, at most; so many are made halves at a time.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstring>
 #include <optional>
 #include <utility>
@@ -66,6 +67,26 @@ bool deform_drawn(const FrameGeometry& frame, const Drawable& first, std::array<
   return storage[0].positions != storage[1].positions;
 }
 
+// Inverse transposes at both motion keys. Where the surface is flat at a key, or turned inside out from one to the other,
+// the inverse has no bounds; cofactors are as good for directions, with the sign of the key at which it is not flat.
+std::array<Mat3, 2> normals_to_world(const std::array<DMat3, 2>& worlds) {
+  constexpr double kFlat = 1e-3;  // [assumed] of the larger determinant: below, lengths no longer mix evenly
+  const double a = glm::determinant(worlds[0]), b = glm::determinant(worlds[1]);
+  if (a * b > 0 && std::min(std::abs(a), std::abs(b)) >= kFlat * std::max(std::abs(a), std::abs(b)))
+    return {Mat3(glm::transpose(glm::inverse(worlds[0]))), Mat3(glm::transpose(glm::inverse(worlds[1])))};
+  std::array<DMat3, 2> cofactors;
+  double largest = 0;
+  for (std::size_t key = 0; key < 2; ++key) {
+    const DMat3& m = worlds[key];
+    cofactors[key] = {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])};
+    for (int column = 0; column < 3; ++column)
+      for (int row = 0; row < 3; ++row) largest = std::max(largest, std::abs(cofactors[key][column][row]));
+  }
+  if (!(largest > 0 && std::isfinite(largest))) return {Mat3(1.0f), Mat3(1.0f)};
+  const double scale = ((std::abs(a) > std::abs(b) ? a : b) < 0 ? -1 : 1) / largest;
+  return {Mat3(cofactors[0] * scale), Mat3(cofactors[1] * scale)};
+}
+
 // `posed.deforming` is known.
 void pose_drawable(const FrameGeometry& frame, std::span<const Material> materials, const Drawable& drawable,
                    const std::array<DMat4, 2>& world_to_raster, PosedDrawable& posed) {
@@ -80,15 +101,20 @@ void pose_drawable(const FrameGeometry& frame, std::span<const Material> materia
   posed.primitive = &primitive_of(capture, drawable);
   posed.material = &materials[static_cast<std::size_t>(drawable.material)];
   posed.visible = frame.poses[0].visible[static_cast<std::size_t>(drawable.node)];
+  std::array<DMat3, 2> worlds;
   for (std::size_t key = 0; key < 2; ++key) {
     const DMat4 world = vertices_to_world(capture, drawable.node, drawable.instance, *posed.primitive, frame.poses[key],
                                           frame.views[key]);
     posed.to_world[key] = Mat4(world);
     posed.to_raster[key] = Mat4(world_to_raster[key] * world);
-    const double determinant = glm::determinant(DMat3(world));
-    posed.mirrored = determinant < 0;
-    posed.normal_to_world[key] = determinant != 0 ? Mat3(glm::transpose(glm::inverse(DMat3(world)))) : Mat3(1.0f);
+    worlds[key] = DMat3(world);
   }
+  const std::array<double, 2> winding = {
+      winding_determinant(capture, drawable.node, drawable.instance, frame.poses[0]),
+      winding_determinant(capture, drawable.node, drawable.instance, frame.poses[1])};
+  // Where the sign changes while the shutter is open, that of the larger one counts.
+  posed.mirrored = (std::abs(winding[0]) > std::abs(winding[1]) ? winding[0] : winding[1]) < 0;
+  posed.normal_to_world = normals_to_world(worlds);
   posed.moving = posed.deforming || posed.to_raster[0] != posed.to_raster[1];
   connect_spans(frame.deformed[drawable.drawn], posed);
 }

@@ -151,25 +151,58 @@ void morph(const Primitive& primitive, const std::vector<float>& weights, Deform
   }
 }
 
+// Takes a skin's joints from where they bind to world space.
+DMat4 joint_matrix(const Skin& skin, const Pose& pose, std::size_t joint) {
+  return pose.world[static_cast<std::size_t>(skin.joints[joint])] * skin.inverse_bind[joint];
+}
+
+const Skin& skin_of(const Capture& capture, int node) {
+  return capture.skins[static_cast<std::size_t>(node_at(capture, node).skin)];
+}
+
+// Origin of a skinned mesh's posed vertices, in world space: where its heaviest joint has the first vertex that is drawn.
+// Differences from it are as small as the mesh, so that floats hold them as well as they hold vertices of a rigid mesh.
+DVec3 skin_origin(const Capture& capture, int node, const Primitive& primitive, const Pose& pose) {
+  const Vertices& vertices = primitive.vertices;
+  const std::size_t first = primitive.indices.empty() ? 0 : primitive.indices.front();
+  if (first >= vertices.influences.size()) return DVec3(0.0);
+  const SkinInfluence& influence = vertices.influences[first];
+  const auto heaviest = static_cast<std::size_t>(std::ranges::max_element(influence.weights) - influence.weights.begin());
+  const DMat4 m = joint_matrix(skin_of(capture, node), pose, influence.joints[heaviest]);
+  const DVec3 origin(m * DVec4(DVec3(vertices.positions[first]), 1.0));
+  return std::isfinite(origin.x + origin.y + origin.z) ? origin : DVec3(0.0);
+}
+
 void skin(const Capture& capture, int node, const Primitive& primitive, const Pose& pose, Deformed& out) {
-  const Skin& skin = capture.skins[static_cast<std::size_t>(node_at(capture, node).skin)];
-  std::vector<Mat4> joints(skin.joints.size());
-  for (std::size_t j = 0; j < joints.size(); ++j)
-    joints[j] = Mat4(pose.world[static_cast<std::size_t>(skin.joints[j])] * skin.inverse_bind[j]);
+  const Skin& skin = skin_of(capture, node);
+  const DVec3 origin = skin_origin(capture, node, primitive, pose);
+  std::vector<DMat4> joints(skin.joints.size());
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    joints[j] = joint_matrix(skin, pose, j);
+    joints[j][3] -= DVec4(origin, 0.0);
+  }
   for (std::size_t v = 0; v < out.positions.size(); ++v) {
     const SkinInfluence& influence = primitive.vertices.influences[v];
-    Mat4 m(0.0f);
+    DMat4 m(0.0);
     for (std::size_t k = 0; k < 8; ++k)
-      if (influence.weights[k] > 0.0f) m += joints[influence.joints[k]] * influence.weights[k];
-    out.positions[v] = Vec3(m * Vec4(out.positions[v], 1.0f));
-    // Joints rotate and scale evenly in practice; shading renormalises.
-    const Mat3 linear(m);
-    if (!out.normals.empty()) out.normals[v] = linear * out.normals[v];
-    if (!out.tangents.empty()) out.tangents[v] = Vec4(linear * Vec3(out.tangents[v]), out.tangents[v].w);
+      if (influence.weights[k] > 0.0f) m += joints[influence.joints[k]] * static_cast<double>(influence.weights[k]);
+    out.positions[v] = Vec3(m * DVec4(DVec3(out.positions[v]), 1.0));
+    const DMat3 linear(m);
+    if (!out.normals.empty()) out.normals[v] = Vec3(turn_normals(linear) * DVec3(out.normals[v]));
+    if (!out.tangents.empty())
+      out.tangents[v] = Vec4(Vec3(linear * DVec3(Vec3(out.tangents[v]))), out.tangents[v].w);
   }
 }
 
 }  // namespace
+
+DMat3 turn_normals(const DMat3& linear) {
+  const DMat3 cofactors(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
+                        glm::cross(linear[0], linear[1]));
+  const double determinant = glm::dot(linear[0], cofactors[0]);
+  if (determinant != 0) return cofactors * (std::cbrt(std::abs(determinant)) / determinant);
+  return cofactors == DMat3(0.0) ? DMat3(1.0) : cofactors;
+}
 
 bool is_deforming(const Capture& capture, int node, const Primitive& primitive) {
   return !primitive.vertices.morph_targets.empty() || is_skinned(capture, node, primitive);
@@ -184,10 +217,20 @@ void deform(const Capture& capture, int node, const Primitive& primitive, const 
 
 DMat4 object_to_world(const Capture& capture, int node, std::size_t instance, const Primitive& primitive,
                       const Pose& pose) {
-  if (is_skinned(capture, node, primitive)) return DMat4(1.0);
+  if (is_skinned(capture, node, primitive)) {
+    DMat4 out(1.0);
+    out[3] = DVec4(skin_origin(capture, node, primitive, pose), 1.0);
+    return out;
+  }
   const DMat4& world = pose.world[static_cast<std::size_t>(node)];
   const std::vector<InstanceTransform>& instances = node_at(capture, node).instances;
   return instances.empty() ? world : world * instance_to_node(instances[instance]);
+}
+
+double winding_determinant(const Capture& capture, int node, std::size_t instance, const Pose& pose) {
+  const DMat3 world(pose.world[static_cast<std::size_t>(node)]);
+  const std::vector<InstanceTransform>& instances = node_at(capture, node).instances;
+  return glm::determinant(instances.empty() ? world : world * DMat3(instance_to_node(instances[instance])));
 }
 
 }  // namespace tessera::scene

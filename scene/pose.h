@@ -35,12 +35,22 @@ struct Deformed {
 // True when the pose can change the primitive's vertices at all.
 bool is_deforming(const Capture& capture, int node, const Primitive& primitive);
 
-// Applies the morph weights of `node`, then its skin. Skinned vertices come out in world space.
+// Applies the morph weights of `node`, then its skin. Skinned vertices come out in world space, but from an origin near
+// them (object_to_world()), so that they are as precise wherever the joints are; their normals by turn_normals().
 void deform(const Capture& capture, int node, const Primitive& primitive, const Pose& pose, Deformed& out);
 
+// Takes normals where `linear` takes a surface: its inverse transpose, times the cube root of |determinant|, so that an
+// even scale leaves lengths as they are. Where it is singular: the cofactors, which are the limit's direction; the
+// identity where those are zero, too.
+DMat3 turn_normals(const DMat3& linear);
+
 // From the space of the (deformed) vertices to world: the node's own transform after that of the instance, where it has
-// any, or nothing for a skinned mesh, which has none.
+// any; for a skinned mesh, which has none, a translation to the origin that its vertices are counted from.
 DMat4 object_to_world(const Capture& capture, int node, std::size_t instance, const Primitive& primitive,
                       const Pose& pose);
+
+// Determinant of the node's global transform, that of the instance included: where it is negative, triangles wind the
+// other way, skinned or not (glTF 2.0 section 3.7.4).
+double winding_determinant(const Capture& capture, int node, std::size_t instance, const Pose& pose);
 
 }  // namespace tessera::scene

@@ -4,6 +4,7 @@
 #include <array>
 #include <map>
 #include <numeric>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -42,6 +43,7 @@ class CageBuilder {
     number_fans();
     check_manifold();
     add_creases();
+    add_shared_edges();
     add_corners();
     return std::move(cage_);
   }
@@ -111,8 +113,35 @@ class CageBuilder {
       if (last - first == 2)
         mate(welded_sides_[first], welded_sides_[first + 1]);
       else if (last - first > 2)
-        mate_same_vertices(first, last);
+        mate_same_vertices(first, last), find_shared(first, last);
     });
+  }
+
+  // An edge on which walls stand is one curve for all of them: that of a boundary, which a wall's side has. Sheets that
+  // lie on each other need no such edge, as their curves are the same.
+  void find_shared(std::size_t first, std::size_t last) {
+    std::set<std::set<std::uint32_t>> curves;
+    bool boundary = false;
+    for (std::size_t s = first; s < last; ++s) {
+      const std::uint32_t side = welded_sides_[s].corner;
+      if (mate_[side] == kNoMate) {
+        boundary = true;
+        continue;
+      }
+      std::set<std::uint32_t> around = face_around(side);
+      around.merge(face_around(mate_[side]));
+      curves.insert(std::move(around));
+    }
+    if (curves.size() + (boundary ? 1 : 0) < 2) return;
+    for (std::size_t s = first; s < last; ++s)
+      if (mate_[welded_sides_[s].corner] != kNoMate) shared_sides_.push_back(welded_sides_[s].corner);
+  }
+
+  // Welded points of the face of a corner.
+  std::set<std::uint32_t> face_around(std::uint32_t corner) const {
+    std::set<std::uint32_t> points;
+    for (std::uint32_t c = corner; points.insert(corner_welded_[c]).second;) c = next_[c];
+    return points;
   }
 
   void mate(const Side& a, const Side& b) {
@@ -215,6 +244,14 @@ class CageBuilder {
       }
   }
 
+  void add_shared_edges() {
+    for (const std::uint32_t side : shared_sides_) {
+      cage_.crease_points.push_back(static_cast<int>(corner_point_[side]));
+      cage_.crease_points.push_back(static_cast<int>(corner_point_[next_[side]]));
+      cage_.crease_sharpness.push_back(kInfinitelySharp);
+    }
+  }
+
   void add_corners() {
     std::vector<float> sharpness(primitive_.vertices.count(), 0.0f);  // per welded point
     for (const SharpFeature& corner : rules_.corners)
@@ -239,6 +276,7 @@ class CageBuilder {
   std::vector<std::uint32_t> face_first_;     // first corner of a face
   std::vector<std::uint32_t> next_;           // next corner of the same face
   std::vector<std::uint32_t> mate_;           // the side of the other face, or kNoMate
+  std::vector<std::uint32_t> shared_sides_;   // mated sides of edges that other sheets or walls have, too
   std::vector<Side> welded_sides_;
   std::vector<bool> split_;  // per point: one of several at its place
 };

@@ -19,6 +19,20 @@ TEST(ExrFile, ColourComesBackToHalfPrecisionAndKeepsValuesAboveOne) {
   EXPECT_EQ(back.values, image.values);
 }
 
+TEST(ExrFile, LightBeyondHalfPrecisionIsTheLargestThatThereIs) {
+  const test::TemporaryFolder folder;
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const std::vector<float> values = {65504.0f, 65519.0f, 65520.0f, 1e5f, 3e38f, kInfinity, -1e5f, 2.0f};
+  std::vector<ExrChannel> channels;
+  for (const char* name : {"R", "G", "B"}) channels.push_back({name, ExrChannel::Type::kHalf, values.data(), 1});
+  write_exr(folder / "a.exr", 8, 1, channels);
+  const Image back = read_exr(folder / "a.exr");
+  for (int x = 0; x < 8; ++x) {
+    const float wanted = x < 6 ? 65504.0f : x == 6 ? -65504.0f : 2.0f;
+    EXPECT_EQ(back.at(x, 0)[0], wanted) << values[static_cast<std::size_t>(x)];
+  }
+}
+
 TEST(ExrFile, WritingIsDeterministic) {
   const test::TemporaryFolder folder;
   const std::vector<float> values(64, 0.1f);

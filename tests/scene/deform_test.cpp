@@ -66,6 +66,10 @@ struct Scene {
     deform(capture, kJoints, primitive(), pose, out);
     return out;
   }
+  // Where a posed vertex is in the world.
+  DVec3 placed(const Vec3& p) {
+    return DVec3(object_to_world(capture, kJoints, 0, primitive(), pose) * DVec4(DVec3(p), 1.0));
+  }
 };
 
 // glTF 2.0 section 3.7.2.2: base plus the weighted sum of differences.
@@ -78,21 +82,23 @@ DVec3 morphed(Scene& scene, const DVec3& base, std::size_t vertex, std::vector<V
   return out;
 }
 
-// Section 3.7.3.3: the weighted sum of what each joint makes of the vertex.
-DVec3 skinned(Scene& scene, const DVec4& v, std::size_t vertex) {
+// Section 3.7.3.3: the weighted sum of the joints' matrices.
+DMat4 blended(Scene& scene, std::size_t vertex) {
   const SkinInfluence& influence = scene.vertices().influences[vertex];
   const Skin& skin = scene.capture.skins[0];
-  DVec4 out(0.0);
+  DMat4 out(0.0);
   for (std::size_t k = 0; k < 8; ++k) {
     const std::size_t joint = influence.joints[k];
-    out += scene.pose.world[joint] * (skin.inverse_bind[joint] * v) * static_cast<double>(influence.weights[k]);
+    out += scene.pose.world[joint] * skin.inverse_bind[joint] * static_cast<double>(influence.weights[k]);
   }
-  return DVec3(out);
+  return out;
 }
+DVec3 skinned(Scene& scene, const DVec4& v, std::size_t vertex) { return DVec3(blended(scene, vertex) * v); }
 
-void expect_near(const Vec3& got, const DVec3& wanted) {
-  for (int c = 0; c < 3; ++c) EXPECT_NEAR(static_cast<double>(got[c]), wanted[c], 2e-5);
+void expect_near(const DVec3& got, const DVec3& wanted) {
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(got[c], wanted[c], 2e-5);
 }
+void expect_near(const Vec3& got, const DVec3& wanted) { expect_near(DVec3(got), wanted); }
 
 TEST(Deformation, IsTheWeightedSumOfDifferencesThenOfJoints) {
   for (std::uint32_t seed = 1; seed <= 10; ++seed) {
@@ -102,12 +108,21 @@ TEST(Deformation, IsTheWeightedSumOfDifferencesThenOfJoints) {
     ASSERT_EQ(out.positions.size(), kVertices);
     for (std::size_t i = 0; i < kVertices; ++i) {
       expect_near(
-          out.positions[i],
+          scene.placed(out.positions[i]),
           skinned(scene, DVec4(morphed(scene, DVec3(scene.vertices().positions[i]), i, &MorphTarget::positions), 1.0),
                   i));
-      expect_near(
-          out.normals[i],
-          skinned(scene, DVec4(morphed(scene, DVec3(scene.vertices().normals[i]), i, &MorphTarget::normals), 0.0), i));
+      // A normal stays across whatever lies in the surface.
+      const DMat3 linear(blended(scene, i));
+      const DVec3 normal = morphed(scene, DVec3(scene.vertices().normals[i]), i, &MorphTarget::normals);
+      const double size = std::cbrt(std::abs(glm::determinant(linear)));
+      const DVec3 wanted = glm::transpose(glm::inverse(linear)) * normal * size;
+      expect_near(DVec3(out.normals[i]) / (1 + glm::length(wanted)), wanted / (1 + glm::length(wanted)));
+      const DVec3 along = linear * glm::cross(normal, DVec3(0.3, -0.2, 0.9));
+      EXPECT_NEAR(glm::dot(glm::normalize(DVec3(out.normals[i])), glm::normalize(along)), 0, 1e-4);
+      // The twin: turned as directions are, it does not.
+      if (i == 0) {
+        EXPECT_GT(std::abs(glm::dot(glm::normalize(linear * normal), glm::normalize(along))), 1e-3);
+      }
       expect_near(
           Vec3(out.tangents[i]),
           skinned(scene,
@@ -129,9 +144,56 @@ TEST(Deformation, OfAnUnskinnedMeshStaysInItsNodesSpace) {
 TEST(Deformation, OfASkinnedMeshIgnoresItsNode) {
   Scene scene(21);
   const Deformed before = scene.deformed();
+  const DMat4 origin = object_to_world(scene.capture, kJoints, 0, scene.primitive(), scene.pose);
   scene.pose.world[kJoints] = DMat4(7.0);
   EXPECT_EQ(scene.deformed().positions, before.positions);
-  EXPECT_EQ(object_to_world(scene.capture, kJoints, 0, scene.primitive(), scene.pose), DMat4(1.0));
+  EXPECT_EQ(object_to_world(scene.capture, kJoints, 0, scene.primitive(), scene.pose), origin);
+  EXPECT_EQ(DMat3(origin), DMat3(1.0)) << "an origin to count from, no more";
+}
+
+// Joints as far away as a planet's surface, and turned: vertices are as exact as those of a rigid mesh there.
+TEST(Deformation, OfASkinIsAsPreciseFarAway) {
+  for (const double far : {0.0, 1e3, 1e6, 4.2e6, 1e9}) {
+    Scene scene(26);
+    const DVec3 away(far, -1.1 * far, 0.3 * far);
+    const std::vector<DMat4> world = scene.pose.world;
+    Scene near(26);
+    for (DMat4& m : scene.pose.world) m[3] += DVec4(away, 0.0);
+    const Deformed out = scene.deformed();
+    for (std::size_t i = 0; i < kVertices; ++i) {
+      const DVec3 morph = morphed(near, DVec3(near.vertices().positions[i]), i, &MorphTarget::positions);
+      // Weights sum to 1 in single precision: what is missing moves with the origin, not with the scene.
+      const DVec3 wanted = skinned(near, DVec4(morph, 1.0), i);
+      const double doubles = far * 0x1p-50;
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR((scene.placed(out.positions[i]) - away)[c], wanted[c], 2e-5 + doubles);
+    }
+    // The twin: vertices counted from the world's origin.
+    if (far > 1e5) {
+      EXPECT_GT(glm::distance(DVec3(Vec3(away + DVec3(0.013))), away + DVec3(0.013)), 1e-3);
+    }
+  }
+}
+
+TEST(Deformation, TurnedNormalsAreBoundedWhereTheSurfaceIsFlat) {
+  const DMat3 flat(DVec3(0, 0, 0), DVec3(0, 2, 0), DVec3(0, 0, 2));
+  EXPECT_EQ(glm::normalize(turn_normals(flat) * DVec3(1, 0, 0)), DVec3(1, 0, 0));
+  EXPECT_EQ(turn_normals(DMat3(0.0)), DMat3(1.0));
+  // A mirror keeps a normal on its side: across the surface, and outside.
+  const DMat3 mirror(DVec3(-1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1));
+  EXPECT_EQ(turn_normals(mirror), mirror);
+  EXPECT_EQ(turn_normals(DMat3(8.0)), DMat3(1.0)) << "an even scale leaves lengths";
+}
+
+TEST(Deformation, WindingIsThatOfTheNodeAndItsInstance) {
+  Scene scene(27);
+  scene.pose.world[kJoints] = DMat4(1.0);
+  EXPECT_GT(winding_determinant(scene.capture, kJoints, 0, scene.pose), 0);
+  scene.pose.world[kJoints][0].x = -1;
+  EXPECT_LT(winding_determinant(scene.capture, kJoints, 0, scene.pose), 0) << "skinned or not";
+  scene.capture.nodes[kJoints].instances.resize(2);
+  scene.capture.nodes[kJoints].instances[1].scale = {1, -3, 1};
+  EXPECT_LT(winding_determinant(scene.capture, kJoints, 0, scene.pose), 0);
+  EXPECT_GT(winding_determinant(scene.capture, kJoints, 1, scene.pose), 0);
 }
 
 TEST(Deformation, WithZeroWeightsKeepsTheVerticesBitForBit) {
@@ -151,7 +213,7 @@ TEST(Deformation, ByJointsAtTheirBindPoseKeepsTheVertices) {
     scene.capture.skins[0].inverse_bind[j] =
         glm::inverse(scene.pose.world[j] = DMat4(1.0) * static_cast<double>(j + 1));
   const Deformed out = scene.deformed();
-  for (std::size_t i = 0; i < kVertices; ++i) expect_near(out.positions[i], DVec3(scene.vertices().positions[i]));
+  for (std::size_t i = 0; i < kVertices; ++i) expect_near(scene.placed(out.positions[i]), DVec3(scene.vertices().positions[i]));
 }
 
 TEST(Deformation, LeavesAttributesAloneThatNoTargetMoves) {
