@@ -69,8 +69,7 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
   out.pixel_shader_invocations = counters.shading.pixel_shader_invocations;
   set_pressure(queue_pressure(record, gpu,
                               tile_state_bytes(*job.grid, job.pattern->samples_per_pixel(),
-                                               tilecore::sample_layout(job).sample_bytes(),
-                                               job.burst_bytes())),
+                                               tilecore::sample_layout(job).sample_bytes(), job.burst_bytes())),
                out);
   return out;
 }

@@ -68,7 +68,8 @@ class Registry {
     read("KHR_meshopt_compression", kDraft, "MeshoptViews", "buffer view, buffer",
          "As EXT_meshopt_compression, with version 1 of attribute streams and the colour filter.",
          "All of it: version 1 of attribute streams, the colour filter.");
-    read("KHR_node_visibility", kDraft, "NodeVisibility", "node", "Hides a node and all below it. Animated, it is that of shutter open for the whole frame.", "All of it.");
+    read("KHR_node_visibility", kDraft, "NodeVisibility", "node",
+         "Hides a node and all below it. Animated, it is that of shutter open for the whole frame.", "All of it.");
   }
 
   void add_unread() {

@@ -167,7 +167,8 @@ DVec3 skin_origin(const Capture& capture, int node, const Primitive& primitive, 
   const std::size_t first = primitive.indices.empty() ? 0 : primitive.indices.front();
   if (first >= vertices.influences.size()) return DVec3(0.0);
   const SkinInfluence& influence = vertices.influences[first];
-  const auto heaviest = static_cast<std::size_t>(std::ranges::max_element(influence.weights) - influence.weights.begin());
+  const auto heaviest =
+      static_cast<std::size_t>(std::ranges::max_element(influence.weights) - influence.weights.begin());
   const DMat4 m = joint_matrix(skin_of(capture, node), pose, influence.joints[heaviest]);
   const DVec3 origin(m * DVec4(DVec3(vertices.positions[first]), 1.0));
   return std::isfinite(origin.x + origin.y + origin.z) ? origin : DVec3(0.0);
@@ -189,8 +190,7 @@ void skin(const Capture& capture, int node, const Primitive& primitive, const Po
     out.positions[v] = Vec3(m * DVec4(DVec3(out.positions[v]), 1.0));
     const DMat3 linear(m);
     if (!out.normals.empty()) out.normals[v] = Vec3(turn_normals(linear) * DVec3(out.normals[v]));
-    if (!out.tangents.empty())
-      out.tangents[v] = Vec4(Vec3(linear * DVec3(Vec3(out.tangents[v]))), out.tangents[v].w);
+    if (!out.tangents.empty()) out.tangents[v] = Vec4(Vec3(linear * DVec3(Vec3(out.tangents[v]))), out.tangents[v].w);
   }
 }
 

@@ -120,7 +120,8 @@ inline constexpr auto kCounterFields<tilecore::TileCoreCounters> = std::to_array
     {"tilecore.alpha_tests", &tilecore::TileCoreCounters::alpha_tests, Combine::kSum, "tests",
      "Hits whose alpha was looked up because the material masks.", "MaliFragLZSTestTd"},
     {"tilecore.triangle_table_bytes", &tilecore::TileCoreCounters::triangle_table_bytes, Combine::kSum, "bytes",
-     "Bytes that cores write to and read from the tables by which samples name triangles: a record for each sub-patch that "
+     "Bytes that cores write to and read from the tables by which samples name triangles: a record for each sub-patch "
+     "that "
      "a tile sees, read for each pixel-shader invocation; and corners of leaves that are seen elsewhere than at rest, "
      "three of them for each of tilecore.places_found.",
      ""},

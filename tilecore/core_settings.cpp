@@ -18,7 +18,8 @@ Keys<CoreSettings> core_keys() {
        "Blended surfaces of one sample that a tile core keeps in order; of more, the two farthest become one.",
        "[assumed] 8; multi-layer alpha blending: Salvi and Vaidyanathan 2014"},
       {"tilecore.weight_bits", &CoreSettings::weight_bits, "bits", 8, 32,
-       "Of each of the two weights by which a sample in the tile memory names its place in its triangle. From 24 on they "
+       "Of each of the two weights by which a sample in the tile memory names its place in its triangle. From 24 on "
+       "they "
        "are rounded no more than single precision does.",
        "[assumed] 16: a triangle's place to 1/65535 of its edges"},
   });

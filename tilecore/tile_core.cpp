@@ -160,9 +160,8 @@ TileResult TileCore::take_result() {
   counters.shading = shader_.take_counters();
   if (const std::uint64_t places = resolve_.take_places(); !parameters_) {
     counters.shading.places_found += places;
-    counters.tilecore.triangle_table_bytes +=
-        TriangleTable::kRecordBytes * counters.shading.pixel_shader_invocations +
-        3 * TriangleTable::kCornerBytes * counters.shading.places_found;
+    counters.tilecore.triangle_table_bytes += TriangleTable::kRecordBytes * counters.shading.pixel_shader_invocations +
+                                              3 * TriangleTable::kCornerBytes * counters.shading.places_found;
   }
   result_.extra_bytes += shader_.take_vertex_bytes();
   counters.texture = shader_.textures().take_counters();

@@ -155,8 +155,8 @@ std::vector<Knob> shading_knobs() {
           watching(knob("surface", "surface that pixels shade",
                         values_of("shading.surface", {"evaluated", "interpolated"}), "interpolated", KnobNeed::kGrids),
                    "tilecore.surface_evaluations", "evaluations of patches by pixels"),
-          knob("weight_bits", "bits of a sample's weights", values_of("tilecore.weight_bits", {8, 10, 12, 16, 24}, " bits"),
-               "16 bits")};
+          knob("weight_bits", "bits of a sample's weights",
+               values_of("tilecore.weight_bits", {8, 10, 12, 16, 24}, " bits"), "16 bits")};
 }
 
 std::vector<Knob> texture_knobs() {

@@ -304,8 +304,7 @@ TEST(Charges, ATileOfMovingThingsTakesNoMoreForItsSamples) {
   test::add_motion(moving, 0, {0.05, 0, 0});
   const auto state_bytes = [](const FrameResult& r) { return r.model->record.work.tile_state_bytes; };
   EXPECT_EQ(state_bytes(rendered(still)), state_bytes(rendered(moving)));
-  EXPECT_EQ(state_bytes(rendered(still, {"tilecore.weight_bits=32"})) - state_bytes(rendered(still)),
-            4u * 32 * 32 * 4);
+  EXPECT_EQ(state_bytes(rendered(still, {"tilecore.weight_bits=32"})) - state_bytes(rendered(still)), 4u * 32 * 32 * 4);
 }
 
 TEST(Charges, HeightsAreLookedUpForVerticesThatPixelsInterpolate) {

@@ -48,7 +48,8 @@ TEST_P(InterpolatedSurface, HasTheSameBitsOnEveryMachine) {
 TEST_P(InterpolatedSurface, IsNearTheEvaluatedOneAndNearerWithShorterEdges) {
   const scene::Capture capture = scene::read_capture(test::shipped_capture(GetParam()));
   const auto distance = [&](const char* edge) {
-    return psnr(rendered(capture, {kInterpolated, edge}).targets.color, rendered(capture, {kEvaluated, edge}).targets.color);
+    return psnr(rendered(capture, {kInterpolated, edge}).targets.color,
+                rendered(capture, {kEvaluated, edge}).targets.color);
   };
   const double usual = distance("tessellation.target_edge_pixels=4"),
                fine = distance("tessellation.target_edge_pixels=1");

@@ -85,8 +85,9 @@ Bias measure(const Capture& capture, int frame, const std::vector<std::string>& 
 }
 
 std::vector<std::string> exact_keys(std::vector<std::string> more = {}) {
-  more.insert(more.end(), {"sampling.samples_per_pixel=64", "shading.rate=sample", "shading.surface=evaluated", "procedures.path=tessellated",
-                           "sampling.temporal_pattern=32x32", "sampling.time_bits=16", "tilecore.blend_layers=64"});
+  more.insert(more.end(), {"sampling.samples_per_pixel=64", "shading.rate=sample", "shading.surface=evaluated",
+                           "procedures.path=tessellated", "sampling.temporal_pattern=32x32", "sampling.time_bits=16",
+                           "tilecore.blend_layers=64"});
   return more;
 }
 

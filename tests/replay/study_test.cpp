@@ -84,7 +84,8 @@ TEST(Study, ColumnsAreNamesAndPatterns) {
   EXPECT_EQ(study.columns.front(), "tilecore.triangles");
   EXPECT_THAT(study.columns, testing::Contains("dram.binner.tile_queue.written_bytes"));
   EXPECT_THAT(study.columns, testing::Contains("baseline.post-tessellation.queue_bytes_peak"));
-  EXPECT_EQ(study.columns.size(), 1u + 5 * 2 + baselines::kSchemeCount) << "five units move data, read and written; every scheme";
+  EXPECT_EQ(study.columns.size(), 1u + 5 * 2 + baselines::kSchemeCount)
+      << "five units move data, read and written; every scheme";
   EXPECT_TRUE(study.baselines) << "a column of theirs asks for them";
   const Study plain = read(folder, study_with(json::object()));
   EXPECT_FALSE(plain.baselines);

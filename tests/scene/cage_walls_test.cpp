@@ -32,7 +32,8 @@ struct Sheets {
 };
 
 Vec3 ground(int i, int j) {
-  return {static_cast<float>(i), static_cast<float>(j), 0.4f * std::sin(1.7f * static_cast<float>(i) + static_cast<float>(j * j))};
+  return {static_cast<float>(i), static_cast<float>(j),
+          0.4f * std::sin(1.7f * static_cast<float>(i) + static_cast<float>(j * j))};
 }
 
 // How many patch edges lie between two places where at least three meet, and whether all of those are one curve.
@@ -79,7 +80,8 @@ TEST(CageWalls, MeetTheirSheetInOneCurve) {
         // On the row of edges j = 2: a wall above it, one on each side, or a sheet that goes through.
         const int rows = kind == 2 ? 2 : 1;
         const auto wall = [&](float way) {
-          return [=](int i, int j) { return ground(i, 2) + Vec3(0, 0, way * static_cast<float>(kind == 2 ? j - 1 : j)); };
+          return
+              [=](int i, int j) { return ground(i, 2) + Vec3(0, 0, way * static_cast<float>(kind == 2 ? j - 1 : j)); };
         };
         sheets.add(length, rows, wall(1.0f));
         if (kind == 1) sheets.add(length, rows, wall(-1.5f));

@@ -213,7 +213,8 @@ TEST(Deformation, ByJointsAtTheirBindPoseKeepsTheVertices) {
     scene.capture.skins[0].inverse_bind[j] =
         glm::inverse(scene.pose.world[j] = DMat4(1.0) * static_cast<double>(j + 1));
   const Deformed out = scene.deformed();
-  for (std::size_t i = 0; i < kVertices; ++i) expect_near(scene.placed(out.positions[i]), DVec3(scene.vertices().positions[i]));
+  for (std::size_t i = 0; i < kVertices; ++i)
+    expect_near(scene.placed(out.positions[i]), DVec3(scene.vertices().positions[i]));
 }
 
 TEST(Deformation, LeavesAttributesAloneThatNoTargetMoves) {

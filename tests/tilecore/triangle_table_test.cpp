@@ -1,7 +1,7 @@
 // Tables by which the samples of a tile name triangles, and what samples take of the tile memory.
+#include "tilecore/triangle_table.h"
 #include "tests/support/tests.h"
 #include "tests/tilecore/pixel_scene.h"
-#include "tilecore/triangle_table.h"
 
 namespace tessera::tilecore::triangle_table_test {
 namespace {

@@ -263,7 +263,8 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> = std::to_array<
      "invocation.",
      ""},
     {"tilecore.places_found", &tilecore::ShadingCounters::places_found, Combine::kSum, "places",
-     "Places on screen at shutter open, of samples and layers that see a surface elsewhere, which a core finds from the "
+     "Places on screen at shutter open, of samples and layers that see a surface elsewhere, which a core finds from "
+     "the "
      "corners and weights of their triangles.",
      ""},
     {"tilecore.background_samples", &tilecore::ShadingCounters::background_samples, Combine::kSum, "samples",
