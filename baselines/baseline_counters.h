@@ -64,9 +64,8 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
     {"baseline.culled_zero_area", &baselines::BaselineCounters::culled_zero_area, Combine::kSum, "primitives",
      "Triangles without area at any time.", "MaliGeomSampleCullPrim"},
     {"baseline.culled_occlusion", &baselines::BaselineCounters::culled_occlusion, Combine::kSum, "entries",
-     "Entries that tile cores dropped before tessellation, because they lie behind all that the tile sees; with "
-     "immediate pairs of a triangle and a block of 8x8 pixels that hierarchical depth dropped; with mesh shaders "
-     "meshlets that a pyramid of depths hides.",
+     "Entries that tile cores dropped before tessellation, as they lie behind all that the tile sees; with immediate "
+     "pairs of a triangle and a block of 8x8 pixels that hierarchical depth dropped; hidden meshlets.",
      "PowerVR HSR Efficiency; Adreno LRZ"},
     {"baseline.bounding_operations", &baselines::BaselineCounters::bounding_operations, Combine::kSum, "bounds",
      "Bounding volumes of patches, sub-patches and meshlets computed or tested; triangles are their own bounds.", ""},
@@ -74,15 +73,12 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
      "Pairs of a primitive and a tile that it may touch, by exact coverage.",
      "PowerVR Tiles per Triangle (times primitives)"},
     {"baseline.entries", &baselines::BaselineCounters::entries, Combine::kSum, "entries",
-     "Entries written to tile lists; of blocks or groups of up to 126 triangles with post-tessellation, post-position "
-     "and deferred-vertex, runs of visible triangles with visibility-stream, triangles with control-list, meshlets "
-     "with "
-     "mesh shaders.",
+     "Entries written to tile lists: blocks or groups of up to 126 triangles (post-tessellation, post-position, "
+     "deferred-vertex), runs of triangles (visibility-stream), triangles (control-list), meshlets (mesh shaders).",
      "MaliFragRdPrim"},
     {"baseline.vertices_stored", &baselines::BaselineCounters::vertices_stored, Combine::kSum, "vertices",
-     "Vertices written to the parameter buffer: with post-tessellation once for each block that uses them, with "
-     "post-position once for each draw (of tessellated patches, for each patch), with mesh shaders once for each "
-     "meshlet.",
+     "Vertices written to the parameter buffer: once for each block that uses them (post-tessellation), for each draw "
+     "or patch (post-position), for each meshlet (mesh shaders).",
      "PowerVR Parameter Buffer"},
     {"baseline.queue_bytes_written", &baselines::BaselineCounters::queue_bytes_written, Combine::kSum, "bytes",
      "Bytes of lists, links and cursors, sub-patch table, blocks of triangles, domain points and outputs of mesh "
@@ -98,8 +94,7 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
      "Most parameter-buffer memory in use at any time.", "PowerVR Parameter Buffer size; Apple tiled vertex buffer"},
     {"baseline.buffer_overflows", &baselines::BaselineCounters::buffer_overflows, Combine::kSum, "buffers",
      "Times that the parameter buffer ran full. Post-tessellation then takes as much again and goes on, which is in "
-     "its favour: no tile is "
-     "stored and reloaded.",
+     "its favour: no tile is stored and reloaded.",
      "PowerVR SPM; Apple partial render"},
     {"baseline.smallest_buffer_bytes", &baselines::BaselineCounters::smallest_buffer_bytes, Combine::kPeak, "bytes",
      "The smallest parameter buffer that takes a frame's lists with neither a partial render nor a spill.",
@@ -125,8 +120,7 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
     {"baseline.pixel_shader_invocations", &baselines::BaselineCounters::pixel_shader_invocations, Combine::kSum,
      "invocations",
      "Pixel-shader invocations: of what is visible with tiles, the same for all; of every pixel and triangle that "
-     "passes "
-     "its depth test with immediate, which shades what it draws.",
+     "passes its depth test with immediate, which shades what it draws.",
      "MaliFragShadedQd"},
     {"baseline.patch_bytes", &baselines::BaselineCounters::patch_bytes, Combine::kSum, "bytes",
      "Bytes of patch records fetched, in bursts, when no tessellated sub-patch is kept on chip.", ""},

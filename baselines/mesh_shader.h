@@ -43,8 +43,8 @@ struct MeshPass {
 // Only positions and indices are stored as they are, as PostTessellationBinner has it.
 //
 // Invariants (cited by the tests):
-//   MB1  Every triangle of a kept meshlet that set-up keeps is in the list of every tile that it may touch, once.
-//   MB2  Each vertex of a kept meshlet is shaded and stored once for that meshlet.
+//   MESH1  Every triangle of a kept meshlet that set-up keeps is in the list of every tile that it may touch, once.
+//   MESH2  Each vertex of a kept meshlet is shaded and stored once for that meshlet.
 enum class MeshStorage : std::uint8_t { kRing, kCompact };
 
 class MeshletBinner {

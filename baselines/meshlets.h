@@ -32,7 +32,7 @@ struct MeshletCells {
 MeshletCells meshlet_cells(int columns, int rows);
 
 // Invariants (cited by the tests):
-//   ML1  Every triangle of a patch is in one of its meshlets, once, and none exceeds the limits above.
+//   MC1  Every triangle of a patch is in one of its meshlets, once, and none exceeds the limits above.
 std::vector<Meshlet> cut_into_meshlets(const TessellatedPatch& patch);
 
 // Task shaders: they drop meshlets that lie outside the view or face away, and those that are hidden.

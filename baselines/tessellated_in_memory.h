@@ -17,7 +17,7 @@ namespace tessera::baselines {
 // In its favour: factors and control points that the hull shader gives stay on chip.
 //
 // Invariants (cited by the tests):
-//   TM1  Every domain point and index that is shaded from was written; a patch's are written once.
+//   CT1  Every domain point and index that is shaded from was written; a patch's are written once.
 class TessellatedInMemoryBinner {
  public:
   // [assumed] instructions of a lane: for a point its row and column, two coordinates and a store; for a triangle its cell,

@@ -56,7 +56,7 @@ const float kNothing = std::numeric_limits<float>::infinity();
 
 // ---- Meshlets -----------------------------------------------------------------------------------------------------
 
-TEST(Meshlets, ML1EveryTriangleIsInOneMeshletWithinTheLimits) {
+TEST(Meshlets, MC1EveryTriangleIsInOneMeshletWithinTheLimits) {
   for (int n = 1; n <= 64; ++n) {
     const TessellatedPatch patch = numbered_grid(n, 1, 1, 100);
     std::multiset<Triangle> all, cut;
@@ -256,7 +256,7 @@ std::vector<bool> moving_meshlets(const std::vector<TessellatedPatch>& scene, co
   return out;
 }
 
-TEST(MeshShader, MB1MB2EveryListDecodesToTheTrianglesOfItsTile) {
+TEST(MeshShader, MESH1MESH2EveryListDecodesToTheTrianglesOfItsTile) {
   const binner::TileGrid grid(kWidth, kHeight, 16, 16);
   const std::vector<TessellatedPatch> scene = mixed();
   for (const MeshStorage storage : {MeshStorage::kRing, MeshStorage::kCompact}) {
@@ -383,7 +383,7 @@ std::uint32_t word_of(std::span<const std::uint8_t> bytes, std::size_t at) {
          static_cast<std::uint32_t>(bytes[at + 3]) << 24;
 }
 
-TEST(TessellatedInMemory, TM1PointsAndIndicesAreThoseOfThePatch) {
+TEST(TessellatedInMemory, CT1PointsAndIndicesAreThoseOfThePatch) {
   const TessellatedPatch patch = numbered_grid(4, 4, 4, 100);
   const std::vector<std::uint8_t> block = encode_tessellation(patch);
   ASSERT_EQ(block.size(), 25u * 8 + 32 * 3 * 4);

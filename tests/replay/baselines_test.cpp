@@ -2,12 +2,12 @@
 #include "baselines/baseline_set.h"
 #include "baselines/geometry_pass.h"
 #include "baselines/immediate.h"
-#include "baselines/meshlets.h"
 #include "frontend/bounds/sub_patch_bounder.h"
 #include "frontend/patch_record.h"
 #include "gpu/device.h"
 #include "replay/baseline_report.h"
 #include "scene/capture_reader.h"
+#include "tests/replay/compared.h"
 #include "tests/support/coarse_machine.h"
 #include "tests/support/environments.h"
 #include "tests/support/tests.h"
@@ -17,78 +17,22 @@ namespace {
 
 using baselines::BaselineCounters;
 using baselines::SchemeId;
+using test::Compared;
+using test::has_patches;
+using test::kMeshShaders;
+using test::look_at;
+using test::name_of;
+using test::render;
+using test::tiled_schemes;
+using test::triangle_schemes;
 
 std::string shipped(const char* name) { return test::shipped_capture(name).string(); }
-
-// A frame and, when it was observed, the schemes beside it.
-struct Compared : gpu::FrameResult {
-  std::optional<baselines::BaselineSet> baselines;
-};
-
-Compared render(gpu::Device& device, int frame, bool observed = true) {
-  baselines::BaselineObserver schemes;
-  device.set_observer(observed ? &schemes : nullptr);
-  gpu::FrameResult result = device.render(frame);
-  device.set_observer(nullptr);
-  return {std::move(result), observed ? std::optional(schemes.last()) : std::nullopt};
-}
-
-Compared render(const scene::Capture& capture, const gpu::GpuConfiguration& gpu, std::size_t thread_count = 0,
-                bool observed = true, gpu::RunSettings settings = {}) {
-  const ThreadLimit threads(thread_count);
-  gpu::Device device(capture, gpu, settings, {160, 90, {0, 0, 160, 90}});
-  return render(device, capture.settings.first_frame, observed);
-}
-
-// Machines that bin or draw triangles.
-std::vector<SchemeId> triangle_schemes() {
-  std::vector<SchemeId> out;
-  for (std::size_t s = 0; s < baselines::kSchemeCount; ++s)
-    if (baselines::kSchemes[s].make != nullptr) out.push_back(static_cast<SchemeId>(s));
-  return out;
-}
-std::string name_of(SchemeId scheme) { return std::string(baselines::kSchemes[static_cast<std::size_t>(scheme)].name); }
-
-bool has_patches(const scene::Capture& capture) {
-  return std::any_of(capture.meshes.begin(), capture.meshes.end(), [](const scene::Mesh& mesh) {
-    return std::any_of(mesh.primitives.begin(), mesh.primitives.end(), [](const scene::Primitive& primitive) {
-      return primitive.kind != scene::Primitive::Kind::kTriangles;
-    });
-  });
-}
-
-// All but those that draw without tiles.
-std::vector<SchemeId> tiled_schemes(const scene::Capture& capture) {
-  std::vector<SchemeId> out = triangle_schemes();
-  std::erase_if(
-      out, [&](SchemeId s) { return s == SchemeId::kImmediate || (s == SchemeId::kUntiled && has_patches(capture)); });
-  return out;
-}
-constexpr std::array kMeshShaders = {SchemeId::kMeshShaderRing, SchemeId::kMeshShaderCompact,
-                                     SchemeId::kMeshShaderReferences};
 
 class Baselines : public testing::TestWithParam<const char*> {
  protected:
   scene::Capture capture = scene::read_capture(test::shipped_capture(GetParam()));
   const BaselineCounters& scheme(const Compared& result, SchemeId s) { return (*result.baselines)[s]; }
 };
-
-// Looks at a view with the parts of the baselines.
-class Looking final : public gpu::ViewObserver {
- public:
-  explicit Looking(std::function<void(const gpu::RenderedView&)> look) : look_(std::move(look)) {}
-  void view_rendered(const gpu::RenderedView& view) override { look_(view); }
-
- private:
-  std::function<void(const gpu::RenderedView&)> look_;
-};
-
-void look_at(const scene::Capture& capture, const std::function<void(const gpu::RenderedView&)>& look) {
-  Looking observer(look);
-  gpu::Device device(capture, {}, {}, {160, 90, {0, 0, 160, 90}});
-  device.set_observer(&observer);
-  device.render(capture.settings.first_frame);
-}
 
 TEST_P(Baselines, DoNotDependOnThreads) {
   const json expected = baselines_json(*render(capture, {}, 1).baselines);
@@ -217,90 +161,6 @@ TEST_P(Baselines, MachinesWithTilesShadeWhatTheReplayShades) {
   for (const SchemeId s : all)
     EXPECT_EQ(scheme(r, s).pixel_shader_invocations, r.counters.shading.pixel_shader_invocations) << name_of(s);
   EXPECT_GT(scheme(r, SchemeId::kImmediate).pixel_shader_invocations, 0u);
-}
-
-// A driver that draws passes with tessellation without tiles; other passes it bins into visibility streams.
-TEST_P(Baselines, UntiledDrawsPatchesAtOnceAndBinsTriangles) {
-  gpu::GpuConfiguration plain;
-  plain.baselines.immediate_color_compression = false;
-  const Compared r = render(capture, {}), of_plain = render(capture, plain);
-  const json schemes = baselines_json(*r.baselines), without = baselines_json(*of_plain.baselines);
-  EXPECT_EQ(schemes["untiled"], schemes[has_patches(capture) ? "immediate" : "visibility-stream"]);
-  EXPECT_EQ(without["untiled"], schemes["untiled"]) << "it compresses whatever immediate does";
-  EXPECT_LE(scheme(r, SchemeId::kImmediate).dram_bytes, scheme(of_plain, SchemeId::kImmediate).dram_bytes);
-}
-
-// A compute tessellator adds its blocks to what deferred-vertex has, and nothing where there is no patch.
-TEST_P(Baselines, ATessellatorInMemoryAddsPointsAndIndices) {
-  const Compared r = render(capture, {});
-  const BaselineCounters &deferred = scheme(r, SchemeId::kDeferredVertex),
-                         &stored = scheme(r, SchemeId::kTessellatedInMemory);
-  EXPECT_EQ(stored.entries, deferred.entries);
-  EXPECT_EQ(stored.domain_evaluations_cached, deferred.domain_evaluations_cached);
-  EXPECT_EQ(stored.frame_bytes_written, deferred.frame_bytes_written);
-  if (!has_patches(capture)) {
-    EXPECT_EQ(stored.dram_bytes, deferred.dram_bytes);
-    EXPECT_EQ(stored.cycles, deferred.cycles);
-    return;
-  }
-  // An index takes 12 bytes for each triangle in view at least; a block is written and read.
-  EXPECT_GT(stored.queue_bytes_written, deferred.queue_bytes_written + 12 * stored.primitives);
-  EXPECT_GE(stored.dram_bytes, deferred.dram_bytes + 2 * (stored.queue_bytes_written - deferred.queue_bytes_written));
-  EXPECT_GT(stored.energy_nj, deferred.energy_nj);
-}
-
-// Task shaders leave fewer triangles; what is kept between them and tiles is most in the ring and least as references.
-TEST_P(Baselines, MeshShadersKeepWhatTheirStoreSays) {
-  const Compared r = render(capture, {});
-  const BaselineCounters &ring = scheme(r, SchemeId::kMeshShaderRing),
-                         &compact = scheme(r, SchemeId::kMeshShaderCompact),
-                         &references = scheme(r, SchemeId::kMeshShaderReferences),
-                         &deferred = scheme(r, SchemeId::kDeferredVertex);
-  for (const SchemeId s : kMeshShaders) {
-    EXPECT_LE(scheme(r, s).primitives, deferred.primitives);
-    EXPECT_EQ(scheme(r, s).primitives, ring.primitives);
-    EXPECT_EQ(scheme(r, s).tile_overlaps, ring.tile_overlaps);
-    EXPECT_EQ(scheme(r, s).culled_occlusion, ring.culled_occlusion);
-  }
-  EXPECT_EQ(ring.domain_evaluations, compact.domain_evaluations);
-  EXPECT_EQ(references.position_evaluations, ring.domain_evaluations) << "once to bin, and in tiles again";
-  EXPECT_GT(references.domain_evaluations, 0u);
-  EXPECT_GT(ring.queue_bytes_written, compact.queue_bytes_written);
-  EXPECT_GT(compact.queue_bytes_written, references.queue_bytes_written);
-  // A pyramid of half a byte more than two for 8x8 pixels, in bursts: read and written.
-  EXPECT_EQ(references.frame_bytes_read, (2u * (20 * 12 + 10 * 6 + 5 * 3 + 3 * 2 + 2 * 1 + 1) + 63) / 64 * 64);
-  EXPECT_EQ(references.frame_bytes_written, deferred.frame_bytes_written + references.frame_bytes_read);
-}
-
-// MS1, and its failing twin: depths of which all are nearer than what is seen.
-TEST_P(Baselines, MS1TaskShadersKeepEveryTriangleThatIsSeen) {
-  look_at(capture, [](const gpu::RenderedView& view) {
-    const baselines::ImmediateFrame drawn = baselines::draw_immediately(view.job, view.record, view.gpu);
-    std::set<std::uint64_t> seen;
-    for (const std::vector<std::uint64_t>& tile : drawn.visible.tiles) seen.insert(tile.begin(), tile.end());
-    EXPECT_GT(seen.size(), 100u);
-    const baselines::TriangleSetup setup(*view.job.grid, view.job.frame->projection);
-    baselines::DepthPyramid near(view.job.grid->region());
-    for (std::uint32_t tile = 0; tile < view.job.grid->tile_count(); ++tile) {
-      const IntRect pixels = view.job.grid->pixels(tile);
-      const auto blocks = [](int length) { return static_cast<std::size_t>((length + 7) / 8); };
-      near.add(pixels, std::vector<float>(blocks(pixels.width()) * blocks(pixels.height()), 1e-3f));
-    }
-    near.finish();
-    const auto lost = [&](const baselines::DepthPyramid& depths) {
-      baselines::TaskShader task(setup, depths);
-      std::set<std::uint64_t> left = seen;
-      baselines::run_geometry(view.job, view.pyramids, view.gpu, setup, setup, [&](auto some) {
-        for (const baselines::DrawnPatch& patch : some)
-          for (const baselines::Meshlet& meshlet : task.run(patch.patch, patch.tiles))
-            for (const std::uint32_t t : meshlet.numbers)
-              left.erase(baselines::triangle_name(patch.patch.number, patch.patch.triangle_numbers[t]));
-      });
-      return left.size();
-    };
-    EXPECT_EQ(lost(drawn.depths), 0u);
-    EXPECT_GT(lost(near), seen.size() / 2);
-  });
 }
 
 // What a replay with half of the buffer does is what the counters said that it would.
