@@ -429,8 +429,8 @@ std::string glb_bytes(const json& d, const std::vector<std::uint8_t>& binary) {
 json checked_json(const std::string& text, const std::string& name) {
   json d = parse_json(text, name);
   const gltf::Place root(name);
-  gltf::check_schema(d, root);
   gltf::Notes notes;  // the reader's own are those that count
+  gltf::check_schema(d, root, notes);
   gltf::validate_links(d, root, notes);
   return d;
 }
