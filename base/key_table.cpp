@@ -4,6 +4,8 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <optional>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -27,6 +29,15 @@ std::string range_text(const KeyInfo& key) {
   return fmt::format("from {:.15g} to {:.15g}{}{}", key.min, key.max, key.unit.empty() ? "" : " ", key.unit);
 }
 
+// What K, M, G, or KiB, MiB, GiB behind a number of bytes stand for.
+std::optional<double> byte_unit(std::string_view text) {
+  if (text.ends_with("iB") && text.size() == 3) text.remove_suffix(2);
+  if (text == "K" || text == "k") return 0x1p10;
+  if (text == "M") return 0x1p20;
+  if (text == "G") return 0x1p30;
+  return std::nullopt;
+}
+
 template <class T>
 T parse_number(const KeyInfo& key, const json& value) {
   constexpr bool kWhole = std::integral<T>;
@@ -35,7 +46,15 @@ T parse_number(const KeyInfo& key, const json& value) {
   if (value.is_string()) {
     const auto& text = value.get_ref<const std::string&>();
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc() || end != text.data() + text.size()) refuse(key, value, expected);
+    const std::string_view rest(end, text.data() + text.size());
+    if (error != std::errc()) refuse(key, value, expected);
+    if (key.unit == "bytes" && !rest.empty()) {
+      const std::optional<double> unit = byte_unit(rest);
+      if (!unit || static_cast<double>(number) * *unit > key.max) refuse(key, value, expected);
+      number = static_cast<T>(static_cast<double>(number) * *unit);
+    } else if (!rest.empty()) {
+      refuse(key, value, expected);
+    }
   } else if (kWhole
                  ? value.is_number_integer() && !(value.is_number_unsigned() && value.get<std::uint64_t>() > INT64_MAX)
                  : value.is_number()) {

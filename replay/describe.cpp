@@ -16,6 +16,7 @@
 #include "replay/calibration.h"
 #include "replay/statistics.h"
 #include "scene/extensions.h"
+#include "scene/gltf/audit.h"
 #include "scene/material.h"
 #include "shaders_cpp/procedures/declarations.h"
 
@@ -104,9 +105,14 @@ const std::vector<Topic>& topics() {
        "What a glTF file may hold",
        "glTF 2.0, text or binary, in whole: triangles, strips, fans, points and lines, sparse and quantised accessors, "
        "skins, morph targets,\n"
-       "animations, cameras; PNG, JPEG (also CMYK), WebP and KTX2 images. What breaks the specification and has one "
-       "meaning is read with a note,\n"
-       "refused with `--strict`. Below, the extensions of the Khronos registry; `inspect` and a note name what of them "
+       "animations, cameras; PNG, JPEG (also CMYK), WebP and KTX2 images. Of a vertex the eight heaviest joints of all "
+       "sets count; morph targets\n"
+       "move positions, normals and tangents, and colours and coordinates that they move, too, are named in a note. "
+       "What "
+       "breaks the specification\n"
+       "and has one meaning is read with a note, refused with `--strict`; an image that nothing samples may be "
+       "missing. "
+       "Below, the extensions of the Khronos registry; `inspect` and a note name what of them "
        "a file uses and Tessera does\n"
        "not read, and a file that requires one of those is refused (status 3). Tessera's own: "
        "[extensions.md](extensions.md).",
@@ -360,6 +366,22 @@ std::string former_counters_markdown() {
   return text;
 }
 
+// What becomes of each error of the Khronos validator.
+std::string validator_codes_markdown() {
+  std::string text =
+      "\n## The validator's errors\n\nThe Khronos glTF validator and `--strict` agree about what is an error, but for "
+      "what "
+      "is not checked. Without `--strict`, what is refused\nin all cases has no clear meaning; all else is read, and "
+      "`inspect` names it in a note.\n\n| code | without `--strict` | with `--strict` |\n|---|---|---|\n";
+  for (const scene::gltf::ValidatorCode& code : scene::gltf::validator_codes())
+    text += fmt::format("| `{}` | {} | {} |\n", code.code,
+                        code.answer == scene::gltf::Answer::kRefused      ? "refused"
+                        : code.answer == scene::gltf::Answer::kNotChecked ? "not checked"
+                                                                          : "a note",
+                        code.answer == scene::gltf::Answer::kNotChecked ? "not checked" : "refused");
+  return text;
+}
+
 }  // namespace
 
 std::string describe_markdown(const std::string& name) {
@@ -379,7 +401,8 @@ std::string describe_markdown(const std::string& name) {
     }
     text += "\n";
   }
-  return name == "counters" ? text + former_counters_markdown() : text;
+  if (name == "counters") return text + former_counters_markdown();
+  return name == "formats" ? text + validator_codes_markdown() : text;
 }
 
 }  // namespace tessera::replay

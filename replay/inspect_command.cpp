@@ -368,7 +368,7 @@ class InspectCommand final : public Command {
     {
       const LongStep step("reading " + escape_control(capture_), LongStep::quiet_without_terminal());
       scene::SceneList scenes;
-      const Capture capture = read_capture(capture_, {.strict = strict_}, view_, std::nullopt, &scenes);
+      const Capture capture = read_capture(capture_, {.strict = strict_, .audit = true}, view_, std::nullopt, &scenes);
       report = inspect(capture, scenes, json_);
     }
     if (json_)

@@ -34,6 +34,7 @@
 #include "replay/output_lock.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
+#include "replay/result_folder.h"
 #include "replay/sensitivity.h"
 #include "replay/statistics.h"
 #include "replay/view_options.h"
@@ -136,6 +137,7 @@ class ReplayCommand final : public Command {
     const InputFiles inputs = input_files();
     check_named_outputs(inputs);
     inputs.check_folder(out_, results_);
+    check_results_of(ResultKind::kReplay, out_);
     gpu::RunSettings settings;
     gpu::GpuConfiguration gpu = read_as(FileKind::kMachine, gpu_, [&] { return gpu::load_gpu(gpu_); });
     for (const std::string& text : sets_) gpu::apply_setting(text, settings, gpu);
@@ -172,12 +174,15 @@ class ReplayCommand final : public Command {
     baselines::BaselineObserver schemes;
     if (baselines_) renderer.set_observer(&schemes);
     say_notices(capture, renderer);
+    const std::string still = note_of_still_frames(capture, {first, last});
+    if (!quiet_ && !still.empty()) std::fprintf(stderr, "note: %s\n", still.c_str());
     // Colour, depth and surface of a pixel, and the blocks of a region of one.
     constexpr std::uint64_t kHistoryBytesPerPixel = 26;
     if (!history_.empty())
       renderer.set_history(tilecore::History::restore(history_, limits.max_bytes / kHistoryBytesPerPixel));
     Statistics statistics(capture, gpu, settings, request);
     statistics.add_gpu_notice(notice);
+    statistics.add_notice(still);
     statistics.set_view(view_.json());
     statistics.set_host(capture.load_seconds, capture.decode_seconds, assemble_seconds);
     const float exposure =
@@ -186,6 +191,7 @@ class ReplayCommand final : public Command {
     install_stop_handler();
     const OutputLock lock(out_);
     OutputLock::remove_unfinished(out_);
+    const std::vector<int> earlier = frames_left_in(out_);
     warm_up(renderer, std::max(0, first - warmup_), first);
     std::optional<gpu::Device> second;
     if (renders_two_at_once(capture, gpu, settings, request, last - first, limits.max_bytes))
@@ -208,7 +214,10 @@ class ReplayCommand final : public Command {
     if (done < last - first) statistics.set_stopped(last - first, "a signal");
     statistics.write(out_);
     files.commit(renderer);
-    make_report(statistics);
+    const bool has_report = make_report(statistics);
+    std::vector<int> written;
+    for (int frame = first; frame < first + done; ++frame) written.push_back(frame);
+    remove_earlier_results(out_, earlier, {written, settings.stereo.eye_separation > 0, baselines_, has_report});
     if (!quiet_) say_results(statistics);
     if (done < last - first)
       throw stopped(
@@ -470,15 +479,36 @@ class ReplayCommand final : public Command {
     return parse_frames("--frames", frames_);
   }
 
-  // A machine without the page's modules still gives images and figures.
-  void make_report(const Statistics& statistics) const {
-    if (no_report_ || statistics.frame_count() == 0) return;
-    if (const std::string missing = missing_for_reports(); missing.empty()) {
-      const LongStep step("writing the report", quiet_);
-      write_report(out_);
-    } else if (!quiet_) {
-      std::fprintf(stderr, "note: no report.html: %s\n", missing.c_str());
+  // A machine without the page's modules still gives images and figures. Whether there is a page.
+  bool make_report(const Statistics& statistics) const {
+    if (no_report_ || statistics.frame_count() == 0) return false;
+    const std::string missing = missing_for_reports();
+    if (!missing.empty()) {
+      if (!quiet_) std::fprintf(stderr, "note: no report.html: %s\n", missing.c_str());
+      return false;
     }
+    const LongStep step("writing the report", quiet_);
+    write_report(out_);
+    return true;
+  }
+
+  // Frames that the shutter opens on after the last key of what plays show how it ends, one like the other.
+  static std::string note_of_still_frames(const scene::Capture& capture, FrameRange range) {
+    double end = 0;
+    for (const int a : capture.played_animations)
+      end = std::max(end, static_cast<double>(capture.animations[static_cast<std::size_t>(a)].duration()));
+    if (end <= 0) return "";
+    const double rate = capture.settings.frame_rate;
+    int still = range.last;
+    while (still > range.first && (still - 1 + capture.settings.shutter_open) / rate > end) --still;
+    if (still == range.last) return "";
+    const std::string without =
+        still == range.first ? "" : fmt::format(" (--frames {}:{} leaves them out)", range.first, still);
+    return fmt::format(
+        "frames {}:{} lie behind the end of the animation at {:.4g} s and show how it ends; means over all frames "
+        "count "
+        "them{}",
+        still, range.last, end, without);
   }
 
   void say_notices(const scene::Capture& capture, const gpu::Device& renderer) const {

@@ -85,6 +85,10 @@ void Statistics::set_host(double load, double decode, double assemble) {
   head_["host"]["stages"] = {{"load", load}, {"decode", decode}, {"assemble", assemble}};
 }
 
+void Statistics::add_notice(const std::string& notice) {
+  if (!notice.empty()) head_["capture"]["notices"].push_back(notice);
+}
+
 void Statistics::add_gpu_notice(const std::string& notice) {
   if (!notice.empty()) head_["gpu_notices"].push_back(notice);
 }

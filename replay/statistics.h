@@ -29,6 +29,8 @@ class Statistics {
 
   // What is other about the machine than asked for; "" is nothing. They are the member "gpu_notices".
   void add_gpu_notice(const std::string& notice);
+  // On the frames; "" is nothing. They are among the notices of the capture.
+  void add_notice(const std::string& notice);
 
   // How the capture is looked at, ViewChoices::json(): the member "view" of "capture", where anything was chosen.
   void set_view(const nlohmann::json& view) {

@@ -17,6 +17,7 @@
 #include "replay/output_lock.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
+#include "replay/result_folder.h"
 #include "replay/sweep/search.h"
 #include "replay/sweep/sweep_estimate.h"
 #include "replay/sweep/sweep_runner.h"
@@ -102,6 +103,7 @@ class SweepCommand final : public Command {
     for (const fs::path& machine : machine_files(study)) inputs.add(machine);
     inputs.check_folder(out_, results);
     check_output_folder(out_, results);
+    check_results_of(ResultKind::kSweep, out_);
   }
 
   SweepOutcome make_points(Study& study, const SweepFolder& folder, const SweepOptions& options,

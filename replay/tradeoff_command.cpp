@@ -19,6 +19,7 @@
 #include "replay/output_lock.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
+#include "replay/result_folder.h"
 #include "replay/tradeoff/decisions.h"
 #include "replay/tradeoff/tradeoff.h"
 #include "replay/tradeoff/tradeoff_files.h"
@@ -123,6 +124,8 @@ class TradeoffCommand final : public Command {
   void run() override {
     const ThreadLimit threads(static_cast<std::size_t>(threads_));
     TradeoffOptions options = read_options();
+    if (max_flip_) check_number("--max-flip", *max_flip_, 0, 1);
+    if (min_psnr_) check_number("--min-psnr", *min_psnr_, 0, 1000);
     const CheapestWanted wanted{read_cost(), max_flip_, min_psnr_};
     const std::vector<std::string> results = {"tradeoff.json",    "tradeoff.csv",    "report.html",
                                               "reference/*.json", "reference/*.exr", "points/*.json"};
@@ -131,6 +134,7 @@ class TradeoffCommand final : public Command {
     inputs.add(gpu_);
     inputs.check_folder(out_, results);
     check_output_folder(out_, results);
+    check_results_of(ResultKind::kTradeoff, out_);
     repeat_failures_with(
         fmt::format("tessera tradeoff {}{}{}", capture_, variant_argument(variant_), view_arguments(view_)));
     install_stop_handler();

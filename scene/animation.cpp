@@ -108,7 +108,7 @@ std::vector<shaders::Light> animate_lights(const Capture& capture, double time) 
         break;
     }
     // The inner cone is the smaller one.
-    const double inner = std::min(parameters[l].inner_cone, parameters[l].outer_cone * (1 - 1e-3));
+    const double inner = std::min(parameters[l].inner_cone, parameters[l].outer_cone * (1 - kSharpestCone));
     LightParameters now = parameters[l];
     now.inner_cone = inner;
     now.apply(lights[l]);

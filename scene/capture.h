@@ -215,6 +215,9 @@ struct Camera {
   Lens lens;
 };
 
+// The inner cone of a spot light is smaller than the outer one by this share of it, at least.
+inline constexpr double kSharpestCone = 1e-3;
+
 // A light's parameters as the file has them; Capture::lights holds what is made from them.
 struct LightParameters {
   Vec3 color{1.0f};

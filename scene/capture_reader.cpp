@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "base/whole_file.h"
 #include "scene/gltf/accessor_layout.h"
+#include "scene/gltf/audit.h"
 #include "scene/gltf/builders.h"
 #include "scene/gltf/json_reader.h"
 #include "scene/gltf/notes.h"
@@ -70,11 +71,13 @@ Capture read_capture(const std::filesystem::path& file, const CaptureLimits& lim
 
   nlohmann::json json = gltf::read_json(container.json, container.json_offset, name, budget);
   const gltf::Place root(name);
-  gltf::check_schema(json, root);
+  gltf::check_schema(json, root, notes);
   gltf::charge_objects(json, budget);
   const int variant = gltf::choose_variant(json, limits.variant, root);
   gltf::validate_links(json, root, notes);
   check_claims(json, budget);
+  const bool audit = limits.audit || limits.strict;
+  if (audit) gltf::audit_document(json, root, notes);
   const gltf::Selected selected = gltf::select(json, selection, root);
   if (selected.scene != kNone) json["scene"] = selected.scene;
   if (scenes != nullptr) *scenes = gltf::list_scenes(json);
@@ -91,6 +94,7 @@ Capture read_capture(const std::filesystem::path& file, const CaptureLimits& lim
   gltf::build_materials(document, capture);
   capture.meshes = gltf::build_meshes(document);
   gltf::build_scene(document, selected, capture);
+  if (audit) gltf::audit_contents(document, file);
   capture.extensions_used = document.model.extensionsUsed;
   capture.extensions_unread = unread;
   capture.notices = document.notes.lines();

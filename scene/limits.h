@@ -24,6 +24,7 @@ struct CaptureLimits {
   std::uint64_t max_file_bytes = 2ull << 30;  // any one file
   ImageLimits image{};
   bool strict = false;  // refuse what glTF forbids also where it has one meaning, instead of a note
+  bool audit = false;   // name also what glTF forbids and no image depends on; `strict` implies it
   // KHR_materials_variants: whose materials are drawn, by name; without, those that the primitives name themselves.
   std::optional<std::string> variant{};
 };

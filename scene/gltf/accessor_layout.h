@@ -26,6 +26,7 @@ struct AccessorLayout {
   bool has_view = false;
 
   std::uint64_t column_bytes() const;
+  std::uint64_t last_bytes() const;  // of the last element, behind whose last column no padding need be
 };
 
 // `document` must have passed check_schema.

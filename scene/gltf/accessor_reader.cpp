@@ -269,6 +269,11 @@ std::uint64_t AccessorLayout::column_bytes() const {
   return columns > 1 ? (bytes + 3) / 4 * 4 : bytes;
 }
 
+std::uint64_t AccessorLayout::last_bytes() const {
+  const auto rows = static_cast<std::uint64_t>(components / columns);
+  return static_cast<std::uint64_t>(columns - 1) * column_bytes() + rows * component_bytes(component_type);
+}
+
 AccessorLayout accessor_layout(const nlohmann::json& document, std::size_t accessor) {
   const nlohmann::json& json = document["accessors"][accessor];
   const auto& type = json["type"].get_ref<const std::string&>();

@@ -127,7 +127,8 @@ void check_animations(const json& d, const Place& root, Notes& notes) {
       const std::optional<Moved> here = channels[c]["target"]["path"] == "pointer"
                                             ? check_pointer_channel(d, channels[c], sampler, inner, programs, notes)
                                             : check_node_channel(d, channels[c], sampler, inner);
-      if (here && !moved.insert(*here).second) inner.at("target").refuse("is animated twice in one animation");
+      if (here && !moved.insert(*here).second)
+        notes.violation(inner.at("target"), "the last channel counts", "is animated twice in one animation");
     }
   }
 }

@@ -10,13 +10,15 @@ namespace {
 using nlohmann::json;
 
 // What tinygltf gets to see: no buffers and images (it would fetch them), no nodes and meshes (there may be millions,
-// and it parses text a second time), no strides and targets of views (it refuses some), no extras (it walks them
+// and it parses text a second time), no bounds of accessors, strides and targets of views (it refuses some), no extras (it walks them
 // recursively), and whole numbers written as 4.0 as integers (it does not take them for such).
 json structure_only(const json& whole) {
   json document = json::object();
   for (const auto& [name, value] : whole.items())
     if (name != "buffers" && name != "images" && name != "extensionsRequired" && name != "nodes" && name != "meshes")
       document[name] = value;
+  if (const auto accessors = document.find("accessors"); accessors != document.end())
+    for (json& accessor : *accessors) accessor.erase("min"), accessor.erase("max");
   if (const auto views = document.find("bufferViews"); views != document.end())
     for (json& view : *views) view.erase("byteStride"), view.erase("target");
   if (const json::json_pointer lights("/extensions/KHR_lights_punctual/lights"); document.contains(lights))

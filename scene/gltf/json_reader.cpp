@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <functional>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -20,6 +21,8 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t kMaxDepth = 64;
+// Of what stands in extras, which belong to the application; it is not kept where it is deeper than all else may be.
+constexpr std::size_t kMaxExtrasDepth = 100000;
 
 // Counts what a text holds, in the interface that nlohmann::json::sax_parse asks for. Keeps one hash per key of the
 // objects that are open, nothing else that grows with the text.
@@ -70,6 +73,7 @@ class Census {
   }
 
   std::uint64_t values = 0, containers = 0, keys = 0, strings = 0, string_bytes = 0;
+  bool deep_extras = false;  // deeper than kMaxDepth
 
  private:
   struct Level {
@@ -87,13 +91,18 @@ class Census {
   bool open(bool object) {
     containers += 1;
     value();
-    if (levels_.size() >= kMaxDepth)
-      throw InputError(file_, pointer(3) + "...", fmt::format("JSON nests deeper than {} levels", kMaxDepth));
+    const std::size_t most = extras_ ? kMaxExtrasDepth : kMaxDepth;
+    if (levels_.size() >= most)
+      throw InputError(file_, pointer(3) + "...", fmt::format("JSON nests deeper than {} levels", most));
+    if (!extras_ && !levels_.empty() && levels_.back().object && levels_.back().key == "extras")
+      extras_ = levels_.size();
+    deep_extras = deep_extras || levels_.size() >= kMaxDepth;
     levels_.emplace_back().object = object;
     return true;
   }
   bool close() {
     levels_.pop_back();
+    if (extras_ == levels_.size()) extras_.reset();
     return true;
   }
   // Of the value inside the first `depth` open levels.
@@ -107,6 +116,7 @@ class Census {
   const std::string& file_;
   std::size_t first_byte_;
   std::vector<Level> levels_;
+  std::optional<std::size_t> extras_;  // the level whose container is the value of "extras"
 };
 
 // Objects of a document and what one takes: tinygltf's and the capture's, times 3 for vectors that grow by doubling
@@ -167,7 +177,11 @@ json read_json(const std::string& text, std::size_t first_byte, const std::strin
   budget.charge(census.keys + census.strings, 2 * 32, what);
   budget.charge(census.string_bytes, 2, what);
   budget.charge(text.size(), 2 + kGrowth, what);
-  return json::parse(text);
+  if (!census.deep_extras) return json::parse(text);
+  // Copies and texts of a document descend by recursion.
+  return json::parse(text, [](int, json::parse_event_t event, json& value) {
+    return event != json::parse_event_t::key || value != "extras";
+  });
 }
 
 void charge_objects(const json& document, MemoryBudget& budget) {
@@ -246,20 +260,31 @@ std::size_t next_chunk(const std::vector<std::uint8_t>& bytes, std::size_t end, 
   return padded <= length && !is_chunk(end) && is_chunk(padded) ? padded : end;
 }
 
+void note_byte_order_mark(const Container& container, const std::string& file, Notes& notes) {
+  if (container.json.starts_with("\xEF\xBB\xBF"))
+    notes.violation(Place::byte(file, container.json_offset), "it is skipped", "is a byte-order mark before the JSON");
+}
+
 Container open_binary(const std::vector<std::uint8_t>& bytes, const std::string& file, Notes& notes) {
   const auto refuse = [&](std::size_t at, const std::string& fault) {
     throw InputError(file, fmt::format("byte {}", at), fault);
   };
   if (bytes.size() < 12) refuse(bytes.size(), "GLB header is cut off");
+  if (little_endian32(bytes, 4) == 1)
+    refuse(4,
+           "GLB version 1 holds glTF 1.0, which is not read; convert it to glTF 2.0, for example with gltf-pipeline");
   if (little_endian32(bytes, 4) != 2) refuse(4, fmt::format("GLB version {} is not 2", little_endian32(bytes, 4)));
   // Bytes after the stated length are not part of the asset and are ignored.
   const std::size_t length = little_endian32(bytes, 8);
   if (length > bytes.size() || length < 12)
     refuse(8, fmt::format("GLB header says {} bytes, the file has {}", length, bytes.size()));
+  if (length < bytes.size())
+    notes.violation(Place::byte(file, length), "they are not read",
+                    "the file has {} bytes more than its GLB header says", bytes.size() - length);
 
   Container container;
   bool has_json = false;
-  std::size_t at = 12;
+  std::size_t at = 12, chunks = 0;
   while (at < length) {
     if (length - at < 8) refuse(at, "GLB chunk header is cut off");
     const std::size_t size = little_endian32(bytes, at);
@@ -274,14 +299,18 @@ Container open_binary(const std::vector<std::uint8_t>& bytes, const std::string&
       if (type != kJsonChunk) refuse(at + 4, "the first GLB chunk is not JSON");
       container.json.assign(begin, end);
       container.json_offset = at + 8;
+      note_byte_order_mark(container, file, notes);
       has_json = true;
     } else if (type == kJsonChunk) {
       refuse(at + 4, "a second GLB chunk is JSON");
     } else if (type == kBinaryChunk) {
       if (container.has_binary) refuse(at + 4, "a second GLB chunk is binary");
+      if (chunks != 1)
+        notes.violation(Place::byte(file, at + 4), "read all the same", "the binary GLB chunk is not the second one");
       container.binary.assign(begin, end);
       container.has_binary = true;
     }  // chunks of other types are to be ignored
+    ++chunks;
     at = size % 4 == 0 ? at + 8 + size : next_chunk(bytes, at + 8 + size, size, length);
   }
   if (!has_json) refuse(at, "GLB holds no JSON chunk");
@@ -300,6 +329,7 @@ Container open_container(std::vector<std::uint8_t> bytes, const std::string& fil
   if (bytes.empty()) throw InputError(file, "byte 0", "the file is empty");
   Container container;
   container.json.assign(bytes.begin(), bytes.end());
+  note_byte_order_mark(container, file, notes);
   return container;
 }
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstdlib>
 #include <limits>
 #include <map>
 #include <optional>
@@ -10,6 +11,7 @@
 #include "scene/gltf/builders.h"
 #include "scene/gltf/image_reader.h"
 #include "scene/gltf/read_ahead.h"
+#include "scene/gltf/selection.h"
 
 namespace tessera::scene::gltf {
 namespace {
@@ -27,12 +29,13 @@ class TextureLibrary {
   TextureLibrary(Document& document, std::vector<BasisImage>& basis_images)
       : document_(document), basis_images_(basis_images) {}
 
-  ColorImage color(std::size_t texture, shaders::ColorSpace space) {
-    return of_first_readable(texture, [&](const TextureImage& from) {
-      if (from.basis) return basis_color(from.image, space);
+  // `sampled`: whether anything reads the texture; one that nothing reads may be missing or broken.
+  ColorImage color(std::size_t texture, shaders::ColorSpace space, bool sampled) {
+    return of_first_readable(texture, sampled, [&](const TextureImage& from) {
+      const Bytes bytes = document_.resources.image(from.image);
+      if (is_basis(from, bytes)) return basis_color(from.image, space);
       ColorImage& slot = textures_[{from.image, space}];
       if (slot.texture == nullptr) {
-        const Bytes bytes = document_.resources.image(from.image);
         slot = taken_or(&ReadAhead::colors, {from.image, space},
                         [&] { return read_color_image(bytes, space, account(from.image)); });
       }
@@ -40,16 +43,16 @@ class TextureLibrary {
     });
   }
 
-  HeightImage heights(std::size_t texture) {
-    return of_first_readable(texture, [&](const TextureImage& from) {
+  HeightImage heights(std::size_t texture, bool sampled) {
+    return of_first_readable(texture, sampled, [&](const TextureImage& from) {
       HeightImage& slot = heights_[from.image];
       if (slot.texture != nullptr) return slot;
-      if (from.basis) {
+      const Bytes bytes = document_.resources.image(from.image);
+      if (is_basis(from, bytes)) {
         const UnpackedBasis unpacked = unpack(from.image, &ReadAhead::basis_heights);
         slot = {basis_heights(unpacked.texture), unpacked.source};
         basis_image(from.image).heights = slot.texture;
       } else {
-        const Bytes bytes = document_.resources.image(from.image);
         slot = taken_or(&ReadAhead::heights, from.image, [&] { return read_height_image(bytes, account(from.image)); });
       }
       return slot;
@@ -90,9 +93,21 @@ class TextureLibrary {
     return images;
   }
 
+  // Whether an image is KTX2: its bytes say so, whatever the texture does.
+  bool is_basis(const TextureImage& from, Bytes bytes) {
+    const bool basis = ktx2::is_ktx2(bytes);
+    if (basis == from.basis || (from.basis && image_format(bytes) == ImageFormat::kUnknown)) return from.basis;
+    if (noted_.insert(from.image).second)
+      document_.notes.violation(place(from.image), "images are read as what they are", "{}",
+                                basis ? "is KTX2, which only KHR_texture_basisu may name"
+                                      : "is no KTX2 image, which KHR_texture_basisu names");
+    return basis;
+  }
+
   // An image that cannot be read gives way to the next source with a note; the last one's fault is the texture's.
   template <class Make>
-  std::invoke_result_t<Make, const TextureImage&> of_first_readable(std::size_t texture, const Make& make) {
+  std::invoke_result_t<Make, const TextureImage&> of_first_readable(std::size_t texture, bool sampled,
+                                                                    const Make& make) {
     const std::vector<TextureImage> images = sources(texture);
     if (images.empty()) return {};
     for (std::size_t k = 0; k + 1 < images.size(); ++k) {
@@ -105,7 +120,13 @@ class TextureLibrary {
         unreadable_.insert(image);
       }
     }
-    return make(images.back());
+    if (sampled) return make(images.back());
+    try {
+      return make(images.back());
+    } catch (const InputError& error) {
+      document_.notes.violation(place(images.back().image), "nothing samples it", "{}", error.fault());
+      return {};
+    }
   }
 
   // Takes what was decoded ahead off its shelf, or decodes now.
@@ -162,6 +183,7 @@ class TextureLibrary {
   std::map<std::size_t, Basis> basis_;
   std::map<std::size_t, std::size_t> basis_numbers_;  // image to basis_images_
   std::set<std::size_t> unreadable_;                  // images
+  std::set<std::size_t> noted_;                       // images that are not what their texture says
   std::set<std::size_t> without_source_;              // textures that a note has named
 };
 
@@ -178,12 +200,13 @@ TextureShift texture_shift(const json& info, int& texcoord) {
   return out;
 }
 
-TextureSlot texture_slot(TextureLibrary& library, const json& owner, const char* name, shaders::ColorSpace space) {
+TextureSlot texture_slot(TextureLibrary& library, const json& owner, const char* name, shaders::ColorSpace space,
+                         bool sampled) {
   TextureSlot slot;
   const json* info = find(owner, name);
   if (info == nullptr) return slot;
   const auto texture = (*info)["index"].get<std::size_t>();
-  ColorImage color = library.color(texture, space);
+  ColorImage color = library.color(texture, space, sampled);
   slot.texture = std::move(color.texture);
   slot.source = color.source;
   slot.sampler = library.sampler(texture);
@@ -193,11 +216,11 @@ TextureSlot texture_slot(TextureLibrary& library, const json& owner, const char*
   return slot;
 }
 
-Displacement displacement(TextureLibrary& library, const json& extension) {
+Displacement displacement(TextureLibrary& library, const json& extension, bool sampled) {
   Displacement out;
   const json& info = extension["texture"];
   const auto texture = info["index"].get<std::size_t>();
-  HeightImage heights = library.heights(texture);
+  HeightImage heights = library.heights(texture, sampled);
   out.texture = std::move(heights.texture);
   out.source = heights.source;
   out.sampler = library.sampler(texture);
@@ -219,7 +242,42 @@ void read_number(const MaterialNumber& number, const json& material, Material& o
                              : (number.components == 1 ? *value : (*value)[static_cast<std::size_t>(c)]).get<float>();
 }
 
-Material build_material(TextureLibrary& library, const tinygltf::Material& model, const json& material) {
+// Which sets of coordinates the drawn surfaces of a material have.
+struct DrawnCoordinates {
+  bool any = false;  // a procedure has what it is asked for
+  std::set<int> sets;
+
+  bool has(const json& info) const {
+    int set = info.value("texCoord", 0);
+    texture_shift(info, set);
+    return any || sets.contains(set);
+  }
+};
+
+// By material; of the nodes of the scene that is drawn.
+std::map<std::size_t, DrawnCoordinates> drawn_coordinates(const json& document) {
+  std::map<std::size_t, DrawnCoordinates> drawn;
+  const json &nodes = list_of(document, "nodes"), &meshes = list_of(document, "meshes");
+  for (const std::size_t n : drawn_nodes(document, kNone)) {
+    if (const json* procedure = find_extension(nodes[n], "TESSERA_procedure"))
+      if (const json* material = find(*procedure, "material")) drawn[material->get<std::size_t>()].any = true;
+    const json* mesh = find(nodes[n], "mesh");
+    if (mesh == nullptr) continue;
+    for (const json& primitive : meshes[mesh->get<std::size_t>()]["primitives"]) {
+      const json* material = find(primitive, "material");
+      if (material == nullptr || !primitive["attributes"].contains("POSITION")) continue;
+      DrawnCoordinates& coordinates = drawn[material->get<std::size_t>()];
+      for (const auto& [name, accessor] : primitive["attributes"].items())
+        if (name.starts_with("TEXCOORD_")) coordinates.sets.insert(std::atoi(name.c_str() + 9));
+      // Patches have coordinates of their own where the file gives none.
+      coordinates.any |= find_extension(primitive, "TESSERA_bezier_patches") != nullptr;
+    }
+  }
+  return drawn;
+}
+
+Material build_material(TextureLibrary& library, const tinygltf::Material& model, const json& material,
+                        const DrawnCoordinates& drawn) {
   Material out;
   out.name = model.name;
   const tinygltf::PbrMetallicRoughness& pbr = model.pbrMetallicRoughness;
@@ -240,14 +298,20 @@ Material build_material(TextureLibrary& library, const tinygltf::Material& model
     if (!number.effect || !out.unlit) read_number(number, material, out);
   out.emissive = out.emissive_factor * out.emissive_strength;
   for (const MaterialTextureRow& row : material_textures())
-    if (const json* owner = find_at(material, row.object); owner != nullptr && is_used(row, material))
-      *out.slots()[static_cast<std::size_t>(row.slot)] = texture_slot(library, *owner, row.name.c_str(), row.space);
+    if (const json* owner = find_at(material, row.object); owner != nullptr && is_used(row, material)) {
+      const json* info = find(*owner, row.name);
+      const bool sampled =
+          info != nullptr && drawn.has(*info) && (!out.unlit || row.slot == MaterialTexture::kBaseColor);
+      *out.slots()[static_cast<std::size_t>(row.slot)] =
+          texture_slot(library, *owner, row.name.c_str(), row.space, sampled);
+    }
   if (!out.unlit) {
     out.effects.set(static_cast<std::size_t>(MaterialEffect::kSpecularGlossiness), has_specular_glossiness(material));
     out.effects = effects_in_force(out);
   }
   if (const json* extension = find_extension(material, "TESSERA_displacement"))
-    if (Displacement heights = displacement(library, *extension); heights.texture != nullptr)
+    if (Displacement heights = displacement(library, *extension, drawn.has((*extension)["texture"]));
+        heights.texture != nullptr)
       out.displacement = std::move(heights);
   return out;
 }
@@ -272,8 +336,10 @@ bool is_used(const MaterialTextureRow& row, const json& material) {
 
 void build_materials(Document& document, Capture& capture) {
   TextureLibrary library(document, capture.basis_images);
+  const std::map<std::size_t, DrawnCoordinates> drawn = drawn_coordinates(document.json);
   for (std::size_t m = 0; m < document.model.materials.size(); ++m)
-    capture.materials.push_back(build_material(library, document.model.materials[m], document.json["materials"][m]));
+    capture.materials.push_back(build_material(library, document.model.materials[m], document.json["materials"][m],
+                                               drawn.contains(m) ? drawn.at(m) : DrawnCoordinates{}));
 }
 
 }  // namespace tessera::scene::gltf

@@ -4,8 +4,12 @@
 #include <cstring>
 #include <limits>
 #include <numeric>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "scene/clusters.h"
 #include "scene/gltf/accessor_layout.h"
@@ -135,22 +139,49 @@ class AttributeSource {
   const Place& place_;
 };
 
-std::vector<SkinInfluence> build_influences(AttributeSource& source, std::size_t count, const Place& place) {
+// Puts a joint's weight where it belongs: beside what the joint has already, in a free place, or in that of the
+// lightest. Returns the weight that finds no place.
+float add_influence(SkinInfluence& influence, std::uint16_t joint, float weight) {
+  std::size_t lightest = 0;
+  for (std::size_t k = 0; k < influence.weights.size(); ++k) {
+    if (influence.weights[k] > 0 && influence.joints[k] == joint) {
+      influence.weights[k] += weight;
+      return 0;
+    }
+    if (influence.weights[k] < influence.weights[lightest]) lightest = k;
+  }
+  if (weight <= influence.weights[lightest]) return weight;
+  std::swap(weight, influence.weights[lightest]);
+  influence.joints[lightest] = joint;
+  return weight;
+}
+
+// A vertex follows eight joints; where a file has more sets, the heaviest of each vertex.
+std::vector<SkinInfluence> build_influences(AttributeSource& source, std::size_t count, const Place& place,
+                                            Notes& notes) {
   source.charge(count, sizeof(SkinInfluence));
   std::vector<SkinInfluence> influences(count);
-  for (std::size_t set = 0; set < 2; ++set) {
+  for (std::size_t set = 0; source.has("JOINTS_" + std::to_string(set)); ++set) {
     const std::string suffix = std::to_string(set);
-    if (!source.has("JOINTS_" + suffix)) break;
     const std::vector<float> joints = source.floats("JOINTS_" + suffix), weights = source.floats("WEIGHTS_" + suffix);
+    const Place at = place.at("attributes").at("WEIGHTS_" + suffix);
+    std::size_t lost = 0;
     for (std::size_t v = 0; v < count; ++v)
       for (std::size_t k = 0; k < 4; ++k) {
-        influences[v].joints[4 * set + k] = static_cast<std::uint16_t>(joints[4 * v + k]);
-        const float weight = weights[4 * v + k];
+        const auto joint = static_cast<std::uint16_t>(joints[4 * v + k]);
         // Draco's quantisation may turn a zero into a little less.
-        if (weight < -0.001f)
-          place.at("attributes").at("WEIGHTS_" + suffix).refuse("vertex {} has a negative weight", v);
-        influences[v].weights[4 * set + k] = std::max(weight, 0.0f);
+        if (weights[4 * v + k] < -0.001f) at.refuse("vertex {} has a negative weight", v);
+        const float weight = std::max(weights[4 * v + k], 0.0f);
+        if (set >= 2) {
+          lost += weight > 0 && add_influence(influences[v], joint, weight) > 0 ? 1 : 0;
+          continue;
+        }
+        influences[v].joints[4 * set + k] = joint;
+        influences[v].weights[4 * set + k] = weight;
       }
+    if (lost > 0)
+      notes.add(at, "a vertex follows the eight heaviest of its joints",
+                fmt::format("{} influences are a ninth or further one", lost));
   }
   // Exporters write weights that do not sum to 1; all zero means the first joint.
   for (SkinInfluence& influence : influences) {
@@ -184,6 +215,10 @@ std::vector<MorphTarget> build_targets(Document& document, AttributeSource& sour
     read("POSITION", target.positions);
     read("NORMAL", target.normals);
     read("TANGENT", target.tangents);
+    for (const auto& [name, index] : list[t].items())
+      if (name.starts_with("COLOR_") || name.starts_with("TEXCOORD_"))
+        document.notes.add(place.at("targets").at(t).at(name), "colours and coordinates stay as they rest",
+                           "is a morph target that is not read");
   }
   return targets;
 }
@@ -200,12 +235,18 @@ Vertices build_vertices(Document& document, const json& primitive, const DracoMe
     if (!name.starts_with(kTexcoord)) continue;
     std::size_t set = kMaxTexcoords;
     std::from_chars(name.data() + kTexcoord.size(), name.data() + name.size(), set);
-    if (set >= kMaxTexcoords || name.substr(kTexcoord.size()) != std::to_string(set)) continue;
+    if (set >= kMaxTexcoords || name.substr(kTexcoord.size()) != std::to_string(set)) {
+      document.notes.add(place.at("attributes").at(name), "such coordinates are not read", "is no set below 64");
+      continue;
+    }
     vertices.texcoords.resize(std::max(vertices.texcoords.size(), set + 1));
     vertices.texcoords[set] = source.vec2(name);
   }
   if (source.has("COLOR_0")) vertices.colors = source.vec4("COLOR_0");
-  if (source.has("JOINTS_0")) vertices.influences = build_influences(source, vertices.count(), place);
+  for (const auto& [name, accessor] : primitive["attributes"].items())
+    if (name.starts_with("COLOR_") && name != "COLOR_0")
+      document.notes.add(place.at("attributes").at(name), "surfaces have the colours of COLOR_0", "is not read");
+  if (source.has("JOINTS_0")) vertices.influences = build_influences(source, vertices.count(), place, document.notes);
   vertices.morph_targets = build_targets(document, source, primitive, vertices.count(), place);
   return vertices;
 }
@@ -238,32 +279,54 @@ std::vector<std::uint32_t> segment_list(const std::vector<std::uint32_t>& in, in
   return out;
 }
 
+// The lists of all runs between indices that say `restart`, one behind the other.
+template <class MakeList>
+std::vector<std::uint32_t> lists_of_runs(const std::vector<std::uint32_t>& in, std::uint32_t restart,
+                                         const MakeList& make_list) {
+  std::vector<std::uint32_t> out;
+  for (auto first = in.begin(); first != in.end();) {
+    const auto last = std::find(first, in.end(), restart);
+    const std::vector<std::uint32_t> list = make_list(std::vector<std::uint32_t>(first, last));
+    out.insert(out.end(), list.begin(), list.end());
+    first = last == in.end() ? last : last + 1;
+  }
+  return out;
+}
+
 // Triangles as three indices each, segments as two, points as one.
 std::vector<std::uint32_t> build_indices(Document& document, const json& primitive, std::size_t vertex_count, int mode,
                                          const Place& place) {
   std::vector<std::uint32_t> indices;
+  std::optional<std::uint32_t> restart;  // the largest value of the indices' type, where one has it
   if (const json* found = find(primitive, "indices")) {
     const auto accessor = found->get<std::size_t>();
     indices = read_unsigned(document, accessor);
     const Place at = document.root.at("accessors").at(accessor);
     const std::uint32_t largest = indices.empty() ? 0 : *std::max_element(indices.begin(), indices.end());
-    for (std::size_t i = 0; largest >= vertex_count && i < indices.size(); ++i)
-      if (indices[i] >= vertex_count) at.refuse("index {} is {}, there are {} vertices", i, indices[i], vertex_count);
-    // The largest value of the type would restart strips on some machines and draw a vertex on others.
     const std::uint64_t bytes = component_bytes(document.layouts[accessor].component_type);
-    const auto restart = static_cast<std::uint32_t>((std::uint64_t{1} << (8 * bytes)) - 1);
-    if (largest == restart)
-      at.refuse("index {} is {}, the value that restarts primitives",
-                std::find(indices.begin(), indices.end(), restart) - indices.begin(), restart);
+    if (const auto most = static_cast<std::uint32_t>((std::uint64_t{1} << (8 * bytes)) - 1); largest == most)
+      restart = most;
+    for (std::size_t i = 0; largest >= vertex_count && i < indices.size(); ++i)
+      if (indices[i] >= vertex_count && indices[i] != restart)
+        at.refuse("index {} is {}, there are {} vertices", i, indices[i], vertex_count);
+    if (restart)
+      document.notes.violation(at, "primitives begin anew there", "index {} is {}, the value that restarts primitives",
+                               std::find(indices.begin(), indices.end(), *restart) - indices.begin(), *restart);
   } else {
     document.budget.charge(vertex_count, sizeof(std::uint32_t), place);
     indices.resize(vertex_count);
     std::iota(indices.begin(), indices.end(), 0u);
   }
-  if (mode == kModePoints) return indices;
+  if (mode == kModePoints) {
+    if (restart) std::erase(indices, *restart);
+    return indices;
+  }
   // Of a vector that grows: the old block and the new one.
   document.budget.charge(indices.size(), mode == kTriangles ? 4 : mode < kTriangles ? 24 : 12, place);
-  return mode < kTriangles ? segment_list(indices, mode) : triangle_list(std::move(indices), mode);
+  const auto make_list = [mode](std::vector<std::uint32_t> run) {
+    return mode < kTriangles ? segment_list(run, mode) : triangle_list(std::move(run), mode);
+  };
+  return restart ? lists_of_runs(indices, *restart, make_list) : make_list(std::move(indices));
 }
 
 template <class Value>
@@ -341,6 +404,10 @@ std::optional<Primitive> build_primitive(Document& document, const json& json_pr
     // Patches are drawn by all of their points, whatever the indices of their cage say.
     const bool is_surface = find_extension(json_primitive, "TESSERA_bezier_patches") != nullptr ||
                             find_extension(json_primitive, kSubdivision) != nullptr;
+    if (indices.empty() && !is_surface) {
+      document.notes.add(place, "such primitives are not drawn", "holds no whole point, line or triangle");
+      return std::nullopt;
+    }
     primitive.vertices = build_vertices(document, json_primitive, nullptr, is_surface ? nullptr : &indices, place);
     if (mode < kTriangles)
       expand_wires(document, indices, mode, place, primitive);

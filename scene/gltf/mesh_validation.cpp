@@ -20,7 +20,7 @@ bool uses_extension(const json& d, const char* name) {
   return false;
 }
 
-// Formats of glTF 2.0 section 3.7.2.1, with those that KHR_mesh_quantization adds.
+// Formats of glTF 2.0 section 3.7.2.1, or with those that KHR_mesh_quantization adds.
 std::optional<Format> attribute_format(std::string_view name, bool quantized) {
   const auto numbered = [&](std::string_view prefix) {
     return name.starts_with(prefix) && name.size() > prefix.size() &&
@@ -42,25 +42,42 @@ std::optional<Format> attribute_format(std::string_view name, bool quantized) {
   return std::nullopt;
 }
 
+bool has_format(const json& d, std::size_t accessor, const Format& format) {
+  const AccessorLayout layout = accessor_layout(d, accessor);
+  const auto contains = [](const std::vector<int>& list, int value) {
+    return std::find(list.begin(), list.end(), value) != list.end();
+  };
+  return layout.columns == 1 && contains(format.components, layout.components) &&
+         contains(layout.normalized ? format.normalized : format.plain, layout.component_type);
+}
+
 void check_attributes(const json& d, const json& attributes, bool targets, const Place& place, Notes& notes) {
-  const bool quantized = uses_extension(d, "KHR_mesh_quantization");
+  const bool declared = uses_extension(d, "KHR_mesh_quantization");
   std::optional<std::uint64_t> count;
   for (const auto& [name, index] : attributes.items()) {
     const auto accessor = index.get<std::size_t>();
-    const std::optional<Format> format = attribute_format(name, quantized);
+    const std::optional<Format> format = attribute_format(name, declared);
     if (!format) {
       if (!name.starts_with("_"))
         notes.violation(place.at(name), "such attributes are ignored", "is not an attribute that glTF defines");
       continue;
     }
-    Format wanted = *format;
-    if (targets) {
+    const auto of_target = [&, &attribute = name](Format wanted) {
+      if (!targets) return wanted;
       // A target's tangent has no handedness; differences of colours and coordinates may be signed.
-      if (name == "TANGENT") wanted.components = {3};
+      if (attribute == "TANGENT") wanted.components = {3};
       for (const int type : {kByte, kShort})
-        if (name != "POSITION" && name != "NORMAL" && name != "TANGENT") wanted.normalized.push_back(type);
-    }
-    check_format(d, accessor, wanted, place.at(name));
+        if (attribute != "POSITION" && attribute != "NORMAL" && attribute != "TANGENT")
+          wanted.normalized.push_back(type);
+      return wanted;
+    };
+    const Format wanted = of_target(*format);
+    if (!declared && !has_format(d, accessor, wanted) &&
+        has_format(d, accessor, of_target(*attribute_format(name, true))))
+      notes.violation(place.at(name), "it is read as KHR_mesh_quantization says",
+                      "has accessor {}, whose integers KHR_mesh_quantization allows, which is not declared", accessor);
+    else
+      check_format(d, accessor, wanted, place.at(name));
     const std::uint64_t here = d["accessors"][accessor]["count"].get<std::uint64_t>();
     if (count && *count != here) place.at(name).refuse("has {} elements, other attributes have {}", here, *count);
     count = here;
@@ -79,7 +96,7 @@ void check_numbered_sets(const json& attributes, const Place& place, Notes& note
         notes.violation(place, "sets keep their numbers", "{}", fault);
       }
   }
-  for (int i = 0; i < 2; ++i)
+  for (std::size_t i = 0; i < attributes.size(); ++i)
     if (attributes.contains("JOINTS_" + std::to_string(i)) != attributes.contains("WEIGHTS_" + std::to_string(i)))
       place.refuse("needs JOINTS_{} and WEIGHTS_{} together", i, i);
 }

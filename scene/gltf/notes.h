@@ -32,6 +32,8 @@ class Notes {
   // What is allowed, and yet people should know; `answer` as for violations.
   void add(const Place& place, std::string_view answer, const std::string& text);
 
+  bool strict() const { return strict_; }
+
   // The notes so far, one line each.
   std::vector<std::string> lines() const;
 

@@ -159,8 +159,8 @@ void add_uris(const Document& document, const Wanted& wanted, ReadAhead& ahead, 
   };
   for (const ImageUse& use : wanted.images) {
     const json& image = document.json["images"][use.image];
-    if (image.contains("bufferView"))
-      add_buffer_of(document.json["bufferViews"][image["bufferView"].get<std::size_t>()]);
+    if (const json* view = find(image, "bufferView"))
+      add_buffer_of(document.json["bufferViews"][view->get<std::size_t>()]);
     else
       add(image, "images", use.image);
   }

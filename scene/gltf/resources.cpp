@@ -55,13 +55,16 @@ int base64_digit(char c) {
 }
 
 std::vector<std::uint8_t> base64_decode(std::string_view text, const Place& place) {
-  while (!text.empty() && text.back() == '=') text.remove_suffix(1);
-  if (text.size() % 4 == 1) place.refuse("has a base64 text of impossible length");
+  const auto is_space = [](char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; };
+  while (!text.empty() && (text.back() == '=' || is_space(text.back()))) text.remove_suffix(1);
+  const auto digits = text.size() - static_cast<std::size_t>(std::count_if(text.begin(), text.end(), is_space));
+  if (digits % 4 == 1) place.refuse("has a base64 text of impossible length");
   std::vector<std::uint8_t> out;
   out.reserve(text.size() / 4 * 3 + 3);
   std::uint32_t bits = 0;
   int count = 0;
   for (const char c : text) {
+    if (is_space(c)) continue;  // lines of 76 characters, as mail has them
     const int digit = base64_digit(c);
     if (digit < 0) place.refuse("has a character that is not base64");
     bits = (bits << 6) | static_cast<std::uint32_t>(digit);
@@ -93,13 +96,14 @@ bool has_scheme(std::string_view uri) {
 
 std::filesystem::path resolve_uri(const std::string& uri, const std::filesystem::path& folder, const Place& place) {
   if (uri.empty()) place.refuse("is an empty URI");
+  if (uri.size() > 2 && uri[1] == ':' && (uri[2] == '\\' || uri[2] == '/'))
+    place.refuse("is a path of Windows with a drive; only files beside the capture and data: are read");
   if (has_scheme(uri)) place.refuse("is a URI with a scheme; only files beside the capture and data: are read");
   const std::string decoded = percent_decode(uri, place);
   if (decoded.find('\0') != std::string::npos) place.refuse("holds a zero byte");
   const std::filesystem::path relative(decoded);
-  if (relative.is_absolute() || decoded.front() == '/' || decoded.front() == '\\' ||
-      decoded.find('\\') != std::string::npos)
-    place.refuse("is not a relative path");
+  if (decoded.find('\\') != std::string::npos) place.refuse("has a backslash in a URI; folders are parted by /");
+  if (relative.is_absolute()) place.refuse("is not a relative path");
   const std::filesystem::path normal = relative.lexically_normal();
   if (normal.empty() || *normal.begin() == "..") place.refuse("leaves the capture's folder");
   std::error_code error;
@@ -126,7 +130,8 @@ std::vector<std::uint8_t> decode_data_uri(const std::string& uri, const Place& p
   const std::string_view data = std::string_view(uri).substr(comma + 1);
   constexpr std::string_view kMarker = ";base64";
   if (head.size() >= kMarker.size() && equal_but_for_case(head.substr(head.size() - kMarker.size()), kMarker))
-    return base64_decode(data, place);
+    return data.find('%') == std::string_view::npos ? base64_decode(data, place)
+                                                    : base64_decode(percent_decode(data, place), place);
   const std::string decoded = percent_decode(data, place);
   return {decoded.begin(), decoded.end()};
 }
@@ -198,6 +203,7 @@ std::optional<Bytes> Resources::known_view(std::size_t index) const {
 std::optional<Bytes> Resources::known_image(std::size_t index) const {
   const json& image = document_["images"][index];
   if (image.contains("bufferView")) return known_view(image["bufferView"].get<std::size_t>());
+  if (!image.contains("uri")) return std::nullopt;
   const auto& uri = image["uri"].get_ref<const std::string&>();
   if (const auto known = loaded_.find(uri); known != loaded_.end()) return Bytes(known->second);
   const std::vector<std::uint8_t>* ready = ahead_ != nullptr ? ahead_->uris.find(uri) : nullptr;
@@ -244,6 +250,7 @@ Bytes Resources::image(std::size_t index) {
   const json& image = document_["images"][index];
   const Place place = root_.at("images").at(index);
   if (image.contains("bufferView")) return buffer_view(image["bufferView"].get<std::size_t>());
+  if (!image.contains("uri")) place.refuse("needs either a uri or a bufferView");
   return uri_bytes(image["uri"].get_ref<const std::string&>(), place.at("uri"));
 }
 

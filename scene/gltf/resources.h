@@ -34,7 +34,7 @@ class Resources {
   Bytes buffer(std::size_t index);
   // A compressed view's bytes are decoded; the buffer that it names beside them is not asked for.
   Bytes buffer_view(std::size_t index);
-  // The encoded bytes of an image.
+  // The encoded bytes of an image. Refuses one that has none.
   Bytes image(std::size_t index);
   // The bytes behind a URI that stands at `place`.
   Bytes file(const std::string& uri, const Place& place) { return uri_bytes(uri, place); }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 #include <set>
 #include <tuple>
@@ -11,6 +12,7 @@
 #include "scene/gltf/animation_pointer.h"
 #include "scene/gltf/builders.h"
 #include "scene/gltf/procedure_builder.h"
+#include "scene/gltf/validation.h"
 #include "scene/pose.h"
 
 namespace tessera::scene::gltf {
@@ -22,6 +24,13 @@ DMat4 matrix_from(const double* m) {
   DMat4 out;
   for (int column = 0; column < 4; ++column)
     for (int row = 0; row < 4; ++row) out[column][row] = m[4 * column + row];
+  return out;
+}
+
+// Without what exporters' rounding left in the last row.
+DMat4 affine_from(const double* m) {
+  DMat4 out = matrix_from(m);
+  for (int column = 0; column < 4; ++column) out[column][3] = column == 3 ? 1 : 0;
   return out;
 }
 
@@ -40,7 +49,7 @@ std::vector<Node> build_nodes(Document& document, const std::vector<Mesh>& meshe
     if (const std::vector<double> s = numbers("scale"); !s.empty()) node.transform.scale = {s[0], s[1], s[2]};
     if (const std::vector<double> r = numbers("rotation"); !r.empty())
       node.transform.rotation = glm::normalize(DQuat(r[3], r[0], r[1], r[2]));
-    if (const std::vector<double> m = numbers("matrix"); !m.empty()) node.matrix = matrix_from(m.data());
+    if (const std::vector<double> m = numbers("matrix"); !m.empty()) node.matrix = affine_from(m.data());
     node.mesh = model.value("mesh", kNone);
     node.skin = node.mesh == kNone ? kNone : model.value("skin", kNone);
     node.camera = model.value("camera", kNone);
@@ -87,6 +96,10 @@ void build_instances(Document& document, Capture& capture) {
     for (const auto& [name, index] : (*instancing)["attributes"].items()) {
       const auto accessor = index.get<std::size_t>();
       const auto count = document.json["accessors"][accessor]["count"].get<std::uint64_t>();
+      if (count == 0) {
+        node.mesh = node.skin = kNone;
+        break;
+      }
       if (node.instances.empty()) {
         document.budget.charge(
             count, sizeof(InstanceTransform) + posed_bytes(capture.meshes[static_cast<std::size_t>(node.mesh)]),
@@ -106,7 +119,7 @@ void build_instances(Document& document, Capture& capture) {
         std::copy_n(&values[4 * i], 4, instance.rotation.begin());
         double length2 = 0;
         for (const float c : instance.rotation) length2 += static_cast<double>(c) * static_cast<double>(c);
-        if (length2 < 1e-6) place.at(name).refuse("rotation of instance {} is zero", i);
+        if (length2 < validation::kLeastQuaternion) place.at(name).refuse("rotation of instance {} is zero", i);
       }
     }
     if (node.skin == kNone) continue;
@@ -156,8 +169,8 @@ std::vector<Skin> build_skins(Document& document) {
       const std::vector<double> m(values.begin() + static_cast<std::ptrdiff_t>(16 * j),
                                   values.begin() + static_cast<std::ptrdiff_t>(16 * j + 16));
       skin.inverse_bind[j] = matrix_from(m.data());
-      constexpr double kRounding = 1e-5;  // of exporters
-      if (std::max({std::abs(m[3]), std::abs(m[7]), std::abs(m[11]), std::abs(m[15] - 1)}) > kRounding)
+      if (std::max({std::abs(m[3]), std::abs(m[7]), std::abs(m[11]), std::abs(m[15] - 1)}) >
+          validation::kMatrixRounding)
         document.root.at("skins")
             .at(skins.size() - 1)
             .at("inverseBindMatrices")
@@ -193,7 +206,7 @@ void check_rotation_keys(const AnimationChannel& channel, const Place& place) {
       const double v = static_cast<double>(channel.values[4 * (parts * key + parts / 2) + c]);
       length2 += v * v;
     }
-    if (length2 < 1e-6) place.refuse("rotation key {} is zero", key);
+    if (length2 < validation::kLeastQuaternion) place.refuse("rotation key {} is zero", key);
   }
 }
 
@@ -221,6 +234,21 @@ std::optional<AnimationChannel> channel_target(const Document& document, const j
   return channel;
 }
 
+// Two keys at one time are a jump: the second one comes as soon after the first as times can tell apart.
+void check_key_times(std::vector<float>& times, const Place& place, Notes& notes) {
+  float before = 0;  // the time of the key before, as the file says it
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    const float here = times[k];
+    if (here < 0) notes.violation(place, "such keys are read as they are", "key time {} is negative", k);
+    if (k > 0 && here < before) place.refuse("key time {} does not increase", k);
+    if (k > 0 && here == before)
+      notes.violation(place, "two keys at one time are a jump", "key time {} does not increase", k);
+    constexpr float kApart = 1e-6f;  // seconds, or of the time
+    if (k > 0 && here <= times[k - 1]) times[k] = times[k - 1] + kApart * std::max(1.0f, std::abs(times[k - 1]));
+    before = here;
+  }
+}
+
 void read_keys(Document& document, const json& sampler, const Capture& capture, AnimationChannel& channel) {
   const std::string interpolation = sampler.value("interpolation", std::string("LINEAR"));
   channel.interpolation = interpolation == "STEP"          ? Interpolation::kStep
@@ -229,11 +257,7 @@ void read_keys(Document& document, const json& sampler, const Capture& capture, 
   if (channel.path == AnimatedPath::kVisible) channel.interpolation = Interpolation::kStep;
   const auto input = sampler["input"].get<std::size_t>(), output = sampler["output"].get<std::size_t>();
   channel.times = read_floats(document, input);
-  const Place place = document.root.at("accessors").at(input);
-  for (std::size_t k = 0; k < channel.times.size(); ++k) {
-    if (channel.times[k] < 0) place.refuse("key time {} is negative", k);
-    if (k > 0 && channel.times[k] <= channel.times[k - 1]) place.refuse("key time {} does not increase", k);
-  }
+  check_key_times(channel.times, document.root.at("accessors").at(input), document.notes);
   channel.values = read_floats(document, output);
   if (channel.path == AnimatedPath::kRotation) {
     channel.components = 4;
@@ -248,16 +272,27 @@ void read_keys(Document& document, const json& sampler, const Capture& capture, 
   }
 }
 
+// What a channel moves, told apart from all else.
+std::tuple<AnimatedPath, int, int, int> moved_by(const AnimationChannel& c) {
+  return {c.path, c.node, c.object, c.part};
+}
+
 std::vector<Animation> build_animations(Document& document, const Capture& capture) {
   std::vector<Animation> animations;
   ProgramCache programs;
   for (const json& json_animation : list_of(document.json, "animations")) {
     Animation& animation = animations.emplace_back();
     animation.name = json_animation.value("name", std::string());
+    std::map<std::tuple<AnimatedPath, int, int, int>, std::size_t> places;  // of channels, by what they move
     for (const json& json_channel : json_animation["channels"])
       if (std::optional<AnimationChannel> channel = channel_target(document, json_channel, programs)) {
         read_keys(document, json_animation["samplers"][json_channel["sampler"].get<std::size_t>()], capture, *channel);
-        animation.channels.push_back(std::move(*channel));
+        if (channel->times.empty()) continue;
+        const auto [at, fresh] = places.try_emplace(moved_by(*channel), animation.channels.size());
+        if (fresh)
+          animation.channels.push_back(std::move(*channel));
+        else
+          animation.channels[at->second] = std::move(*channel);  // the last one counts
       }
   }
   return animations;
@@ -277,13 +312,12 @@ void charge_procedures(Document& document, const Capture& capture) {
 // glTF leaves open which animations play. The first does, and each further one that moves nothing already moved.
 std::vector<int> choose_animations(const std::vector<Animation>& animations) {
   std::vector<int> played;
-  const auto target = [](const AnimationChannel& c) { return std::tuple(c.path, c.node, c.object, c.part); };
   std::set<std::tuple<AnimatedPath, int, int, int>> moved;
   for (std::size_t a = 0; a < animations.size(); ++a) {
     bool free = true;
-    for (const AnimationChannel& channel : animations[a].channels) free = free && !moved.contains(target(channel));
+    for (const AnimationChannel& channel : animations[a].channels) free = free && !moved.contains(moved_by(channel));
     if (!free) continue;
-    for (const AnimationChannel& channel : animations[a].channels) moved.insert(target(channel));
+    for (const AnimationChannel& channel : animations[a].channels) moved.insert(moved_by(channel));
     played.push_back(static_cast<int>(a));
   }
   return played;
@@ -351,8 +385,10 @@ void build_lights(const Document& document, Capture& capture) {
                                              : shaders::Light::Type::kSpot;
     if (model.color.size() == 3) parameters.color = {model.color[0], model.color[1], model.color[2]};
     parameters.intensity = static_cast<float>(model.intensity);
-    parameters.inner_cone = model.spot.innerConeAngle;
     parameters.outer_cone = model.spot.outerConeAngle;
+    parameters.inner_cone = model.spot.innerConeAngle < parameters.outer_cone
+                                ? model.spot.innerConeAngle
+                                : parameters.outer_cone * (1 - kSharpestCone);
     light.range = static_cast<float>(model.range);
     parameters.apply(light);
   }

@@ -1,5 +1,6 @@
 #include "scene/gltf/validation.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -18,8 +19,9 @@ namespace {
 
 using nlohmann::json;
 
-// A rule checks one value and throws when it does not hold.
-using Rule = std::function<void(const json&, const Place&)>;
+// A rule checks one value and throws when it does not hold. Where a value breaks glTF and has one meaning all the same,
+// the rule makes a note and puts the meaning in its place.
+using Rule = std::function<void(json&, const Place&, Notes&)>;
 
 struct Property {
   std::string name;
@@ -30,13 +32,26 @@ constexpr bool kRequired = true;
 
 constexpr double kFloatMax = static_cast<double>(std::numeric_limits<float>::max());
 
+// Writers that have no value for a property write null.
+void drop_nulls(json& object, const Place& place, Notes& notes) {
+  for (auto member = object.begin(); member != object.end();) {
+    if (!member->is_null() || member.key() == "extras") {
+      ++member;
+      continue;
+    }
+    notes.violation(place.at(member.key()), "such properties are not there", "is null");
+    member = object.erase(member);
+  }
+}
+
 Rule object(std::vector<Property> properties) {
-  return [properties = std::move(properties)](const json& value, const Place& place) {
+  return [properties = std::move(properties)](json& value, const Place& place, Notes& notes) {
     if (!value.is_object()) place.refuse("is not an object");
+    drop_nulls(value, place, notes);
     for (const Property& property : properties) {
       const auto found = value.find(property.name);
       if (found != value.end())
-        property.rule(*found, place.at(property.name));
+        property.rule(*found, place.at(property.name), notes);
       else if (property.required)
         place.refuse("lacks the property '{}'", property.name);
     }
@@ -44,7 +59,7 @@ Rule object(std::vector<Property> properties) {
 }
 
 Rule number(double min = -kFloatMax, double max = kFloatMax, bool exclude_min = false) {
-  return [=](const json& value, const Place& place) {
+  return [=](json& value, const Place& place, Notes&) {
     if (!value.is_number()) place.refuse("is not a number");
     const double v = value.get<double>();
     // Numbers are kept as floats: what is above the minimum only as a double would become the minimum.
@@ -53,8 +68,20 @@ Rule number(double min = -kFloatMax, double max = kFloatMax, bool exclude_min = 
   };
 }
 
+// A number that rounding put outside its range means the nearest one inside.
+Rule factor(double min, double max) {
+  return [=](json& value, const Place& place, Notes& notes) {
+    constexpr double kRounding = 1e-3;
+    number(min - kRounding, max == kFloatMax ? max : max + kRounding)(value, place, notes);
+    const double v = value.get<double>();
+    if (v >= min && v <= max) return;
+    notes.violation(place, "taken for the nearest value inside", "is {}, outside [{:g}, {:g}]", v, min, max);
+    value = std::clamp(v, min, max);
+  };
+}
+
 Rule integer(double min = 0, double max = 2147483647.0) {
-  return [=](const json& value, const Place& place) {
+  return [=](json& value, const Place& place, Notes&) {
     if (!value.is_number() || value.get<double>() != std::floor(value.get<double>()))
       place.refuse("is not a whole number");
     const double v = value.get<double>();
@@ -63,7 +90,7 @@ Rule integer(double min = 0, double max = 2147483647.0) {
 }
 
 Rule one_of(std::vector<int> allowed) {
-  return [allowed = std::move(allowed)](const json& value, const Place& place) {
+  return [allowed = std::move(allowed)](json& value, const Place& place, Notes&) {
     if (value.is_number())
       for (const int a : allowed)
         if (value.get<double>() == a) return;
@@ -72,7 +99,7 @@ Rule one_of(std::vector<int> allowed) {
 }
 
 Rule choice(std::vector<std::string> allowed) {
-  return [allowed = std::move(allowed)](const json& value, const Place& place) {
+  return [allowed = std::move(allowed)](json& value, const Place& place, Notes&) {
     if (value.is_string())
       for (const std::string& a : allowed)
         if (value.get_ref<const std::string&>() == a) return;
@@ -81,24 +108,33 @@ Rule choice(std::vector<std::string> allowed) {
 }
 
 Rule text() {
-  return [](const json& value, const Place& place) {
+  return [](json& value, const Place& place, Notes&) {
     if (!value.is_string()) place.refuse("is not a text");
   };
 }
 
+// Names are for people.
+Rule name() {
+  return [](json& value, const Place& place, Notes& notes) {
+    if (value.is_string()) return;
+    notes.violation(place, "written as it stands there", "is not a text");
+    value = value.dump(-1, ' ', true).substr(0, 200);
+  };
+}
+
 Rule boolean() {
-  return [](const json& value, const Place& place) {
+  return [](json& value, const Place& place, Notes&) {
     if (!value.is_boolean()) place.refuse("is not true or false");
   };
 }
 
 // glTF forbids empty arrays; they are harmless, exporters write them, and so they load.
 Rule list(Rule element, std::size_t min_size = 0, std::size_t max_size = std::numeric_limits<std::size_t>::max()) {
-  return [=](const json& value, const Place& place) {
+  return [=](json& value, const Place& place, Notes& notes) {
     if (!value.is_array()) place.refuse("is not an array");
     if (value.size() < min_size) place.refuse("has {} elements, needs at least {}", value.size(), min_size);
     if (value.size() > max_size) place.refuse("has {} elements, allowed are {}", value.size(), max_size);
-    for (std::size_t i = 0; i < value.size(); ++i) element(value[i], place.at(i));
+    for (std::size_t i = 0; i < value.size(); ++i) element(value[i], place.at(i), notes);
   };
 }
 
@@ -110,17 +146,18 @@ Rule numbers(std::size_t count, double min = -kFloatMax, double max = kFloatMax)
 Rule index_of(const json& document, const char* array) {
   const auto found = document.find(array);
   const std::size_t count = found != document.end() && found->is_array() ? found->size() : 0;
-  return [=](const json& value, const Place& place) {
-    integer(0)(value, place);
+  return [=](json& value, const Place& place, Notes& notes) {
+    integer(0)(value, place, notes);
     if (value.get<double>() >= static_cast<double>(count))
       place.refuse("points at {}[{}], there are {}", array, value.get<std::int64_t>(), count);
   };
 }
 
 Rule map_of(Rule value_rule) {
-  return [=](const json& value, const Place& place) {
+  return [=](json& value, const Place& place, Notes& notes) {
     if (!value.is_object()) place.refuse("is not an object");
-    for (const auto& [key, v] : value.items()) value_rule(v, place.at(key));
+    drop_nulls(value, place, notes);
+    for (auto& [key, v] : value.items()) value_rule(v, place.at(key), notes);
   };
 }
 
@@ -128,7 +165,7 @@ Rule map_of(Rule value_rule) {
 
 Rule accessor_rule(const json& d) {
   const Rule sparse = object({
-      {"count", integer(1), kRequired},
+      {"count", integer(0), kRequired},
       {"indices",
        object({{"bufferView", index_of(d, "bufferViews"), kRequired},
                {"byteOffset", integer()},
@@ -141,7 +178,7 @@ Rule accessor_rule(const json& d) {
       {"byteOffset", integer()},
       {"componentType", one_of({5120, 5121, 5122, 5123, 5125, 5126}), kRequired},
       {"normalized", boolean()},
-      {"count", integer(1), kRequired},
+      {"count", integer(0), kRequired},
       {"type", choice({"SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"}), kRequired},
       {"sparse", sparse},
   });
@@ -160,10 +197,21 @@ Rule texture_info(const json& d, std::vector<Property> more = {}) {
   return object(std::move(properties));
 }
 
+// Light that a surface gives off may be as bright as its writer says.
+constexpr const char* kEmissiveFactor = "/emissiveFactor";
+
 Rule material_number(const MaterialNumber& row) {
-  const Rule one = [range = row.range](const json& value, const Place& place) {
-    number(range.zero_besides ? 0 : range.low, range.high, range.above_low)(value, place);
-    if (const double v = value.get<double>(); range.zero_besides && v != 0 && v < range.low)
+  const Rule one = [range = row.range, emissive = row.pointer == kEmissiveFactor](json& value, const Place& place,
+                                                                                  Notes& notes) {
+    number()(value, place, notes);
+    const double v = value.get<double>();
+    if (emissive && v > range.high) {
+      notes.violation(place, "taken as it is", "is {}, outside [{:g}, {:g}]", v, range.low, range.high);
+      return;
+    }
+    if (range.above_low) return number(range.low, range.high, true)(value, place, notes);
+    factor(range.zero_besides ? 0 : range.low, range.high)(value, place, notes);
+    if (range.zero_besides && value != 0 && value.get<double>() < range.low)
       place.refuse("is {}, must be 0 or at least {}", v, range.low);
   };
   const auto count = static_cast<std::size_t>(row.components);
@@ -196,7 +244,7 @@ Rule material_rule(const json& d) {
     }
   std::vector<Property> properties = material_parameters(d, "");
   properties.insert(properties.end(),
-                    {{"name", text()},
+                    {{"name", name()},
                      {"pbrMetallicRoughness", object(material_parameters(d, "/pbrMetallicRoughness"))},
                      {"alphaMode", choice({"OPAQUE", "MASK", "BLEND"})},
                      {"doubleSided", boolean()},
@@ -221,8 +269,8 @@ Rule subdivision_rule() {
 
 // Index into what an extension lists beside the document's arrays.
 Rule index_below(std::size_t count, const char* what) {
-  return [=](const json& value, const Place& place) {
-    integer(0)(value, place);
+  return [=](json& value, const Place& place, Notes& notes) {
+    integer(0)(value, place, notes);
     if (value.get<double>() >= static_cast<double>(count))
       place.refuse("points at {} {}, there are {}", what, value.get<std::int64_t>(), count);
   };
@@ -255,7 +303,7 @@ Rule mesh_rule(const json& d) {
                                             {"range", integer(1), kRequired}})},
                {"TESSERA_subdivision", subdivision_rule()}})},
   });
-  return object({{"name", text()}, {"primitives", list(primitive, 1), kRequired}, {"weights", list(number())}});
+  return object({{"name", name()}, {"primitives", list(primitive, 1), kRequired}, {"weights", list(number())}});
 }
 
 Rule camera_rule() {
@@ -272,7 +320,7 @@ Rule camera_rule() {
       {"znear", number(0), kRequired},
   });
   return object({
-      {"name", text()},
+      {"name", name()},
       {"type", choice({"perspective", "orthographic"}), kRequired},
       {"perspective", perspective},
       {"orthographic", orthographic},
@@ -284,13 +332,13 @@ Rule camera_rule() {
 Rule node_rule(const json& d) {
   const Rule light = index_below(extension_count(d, "/extensions/KHR_lights_punctual/lights"), "light");
   return object({
-      {"name", text()},
+      {"name", name()},
       {"camera", index_of(d, "cameras")},
       {"children", list(index_of(d, "nodes"))},
       {"skin", index_of(d, "skins")},
       {"matrix", numbers(16)},
       {"mesh", index_of(d, "meshes")},
-      {"rotation", numbers(4, -1.00001, 1.00001)},
+      {"rotation", numbers(4)},
       {"scale", numbers(3)},
       {"translation", numbers(3)},
       {"weights", list(number())},
@@ -299,7 +347,7 @@ Rule node_rule(const json& d) {
                {"KHR_lights_punctual", object({{"light", light, kRequired}})},
                {"KHR_node_visibility", object({{"visible", boolean()}})},
                {"TESSERA_procedure",
-                [&d, programs = std::make_shared<ProgramCache>()](const json& value, const Place& place) {
+                [&d, programs = std::make_shared<ProgramCache>()](json& value, const Place& place, Notes&) {
                   check_procedure_schema(d, value, *programs, place);
                 }}})},
   });
@@ -318,12 +366,12 @@ Rule animation_rule(const json& d) {
   });
   // An animation that moves nothing is refused: what its writer meant to move is lost.
   const Rule channels = [channel = list(object({{"sampler", integer(), kRequired}, {"target", target, kRequired}}))](
-                            const json& value, const Place& place) {
-    channel(value, place);
+                            json& value, const Place& place, Notes& notes) {
+    channel(value, place, notes);
     if (value.empty()) place.refuse("are none: an animation without channels moves nothing");
   };
   return object({
-      {"name", text()},
+      {"name", name()},
       {"channels", channels, kRequired},
       {"samplers", list(sampler), kRequired},
   });
@@ -332,9 +380,9 @@ Rule animation_rule(const json& d) {
 Rule light_rule() {
   constexpr double kHalfPi = 1.5707963267948966;
   return object({
-      {"name", text()},
+      {"name", name()},
       {"type", choice({"directional", "point", "spot"}), kRequired},
-      {"color", numbers(3, 0)},
+      {"color", list(factor(0, kFloatMax), 3, 3)},
       {"intensity", number(0)},
       {"range", number(0, kFloatMax, true)},
       {"spot", object({{"innerConeAngle", number(0, kHalfPi)}, {"outerConeAngle", number(0, kHalfPi + 1e-6, true)}})},
@@ -349,11 +397,11 @@ Rule environment_rule(const json& d) {
       {"intensity", number(0, 1e6)},
       {"rotation", number(-1e6, 1e6)},
   });
-  return [=](const json& value, const Place& place) {
-    if (value.is_number()) return number(0, 1e6)(value, place);
+  return [=](json& value, const Place& place, Notes& notes) {
+    if (value.is_number()) return number(0, 1e6)(value, place, notes);
     if (value.is_string()) return;
     if (!value.is_object()) place.refuse("is neither a number, a text nor an object");
-    names(value, place);
+    names(value, place, notes);
     if (int{value.contains("image")} + int{value.contains("bufferView")} + int{value.value("uniform", false)} > 1)
       place.refuse("names more than one of image, bufferView and uniform");
   };
@@ -408,9 +456,20 @@ Rule buffer_rule() {
   });
 }
 
+// Textures are magnified without mip levels: a filter that names them says what it does within one.
+Rule magnifying_filter() {
+  return [](json& value, const Place& place, Notes& notes) {
+    one_of({9728, 9729, 9984, 9985, 9986, 9987})(value, place, notes);
+    if (value == 9728 || value == 9729) return;
+    notes.violation(place, "no levels are read where a texture is magnified", "is {}, a filter of mip levels",
+                    value.dump());
+    value = value == 9984 || value == 9986 ? 9728 : 9729;
+  };
+}
+
 Rule document_rule(const json& d) {
   const Rule sampler = object({
-      {"magFilter", one_of({9728, 9729})},
+      {"magFilter", magnifying_filter()},
       {"minFilter", one_of({9728, 9729, 9984, 9985, 9986, 9987})},
       {"wrapS", one_of({33071, 33648, 10497})},
       {"wrapT", one_of({33071, 33648, 10497})},
@@ -436,7 +495,7 @@ Rule document_rule(const json& d) {
       {"nodes", list(node_rule(d))},
       {"samplers", list(sampler)},
       {"scene", index_of(d, "scenes")},
-      {"scenes", list(object({{"name", text()}, {"nodes", list(index_of(d, "nodes"))}}))},
+      {"scenes", list(object({{"name", name()}, {"nodes", list(index_of(d, "nodes"))}}))},
       {"skins", list(object({{"inverseBindMatrices", index_of(d, "accessors")},
                              {"skeleton", index_of(d, "nodes")},
                              {"joints", list(index_of(d, "nodes"), 1), kRequired}}))},
@@ -448,8 +507,26 @@ Rule document_rule(const json& d) {
   });
 }
 
+// glTF 1.0 has objects where glTF 2.0 has arrays, and may leave out its version.
+void check_generation(const json& document, const Place& root) {
+  if (!document.is_object()) return;
+  const json* asset = find(document, "asset");
+  const json* version = asset != nullptr && asset->is_object() ? find(*asset, "version") : nullptr;
+  const bool says_1 =
+      version != nullptr && (version->is_string() ? version->get_ref<const std::string&>().starts_with("1.")
+                                                  : version->is_number() && *version == 1.0);
+  const bool looks_so =
+      version == nullptr && document.value("meshes", json()).is_object() && document.value("nodes", json()).is_object();
+  if (says_1 || looks_so)
+    root.at("asset").at("version").refuse(
+        "glTF 1.0 is not read; convert it to glTF 2.0, for example with gltf-pipeline");
+}
+
 }  // namespace
 
-void check_schema(const json& document, const Place& root) { document_rule(document)(document, root); }
+void check_schema(json& document, const Place& root, Notes& notes) {
+  check_generation(document, root);
+  document_rule(document)(document, root, notes);
+}
 
 }  // namespace tessera::scene::gltf

@@ -53,27 +53,6 @@ std::optional<std::size_t> named(const json& list, const std::string& name) {
   return found == list.end() ? number_in(name, list) : std::optional(static_cast<std::size_t>(found - list.begin()));
 }
 
-// Nodes of the scene that is drawn, in the order of their numbers.
-std::vector<std::size_t> drawn_nodes(const json& document, int scene) {
-  const json &nodes = list_of(document, "nodes"), &scenes = list_of(document, "scenes");
-  std::vector<std::size_t> drawn;
-  if (scenes.empty()) {
-    for (std::size_t n = 0; n < nodes.size(); ++n) drawn.push_back(n);
-    return drawn;
-  }
-  const auto number = scene == kNone ? document.value("scene", std::size_t{0}) : static_cast<std::size_t>(scene);
-  const json& roots = list_of(scenes[number], "nodes");
-  std::vector<std::size_t> waiting;
-  for (auto root = roots.rbegin(); root != roots.rend(); ++root) waiting.push_back(root->get<std::size_t>());
-  while (!waiting.empty()) {
-    drawn.push_back(waiting.back());
-    waiting.pop_back();
-    for (const json& child : list_of(nodes[drawn.back()], "children")) waiting.push_back(child.get<std::size_t>());
-  }
-  std::sort(drawn.begin(), drawn.end());
-  return drawn;
-}
-
 int find_camera(const json& document, int scene, const std::string& wanted, const Place& root) {
   const json &nodes = list_of(document, "nodes"), &cameras = list_of(document, "cameras");
   std::optional<std::size_t> camera = named(cameras, wanted);
@@ -95,6 +74,26 @@ int find_camera(const json& document, int scene, const std::string& wanted, cons
 }
 
 }  // namespace
+
+std::vector<std::size_t> drawn_nodes(const json& document, int scene) {
+  const json &nodes = list_of(document, "nodes"), &scenes = list_of(document, "scenes");
+  std::vector<std::size_t> drawn;
+  if (scenes.empty()) {
+    for (std::size_t n = 0; n < nodes.size(); ++n) drawn.push_back(n);
+    return drawn;
+  }
+  const auto number = scene == kNone ? document.value("scene", std::size_t{0}) : static_cast<std::size_t>(scene);
+  const json& roots = list_of(scenes[number], "nodes");
+  std::vector<std::size_t> waiting;
+  for (auto root = roots.rbegin(); root != roots.rend(); ++root) waiting.push_back(root->get<std::size_t>());
+  while (!waiting.empty()) {
+    drawn.push_back(waiting.back());
+    waiting.pop_back();
+    for (const json& child : list_of(nodes[drawn.back()], "children")) waiting.push_back(child.get<std::size_t>());
+  }
+  std::sort(drawn.begin(), drawn.end());
+  return drawn;
+}
 
 Selected select(const json& document, const Selection& selection, const Place& root) {
   Selected selected;

@@ -24,6 +24,9 @@ struct Selected {
 // `document` passed validate_links(). Throws UsageError, which lists what there is, for what the file does not have.
 Selected select(const nlohmann::json& document, const Selection& selection, const Place& root);
 
+// Nodes of the scene that is drawn, in the order of their numbers; `scene`: kNone is the document's own.
+std::vector<std::size_t> drawn_nodes(const nlohmann::json& document, int scene);
+
 // Names, and the one that is drawn.
 SceneList list_scenes(const nlohmann::json& document);
 

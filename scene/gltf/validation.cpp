@@ -98,16 +98,16 @@ void check_buffer_views(const json& d, const Place& root, Notes& notes) {
   }
 }
 
-// `count` elements of `bytes` bytes, `stride` apart from `offset`, lie inside the view.
+// `count` elements of `bytes` bytes, the last one of `last`, `stride` apart from `offset`, lie inside the view.
 void check_range(const json& d, std::size_t view, std::uint64_t offset, std::uint64_t count, std::uint64_t stride,
-                 std::uint64_t bytes, std::uint64_t alignment, const Place& place) {
+                 std::uint64_t bytes, std::uint64_t last, std::uint64_t alignment, const Place& place) {
   const json& v = d["bufferViews"][view];
   const auto length = v["byteLength"].get<std::uint64_t>();
   if (stride < bytes) place.refuse("elements of {} bytes do not fit the view's stride of {}", bytes, stride);
   if (stride % alignment != 0)
     place.refuse("has a view whose stride of {} is not a multiple of its component size, {}", stride, alignment);
   // count and stride are below 2^31 and 2^8: no overflow.
-  const std::uint64_t needed = (count - 1) * stride + bytes;
+  const std::uint64_t needed = count == 0 ? 0 : (count - 1) * stride + last;
   if (offset > length || needed > length - offset)
     place.refuse("needs bytes {} to {} of a view of {} bytes", offset, offset + needed, length);
   if ((offset + v.value("byteOffset", std::uint64_t{0})) % alignment != 0)
@@ -124,36 +124,44 @@ void check_accessors(const json& d, const Place& root, Notes& notes) {
       notes.violation(place.at("normalized"), "taken for false", "is true for a component type that cannot be");
     if (layout.has_view)
       check_range(d, accessors[i]["bufferView"].get<std::size_t>(), layout.byte_offset, layout.count, layout.stride,
-                  layout.element_bytes, size, place);
+                  layout.element_bytes, layout.last_bytes(), size, place);
+    if (layout.count == 0) notes.violation(place.at("count"), "holds nothing", "is 0, outside [1, 2147483647]");
     const json* sparse = find(accessors[i], "sparse");
     if (sparse == nullptr) continue;
     const Place inner = place.at("sparse");
     const auto count = (*sparse)["count"].get<std::uint64_t>();
+    if (count == 0) notes.violation(inner.at("count"), "holds nothing", "is 0, outside [1, 2147483647]");
     if (count > layout.count) inner.at("count").refuse("is {}, the accessor has {} elements", count, layout.count);
     const json &indices = (*sparse)["indices"], &values = (*sparse)["values"];
     const std::uint64_t index_size = component_bytes(indices["componentType"].get<int>());
     check_range(d, indices["bufferView"].get<std::size_t>(), indices.value("byteOffset", std::uint64_t{0}), count,
-                index_size, index_size, index_size, inner.at("indices"));
+                index_size, index_size, index_size, index_size, inner.at("indices"));
     check_range(d, values["bufferView"].get<std::size_t>(), values.value("byteOffset", std::uint64_t{0}), count,
-                layout.element_bytes, layout.element_bytes, size, inner.at("values"));
+                layout.element_bytes, layout.element_bytes, layout.last_bytes(), size, inner.at("values"));
   }
 }
 
 // ---- Images and textures ----------------------------------------------------------------------------------------
 
-void check_images(const json& d, const Place& root) {
+void check_images(const json& d, const Place& root, Notes& notes) {
   const json& images = list_of(d, "images");
-  for (std::size_t i = 0; i < images.size(); ++i)
-    if (images[i].contains("uri") == images[i].contains("bufferView"))
-      root.at("images").at(i).refuse("needs either a uri or a bufferView");
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const Place place = root.at("images").at(i);
+    if (images[i].contains("uri") && images[i].contains("bufferView"))
+      place.refuse("needs either a uri or a bufferView");
+    if (!images[i].contains("uri") && !images[i].contains("bufferView"))
+      notes.violation(place, "nothing may sample it", "needs either a uri or a bufferView");
+  }
 }
 
 // ---- Nodes and scenes -------------------------------------------------------------------------------------------
 
-void check_matrix(const json& matrix, const Place& place) {
+void check_matrix(const json& matrix, const Place& place, Notes& notes) {
   std::array<double, 16> m;
   for (std::size_t i = 0; i < 16; ++i) m[i] = matrix[i].get<double>();
-  if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1) place.refuse("has a last row that is not 0 0 0 1");
+  const double off = std::max({std::abs(m[3]), std::abs(m[7]), std::abs(m[11]), std::abs(m[15] - 1)});
+  if (off > kMatrixRounding) place.refuse("has a last row that is not 0 0 0 1");
+  if (off > 0) notes.violation(place, "taken for 0 0 0 1", "has a last row that is not 0 0 0 1 but nearly so");
   // Columns of translation * rotation * scale are orthogonal.
   for (std::size_t a = 0; a < 3; ++a)
     for (std::size_t b = a + 1; b < 3; ++b) {
@@ -164,7 +172,8 @@ void check_matrix(const json& matrix, const Place& place) {
         length_b += m[4 * b + k] * m[4 * b + k];
       }
       if (std::abs(product) > 0.01 * std::sqrt(length_a * length_b))
-        place.refuse("shears: it is not a translation, rotation and scale");
+        return notes.violation(place, "such matrices are taken as they are",
+                               "shears: it is not a translation, rotation and scale");
     }
 }
 
@@ -173,13 +182,16 @@ void check_node(const json& d, std::size_t i, const Place& place, Notes& notes) 
   if (const json* matrix = find(node, "matrix")) {
     for (const char* name : {"translation", "rotation", "scale"})
       if (node.contains(name)) notes.violation(place, "its matrix holds", "has both a matrix and a {}", name);
-    check_matrix(*matrix, place.at("matrix"));
+    check_matrix(*matrix, place.at("matrix"), notes);
   }
   if (const json* rotation = find(node, "rotation")) {
     double length2 = 0;
     for (const json& c : *rotation) length2 += c.get<double>() * c.get<double>();
-    if (std::abs(length2 - 1.0) > 0.01)
+    if (!(length2 > kLeastQuaternion && length2 < 1 / kLeastQuaternion))
       place.at("rotation").refuse("is not a unit quaternion: length {:g}", std::sqrt(length2));
+    if (std::abs(length2 - 1.0) > 0.01)
+      notes.violation(place.at("rotation"), "such rotations are normalised", "is not a unit quaternion: length {:g}",
+                      std::sqrt(length2));
   }
   constexpr const char* kNoMesh = "needs a mesh on the same node";
   if (node.contains("skin") && !node.contains("mesh"))
@@ -319,7 +331,8 @@ void check_lights(const json& d, const Place& root, Notes& notes) {
       continue;
     }
     if (!(spot->value("innerConeAngle", 0.0) < spot->value("outerConeAngle", 0.7853981633974483)))
-      place.at("spot").refuse("has an inner cone that is not smaller than the outer one");
+      notes.violation(place.at("spot"), "such cones have a sharp edge",
+                      "has an inner cone that is not smaller than the outer one");
   }
 }
 
@@ -344,7 +357,7 @@ void validate_links(const nlohmann::json& d, const Place& root, Notes& notes) {
   check_buffer_views(d, root, notes);
   check_meshopt(d, root);
   check_accessors(d, root, notes);
-  check_images(d, root);
+  check_images(d, root, notes);
   check_node_graph(d, root, notes);
   check_meshes(d, root, notes);
   check_variants(d, root, notes);

@@ -20,14 +20,20 @@ void validate_links(const nlohmann::json& document, const Place& root, Notes& no
 // Checks the shape of a glTF 2.0 document: every property that Tessera reads has the right type, numbers lie in their
 // ranges, enumerations are known, required properties are there, and every index points at something. After this the
 // document can be walked without further checks of that kind. What links several objects (accessor ranges, graphs) is
-// checked by validate_links. Throws InputError.
-void check_schema(const nlohmann::json& document, const Place& root);
+// checked by validate_links. Throws InputError. What breaks glTF and has one meaning gets a note, and the meaning takes
+// its place in the document.
+void check_schema(nlohmann::json& document, const Place& root, Notes& notes);
 
 }  // namespace tessera::scene::gltf
 
 namespace tessera::scene::gltf::validation {
 
 // The parts of validate_links() share these. All take documents that passed check_schema().
+
+// Below the square of a quaternion's length there is no rotation in it.
+inline constexpr double kLeastQuaternion = 1e-6;
+// What exporters' rounding leaves in the last row of an affine matrix.
+inline constexpr double kMatrixRounding = 1e-5;
 
 // The numbers of components and the component types that a use of an accessor allows.
 struct Format {

@@ -211,6 +211,47 @@ void add_scene(GltfAsset& asset) {
 
 }  // namespace
 
+// Writes min and max of positions and key times, as glTF wants them.
+void add_ranges(GltfAsset& asset) {
+  nlohmann::json& d = asset.document;
+  const auto floats_at = [&](std::size_t byte, std::size_t count) {
+    std::vector<float> values(count);
+    std::memcpy(values.data(), &asset.binary[byte], count * sizeof(float));
+    return values;
+  };
+  const auto add_range = [&](const nlohmann::json& index) {
+    nlohmann::json& accessor = d["accessors"][index.get<std::size_t>()];
+    const std::size_t n = accessor["type"] == "VEC3" ? 3 : 1;
+    std::vector<float> values = floats_at(asset.first_byte(index.get<int>()), n * accessor["count"].get<std::size_t>());
+    if (accessor.contains("sparse")) {
+      const nlohmann::json& sparse = accessor["sparse"];
+      const std::size_t count = sparse["count"].get<std::size_t>();
+      const std::vector<float> put =
+          floats_at(asset.first_byte_of_view(sparse["values"]["bufferView"].get<int>()), n * count);
+      const std::size_t first = asset.first_byte_of_view(sparse["indices"]["bufferView"].get<int>());
+      const std::size_t bytes = sparse["indices"]["componentType"] == 5121 ? 1 : 2;
+      for (std::size_t k = 0; k < count; ++k) {
+        const std::size_t at = asset.binary[first + bytes * k];
+        for (std::size_t c = 0; c < n; ++c) values[n * at + c] = put[n * k + c];
+      }
+    }
+    std::vector<float> low(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(n)), high = low;
+    for (std::size_t i = 0; i < values.size(); ++i)
+      low[i % n] = std::min(low[i % n], values[i]), high[i % n] = std::max(high[i % n], values[i]);
+    accessor["min"] = low;
+    accessor["max"] = high;
+  };
+  for (const nlohmann::json& mesh : d["meshes"])
+    for (const nlohmann::json& primitive : mesh["primitives"]) {
+      add_range(primitive["attributes"]["POSITION"]);
+      if (!primitive.contains("targets")) continue;
+      for (const nlohmann::json& target : primitive["targets"])
+        if (target.contains("POSITION")) add_range(target["POSITION"]);
+    }
+  for (const nlohmann::json& animation : d["animations"])
+    for (const nlohmann::json& sampler : animation["samplers"]) add_range(sampler["input"]);
+}
+
 GltfAsset everything_asset() {
   GltfAsset asset;
   add_quad(asset);
@@ -218,6 +259,7 @@ GltfAsset everything_asset() {
   add_patch(asset);
   add_materials(asset);
   add_scene(asset);
+  add_ranges(asset);
   return asset;
 }
 

@@ -150,14 +150,14 @@ BrokenClass basis_images() {
               ktx2("three_dimensional", with(uastc, 28, 2)),
               ktx2("supercompression_unknown", with(uastc, 44, 9)),
               ktx2("zstandard_damaged", damaged_zstandard, "does not unpack"),
-              ktx2("a_png", encode_png(Image8(4, 4, 3)), "is no KTX2 image"),
-              damaged(
+              strictly(ktx2("a_png", encode_png(Image8(4, 4, 3)), "is no KTX2 image")),
+              strictly(damaged(
                   "named_as_a_plain_source",
                   [etc1s](GltfAsset& a) {
                     a = basis_texture_asset(etc1s);
                     a.document["textures"][0] = {{"source", 1}};
                   },
-                  "/images/1", "only KHR_texture_basisu"),
+                  "/images/1", "only KHR_texture_basisu")),
           }};
 }
 

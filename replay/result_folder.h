@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+namespace tessera::replay {
+
+// Folders of results (--out), by the command that writes them.
+//
+// Invariants (cited by the tests):
+//   RF1  A folder holds the results of one kind of command: another one is refused before it writes anything.
+//   RF2  After a replay its folder holds frames of that replay alone, and no other file of an earlier one.
+enum class ResultKind { kReplay, kSweep, kTradeoff };
+
+// Throws UsageError when `folder` holds results of another kind.
+void check_results_of(ResultKind kind, const std::filesystem::path& folder);
+
+// Numbers of the frames whose results a replay left in a folder, by its stats.csv; none where there is none.
+std::vector<int> frames_left_in(const std::filesystem::path& folder);
+
+// What a replay wrote besides the images and tiles of its frames.
+struct Written {
+  std::vector<int> frames;  // in order
+  bool right_eye = false, baselines = false, report = false;
+};
+// Removes the results that an earlier replay of these frames left and this one has not replaced.
+void remove_earlier_results(const std::filesystem::path& folder, const std::vector<int>& earlier,
+                            const Written& written);
+
+}  // namespace tessera::replay

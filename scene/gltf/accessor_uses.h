@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string_view>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "scene/gltf/place.h"
+
+namespace tessera::scene::gltf {
+
+enum class AccessorRole { kIndices, kVertices, kTarget, kKeyTimes, kKeyValues, kInverseBind, kInstances };
+
+// One use of an accessor: by whom, and of vertices and instances as which attribute. `path` is what key values move.
+struct AccessorUsed {
+  std::size_t accessor = 0;
+  AccessorRole role = AccessorRole::kVertices;
+  std::string_view name{}, path{};
+  bool in_draco = false;     // its values are those of a stream
+  std::size_t vertices = 0;  // of indices: how many there are to name
+};
+
+// Calls visit(use, place) for every place of a document that names an accessor, in the document's order. `document`
+// passed check_schema() and validate_links().
+void for_each_accessor_use(const nlohmann::json& document, const Place& root,
+                           const std::function<void(const AccessorUsed&, const Place&)>& visit);
+
+}  // namespace tessera::scene::gltf

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json_fwd.hpp>
+
+#include "scene/gltf/document.h"
+#include "scene/gltf/notes.h"
+#include "scene/gltf/place.h"
+
+namespace tessera::scene::gltf {
+
+// What glTF forbids although no image depends on it: what the Khronos glTF validator calls an error and the reader has no
+// need to look at. A violation is a note that has the validator's name for it, or a refusal when reading strictly.
+//
+// Invariants (cited by the tests):
+//   AU1  Whatever the validator calls an error is refused strictly, unless validator_codes() says that it is not checked.
+//   AU2  An audit changes nothing of what is read.
+
+// Notes a violation by the validator's name for it.
+template <class... Args>
+void forbid(Notes& notes, const Place& place, std::string_view code, fmt::format_string<Args...> fault,
+            Args&&... args) {
+  notes.violation(place, fmt::format("the glTF validator calls it {}", code), "{}",
+                  fmt::format(fault, std::forward<Args>(args)...));
+}
+
+// Structure: what follows from the JSON alone. `document` passed check_schema() and validate_links().
+void audit_document(const nlohmann::json& document, const Place& root, Notes& notes);
+
+// Contents: values of accessors that have data, against their bounds and what uses them; files that are named. Values of
+// Draco streams are not looked at.
+void audit_contents(Document& document, const std::filesystem::path& file);
+
+// How a code of severity "error" of the validator is answered.
+enum class Answer { kRefused, kStrict, kNotChecked };
+struct ValidatorCode {
+  std::string_view code;
+  Answer answer;
+};
+// All of them, sorted by name (glTF-Validator 2.0.0-dev.3.10, ISSUES.md).
+const std::vector<ValidatorCode>& validator_codes();
+
+}  // namespace tessera::scene::gltf
