@@ -16,6 +16,8 @@ using testing::ElementsAre;
 Primitive read_primitive(int mode, const std::vector<std::uint16_t>& indices, const json& extensions = json()) {
   test::GltfAsset asset;
   const int positions = asset.add_accessor<float>("VEC3", {0, 0, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0});
+  auto& range = asset.document["accessors"][static_cast<std::size_t>(positions)];
+  range["min"] = {0, 0, 0}, range["max"] = {3, 0, 0};
   const int colors = asset.add_accessor<float>("VEC3", {0, 0, 0, 0.25f, 0, 0, 0.5f, 0, 0, 0.75f, 0, 0});
   const int texcoords = asset.add_accessor<float>("VEC2", {0, 0, 1, 0, 2, 0, 3, 0});
   json primitive = {{"mode", mode},

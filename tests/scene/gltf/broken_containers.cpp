@@ -93,7 +93,7 @@ BrokenClass broken_json() {
               file_of("number_beyond_double.gltf", R"({"asset":{"version":"2.0"},"extras":1e999})", "byte"),
               file_of("not_a_number.gltf", R"({"asset":{"version":"2.0"},"extras":NaN})", "byte"),
               file_of("deep_arrays.gltf", std::string(1000000, '['), "/0/0/0...", "deeper"),
-              file_of("deep_objects.gltf", objects, "/extras/extras/extras...", "deeper"),
+              file_of("deep_objects.gltf", objects, "/asset/asset/asset...", "deeper"),
               file_of("key_twice.gltf", R"({"asset":{"version":"2.0"},"nodes":[{"scale":[1,1,1],"scale":[2,2,2]}]})",
                       "/nodes/0", "twice"),
               file_of("array.gltf", "[]", "the document", "not an object"),
