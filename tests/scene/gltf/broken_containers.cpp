@@ -74,7 +74,7 @@ BrokenClass wrong_glb() {
 
 BrokenClass broken_json() {
   std::string objects;
-  for (int i = 0; i < 100; ++i) objects += R"({"extras":)";
+  for (int i = 0; i < 100; ++i) objects += R"({"asset":)";
   std::string latin1 = kAsset;
   latin1.insert(latin1.size() - 1, ",\"extras\":\"\xE9\"");
   return {"TextThatIsNotJson",
@@ -132,12 +132,12 @@ BrokenClass uris_that_leave() {
               buffer_uri("parent_all_escaped", "%2E%2E%2Foutside.bin", "leaves"),
               buffer_uri("absolute", "FOLDER/outside.bin", "relative"),
               buffer_uri("absolute_escaped", "%2FFOLDER/outside.bin", "relative"),
-              buffer_uri("backslash", "..\\outside.bin", "relative"),
-              buffer_uri("backslash_escaped", "..%5Coutside.bin", "relative"),
+              buffer_uri("backslash", "..\\outside.bin", "backslash"),
+              buffer_uri("backslash_escaped", "..%5Coutside.bin", "backslash"),
               buffer_uri("file_scheme", "file://FOLDER/outside.bin", "scheme"),
               buffer_uri("http_scheme", "http://127.0.0.1/outside.bin", "scheme"),
               buffer_uri("network_path", "//127.0.0.1/outside.bin", "relative"),
-              buffer_uri("drive", "c:/outside.bin", "scheme"),
+              buffer_uri("drive", "c:/outside.bin", "drive"),
               buffer_uri("link_to_file", "link.bin", "link"),
               buffer_uri("link_to_folder", "up/outside.bin", "link"),
           }};
