@@ -31,7 +31,7 @@ awk -F, "$grouped"'
 
 awk -F, -v megahertz="$megahertz" "$grouped"'
   NR == 1 { for (c = 1; c <= NF; ++c) at[$c] = c; print "| machine | kind | peak of lists | all traffic | ms | mJ |"; print "|---|---|---:|---:|---:|---:|"; next }
-  {
+  $1 != "total" {
     mark = $2 == "tessera" ? "**" : ""
     printf "| %s`%s`%s | %s | %s | %s | %.1f | %.1f |\n", mark, $2, mark, $at["kind"], grouped($at["baseline.queue_bytes_peak"]), grouped($at["baseline.dram_bytes"]), $at["baseline.cycles"] / megahertz / 1000, $at["baseline.energy_nj"] / 1e6
   }' "$out/eggs/baselines.csv" | replace baselines

@@ -54,8 +54,10 @@ draco::GeometryAttribute::Type type_of(const DracoAttribute& attribute) {
   return own || attribute.name == "POSITION" ? class_of(attribute.name).type : draco::GeometryAttribute::GENERIC;
 }
 
-// Has Draco keep values on the grid where they lie: whole steps from the least one on.
-void keep_on_grid(const DracoAttribute& attribute, int id, draco::ExpertEncoder& encoder) {
+// Has Draco keep values on the grid where they lie: whole steps from the least one on. Draco divides the range of all values
+// by what the bits count to; a value that no vertex has makes that range as many steps. (A range that is told to it passes
+// through a text of six decimals.)
+void keep_on_grid(const DracoAttribute& attribute, int id, draco::Mesh& mesh, draco::ExpertEncoder& encoder) {
   const auto components = static_cast<std::size_t>(attribute.components);
   std::vector<float> low(attribute.values.begin(), attribute.values.begin() + attribute.components), high = low;
   for (std::size_t i = 0; i < attribute.values.size(); ++i) {
@@ -69,8 +71,12 @@ void keep_on_grid(const DracoAttribute& attribute, int id, draco::ExpertEncoder&
   const int bits = std::bit_width(static_cast<std::uint64_t>(steps));
   constexpr int kRoundedByFloats = 23;  // Draco adds a half and cuts it off
   if (bits > kRoundedByFloats) return;
-  const double range = std::ldexp(std::exp2(bits) - 1, *attribute.exponent);
-  encoder.SetAttributeExplicitQuantization(id, bits, attribute.components, low.data(), static_cast<float>(range));
+  low[0] = static_cast<float>(static_cast<double>(low[0]) + std::ldexp(std::exp2(bits) - 1, *attribute.exponent));
+  draco::PointAttribute& values = *mesh.attribute(id);
+  const std::size_t count = values.size();
+  values.Resize(count + 1);
+  values.SetAttributeValue(draco::AttributeValueIndex(static_cast<std::uint32_t>(count)), low.data());
+  encoder.SetAttributeQuantization(id, bits);
 }
 
 // The value of one vertex in the attribute's own component type.
@@ -128,7 +134,7 @@ DracoOutput encode_draco(const DracoInput& input, const QuantizationBits& bits, 
     const DracoAttribute& attribute = input.attributes[a];
     if (attribute.component_type != gltf::kFloat || attribute.exact) continue;
     if (attribute.exponent)
-      keep_on_grid(attribute, ids[a], encoder);
+      keep_on_grid(attribute, ids[a], mesh, encoder);
     else
       encoder.SetAttributeQuantization(ids[a], bits.*class_of(attribute.name).bits);
   }
