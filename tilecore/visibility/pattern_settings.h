@@ -20,14 +20,13 @@ struct PatternSettings {
   int times = 0;
   int motion_segments = 0;
   double motion_error = 0.25;
-  int motion_segments_max = 64;
 };
 Keys<PatternSettings> pattern_keys();
 
 // The pattern of one frame, for a method of visibility: interleaved has few times of its own.
-// `segments`: of the frame's motion; with more than kFewSegments of them times have 16 bits, whatever is set.
+// `segments`: of the frame's motion.
 SamplingSettings sampling_settings(const PatternSettings& settings, const VisibilityMethodSettings& method, int frame,
-                                   std::vector<ShutterSegment> segments = {});
+                                   std::size_t segments = 0);
 
 }  // namespace tessera::tilecore
 
