@@ -183,8 +183,8 @@ Gpu load(const std::string& preset_or_file, int depth) {
 void check_cache(std::string_view keys, std::int64_t bytes, std::int64_t ways, std::int64_t line_bytes) {
   const std::int64_t sets = bytes / (ways * line_bytes);
   if (sets < 1 || sets * ways * line_bytes != bytes || (sets & (sets - 1)) != 0)
-    throw UsageError(
-        fmt::format("{}: {} bytes are not a power of two of sets of {} ways of {} bytes", keys, bytes, ways, line_bytes));
+    throw UsageError(fmt::format("{}: {} bytes are not a power of two of sets of {} ways of {} bytes", keys, bytes,
+                                 ways, line_bytes));
 }
 
 }  // namespace
@@ -295,7 +295,8 @@ void check_gpu(const GpuConfiguration& gpu) {
                     "less of shader.registers or shader.warp_lanes",
                     gpu.queues.register_bytes, gpu.shader.warp_lanes, gpu.queues.registers, warp));
   check_cache("texture.cache_bytes", gpu.caches.texture_bytes, hardware::Caches::kTextureWays, gpu.line_bytes());
-  if (gpu.caches.l2_bytes > 0) check_cache("l2.bytes and l2.ways", gpu.caches.l2_bytes, gpu.caches.l2_ways, gpu.line_bytes());
+  if (gpu.caches.l2_bytes > 0)
+    check_cache("l2.bytes and l2.ways", gpu.caches.l2_bytes, gpu.caches.l2_ways, gpu.line_bytes());
 }
 
 nlohmann::json gpu_json(const GpuConfiguration& gpu) {

@@ -129,7 +129,8 @@ std::string RecordReader::bytes(std::uint64_t count) {
     const std::size_t before = out.size(), step = static_cast<std::size_t>(std::min(kAtOnce, count - before));
     out.resize(before + step);
     file_.read(out.data() + before, static_cast<std::streamsize>(step));
-    if (static_cast<std::size_t>(file_.gcount()) != step) refuse("is truncated: the record goes on behind its last byte");
+    if (static_cast<std::size_t>(file_.gcount()) != step)
+      refuse("is truncated: the record goes on behind its last byte");
   }
   at_ += count;
   return out;

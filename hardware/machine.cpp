@@ -308,13 +308,13 @@ EventCounts placed(const Machine& gpu, EventCounts counts) {
 }
 
 Keys<Machine> burst_keys() {
-  return Keys<Machine>().add(&Machine::memory, Keys<MemoryInterface>{
-                                                   {"memory.burst_bytes", &MemoryInterface::burst_bytes, "bytes", 16,
-                                                    256,
-                                                    "Smallest amount the external memory interface moves: 16, 32, 64, "
-                                                    "128 or 256.",
-                                                    "[spec] LPDDR4 x16, burst length 16 = 32; two channels = 64"},
-                                               });
+  return Keys<Machine>().add(&Machine::memory,
+                             Keys<MemoryInterface>{
+                                 {"memory.burst_bytes", &MemoryInterface::burst_bytes, "bytes", 16, 256,
+                                  "Smallest amount the external memory interface moves: 16, 32, 64, "
+                                  "128 or 256.",
+                                  "[spec] LPDDR4 x16, burst length 16 = 32; two channels = 64"},
+                             });
 }
 
 Keys<Machine> machine_keys() {
