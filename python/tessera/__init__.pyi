@@ -52,8 +52,9 @@ class GpuKeys(TypedDict, total=False):
     tilecore__traversal: Literal["auto", "class", "ray"]  # How patch-bvh finds samples: per class of the sample pattern (samples of one time, on a grid) from the moving box of a leaf, or each as a ray through the binary tree of the sub-patch's cells; auto: for each sub-patch one of these, or brute, whichever is expected to be the least work: boxes built, tests of boxes and of triangles.
     tilecore__branch_node: Literal["root", "both_children", "leaf_mask"]  # With rays (tilecore.traversal): the node at which the rays of 4x4 pixels start: the root; the first node with both children inside their frustum; the lowest one above all leaves inside.
     tilecore__blend_layers: int  # 1 to 64 layers. Blended surfaces of one sample that a tile core keeps in order; of more, the two farthest become one.
+    tilecore__weight_bits: int  # 8 to 32 bits. Of each of the two weights by which a sample in the tile memory names its place in its triangle. From 24 on they are rounded no more than single precision does.
     shading_cache__entries: int  # 1 to 1.04858e+06 cells. With shading.rate=cache: shaded cells that a tile core keeps on chip, 24 bytes each; the least recently used goes first.
-    memory__burst_bytes: int  # 16 to 256 bytes. Smallest amount the external memory interface moves.
+    memory__burst_bytes: int  # 16 to 256 bytes. Smallest amount the external memory interface moves: 16, 32, 64, 128 or 256.
     frame_buffer__format: Literal["rgba8", "rgb10a2", "rgba16f"]  # How finished pixels lie in memory: half floats (8 bytes a pixel), or sRGB codes of light times exposure in 8 or 10 bits (4 bytes), in which light above 1 is clipped; images show it.
     frame_buffer__compression: Literal["none", "lossless"]  # Whether tile cores compress finished pixels on their way to memory, in blocks of 256 bytes; saves traffic, not room.
     frame_buffer__transaction_elimination: bool  # Whether tile cores leave a tile's pixels unwritten when their signature is that of the frame before, which they read and write in memory. The first of several frames is written whole.
@@ -139,7 +140,8 @@ class GpuKeys(TypedDict, total=False):
     energy__alpha_test_pj: float  # 0 to 1e+09 pJ. Alpha test.
     energy__depth_block_pj: float  # 0 to 1e+09 pJ. 8x8 HiZ block updated, in a tile memory of 192 KiB; goes with the square root of tilecore.memory_bytes.
     energy__compacted_sample_pj: float  # 0 to 1e+09 pJ. One of them packed into a warp.
-    energy__vertex_output_byte_pj: float  # 0 to 1e+09 pJ. Byte of a vertex that pixels interpolate written to or read from a tile memory of 192 KiB; goes with the square root of tilecore.memory_bytes.
+    energy__place_pj: float  # 0 to 1e+09 pJ. Place at shutter open, of a sample that sees a surface elsewhere, found from its triangle's corners.
+    energy__tile_byte_pj: float  # 0 to 1e+09 pJ. Byte of a vertex that pixels interpolate, or of a table of triangles, written to or read from a tile memory of 192 KiB; goes with the square root of tilecore.memory_bytes.
     energy__shader_operation_pj: float  # 0 to 1e+09 pJ. Instruction of a shader on one lane: its arithmetic, its registers, its fetch and its issue.
     energy__texel_pj: float  # 0 to 1e+09 pJ. Bilinear lookup with a texture cache of 16 KiB; a third of it goes with the square root of the capacity.
     energy__decoded_texel_pj: float  # 0 to 1e+09 pJ. Texels of a bilinear lookup decoded from blocks of a compressed texture, beside the lookup.
