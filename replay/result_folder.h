@@ -8,8 +8,8 @@ namespace tessera::replay {
 // Folders of results (--out), by the command that writes them.
 //
 // Invariants (cited by the tests):
-//   RF1  A folder holds the results of one kind of command: another one is refused before it writes anything.
-//   RF2  After a replay its folder holds frames of that replay alone, and no other file of an earlier one.
+//   RFO1  A folder holds the results of one kind of command: another one is refused before it writes anything.
+//   RFO2  After a replay its folder holds frames of that replay alone, and no other file of an earlier one.
 enum class ResultKind { kReplay, kSweep, kTradeoff };
 
 // Throws UsageError when `folder` holds results of another kind.

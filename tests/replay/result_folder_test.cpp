@@ -28,7 +28,7 @@ class ResultFolder : public testing::Test {
   fs::path capture_, out_;
 };
 
-TEST_F(ResultFolder, AShorterReplayLeavesNoFrameOfALongerOne) {  // RF2
+TEST_F(ResultFolder, AShorterReplayLeavesNoFrameOfALongerOne) {  // RFO2
   ASSERT_EQ(replay({"--frames", "2:6", "--quiet", "--set", "stereo.eye_separation=0.1", "--baselines"}).status, 0);
   EXPECT_TRUE(names_in(out_).contains("frame_0005.right.exr"));
   test::write_text(out_ / "frame_0100.png", "mine");
@@ -38,7 +38,7 @@ TEST_F(ResultFolder, AShorterReplayLeavesNoFrameOfALongerOne) {  // RF2
                                                    "stats.json", "frame_0100.png", "notes.txt"}));
 }
 
-TEST_F(ResultFolder, ResultsOfOneKindOfCommandStayAlone) {  // RF1
+TEST_F(ResultFolder, ResultsOfOneKindOfCommandStayAlone) {  // RFO1
   test::write_text(folder_ / "study.json",
                    json{{"captures", {"c.glb"}}, {"size", "16x16"}, {"axes", json::array()}}.dump());
   const std::map<ResultKind, std::pair<std::string, std::vector<std::string>>> commands = {

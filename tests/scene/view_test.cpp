@@ -126,16 +126,16 @@ TEST(ChooseCamera, AutomaticFramingHoldsForAllFrames) {
 }
 
 // Whatever nobody sees, far away from a ball: each is a mistake that people make, or a way to hide something.
-struct Unseen {
+struct NotDrawn {
   const char* name;
   std::function<void(Capture&)> add;
 };
-const std::vector<Unseen>& unseen_things() {
+const std::vector<NotDrawn>& unseen_things() {
   const auto triangle = [](const Vec3& a, const Vec3& b, const Vec3& c) {
     return test::triangles({a, b, c}, {0, 1, 2}, kNone);
   };
   const DVec3 away(900, -700, 400);
-  static const std::vector<Unseen> all = {
+  static const std::vector<NotDrawn> all = {
       {"a vertex that no index names",
        [=](Capture& capture) {
          Primitive extra = triangle({0, 0, 0}, {0.1f, 0, 0}, {0, 0.1f, 0});
@@ -205,7 +205,7 @@ TEST(ChooseCamera, FramesAndFocusesOnNothingThatNobodySees) {
   };
   const Capture plain = ball();
   const CameraChoice wanted = choose_camera(plain, 640, 480);
-  for (const Unseen& thing : unseen_things()) {
+  for (const NotDrawn& thing : unseen_things()) {
     Capture capture = ball();
     thing.add(capture);
     EXPECT_EQ(choose_camera(capture, 640, 480).fixed_world, wanted.fixed_world) << thing.name;

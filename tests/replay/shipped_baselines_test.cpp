@@ -7,7 +7,7 @@
 #include "tests/replay/compared.h"
 #include "tests/support/tests.h"
 
-namespace tessera::replay::rivals_test {
+namespace tessera::replay::shipped_baselines_test {
 namespace {
 
 using baselines::BaselineCounters;
@@ -18,14 +18,14 @@ using test::kMeshShaders;
 using test::look_at;
 using test::render;
 
-class Rivals : public testing::TestWithParam<const char*> {
+class ShippedBaselines : public testing::TestWithParam<const char*> {
  protected:
   scene::Capture capture = scene::read_capture(test::shipped_capture(GetParam()));
   const BaselineCounters& scheme(const Compared& result, SchemeId s) { return (*result.baselines)[s]; }
 };
 
 // A driver that draws passes with tessellation without tiles; other passes it bins into visibility streams.
-TEST_P(Rivals, UntiledDrawsPatchesAtOnceAndBinsTriangles) {
+TEST_P(ShippedBaselines, UntiledDrawsPatchesAtOnceAndBinsTriangles) {
   gpu::GpuConfiguration plain;
   plain.baselines.immediate_color_compression = false;
   const Compared r = render(capture, {}), of_plain = render(capture, plain);
@@ -36,7 +36,7 @@ TEST_P(Rivals, UntiledDrawsPatchesAtOnceAndBinsTriangles) {
 }
 
 // A compute tessellator adds its blocks to what deferred-vertex has, and nothing where there is no patch.
-TEST_P(Rivals, ATessellatorInMemoryAddsPointsAndIndices) {
+TEST_P(ShippedBaselines, ATessellatorInMemoryAddsPointsAndIndices) {
   const Compared r = render(capture, {});
   const BaselineCounters &deferred = scheme(r, SchemeId::kDeferredVertex),
                          &stored = scheme(r, SchemeId::kTessellatedInMemory);
@@ -55,7 +55,7 @@ TEST_P(Rivals, ATessellatorInMemoryAddsPointsAndIndices) {
 }
 
 // Task shaders leave fewer triangles; what is kept between them and tiles is most in the ring and least as references.
-TEST_P(Rivals, MeshShadersKeepWhatTheirStoreSays) {
+TEST_P(ShippedBaselines, MeshShadersKeepWhatTheirStoreSays) {
   const Compared r = render(capture, {});
   const BaselineCounters &ring = scheme(r, SchemeId::kMeshShaderRing),
                          &compact = scheme(r, SchemeId::kMeshShaderCompact),
@@ -78,7 +78,7 @@ TEST_P(Rivals, MeshShadersKeepWhatTheirStoreSays) {
 }
 
 // MS1, and its failing twin: depths of which all are nearer than what is seen.
-TEST_P(Rivals, MS1TaskShadersKeepEveryTriangleThatIsSeen) {
+TEST_P(ShippedBaselines, MS1TaskShadersKeepEveryTriangleThatIsSeen) {
   look_at(capture, [](const gpu::RenderedView& view) {
     const baselines::ImmediateFrame drawn = baselines::draw_immediately(view.job, view.record, view.gpu);
     std::set<std::uint64_t> seen;
@@ -108,8 +108,8 @@ TEST_P(Rivals, MS1TaskShadersKeepEveryTriangleThatIsSeen) {
   });
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Rivals, testing::Values("eggs", "vases", "serpent", "flyby"),
+INSTANTIATE_TEST_SUITE_P(All, ShippedBaselines, testing::Values("eggs", "vases", "serpent", "flyby"),
                          [](const auto& named) { return std::string(named.param); });
 
 }  // namespace
-}  // namespace tessera::replay::rivals_test
+}  // namespace tessera::replay::shipped_baselines_test
