@@ -115,6 +115,10 @@ void pose_drawable(const FrameGeometry& frame, std::span<const Material> materia
   // Where the sign changes while the shutter is open, that of the larger one counts.
   posed.mirrored = (std::abs(winding[0]) > std::abs(winding[1]) ? winding[0] : winding[1]) < 0;
   posed.normal_to_world = normals_to_world(worlds);
+  // Normals of patches follow from their control points, in the sense that these have: a skin that mirrors them, not the
+  // node's transform, turns them over.
+  if (has_grid(drawable) && posed.mirrored != (glm::determinant(worlds[0]) < 0))
+    for (Mat3& normals : posed.normal_to_world) normals *= -1.0f;
   posed.moving = posed.deforming || posed.to_raster[0] != posed.to_raster[1];
   connect_spans(frame.deformed[drawable.drawn], posed);
 }

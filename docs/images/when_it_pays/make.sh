@@ -29,7 +29,7 @@ table=$(mktemp) new=$(mktemp)
 trap 'rm -f "$table" "$new"' EXIT
 awk -F, -v table=ranges -v finished="$finished" -f "$here/page.awk" "$here/points.csv" >"$table" && replace ranges "$table"
 awk -F, -v table=traffic -f "$here/page.awk" "$here/break_even.csv" >"$table" && replace break-even "$table"
-awk -F, '{ gsub(/,/, " | "); print "| " $0 " |" } NR == 1 { row = "|---|---|"; for (c = 3; c <= NF; ++c) row = row "---:|"; print row }' "$here/doubts.csv" >"$table" && replace doubts "$table"
+awk -F, '{ n = NF; gsub(/,/, " | "); print "| " $0 " |" } NR == 1 { row = "|---|---|"; for (c = 3; c <= n; ++c) row = row "---:|"; print row }' "$here/doubts.csv" >"$table" && replace doubts "$table"
 for cost in cycles energy; do
   awk -F, -v table=$cost -f "$here/page.awk" "$here/break_even.csv" >"$table" && replace $cost "$table"
 done
