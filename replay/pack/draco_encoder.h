@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,10 +23,6 @@ struct DracoAttribute {
   int component_type = 5126;  // glTF's number
   bool normalized = false;
   std::vector<float> values;  // scalars; integers (before normalisation) as their values
-  // Of floats that lie on a grid: the power of two of its step. Else they are quantised on a grid of their own extent,
-  // unless they are to stay exact.
-  std::optional<int> exponent{};
-  bool exact = false;
 };
 
 struct DracoInput {
