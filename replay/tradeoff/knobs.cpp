@@ -91,6 +91,13 @@ std::vector<Knob> geometry_knobs() {
       knob("displacement", "displacement filter",
            values_of("tessellation.displacement_bias", {-2, -1, 0, 1, 2, 3}, " levels"), "0 levels",
            KnobNeed::kDisplacement),
+      knob("geometry", "geometry in memory",
+           {{"raw", {{"geometry.encoding", "raw"}}},
+            {"quantised, 16 bits", {{"geometry.encoding", "quantised"}, {"geometry.bits", 16}}},
+            {"quantised, 12 bits", {{"geometry.encoding", "quantised"}, {"geometry.bits", 12}}},
+            {"meshlet, 16 bits", {{"geometry.encoding", "meshlet"}, {"geometry.bits", 16}}},
+            {"meshlet, 12 bits", {{"geometry.encoding", "meshlet"}, {"geometry.bits", 12}}}},
+           "raw", KnobNeed::kMeshes),
       without_image(knob("bound_method", "bounding method",
                          values_of("frontend.bound_method", {"aabb", "obb", "tpatch", "npatch", "interval"}), "npatch",
                          KnobNeed::kGrids),
@@ -155,8 +162,8 @@ std::vector<Knob> shading_knobs() {
           watching(knob("surface", "surface that pixels shade",
                         values_of("shading.surface", {"evaluated", "interpolated"}), "interpolated", KnobNeed::kGrids),
                    "tilecore.surface_evaluations", "evaluations of patches by pixels"),
-          knob("weight_bits", "bits of a sample's weights", values_of("tilecore.weight_bits", {8, 10, 12, 16, 24}, " bits"),
-               "16 bits")};
+          knob("weight_bits", "bits of a sample's weights",
+               values_of("tilecore.weight_bits", {8, 10, 12, 16, 24}, " bits"), "16 bits")};
 }
 
 std::vector<Knob> texture_knobs() {
