@@ -126,7 +126,7 @@ TEST(View, ResultsAreThoseOfTheirCommandLine) {  // VWS1
 }
 
 TEST(View, AHistoryIsRenderedBeforeTheFrame) {  // VWS1
-  Session session("flyby", {"resolve.desampling=adaptive"}, "96x54", 2);
+  Session session("serpent", {"resolve.desampling=adaptive"}, "96x54", 2);
   const auto later = session.after({{"frame", 4}});
   EXPECT_THAT(later->command, HasSubstr(" --warmup 2"));
   expect_as_replayed(*later);

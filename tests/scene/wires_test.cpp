@@ -12,8 +12,9 @@ using testing::ElementsAre;
 
 // ---- Reading ----------------------------------------------------------------------------------------------------
 
-// A primitive of four points at x = 0, 1, 2, 3 with a colour and a morph target each.
-Primitive read_primitive(int mode, const std::vector<std::uint16_t>& indices, const json& extensions = json()) {
+// Of a mesh whose primitive has four points at x = 0, 1, 2, 3 with a colour and a morph target each.
+std::vector<Primitive> read_primitives(int mode, const std::vector<std::uint16_t>& indices,
+                                       const json& extensions = json()) {
   test::GltfAsset asset;
   const int positions = asset.add_accessor<float>("VEC3", {0, 0, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0});
   auto& range = asset.document["accessors"][static_cast<std::size_t>(positions)];
@@ -27,7 +28,10 @@ Primitive read_primitive(int mode, const std::vector<std::uint16_t>& indices, co
   if (!extensions.is_null()) primitive["extensions"] = extensions;
   asset.add("meshes", {{"primitives", {primitive}}});
   asset.add("nodes", {{"mesh", 0}});
-  return test::read_asset(asset, {.strict = true}).meshes.at(0).primitives.at(0);
+  return test::read_asset(asset, {.strict = true}).meshes.at(0).primitives;
+}
+Primitive read_primitive(int mode, const std::vector<std::uint16_t>& indices, const json& extensions = json()) {
+  return read_primitives(mode, indices, extensions).at(0);
 }
 
 // The x of the ends of each segment, of each point.
@@ -56,7 +60,7 @@ TEST(Wires, AreReadInEveryMode) {
   EXPECT_THAT(ends_of(read_primitive(1, {3, 1, 2})), ElementsAre(3, 1));
   EXPECT_THAT(ends_of(read_primitive(2, {0, 1, 3})), ElementsAre(0, 1, 1, 3, 3, 0));
   EXPECT_THAT(ends_of(read_primitive(3, {0, 1, 3})), ElementsAre(0, 1, 1, 3));
-  for (const int mode : {1, 2, 3}) EXPECT_TRUE(ends_of(read_primitive(mode, {2})).empty()) << mode;
+  for (const int mode : {1, 2, 3}) EXPECT_TRUE(read_primitives(mode, {2}).empty()) << mode;
 }
 
 TEST(Wires, AreNoSurfaces) {
