@@ -29,7 +29,7 @@ std::string range_text(const KeyInfo& key) {
   return fmt::format("from {:.15g} to {:.15g}{}{}", key.min, key.max, key.unit.empty() ? "" : " ", key.unit);
 }
 
-// What K, M, G, or KiB, MiB, GiB behind a number of bytes stand for.
+// The factors that K, M, G, or KiB, MiB, GiB behind a number of bytes stand for.
 std::optional<double> byte_unit(std::string_view text) {
   if (text.ends_with("iB") && text.size() == 3) text.remove_suffix(2);
   if (text == "K" || text == "k") return 0x1p10;

@@ -10,7 +10,7 @@
 
 namespace tessera::baselines {
 
-// What tile cores read of blocks in the parameter buffer, burst by burst, through a cache that they share (LRU).
+// Tile cores read blocks of the parameter buffer burst by burst, through a cache that they share (LRU): counts that.
 class BlockReader {
  public:
   BlockReader(std::uint64_t burst_bytes, std::uint64_t cache_bytes)

@@ -28,7 +28,7 @@ class DepthPyramid {
   // Whether all that samples see in a rectangle is nearer than a depth: four lookups in the level whose texels are as large
   // as the rectangle. Parts beside the region are not seen.
   bool hides(const frontend::ScreenBounds& rectangle) const;
-  // Of all levels.
+  // Bytes of all levels.
   std::uint64_t bytes() const;
 
   static constexpr int kBlockSide = 8;

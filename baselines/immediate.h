@@ -17,7 +17,7 @@ struct ImmediateTraffic {
   std::uint64_t bytes_uncached = 0;                 // both, without
 };
 
-// What a colour and depth cache moves in a frame.
+// Bytes that a colour and depth cache moves in a frame.
 struct ImmediateRun {
   ImmediateTraffic traffic;
   std::vector<ImmediateTraffic> moved;  // with the cache, up to the end of each of ImmediateFrame::order

@@ -204,7 +204,7 @@ void MeshReferenceBinner::add(const TessellatedPatch& patch, std::span<const Mes
 
 namespace {
 
-// What all three have in common: task shaders, and the triangles that they leave.
+// The part that all three share: task shaders, and the triangles that they leave.
 class MeshShaderScheme : public Scheme {
  public:
   void begin(const Pass& pass) override {

@@ -18,7 +18,7 @@ namespace tessera::baselines {
 // of those that are left, set-up culls and covers these, and lists name them by meshlet. They differ in what is kept between
 // the mesh shader and tiles.
 
-// What mesh shaders of a pass did; and which patches they shaded, with how many vertices and triangles each.
+// The work of a pass's mesh shaders; and which patches they shaded, with how many vertices and triangles each.
 struct MeshPass {
   BaselineCounters setup;  // of the triangles of meshlets that were kept
   std::vector<PatchWork> patches;

@@ -57,7 +57,7 @@ class TaskShader {
     std::uint64_t parts = 0;    // tested beside the whole patches and clusters of the hull stage
     std::uint64_t hidden = 0;   // meshlets that the pyramid dropped
     std::uint64_t lookups = 0;  // in it
-    // Of the instructions for whole ones, `tests`, and for parts.
+    // Instructions for `tests` of whole meshlets, and for the parts.
     std::uint64_t instructions(std::uint64_t tests) const {
       return tests * kTestInstructions + parts * (kTestInstructions + kBoundInstructions);
     }

@@ -81,7 +81,7 @@ class ReferenceLists {
   const std::vector<ListWork>& tiles() const { return tiles_; }
   BaselineCounters& counters() { return counters_; }
   const BaselineCounters& counters() const { return counters_; }
-  // Of lists, blocks, and patches fetched again, with the caches and without.
+  // Bytes of lists, blocks, and patches fetched again, with the caches and without.
   std::uint64_t dram_bytes() const { return list_dram_bytes_ + block_bytes_cached_ + counters_.patch_bytes_cached; }
   std::uint64_t dram_bytes_uncached() const { return list_dram_bytes_ + block_bytes_ + counters_.patch_bytes; }
 
@@ -94,7 +94,7 @@ class ReferenceLists {
   std::uint64_t list_dram_bytes_ = 0, block_bytes_ = 0, block_bytes_cached_ = 0;  // of blocks: read
 };
 
-// What a compute tessellator did before the vertices of a pass were shaded.
+// The work of a compute tessellator before the vertices of a pass were shaded.
 struct Tessellated {
   std::uint64_t instructions = 0;  // on lanes
   std::uint64_t read_bytes = 0;    // in bursts, of what it wrote, when positions are shaded to bin

@@ -35,7 +35,7 @@ struct FrontWork {
   bool fetches_entries = true;  // cores look references up; otherwise set-up decodes triangles as it takes them
   // Whose vertices they are, with how many each; nullptr: all patches that the hull stage kept, with all of theirs.
   const std::vector<PatchWork>* patches = nullptr;
-  // Of compute shaders and task shaders: instructions on lanes, and bilinear lookups.
+  // Compute shaders and task shaders: instructions on lanes, and bilinear lookups.
   std::uint64_t instructions = 0, lookups = 0;
   bool bounds_on_lanes = false;  // of these, tests that the hull stage would make; otherwise the front end makes them
 };

@@ -13,7 +13,7 @@
 
 namespace tessera::baselines {
 
-// What culling does with a triangle.
+// Culling decides this of a triangle.
 enum class TriangleFate : std::uint8_t { kKept, kZeroArea, kBackface, kFrustum };
 
 // Counts one in the counter of its fate.

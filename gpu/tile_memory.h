@@ -13,7 +13,7 @@ namespace tessera::gpu {
 // tile needs, and its area, leakage and energy per access are those of that memory; a size that someone has chosen is
 // refused. What frames keep beside (layers, tables of triangles, vertices) leaves fewer tiles in work, not a larger memory.
 
-// Of tile.width x tile.height pixels, tilecore::SampleLayout::sample_bytes() for each sample.
+// Bytes of tile.width x tile.height pixels, tilecore::SampleLayout::sample_bytes() for each sample.
 std::uint64_t tile_sample_bytes(const GpuConfiguration& gpu, const RunSettings& settings);
 
 // Makes tilecore.memory_bytes at least that. Returns what was done, for people; "" where it was enough.

@@ -366,7 +366,7 @@ std::string former_counters_markdown() {
   return text;
 }
 
-// What becomes of each error of the Khronos validator.
+// A table of what becomes of each error of the Khronos validator.
 std::string validator_codes_markdown() {
   std::string text =
       "\n## The validator's errors\n\nThe Khronos glTF validator and `--strict` agree about what is an error, but for "

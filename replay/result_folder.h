@@ -18,7 +18,7 @@ void check_results_of(ResultKind kind, const std::filesystem::path& folder);
 // Numbers of the frames whose results a replay left in a folder, by its stats.csv; none where there is none.
 std::vector<int> frames_left_in(const std::filesystem::path& folder);
 
-// What a replay wrote besides the images and tiles of its frames.
+// The files that a replay wrote besides the images and tiles of its frames.
 struct Written {
   std::vector<int> frames;  // in order
   bool right_eye = false, baselines = false, report = false;

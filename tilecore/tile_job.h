@@ -66,7 +66,7 @@ inline bool sees_rest(const TileJob& job) {
   return job.frame->any_motion || job.frame->projection.lens_scale != 0 || job.forced.motion || job.forced.lens;
 }
 
-// What samples take of the tile memory in the frame.
+// The room that samples take in the tile memory in this frame.
 inline SampleLayout sample_layout(const TileJob& job) {
   return {job.core.weight_bits, job.procedures != nullptr, sees_rest(job)};
 }

@@ -17,7 +17,7 @@ enum PixelRate : std::uint8_t {
   kHalvesApart = 2,  // samples in the left half do not share with those in the right
 };
 
-// What the tile memory keeps of a sample and of a blended layer. Its time and lens point follow from its number, and where
+// The tile memory keeps this of a sample and of a blended layer. Its time and lens point follow from its number, and where
 // the surface is at rest from the corners of its triangle (TriangleTable).
 struct SampleLayout {
   int weight_bits = 16;     // of each of two weights (tilecore.weight_bits)

@@ -7,10 +7,10 @@
 
 namespace tessera::tilecore {
 
-// What the samples of a tile name triangles by: the sub-patches that they see are numbered, and a sample keeps the number
-// of its sub-patch and of the triangle in it. The tile memory holds a record for each such sub-patch, and of what is seen
-// elsewhere than at rest (moving, or through a lens) the corners of its leaves at shutter open, from which the place of a
-// sample follows by its weights. Survives partial renders with the samples.
+// The samples of a tile name triangles by a number in the tile. The sub-patches that they see are numbered, and a sample
+// keeps the number of its sub-patch and of the triangle in it. The tile memory holds a record for each such sub-patch.
+// For what is seen elsewhere than at rest (moving, or through a lens) it also holds the corners of leaves at shutter open,
+// from which the place of a sample follows by its weights. The table survives partial renders with the samples.
 //
 // Invariants (cited by the tests):
 //   TT1  A sub-patch has a record, and one of its leaves corners, exactly if a sample kept a triangle of it.
@@ -20,8 +20,8 @@ class TriangleTable {
   static constexpr std::uint64_t kCornerBytes = 8;   // a corner's place on screen at shutter open
 
   void clear() { bytes_ = 0; }
-  // Samples kept a triangle of the sub-patch in hand, by its number in the base patch. Of those that the tile knows from
-  // another entry's sub-patch nothing is told twice: entries of a tile have no cell in common.
+  // Samples kept a triangle of the sub-patch in hand, by its number in the base patch. Entries of a tile have no cell in
+  // common, so that no triangle is of two sub-patches.
   void see(std::uint32_t triangle) {
     if (triangle >= seen_.size()) seen_.resize(std::size_t{triangle} + 1);
     if (seen_[triangle] != 0) return;
@@ -31,7 +31,7 @@ class TriangleTable {
   // The sub-patch in hand is done. `moves`: it is seen elsewhere than at rest. Returns the bytes written for it.
   std::uint64_t end_sub_patch(const MicroMesh& mesh, bool moves);
 
-  // Of the tile memory.
+  // Bytes of the tile memory that it takes.
   std::uint64_t bytes() const { return bytes_; }
 
  private:

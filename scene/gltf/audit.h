@@ -14,8 +14,9 @@
 
 namespace tessera::scene::gltf {
 
-// What glTF forbids although no image depends on it: what the Khronos glTF validator calls an error and the reader has no
-// need to look at. A violation is a note that has the validator's name for it, or a refusal when reading strictly.
+// The audit looks for breaches of glTF on which no image depends: the Khronos glTF validator calls them errors, and the
+// reader has no need to look at them. A violation is a note that has the validator's name for it, or a refusal when
+// reading strictly.
 //
 // Invariants (cited by the tests):
 //   AU1  Whatever the validator calls an error is refused strictly, unless validator_codes() says that it is not checked.

@@ -70,7 +70,7 @@ class Elements {
   std::uint64_t count() const { return layout_.count; }
   std::size_t components() const { return static_cast<std::size_t>(layout_.components); }
 
-  // Of element `e`, which is the one after that of the call before; normalised integers as fractions.
+  // The components of element `e`, which is the one after that of the call before; normalised integers as fractions.
   const std::array<double, 16>& next(std::uint64_t e, bool fractions) {
     const std::uint8_t* at = data_ == nullptr ? nullptr : data_ + e * layout_.stride;
     while (sparse_at_ < sparse_count_ && sparse_index() < e) ++sparse_at_;
@@ -285,7 +285,7 @@ struct NamedBytes {
   std::vector<std::uint8_t> head;
 };
 
-// What a URI names, as far as anybody needs to look.
+// The kind of thing that a URI names, as far as anybody needs to look.
 NamedBytes look_at(const std::string& uri, const std::filesystem::path& folder, const Place& place) {
   constexpr std::streamsize kHead = 64;
   NamedBytes out;

@@ -186,7 +186,7 @@ void audit_views(const json& d, const Place& root, Notes& notes) {
 
 // ---- Uses of accessors ------------------------------------------------------------------------------------------
 
-// What all uses of an accessor, and all of a view, must agree about.
+// The kind of a use; all uses of an accessor, and all of a view, must be of one kind.
 const char* kind_of(const AccessorUsed& use) {
   switch (use.role) {
     case AccessorRole::kIndices:

@@ -21,7 +21,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t kMaxDepth = 64;
-// Of what stands in extras, which belong to the application; it is not kept where it is deeper than all else may be.
+// The limit for extras, which belong to the application; they are not kept where they are deeper than all else may be.
 constexpr std::size_t kMaxExtrasDepth = 100000;
 
 // Counts what a text holds, in the interface that nlohmann::json::sax_parse asks for. Keeps one hash per key of the

@@ -272,7 +272,7 @@ void read_keys(Document& document, const json& sampler, const Capture& capture, 
   }
 }
 
-// What a channel moves, told apart from all else.
+// Tells the target of a channel apart from all others.
 std::tuple<AnimatedPath, int, int, int> moved_by(const AnimationChannel& c) {
   return {c.path, c.node, c.object, c.part};
 }

@@ -32,7 +32,7 @@ namespace tessera::scene::gltf::validation {
 
 // Below the square of a quaternion's length there is no rotation in it.
 inline constexpr double kLeastQuaternion = 1e-6;
-// What exporters' rounding leaves in the last row of an affine matrix.
+// Exporters' rounding leaves up to this in the last row of an affine matrix.
 inline constexpr double kMatrixRounding = 1e-5;
 
 // The numbers of components and the component types that a use of an accessor allows.

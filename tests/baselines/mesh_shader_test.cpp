@@ -157,7 +157,7 @@ TEST(TaskShader, DropsMeshletsThatAreHiddenOutsideOrFaceAway) {
   EXPECT_EQ(counts.lookups, 4u);
   EXPECT_EQ(counts.hidden, 4u);
   EXPECT_EQ(counts.instructions(1), 128u + 6 * 1028);
-  // What faces away, and what cannot be put on the screen.
+  // Triangles that face away, and triangles that cannot be put on the screen.
   patch.keep_positive = patch.keep_negative = false;
   EXPECT_EQ(kept(empty), 0u);
   patch.keep_positive = patch.keep_negative = true;

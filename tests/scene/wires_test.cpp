@@ -12,7 +12,7 @@ using testing::ElementsAre;
 
 // ---- Reading ----------------------------------------------------------------------------------------------------
 
-// Of a mesh whose primitive has four points at x = 0, 1, 2, 3 with a colour and a morph target each.
+// The primitives of a mesh whose one has four points at x = 0, 1, 2, 3 with a colour and a morph target each.
 std::vector<Primitive> read_primitives(int mode, const std::vector<std::uint16_t>& indices,
                                        const json& extensions = json()) {
   test::GltfAsset asset;

@@ -1,4 +1,4 @@
-// What the Khronos validator calls an error is a note where anybody asks for an audit, and refused strictly.
+// An error of the Khronos validator is a note where anybody asks for an audit, and refused strictly.
 #include "scene/gltf/audit.h"
 
 #include "base/error.h"

@@ -1,4 +1,4 @@
-// What breaks glTF and has one meaning is read as it is meant, with a note; strictly it is refused at its place.
+// A file that breaks glTF and has one meaning is read as it is meant, with a note; strictly it is refused at its place.
 #include "base/error.h"
 #include "base/image_codec.h"
 #include "base/png_codec.h"
@@ -278,7 +278,7 @@ TEST(ClearMeaning, AnImageThatNothingSamplesMayBeMissing) {
   };
   for (const char* slot : {"/normalTexture", "/occlusionTexture", "/emissiveTexture"})
     expect_clear(unlit_with(slot), "/images/1", "missing.png");
-  // Of a material that no drawn primitive has, and of a scene that is not drawn.
+  // Images of a material that no drawn primitive has, and of a scene that is not drawn.
   GltfAsset unused = missing_image("/normalTexture");
   unused.document["materials"].push_back(unused.document["materials"][0]);
   unused.document["materials"][0].erase("normalTexture");
