@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the images of the README and prints its table of figures: docs/images/make.sh
+# Makes the images of the README: docs/images/make.sh (its tables: docs/measurements/readme.sh)
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$here/../..
@@ -19,5 +19,3 @@ done
 cp "$out"/workshop/frame_*.png "$here/workshop.png"
 "$root/tessera" replay "$root/captures/workshop.glb" --size 960x540 --spp 16 --set procedures.style=lines --quiet --out "$out/lines"
 cp "$out"/lines/frame_*.png "$here/workshop-lines.png"
-"$root/tessera" replay "$root/captures/eggs.glb" --quiet --out "$out/figures"
-grep -hE '"(frontend|binner|tilecore|dram)\.' "$out/figures/stats.json" | sort -u
