@@ -136,6 +136,8 @@ class PackCommand final : public Command {
       const LongStep step("packing " + escape_control(source_), LongStep::quiet_without_terminal());
       report = pack_capture(source_, target_, options_);
     }
+    for (const std::string& notice : report.notices)
+      fmt::print(beside_outputs({target_}), "{}: {}\n", source_, escape_control(notice, 300));
     print_surfaces(report.surfaces);
     if (report.webp_images > 0)
       fmt::print(beside_outputs({target_}), "{}: {} images as WebP\n", target_, report.webp_images);

@@ -1,5 +1,8 @@
 #include "replay/pack/draco_encoder.h"
 
+#include <algorithm>
+#include <bit>
+#include <cmath>
 #include <cstring>
 #include <memory>
 
@@ -44,6 +47,38 @@ AttributeClass class_of(const std::string& name) {
   return {draco::GeometryAttribute::GENERIC, &QuantizationBits::generic};
 }
 
+// Draco predicts values by what they are called, and its predictions of normals and coordinates are those of integers that
+// it made itself: others come out as other values.
+draco::GeometryAttribute::Type type_of(const DracoAttribute& attribute) {
+  const bool own = attribute.component_type == gltf::kFloat && !attribute.exact;
+  return own || attribute.name == "POSITION" ? class_of(attribute.name).type : draco::GeometryAttribute::GENERIC;
+}
+
+// Has Draco keep values on the grid where they lie: whole steps from the least one on. Draco divides the range of all values
+// by what the bits count to; a value that no vertex has makes that range as many steps. (A range that is told to it passes
+// through a text of six decimals.)
+void keep_on_grid(const DracoAttribute& attribute, int id, draco::Mesh& mesh, draco::ExpertEncoder& encoder) {
+  const auto components = static_cast<std::size_t>(attribute.components);
+  std::vector<float> low(attribute.values.begin(), attribute.values.begin() + attribute.components), high = low;
+  for (std::size_t i = 0; i < attribute.values.size(); ++i) {
+    low[i % components] = std::min(low[i % components], attribute.values[i]);
+    high[i % components] = std::max(high[i % components], attribute.values[i]);
+  }
+  double steps = 1;
+  for (std::size_t c = 0; c < components; ++c)
+    steps =
+        std::max(steps, std::ldexp(static_cast<double>(high[c]) - static_cast<double>(low[c]), -*attribute.exponent));
+  const int bits = std::bit_width(static_cast<std::uint64_t>(steps));
+  constexpr int kRoundedByFloats = 23;  // Draco adds a half and cuts it off
+  if (bits > kRoundedByFloats) return;
+  low[0] = static_cast<float>(static_cast<double>(low[0]) + std::ldexp(std::exp2(bits) - 1, *attribute.exponent));
+  draco::PointAttribute& values = *mesh.attribute(id);
+  const std::size_t count = values.size();
+  values.Resize(count + 1);
+  values.SetAttributeValue(draco::AttributeValueIndex(static_cast<std::uint32_t>(count)), low.data());
+  encoder.SetAttributeQuantization(id, bits);
+}
+
 // The value of one vertex in the attribute's own component type.
 std::vector<std::uint8_t> raw_value(const DracoAttribute& attribute, std::size_t vertex) {
   const std::uint64_t size = gltf::component_bytes(attribute.component_type);
@@ -64,8 +99,8 @@ std::vector<std::uint8_t> raw_value(const DracoAttribute& attribute, std::size_t
 int add_attribute(draco::Mesh& mesh, const DracoAttribute& attribute, std::size_t vertex_count) {
   const draco::DataType type = data_type(attribute.component_type);
   draco::GeometryAttribute form;
-  form.Init(class_of(attribute.name).type, nullptr, static_cast<std::uint8_t>(attribute.components), type,
-            attribute.normalized, draco::DataTypeLength(type) * attribute.components, 0);
+  form.Init(type_of(attribute), nullptr, static_cast<std::uint8_t>(attribute.components), type, attribute.normalized,
+            draco::DataTypeLength(type) * attribute.components, 0);
   const int id = mesh.AddAttribute(form, true, static_cast<std::uint32_t>(vertex_count));
   for (std::size_t v = 0; v < vertex_count; ++v)
     mesh.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(static_cast<std::uint32_t>(v)),
@@ -95,9 +130,14 @@ DracoOutput encode_draco(const DracoInput& input, const QuantizationBits& bits, 
   draco::ExpertEncoder encoder(mesh);
   encoder.SetSpeedOptions(3, 3);
   encoder.SetEncodingMethod(sequential ? draco::MESH_SEQUENTIAL_ENCODING : draco::MESH_EDGEBREAKER_ENCODING);
-  for (std::size_t a = 0; a < ids.size(); ++a)
-    if (input.attributes[a].component_type == gltf::kFloat)
-      encoder.SetAttributeQuantization(ids[a], bits.*class_of(input.attributes[a].name).bits);
+  for (std::size_t a = 0; a < ids.size(); ++a) {
+    const DracoAttribute& attribute = input.attributes[a];
+    if (attribute.component_type != gltf::kFloat || attribute.exact) continue;
+    if (attribute.exponent)
+      keep_on_grid(attribute, ids[a], mesh, encoder);
+    else
+      encoder.SetAttributeQuantization(ids[a], bits.*class_of(attribute.name).bits);
+  }
   draco::EncoderBuffer buffer;
   const draco::Status status = encoder.EncodeToBuffer(&buffer);
   if (!status.ok()) throw SystemError(fmt::format("Draco cannot compress the mesh: {}", status.error_msg_string()));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,10 @@ struct DracoAttribute {
   int component_type = 5126;  // glTF's number
   bool normalized = false;
   std::vector<float> values;  // scalars; integers (before normalisation) as their values
+  // Of floats that lie on a grid: the power of two of its step. Else they are quantised on a grid of their own extent,
+  // unless they are to stay exact.
+  std::optional<int> exponent{};
+  bool exact = false;
 };
 
 struct DracoInput {

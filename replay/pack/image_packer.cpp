@@ -1,7 +1,11 @@
 #include "replay/pack/image_packer.h"
 
+#include <algorithm>
 #include <map>
 
+#include <fmt/format.h>
+
+#include "base/error.h"
 #include "base/image_codec.h"
 #include "base/ktx2/ktx2.h"
 #include "base/webp_codec.h"
@@ -64,22 +68,42 @@ void name_by_extension(json& d, const std::set<std::size_t>& converted) {
   }
 }
 
+std::vector<std::uint8_t> white_pixel() {
+  Image8 pixel(1, 1, 3);
+  std::fill(pixel.values.begin(), pixel.values.end(), std::uint8_t{255});
+  const std::string png = encode_png(pixel, PngEffort::kFast);
+  return {png.begin(), png.end()};
+}
+
 const char* mime_type_of(gltf::Bytes bytes) {
   return ktx2::is_ktx2(bytes) ? "image/ktx2" : mime_type(image_format(bytes));
 }
 
 }  // namespace
 
-std::size_t move_images(gltf::Document& document, json& d, BinaryChunk& chunk, const std::optional<WebpOptions>& webp) {
+std::size_t move_images(gltf::Document& document, json& d, BinaryChunk& chunk, const std::optional<WebpOptions>& webp,
+                        std::vector<std::string>& notices) {
   if (!d.contains("images")) return 0;
   const std::set<std::size_t> heights = height_images(d);
   std::set<std::size_t> converted;
   std::map<std::string, std::size_t> view_of_uri;
   for (std::size_t i = 0; i < d["images"].size(); ++i) {
     json& image = d["images"][i];
-    const gltf::Bytes bytes = document.resources.image(i);
+    gltf::Bytes bytes;
+    try {
+      bytes = document.resources.image(i);
+      if (std::string(mime_type_of(bytes)).empty())
+        document.root.at("images").at(i).refuse("is no image that is known");
+    } catch (const InputError& error) {
+      // The asset has been read: nothing samples it.
+      notices.push_back(
+          fmt::format("{}: {}; nothing samples it, a white pixel stands for it", error.place(), error.fault()));
+      image["mimeType"] = "image/png";
+      image["bufferView"] = chunk.add(white_pixel());
+      image.erase("uri");
+      continue;
+    }
     const std::string type = mime_type_of(bytes);
-    if (type.empty()) document.root.at("images").at(i).refuse("is neither PNG, JPEG, WebP nor KTX2");
     std::string packed;
     if (webp && !heights.contains(i)) packed = as_webp(bytes, *webp);
     image["mimeType"] = type;

@@ -19,6 +19,6 @@ struct WebpOptions {
 // them by EXT_texture_webp; heights of 16 bits, displacement textures, images of more than 16383 pixels a side and those
 // that WebP would make larger stay as they are. Returns the number of images that it converted.
 std::size_t move_images(scene::gltf::Document& document, nlohmann::json& d, BinaryChunk& chunk,
-                        const std::optional<WebpOptions>& webp);
+                        const std::optional<WebpOptions>& webp, std::vector<std::string>& notices);
 
 }  // namespace tessera::replay

@@ -141,6 +141,17 @@ bool sums_to_one(const DracoAttribute& attribute) {
 
 }  // namespace
 
+bool is_unit(const DracoAttribute& attribute) {
+  constexpr float kRounding = 0.01f;
+  const auto components = static_cast<std::size_t>(attribute.components);
+  for (std::size_t i = 0; i + 2 < attribute.values.size(); i += components) {
+    const float* v = &attribute.values[i];
+    if (!(std::abs(std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) - 1) <= kRounding)) return false;
+    if (components == 4 && std::abs(v[3]) != 1) return false;
+  }
+  return true;
+}
+
 MeshoptStream encode_elements(std::span<const std::uint8_t> elements, std::size_t stride, const std::string& filter) {
   const std::size_t count = elements.size() / stride;
   MeshoptStream out;
@@ -182,14 +193,16 @@ int grid_exponent(float low, float high, int bits) {
   return std::clamp(std::max(by_extent, by_mantissa), -100, 100);
 }
 
-MeshoptAttribute encode_attribute(const DracoAttribute& attribute, const QuantizationBits& bits,
-                                  std::optional<int> exponent) {
+MeshoptAttribute encode_attribute(const DracoAttribute& attribute, const QuantizationBits& bits) {
   const std::size_t count = attribute.values.size() / static_cast<std::size_t>(attribute.components);
   const std::string& name = attribute.name;
-  if (attribute.component_type != gltf::kFloat) return verbatim(attribute, count);
-  if (name == "POSITION") return on_grid(attribute, count, exponent ? *exponent : grid_of(attribute, bits.position));
-  if (name == "NORMAL" || name == "TANGENT") return octahedral(attribute, count, std::max(bits.normal, 2));
-  if (name.starts_with("TEXCOORD_")) return on_grid(attribute, count, grid_of(attribute, bits.texcoord));
+  if (attribute.component_type != gltf::kFloat || attribute.exact) return verbatim(attribute, count);
+  if (name == "NORMAL" || name == "TANGENT")
+    return is_unit(attribute) ? octahedral(attribute, count, std::max(bits.normal, 2)) : verbatim(attribute, count);
+  if (name == "POSITION" || name.starts_with("TEXCOORD_"))
+    return on_grid(attribute, count,
+                   attribute.exponent ? *attribute.exponent
+                                      : grid_of(attribute, name == "POSITION" ? bits.position : bits.texcoord));
   if (name.starts_with("COLOR_") && inside_unit(attribute.values)) return unorm(attribute, count, bits.color, false);
   if (name.starts_with("WEIGHTS_") && inside_unit(attribute.values))
     return unorm(attribute, count, bits.generic, sums_to_one(attribute));

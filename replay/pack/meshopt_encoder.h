@@ -46,9 +46,11 @@ struct MeshoptAttribute {
 // Quantises floats by the attribute's name as gltfpack -c -vpf -vtf does, and compresses: positions and texture
 // coordinates stay floats on a grid (so that no node and no texture transform changes, and distances of displacement
 // keep their unit), normals and tangents become octahedra, colours and weights normalised integers. Integers stay
-// exact. `exponent`: the grid of positions, where several primitives share one.
-MeshoptAttribute encode_attribute(const DracoAttribute& attribute, const QuantizationBits& bits,
-                                  std::optional<int> exponent = {});
+// exact, and so do normals and tangents that are not unit vectors.
+MeshoptAttribute encode_attribute(const DracoAttribute& attribute, const QuantizationBits& bits);
+
+// Whether all vectors of normals or tangents have the length 1: what octahedra can hold.
+bool is_unit(const DracoAttribute& attribute);
 
 // Joins vertices whose values are all equal, orders triangles cluster by cluster (scene::cluster_order) and vertices by
 // first use; vertices that no triangle has are dropped.

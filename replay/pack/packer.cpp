@@ -18,12 +18,14 @@
 #include "base/whole_file.h"
 #include "replay/pack/binary_chunk.h"
 #include "replay/pack/image_packer.h"
+#include "replay/pack/lattice.h"
 #include "replay/pack/meshopt_encoder.h"
 #include "replay/pack/stored_view.h"
 #include "scene/capture_reader.h"
 #include "scene/clusters.h"
 #include "scene/extensions.h"
 #include "scene/gltf/accessor_layout.h"
+#include "scene/gltf/accessor_uses.h"
 #include "scene/gltf/builders.h"
 #include "scene/gltf/document.h"
 #include "scene/gltf/json_reader.h"
@@ -65,11 +67,12 @@ void drop_extension(json& d, const std::string& name) {
 
 // ---- Compressing primitives -------------------------------------------------------------------------------------
 
-// Scalars of an accessor as Draco wants them: normalised integers as the integers they are.
+// Scalars of an accessor as Draco wants them: normalised integers as the integers they are. The asset has been read: what
+// is no number here belongs to a vertex that no index names.
 DracoAttribute read_attribute(gltf::Document& document, const std::string& name, std::size_t accessor) {
   const gltf::AccessorLayout layout = gltf::accessor_layout(document.json, accessor);
   DracoAttribute out{name, layout.components, layout.component_type, layout.normalized,
-                     gltf::read_floats(document, accessor)};
+                     gltf::read_floats(document, accessor, [](std::uint64_t) { return false; })};
   if (layout.normalized)
     for (float& v : out.values) {
       const float scale = layout.component_type == gltf::kByte           ? 127.0f
@@ -103,17 +106,20 @@ json described_accessor(const DracoAttribute& attribute, std::size_t count) {
   return accessor;
 }
 
-void set_position_range(json& accessor, const std::vector<float>& positions) {
-  std::vector<float> low(positions.begin(), positions.begin() + 3), high = low;
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    low[i % 3] = std::min(low[i % 3], positions[i]);
-    high[i % 3] = std::max(high[i % 3], positions[i]);
+// `values`: of all components, one element after the other.
+void set_range(json& accessor, const std::vector<float>& values, std::size_t components) {
+  std::vector<float> low(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(components)), high = low;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    low[i % components] = std::min(low[i % components], values[i]);
+    high[i % components] = std::max(high[i % components], values[i]);
   }
   accessor["min"] = low;
   accessor["max"] = high;
 }
 
-DracoInput read_primitive(gltf::Document& document, const json& primitive) {
+// `mesh`: the number of the primitive's.
+DracoInput read_primitive(gltf::Document& document, const json& primitive, const Lattices& lattices, std::size_t mesh,
+                          bool meshopt) {
   DracoInput input;
   for (const auto& [name, index] : primitive["attributes"].items())
     if (!application_specific(name))
@@ -128,6 +134,13 @@ DracoInput read_primitive(gltf::Document& document, const json& primitive) {
     for (std::uint32_t v = 0; v < input.vertex_count; ++v) input.indices.push_back(v);
   }
   input.indices.resize(input.indices.size() / 3 * 3);
+  for (DracoAttribute& attribute : input.attributes) {
+    // The codec of meshoptimizer rounds all others by their values alone.
+    if (!meshopt || attribute.name == "POSITION" || attribute.name.starts_with("TEXCOORD_"))
+      lattices.apply(mesh, attribute);
+    // An octahedron has no place for a normal that is not of length 1; renderers give one of length 0 a meaning.
+    if (attribute.name == "NORMAL") attribute.exact = !is_unit(attribute);
+  }
   return input;
 }
 
@@ -146,14 +159,14 @@ bool has_proper_triangle(const DracoInput& input) {
 // cannot be: no proper triangle, or vertices that must keep their order and that triangles hardly use (primitives
 // that share the vertices of a whole model).
 bool compress_primitive(gltf::Document& document, json& out, json& primitive, const PackOptions& options,
-                        BinaryChunk& chunk) {
+                        const Lattices& lattices, std::size_t mesh, BinaryChunk& chunk) {
   if (primitive.value("mode", 4) != 4 || !primitive["attributes"].contains("POSITION")) return false;
   const bool ordered = order_matters(primitive);
   if (ordered && options.method == PackMethod::kEdgebreaker)
     throw UsageError(
         "--method edgebreaker renumbers vertices; Bezier patches, cages, morph targets and application-specific "
         "attributes need sequential order (or auto)");
-  const DracoInput input = read_primitive(document, primitive);
+  const DracoInput input = read_primitive(document, primitive, lattices, mesh, false);
   const bool sequential = ordered || options.method == PackMethod::kSequential;
   if (sequential ? input.vertex_count > input.indices.size() : !has_proper_triangle(input)) return false;
   const DracoOutput encoded = encode_draco(input, options.bits, sequential);
@@ -171,37 +184,18 @@ bool compress_primitive(gltf::Document& document, json& out, json& primitive, co
   return true;
 }
 
-// The grid that the float positions of a mesh share, so that primitives which touch still touch; none without such.
-std::optional<int> position_grid(gltf::Document& document, const json& mesh, int bits) {
-  Vec3 low(std::numeric_limits<float>::max()), high(-low);
-  for (const json& primitive : mesh["primitives"]) {
-    const auto position = primitive["attributes"].find("POSITION");
-    if (position == primitive["attributes"].end()) continue;
-    const auto accessor = position->get<std::size_t>();
-    if (gltf::accessor_layout(document.json, accessor).component_type != gltf::kFloat) continue;
-    const std::vector<float> values = gltf::read_floats(document, accessor);
-    for (std::size_t i = 0; i + 2 < values.size(); i += 3) {
-      const Vec3 p(values[i], values[i + 1], values[i + 2]);
-      low = glm::min(low, p), high = glm::max(high, p);
-    }
-  }
-  if (low.x > high.x) return std::nullopt;
-  const Vec3 size = high - low, far = glm::max(glm::abs(low), glm::abs(high));
-  return std::max(grid_exponent(0, std::max({size.x, size.y, size.z}), bits),
-                  grid_exponent(0, std::max({far.x, far.y, far.z}), kMaxBits - 1));
-}
-
 // As compress_primitive, with meshoptimizer: attributes and indices become compressed views, whose numbers `placed` has
 // by accessor. A primitive that is compressed so already keeps its streams.
 bool compress_with_meshopt(gltf::Document& document, json& out, json& primitive, const PackOptions& options,
-                           std::optional<int> grid, BinaryChunk& chunk, std::map<std::size_t, std::size_t>& placed) {
+                           const Lattices& lattices, std::size_t mesh, BinaryChunk& chunk,
+                           std::map<std::size_t, std::size_t>& placed) {
   if (primitive.value("mode", 4) != 4 || !primitive["attributes"].contains("POSITION")) return false;
   const json& position = document.json["accessors"][primitive["attributes"]["POSITION"].get<std::size_t>()];
   if (position.contains("bufferView") &&
       gltf::find_meshopt(document.json["bufferViews"][position["bufferView"].get<std::size_t>()]) != nullptr)
     return false;
   const bool ordered = order_matters(primitive);
-  DracoInput input = read_primitive(document, primitive);
+  DracoInput input = read_primitive(document, primitive, lattices, mesh, true);
   if (input.indices.empty() || (ordered && input.vertex_count > input.indices.size())) return false;
   if (!ordered) {
     order_for_meshopt(input);
@@ -219,11 +213,11 @@ bool compress_with_meshopt(gltf::Document& document, json& out, json& primitive,
     return out["accessors"].size() - 1;
   };
   for (DracoAttribute& attribute : input.attributes) {
-    const MeshoptAttribute encoded = encode_attribute(attribute, options.bits, grid);
+    const MeshoptAttribute encoded = encode_attribute(attribute, options.bits);
     attribute.component_type = encoded.component_type;
     attribute.normalized = encoded.normalized;
     json accessor = described_accessor(attribute, input.vertex_count);
-    if (attribute.name == "POSITION") set_position_range(accessor, encoded.decoded);
+    if (attribute.name == "POSITION") set_range(accessor, encoded.decoded, 3);
     const bool small = encoded.component_type != gltf::kFloat;
     if (small && (attribute.name == "NORMAL" || attribute.name == "TANGENT"))
       for (const char* list : {"extensionsUsed", "extensionsRequired"}) add_extension(out, list, kQuantization);
@@ -253,7 +247,7 @@ void describe_decoded(gltf::Document& document, json& out) {
       for (const auto& [name, id] : gltf::find_extension(primitive, kDraco)->at("attributes").items()) {
         json& accessor = out["accessors"][primitive["attributes"][name].get<std::size_t>()];
         accessor["count"] = decoded.vertex_count;
-        if (name == "POSITION") set_position_range(accessor, *decoded.find(name));
+        if (name == "POSITION") set_range(accessor, *decoded.find(name), 3);
       }
       json& indices = out["accessors"][primitive["indices"].get<std::size_t>()];
       indices["count"] = decoded.indices.size();
@@ -291,6 +285,19 @@ void for_each_accessor_use(json& d, const std::function<void(json&, AccessorUse)
         visit(sampler["input"], AccessorUse::kOther);
         visit(sampler["output"], AccessorUse::kOther);
       }
+}
+
+// glTF wants ranges of positions and key times; where an asset lacks them, they are those of its values.
+void add_missing_ranges(gltf::Document& document, json& out) {
+  gltf::for_each_accessor_use(document.json, document.root, [&](const gltf::AccessorUsed& use, const gltf::Place&) {
+    const bool positions = use.name == "POSITION" && use.role != gltf::AccessorRole::kInstances;
+    if ((!positions && use.role != gltf::AccessorRole::kKeyTimes) || use.in_draco) return;
+    json& accessor = out["accessors"][use.accessor];
+    if (accessor.contains("min") && accessor.contains("max")) return;
+    const DracoAttribute values = read_attribute(document, "", use.accessor);
+    if (values.values.empty()) return;
+    set_range(accessor, values.values, static_cast<std::size_t>(values.components));
+  });
 }
 
 // Drops accessors that nothing names, renumbers the others and moves their data into the chunk.
@@ -427,7 +434,8 @@ std::string glb_bytes(const json& d, const std::vector<std::uint8_t>& binary) {
 
 // A checked document of a file or of bytes in memory.
 json checked_json(const std::string& text, const std::string& name) {
-  json d = parse_json(text, name);
+  constexpr int kMaxDepth = 1000;  // of extras, which are kept; the reader has limited all else
+  json d = parse_json(text, name, kMaxDepth);
   const gltf::Place root(name);
   gltf::Notes notes;  // the reader's own are those that count
   gltf::check_schema(d, root, notes);
@@ -460,7 +468,8 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
 
   const std::string name = source.string();
   const scene::CaptureLimits limits;
-  scene::MemoryBudget budget(limits.max_bytes, name);
+  constexpr std::uint64_t kReadings = 4;  // of values that fit once: to measure, to join, to encode; none stays
+  scene::MemoryBudget budget(kReadings * limits.max_bytes, name);
   gltf::Container container = gltf::open_container(read_whole_file(source, limits.max_file_bytes, name), name);
   json checked = checked_json(container.json, name);
   if (options.surfaces.any()) {
@@ -484,21 +493,24 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   BinaryChunk chunk(document, meshopt);
   std::map<std::size_t, std::size_t> placed;
   std::size_t draco = 0;
-  for (json& mesh : out["meshes"]) {
-    const std::optional<int> grid = meshopt ? position_grid(document, mesh, options.bits.position) : std::nullopt;
-    for (json& primitive : mesh["primitives"]) {
+  std::optional<Lattices> lattices;
+  if (options.method != PackMethod::kNone) lattices.emplace(document, looked_at.capture, options.bits);
+  for (std::size_t m = 0; m < out["meshes"].size(); ++m)
+    for (json& primitive : out["meshes"][m]["primitives"]) {
       ++report.primitives;
       if (json* compressed = extension_of(primitive, kDraco))
         (*compressed)["bufferView"] = chunk.copy_view((*compressed)["bufferView"].get<std::size_t>());
       else if (meshopt)
-        report.compressed += compress_with_meshopt(document, out, primitive, options, grid, chunk, placed) ? 1 : 0;
-      else if (options.method != PackMethod::kNone && compress_primitive(document, out, primitive, options, chunk))
+        report.compressed +=
+            compress_with_meshopt(document, out, primitive, options, *lattices, m, chunk, placed) ? 1 : 0;
+      else if (options.method != PackMethod::kNone &&
+               compress_primitive(document, out, primitive, options, *lattices, m, chunk))
         ++draco;
     }
-  }
   report.compressed += draco;
+  add_missing_ranges(document, out);
   move_accessors(out, chunk, placed);
-  report.webp_images = move_images(document, out, chunk, options.webp);
+  report.webp_images = move_images(document, out, chunk, options.webp, report.notices);
   list_extensions(out, chunk, draco > 0, report.webp_images > 0);
   attach_settings(out, options);
   store_view(out, options.view, looked_at);

@@ -39,14 +39,16 @@ struct PackReport {
   std::size_t primitives = 0, compressed = 0;
   std::size_t webp_images = 0;
   SurfaceReport surfaces;
+  std::vector<std::string> notices;
 };
 
 // Reads a glTF asset, compresses its triangle primitives with Draco or meshoptimizer, attaches settings, and writes one
 // .glb with everything inside (buffers, images). The result is read back before it is put in place.
 //
-//   - Positions move by at most half a step of their quantisation (largest extent / (2^bits - 1)); integers, morph
-//     targets, animations, matrices and application-specific attributes stay exact.
-//   - With meshoptimizer the largest extent is the mesh's, and all other accessors are compressed without loss. Where
+//   - Positions move by at most half a step of their quantisation (largest drawn extent of the mesh / (2^bits - 1)), and
+//     vertices in one place stay in one place (lattice.h); integers, morph targets, animations, matrices,
+//     application-specific attributes, and normals that are no unit vectors stay exact.
+//   - With meshoptimizer all other accessors are compressed without loss. Where
 //     nothing counts on their order equal vertices are joined, and vertices and triangles ordered for its codec and in
 //     the order of clusters (TESSERA_clusters), so that reading the capture need not look for them.
 //   - Draco's sequential method where something counts on the order of vertices: Bezier patches, morph targets,
@@ -54,6 +56,8 @@ struct PackReport {
 //   - Objects that hold no data are kept word for word, unknown extensions included; one that names accessors or buffer
 //     views in its own way is refused, because these are renumbered.
 //   - The same asset gives the same bytes, and packing a packed capture gives it again.
+//
+//   - An image that is missing or broken, and that nothing samples, becomes one white pixel, with a notice.
 //
 // Throws InputError for a bad asset, UsageError for options that do not fit it, WriteError when the target cannot be
 // written; a file is then as it was. A stream (base/output_file.h) is written through.

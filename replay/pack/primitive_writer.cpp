@@ -76,11 +76,20 @@ bool any_beyond_four(const std::vector<scene::SkinInfluence>& influences) {
 
 }  // namespace
 
+std::size_t EditedAsset::add_positions(const std::vector<Vec3>& positions) {
+  const std::size_t number = add_accessor(positions, gltf::kFloat, "VEC3");
+  Vec3 low = positions.front(), high = low;
+  for (const Vec3& p : positions) low = glm::min(low, p), high = glm::max(high, p);
+  document["accessors"][number]["min"] = {low.x, low.y, low.z};
+  document["accessors"][number]["max"] = {high.x, high.y, high.z};
+  return number;
+}
+
 json EditedAsset::target_json(const scene::MorphTarget& target, std::size_t vertex_count) {
   json out = json::object();
   // A target that moves nothing still counts; glTF wants it to name something.
-  out["POSITION"] = add_accessor(
-      target.positions.empty() ? std::vector<Vec3>(vertex_count, Vec3(0.0f)) : target.positions, gltf::kFloat, "VEC3");
+  out["POSITION"] =
+      add_positions(target.positions.empty() ? std::vector<Vec3>(vertex_count, Vec3(0.0f)) : target.positions);
   if (!target.normals.empty()) out["NORMAL"] = add_accessor(target.normals, gltf::kFloat, "VEC3");
   if (!target.tangents.empty()) out["TANGENT"] = add_accessor(target.tangents, gltf::kFloat, "VEC3");
   return out;
@@ -90,12 +99,7 @@ void EditedAsset::write_primitive(json& json_primitive, const scene::Primitive& 
                                   const std::vector<std::uint32_t>& indices) {
   const scene::Vertices& v = primitive.vertices;
   json attributes = json::object();
-  const std::size_t position = add_accessor(v.positions, gltf::kFloat, "VEC3");
-  Vec3 low = v.positions.front(), high = low;
-  for (const Vec3& p : v.positions) low = glm::min(low, p), high = glm::max(high, p);
-  document["accessors"][position]["min"] = {low.x, low.y, low.z};
-  document["accessors"][position]["max"] = {high.x, high.y, high.z};
-  attributes["POSITION"] = position;
+  attributes["POSITION"] = add_positions(v.positions);
   if (!v.normals.empty()) attributes["NORMAL"] = add_accessor(v.normals, gltf::kFloat, "VEC3");
   if (!v.tangents.empty()) attributes["TANGENT"] = add_accessor(v.tangents, gltf::kFloat, "VEC4");
   for (std::size_t set = 0; set < v.texcoords.size(); ++set)

@@ -34,6 +34,7 @@ class EditedAsset {
  private:
   template <class T>
   std::size_t add_accessor(const std::vector<T>& values, int component_type, const char* type);
+  std::size_t add_positions(const std::vector<Vec3>& positions);  // with their range
   nlohmann::json target_json(const scene::MorphTarget& target, std::size_t vertex_count);
 
   std::filesystem::path source_;
