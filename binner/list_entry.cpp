@@ -35,6 +35,8 @@ struct Field {
   std::uint64_t put(std::uint64_t value) const { return value << at; }
 };
 constexpr int kDepthBitsLeftOut = 15;
+constexpr Field kLateSegment{0, 12};           // of a depth, in records of segments that their field has no room for
+constexpr std::uint64_t kSegmentInDepth = 31;  // what the field says then
 
 // The only word of the short form.
 namespace whole {
@@ -78,8 +80,8 @@ ListEntry unpack_short(std::uint64_t word) {
 PackedRecord pack_record(const ListEntry& e) {
   TESSERA_CHECK(e.range.i0 < 128 && e.range.i1 < 128 && e.range.j0 < 128 && e.range.j1 < 128,
                 "a cell range fits 7 bits");
-  TESSERA_CHECK(e.flags <= part::kFlags.most() && e.segment <= part::kSegment.most(),
-                "flags and a segment of motion fit 5 bits");
+  TESSERA_CHECK(e.flags <= part::kFlags.most() && e.segment <= kLateSegment.most(),
+                "flags fit 5 bits, a segment of motion 12");
   const BlockRange& blocks = e.blocks;
   TESSERA_CHECK(blocks.column < BlockRange::kPeriod && blocks.row < BlockRange::kPeriod &&
                     blocks.more_columns <= BlockRange::kAny && blocks.more_rows <= BlockRange::kAny,
@@ -93,11 +95,13 @@ PackedRecord pack_record(const ListEntry& e) {
   }
   using namespace part;
   out.size = kRecordBytes;
+  const bool late = e.segment >= kSegmentInDepth;
+  const std::uint64_t stored = late ? (depth & ~kLateSegment.most()) | kLateSegment.put(e.segment) : depth;
   put64(&out.bytes[0], kPatch.put(e.base_patch) | kI0.put(e.range.i0) | kJ0.put(e.range.j0) | kI1.put(e.range.i1) |
                            kJ1.put(e.range.j1) | kMoreRows.put(blocks.more_rows));
-  put64(&out.bytes[kSlotBytes], kDepth.put(depth) | kFlags.put(e.flags) | kColumn.put(blocks.column) |
+  put64(&out.bytes[kSlotBytes], kDepth.put(stored) | kFlags.put(e.flags) | kColumn.put(blocks.column) |
                                     kRow.put(blocks.row) | kMoreColumns.put(blocks.more_columns) |
-                                    kSegment.put(e.segment) | kWide.put(blocks.wide ? 1 : 0) |
+                                    kSegment.put(late ? kSegmentInDepth : e.segment) | kWide.put(blocks.wide ? 1 : 0) |
                                     kLists.put(std::min(e.lists, kManyLists)));
   return out;
 }
@@ -110,9 +114,11 @@ ListEntry unpack_record(std::span<const std::uint8_t> bytes) {
   ListEntry e;
   e.base_patch = static_cast<std::uint32_t>(kPatch.of(first));
   e.range = {kI0.byte_of(first), kJ0.byte_of(first), kI1.byte_of(first), kJ1.byte_of(first)};
-  e.near_depth = std::bit_cast<float>(static_cast<std::uint32_t>(kDepth.of(second)));
+  const bool late = kSegment.of(second) == kSegmentInDepth;
+  const std::uint64_t depth = kDepth.of(second);
+  e.near_depth = std::bit_cast<float>(static_cast<std::uint32_t>(late ? depth & ~kLateSegment.most() : depth));
   e.flags = kFlags.byte_of(second);
-  e.segment = kSegment.byte_of(second);
+  e.segment = static_cast<std::uint16_t>(late ? kLateSegment.of(depth) : kSegment.of(second));
   e.blocks = {kColumn.byte_of(second), kRow.byte_of(second), kMoreColumns.byte_of(second), kMoreRows.byte_of(first),
               kWide.of(second) != 0};
   e.lists = static_cast<std::uint16_t>(kLists.of(second));

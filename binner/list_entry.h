@@ -22,10 +22,10 @@ struct ListEntry {
   float near_depth = 0;
   std::uint8_t t0 = 0, t1 = 255;
   std::uint8_t flags = kEveryEffect;
-  std::uint8_t segment = 0;  // FrameGeometry::segment()
-  std::uint16_t lists = 0;   // that hold it; kManyLists stands for as many and more
-  BlockRange blocks;         // that it may touch
-  std::uint32_t record = 0;  // number in the sub-patch table: its address there over kSlotBytes
+  std::uint16_t segment = 0;  // FrameGeometry::segment()
+  std::uint16_t lists = 0;    // that hold it; kManyLists stands for as many and more
+  BlockRange blocks;          // that it may touch
+  std::uint32_t record = 0;   // number in the sub-patch table: its address there over kSlotBytes
 
   bool operator==(const ListEntry&) const = default;
 };
@@ -50,7 +50,8 @@ struct ListEntry {
 //   8..11   near_depth    float; 0 for what is not positive
 //   12..13  flags         5 bits, kMoving ...: the effects that the sub-patch's kernels need
 //           blocks        first column and row, 4 bits each; more columns, 3
-//   14..15  segment       5 bits, of motion by which it moves, times being 1/256 of that; 0: of the whole shutter
+//   14..15  segment       5 bits, of motion by which it moves, times being 1/256 of that; 0: of the whole shutter. 31:
+//                         it is in the lower 12 bits of near_depth, whose others are those of the float, rounded nearer
 //           wide          1 bit, of blocks
 //           lists         10 bits, that it was put into: kManyLists stands for as many and more
 inline constexpr std::size_t kSlotBytes = 8, kRecordBytes = 16;

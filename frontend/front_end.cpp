@@ -215,9 +215,9 @@ FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLib
   if (guess != nullptr) all.previous_depth.blocks_reprojected = guess->farthest.size();
   for (int s = 0; s <= static_cast<int>(frame.segments.size()); ++s) {
     Part part = run_part(frame.segment(s), pyramids, spec, guess, l2, budget, all);
-    for (BoundedSubPatch& piece : part.sub_patches) piece.segment = static_cast<std::uint8_t>(s);
+    for (BoundedSubPatch& piece : part.sub_patches) piece.segment = static_cast<std::uint16_t>(s);
     for (OcclusionCandidate& deferred : part.deferred) {
-      deferred.segment = static_cast<std::uint8_t>(s);
+      deferred.segment = static_cast<std::uint16_t>(s);
       pack_candidates(deferred, all.deferred);
     }
     if (s == 0)
@@ -247,7 +247,7 @@ std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& fra
     std::vector<BoundedSubPatch> part =
         split_runs(posed, patches_again(posed, visible[s], pyramids, spec, depth, front_end), pyramids, spec, &depth,
                    l2, nullptr, front_end);
-    for (BoundedSubPatch& piece : part) piece.segment = static_cast<std::uint8_t>(s);
+    for (BoundedSubPatch& piece : part) piece.segment = static_cast<std::uint16_t>(s);
     append(all, part);
   }
   return all;

@@ -19,7 +19,7 @@ std::uint32_t get(std::span<const std::uint8_t> bytes) {
 void pack_candidates(const OcclusionCandidate& d, std::vector<std::uint8_t>& out) {
   const IntRect& b = d.footprint.blocks;
   TESSERA_CHECK(b.x0 >= 0 && b.y0 >= 0 && !b.empty() && b.x1 <= 65536 && b.y1 <= 65536, "blocks fit 16 bits");
-  TESSERA_CHECK(d.level < 8 && d.segment < 32, "a level fits 3 bits, a segment 5");
+  TESSERA_CHECK(d.level < 8 && d.segment < 4096, "a level fits 3 bits, a segment 12");
   put(d.number, 4, out);
   put(d.footprint.nearest, 2, out);
   put(d.level | std::uint64_t{d.kind} << 3 | std::uint64_t{d.segment} << 4, 2, out);
@@ -34,7 +34,7 @@ std::vector<OcclusionCandidate> unpack_candidates(std::span<const std::uint8_t> 
     OcclusionCandidate d;
     d.kind = (word >> 3 & 1) != 0 ? OcclusionCandidate::kInstance : OcclusionCandidate::kGroup;
     d.level = static_cast<std::uint8_t>(word & 7);
-    d.segment = static_cast<std::uint8_t>(word >> 4 & 31);
+    d.segment = static_cast<std::uint16_t>(word >> 4 & 0xFFF);
     d.number = get(bytes.first(4));
     d.footprint = {{block(8), block(10), block(12) + 1, block(14) + 1},
                    static_cast<DepthCode>(get(bytes.subspan(4, 2)))};

@@ -15,9 +15,9 @@ struct OcclusionCandidate {
   enum Kind : std::uint8_t { kGroup, kInstance };
 
   Kind kind = kGroup;
-  std::uint8_t level = 0;    // of a group, below 8
-  std::uint8_t segment = 0;  // FrameGeometry::segment()
-  std::uint32_t number = 0;  // a group's first base patch, or the instance's first drawable
+  std::uint8_t level = 0;     // of a group, below 8
+  std::uint16_t segment = 0;  // FrameGeometry::segment()
+  std::uint32_t number = 0;   // a group's first base patch, or the instance's first drawable
   BlockFootprint footprint;
 
   bool operator==(const OcclusionCandidate&) const = default;
@@ -30,7 +30,7 @@ struct OcclusionCandidate {
 //   32..47   nearest depth
 //   48..50   level
 //   51       kind
-//   52..56   segment
+//   52..63   segment
 //   64..79   first column of blocks
 //   80..95   first row
 //   96..111  last column

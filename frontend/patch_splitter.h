@@ -48,7 +48,7 @@ struct BoundedSubPatch {
   ScreenBounds bounds;                         // over the whole shutter and lens
   MovingBox box;                               // in object space
   std::uint8_t effects = kAllSubPatchEffects;  // that its kernels need: bits of SubPatchEffect
-  std::uint8_t segment = 0;                    // of the frame by which it moves: FrameGeometry::segment()
+  std::uint16_t segment = 0;                   // of the frame by which it moves: FrameGeometry::segment()
 
   // Of its moving box; bounds.grow pixels around their projections hold everything that is drawn. Computed each time:
   // they take three times the room of the box, and a frame may have millions of sub-patches.

@@ -244,11 +244,19 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
   {
     const StageTimer timer(result, "pose");
     geometry = scene::pose_frame(scene_.assembly, eye.camera, frame_request(frame), std::exchange(eye.pose, nullptr));
+    if (geometry->request.motion_segments == 0 && geometry->motion_error > geometry->request.motion_error &&
+        left == nullptr)
+      result.notes.push_back(
+          fmt::format("frame {}: with {} motion segments something may be {:.1f} pixels off its curve; "
+                      "sampling.motion_error asks for "
+                      "{} (sampling.motion_segments_max may be up to {})",
+                      frame, geometry->segments.size(), geometry->motion_error, geometry->request.motion_error,
+                      kMaxMotionSegments));
     if (geometry->drawables.size() <= kDrawablesToKeep || !geometry->any_motion) eye.pose = geometry;
   }
   const binner::TileGrid grid(request_.width, request_.height, gpu_.tile.width, gpu_.tile.height, request_.region);
   const tilecore::SamplePattern pattern(
-      sampling_settings(settings_.sampling, gpu_.tilecore.visibility, frame, geometry->segments.size()));
+      sampling_settings(settings_.sampling, gpu_.tilecore.visibility, frame, geometry->parts()));
   tilecore::TileJob job = make_job(*geometry, grid, pattern);
   const std::unique_ptr<tilecore::ParameterMaps> procedures = map_procedures(job, result);
   job.procedures = procedures.get();

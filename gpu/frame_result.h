@@ -34,6 +34,7 @@ struct FrameResult {
   FrameEffects effects;
   EffectReasons effect_reasons;  // why each ran, or did not
   FrameEffectPlaces effect_places;
+  std::vector<std::string> notes;  // for people: what was asked for and could not be had
   std::optional<RightEye> right;
   // Host time in seconds; tile_threads and resolve_threads: processor time, summed over threads.
   std::map<std::string, double> stage_seconds;

@@ -148,8 +148,9 @@ std::uint64_t tile_signature(const TileJob& job, std::uint64_t constants, std::s
     const scene::CellRange& r = entry.range;
     const binner::BlockRange& b = entry.blocks;
     crc.add_values(std::span<const std::uint8_t>(std::to_array<std::uint8_t>(
-        {r.i0, r.j0, r.i1, r.j1, entry.t0, entry.t1, entry.flags, entry.segment, static_cast<std::uint8_t>(entry.whole),
-         b.column, b.row, b.more_columns, b.more_rows, static_cast<std::uint8_t>(b.wide)})));
+        {r.i0, r.j0, r.i1, r.j1, entry.t0, entry.t1, entry.flags, static_cast<std::uint8_t>(entry.segment & 0xFF),
+         static_cast<std::uint8_t>(entry.segment >> 8), static_cast<std::uint8_t>(entry.whole), b.column, b.row,
+         b.more_columns, b.more_rows, static_cast<std::uint8_t>(b.wide)})));
     crc.add_value(entry.near_depth);
   }
   if (sees_times) crc.add_value(job.pattern->frame());

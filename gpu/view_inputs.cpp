@@ -38,6 +38,7 @@ scene::FrameRequest frame_request(const scene::Capture& capture, const GpuConfig
   request.sample_procedures = settings.procedures.path == tilecore::ProcedureSettings::Path::kSampled;
   request.motion_segments = settings.sampling.motion_segments;
   request.motion_error = settings.sampling.motion_error;
+  request.motion_segments_max = settings.sampling.motion_segments_max;
   request.displacement = settings.effects.displacement != EffectMode::kOff && tilecore::kGeneralEffects;
   request.alpha_test = settings.effects.alpha_test != EffectMode::kOff;
   request.blending = settings.effects.blending != EffectSwitch::kOff;

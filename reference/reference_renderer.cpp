@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <span>
 
 #include "base/check.h"
 #include "base/parallel.h"
@@ -69,8 +71,12 @@ struct PacketOrder {
 // One thread's work on a pixel.
 class PixelRenderer {
  public:
-  void render(const ReferenceScene& scene, const ReferenceRequest& request, const PacketOrder& order, int px, int py,
-              std::size_t count) {
+  // Samples whose times are in a part of the shutter, which is the whole shutter of the scene.
+  struct Part {
+    double begin = 0, end = 1;
+  };
+  void render(const ReferenceScene& scene, const Part& part, const ReferenceRequest& request, const PacketOrder& order,
+              int px, int py, std::size_t count) {
     samples_.resize(count);
     color_.resize(count);
     order_.clear();
@@ -80,7 +86,10 @@ class PixelRenderer {
       samples_[k] = request.pattern == nullptr ? random_sample(request.seed, pixel, k)
                                                : pattern_sample(*request.pattern, px, py, static_cast<int>(k));
       color_[k] = Vec3(0.0f);
-      const auto code = static_cast<int>(std::floor(samples_[k].t * 256.0));
+      double& t = samples_[k].t;
+      if (t < part.begin || t >= part.end) continue;
+      t = (t - part.begin) / (part.end - part.begin);
+      const auto code = static_cast<int>(std::floor(samples_[k].t * ShutterSegment::kCodes));
       if (code >= scene.posed.part.first && code < scene.posed.part.end)
         order_.push_back({order.cell(samples_[k]), static_cast<std::uint32_t>(k)});
     }
@@ -167,6 +176,11 @@ class PixelRenderer {
     return color;
   }
 
+  static bool blends(const ReferenceScene& scene, std::int64_t triangle) {
+    return scene.frame.drawable_of(scene.triangles[static_cast<std::size_t>(triangle)].patch).material->alpha_mode ==
+           scene::AlphaMode::kBlend;
+  }
+
   // Nearest surface of what is opaque and what passes its alpha test, then layers over it from far to near.
   // `t`: of the whole shutter.
   Seen see(const ReferenceScene& scene, const ReferenceRequest& request, std::size_t r, double t) {
@@ -176,9 +190,14 @@ class PixelRenderer {
     double b1 = packet_.b1[r], b2 = packet_.b2[r];
     layers_.clear();
     for (const RayPacket::Crossing& c : packet_.crossings)
-      if (c.ray == r && c.depth < depth) layers_.push_back(c);
-    std::sort(layers_.begin(), layers_.end(), [](const auto& a, const auto& b) {
-      return a.depth != b.depth ? a.depth < b.depth : a.triangle < b.triangle;
+      if (c.ray == r && (c.depth < depth || (c.depth == depth && (blends(scene, c.triangle) || c.triangle < number))))
+        layers_.push_back(c);
+    // Near to far. At one depth what blends is seen on what does not, later triangles on earlier ones.
+    std::sort(layers_.begin(), layers_.end(), [&](const auto& a, const auto& b) {
+      if (a.depth != b.depth) return a.depth < b.depth;
+      const bool a_blends = blends(scene, a.triangle);
+      if (a_blends != blends(scene, b.triangle)) return a_blends;
+      return a_blends ? a.triangle > b.triangle : a.triangle < b.triangle;
     });
     const auto masked = std::find_if(layers_.begin(), layers_.end(), [&](const RayPacket::Crossing& c) {
       const scene::Material& material =
@@ -200,9 +219,7 @@ class PixelRenderer {
     else
       seen.behind = request.lighting.environment.background(background_direction(scene, packet_, r));
     for (auto layer = layers_.rbegin(); layer != layers_.rend(); ++layer) {
-      if (frame.drawable_of(scene.triangles[static_cast<std::size_t>(layer->triangle)].patch).material->alpha_mode !=
-          scene::AlphaMode::kBlend)
-        continue;
+      if (!blends(scene, layer->triangle)) continue;
       ask_for(scene, layer->triangle, layer->b1, layer->b2, t);
       ++seen.layers;
     }
@@ -231,7 +248,14 @@ std::vector<int> sample_numbers(const ReferenceRequest& request) {
   return numbers;
 }
 
-void add_samples(const ReferenceScene& scene, const ReferenceRequest& request, Sums& sums) {
+// A scene and the part of the shutter that is its whole one.
+struct ScenePart {
+  const ReferenceScene& scene;
+  PixelRenderer::Part part;
+};
+
+void add_samples(std::span<const ScenePart> scenes, const ReferenceRequest& request, Sums& sums) {
+  const ReferenceScene& scene = scenes.front().scene;
   const int width = scene.frame.request.width, height = scene.frame.request.height;
   const std::vector<int> numbers = sample_numbers(request);
   sums.resize(numbers.size(), std::vector<DVec3>(static_cast<std::size_t>(width * height), DVec3(0.0)));
@@ -243,15 +267,22 @@ void add_samples(const ReferenceScene& scene, const ReferenceRequest& request, S
     PixelRenderer& renderer = renderers.local();
     const int y = static_cast<int>(run / runs), x0 = static_cast<int>(run % runs) * kRun;
     for (int x = x0; x < std::min(x0 + kRun, width); ++x) {
-      renderer.render(scene, request, order, x, y, static_cast<std::size_t>(numbers.back()));
-      DVec3 sum(0.0);
-      std::size_t k = 0;
-      for (std::size_t n = 0; n < numbers.size(); ++n) {
-        for (; k < static_cast<std::size_t>(numbers[n]); ++k) sum += DVec3(renderer.color()[k]);
-        sums[n][static_cast<std::size_t>(y * width + x)] += sum;
+      for (const ScenePart& one : scenes) {
+        renderer.render(one.scene, one.part, request, order, x, y, static_cast<std::size_t>(numbers.back()));
+        DVec3 sum(0.0);
+        std::size_t k = 0;
+        for (std::size_t n = 0; n < numbers.size(); ++n) {
+          for (; k < static_cast<std::size_t>(numbers[n]); ++k) sum += DVec3(renderer.color()[k]);
+          sums[n][static_cast<std::size_t>(y * width + x)] += sum;
+        }
       }
     }
   });
+}
+
+void add_scene(const ReferenceScene& scene, const ReferenceRequest& request, Sums& sums) {
+  const ScenePart whole{scene, {}};
+  add_samples(std::span(&whole, 1), request, sums);
 }
 
 std::vector<Image> means(const scene::FrameGeometry& frame, const ReferenceRequest& request, const Sums& sums) {
@@ -268,8 +299,29 @@ std::vector<Image> render_segments(const scene::FrameGeometry& frame, const Refe
   Sums sums;
   const int count = static_cast<int>(frame.segments.size());
   for (int segment = count == 0 ? 0 : 1; segment <= count; ++segment)
-    add_samples(ReferenceScene(frame, segment, behind), request, sums);
+    add_scene(ReferenceScene(frame, segment, behind), request, sums);
   return means(frame, request, sums);
+}
+
+// Slices are posed and drawn together, as many as fit kTogetherBytes: each looks at all of a pixel's samples.
+std::vector<Image> render_slices(const ShutterSlices& slices, const ReferenceRequest& request, bool behind) {
+  constexpr std::size_t kTogether = 64, kTogetherBytes = std::size_t{256} << 20;
+  Sums sums;
+  for (std::size_t next = 0; next < slices.count();) {
+    std::vector<std::unique_ptr<scene::FrameGeometry>> frames;
+    std::vector<std::unique_ptr<ReferenceScene>> scenes;
+    std::vector<ScenePart> parts;
+    for (std::size_t bytes = 0; next < slices.count() && parts.size() < kTogether && bytes < kTogetherBytes; ++next) {
+      frames.push_back(slices.pose(next));
+      scenes.push_back(std::make_unique<ReferenceScene>(*frames.back(), 0, behind));
+      // The last one holds the end of the shutter.
+      const bool last = next + 1 == slices.count();
+      parts.push_back({*scenes.back(), {slices.at(next), last ? 1.0 + 0x1p-52 : slices.at(next + 1)}});
+      bytes += 3 * scenes.back()->vertices.size() * sizeof(scenes.back()->vertices[0]);
+    }
+    add_samples(parts, request, sums);
+  }
+  return means(slices.common(), request, sums);
 }
 
 shaders::RadianceImage levels_of(const Image& pixels) {
@@ -286,8 +338,18 @@ shaders::RadianceImage levels_of(const Image& pixels) {
 
 std::vector<Image> render_reference(const ReferenceScene& scene, const ReferenceRequest& request) {
   Sums sums;
-  add_samples(scene, request, sums);
+  add_scene(scene, request, sums);
   return means(scene.frame, request, sums);
+}
+
+std::vector<Image> render_reference(const ShutterSlices& slices, const ReferenceRequest& request) {
+  if (std::ranges::none_of(slices.common().drawables,
+                           [](const auto& drawable) { return tilecore::transmits(drawable); }))
+    return render_slices(slices, request, false);
+  const shaders::RadianceImage behind = levels_of(render_slices(slices, request, true).back());
+  ReferenceRequest lit = request;
+  lit.lighting.behind = &behind;
+  return render_slices(slices, lit, false);
 }
 
 std::vector<Image> render_reference(const scene::FrameGeometry& frame, const ReferenceRequest& request) {

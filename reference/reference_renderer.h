@@ -6,6 +6,7 @@
 
 #include "base/image.h"
 #include "reference/reference_scene.h"
+#include "reference/shutter_slices.h"
 #include "tilecore/shading/pixel_shader.h"
 #include "tilecore/visibility/sample_pattern.h"
 
@@ -34,6 +35,9 @@ struct ReferenceRequest {
 std::vector<Image> render_reference(const ReferenceScene& scene, const ReferenceRequest& request);
 // Of a frame, segment by segment where its motion has some.
 std::vector<Image> render_reference(const scene::FrameGeometry& frame, const ReferenceRequest& request);
+
+// Of a shutter in slices: each as many samples as have their random time in it. This is the truth of `tessera tradeoff`.
+std::vector<Image> render_reference(const ShutterSlices& slices, const ReferenceRequest& request);
 
 // Root mean square difference of two images of one shape.
 double rms_difference(const Image& a, const Image& b);

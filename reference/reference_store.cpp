@@ -18,7 +18,6 @@
 #include "gpu/view_inputs.h"
 #include "reference/reference_renderer.h"
 #include "shaders_cpp/tone_map.h"
-#include "tilecore/shading/transmission.h"
 
 namespace tessera::reference {
 namespace {
@@ -26,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr std::uint64_t kSeed = 20240607, kOtherSeed = 77;
+constexpr std::uint64_t kSeed = 20240607, kOtherSeed = 77, kSliceSeed = 4711;
 
 // A frame posed as finely as the reference is wanted.
 struct PosedReference {
@@ -34,9 +33,6 @@ struct PosedReference {
                  const gpu::RunSettings& settings, const ReferenceSettings& wanted, int width, int height) {
     scene::FrameRequest request = gpu::frame_request(prepared.capture, gpu, settings, width, height, wanted.frame);
     request.half_attributes = request.interpolated_surfaces = false;
-    // Motion as it is: a fiftieth of a pixel from the curve, or as many segments as there may be.
-    request.motion_segments = 0;
-    request.motion_error = 0.02;
     if (wanted.edge_pixels > 0) {
       request.tessellation.target_edge_pixels = wanted.edge_pixels;
       request.tessellation.displacement_bias = 0;
@@ -44,19 +40,15 @@ struct PosedReference {
       request.procedure_limits = false;
     }
     // Textures as the file has them: blocks of a target are the machine's.
-    frame = scene::pose_frame(prepared.scene(scene::kTexturesOfTheFile).assembly,
-                              gpu::frame_camera(prepared.capture, settings, width, height), request);
-    // Of a frame with motion segments each is built when it is rendered: together they might not fit.
-    scene = std::make_unique<ReferenceScene>(*frame, frame->segments.empty() ? 0 : 1);
+    const scene::Assembly& assembly = prepared.scene(scene::kTexturesOfTheFile).assembly;
+    const scene::CameraChoice camera = gpu::frame_camera(prepared.capture, settings, width, height);
+    // With the machine's own grids all slices have those of the whole shutter.
+    slices = std::make_unique<ShutterSlices>(
+        assembly, camera, request, kSliceSeed,
+        wanted.edge_pixels > 0 ? nullptr : scene::pose_frame(assembly, camera, request));
   }
-  std::vector<Image> render(const ReferenceRequest& request) const {
-    const bool whole = frame->segments.empty() && std::ranges::none_of(frame->drawables, [](const auto& drawable) {
-                         return tilecore::transmits(drawable);
-                       });
-    return whole ? render_reference(*scene, request) : render_reference(*frame, request);
-  }
-  std::unique_ptr<scene::FrameGeometry> frame;
-  std::unique_ptr<ReferenceScene> scene;
+  std::vector<Image> render(const ReferenceRequest& request) const { return render_reference(*slices, request); }
+  std::unique_ptr<ShutterSlices> slices;
 };
 
 ReferenceRequest request_of(const scene::Capture& capture, std::uint64_t seed, std::vector<int> samples) {
@@ -114,7 +106,7 @@ Reference make_reference(const gpu::PreparedCapture& prepared, const gpu::GpuCon
   reference.color = std::move(images.back());
   reference.info.samples = wanted.samples;
   reference.info.edge_pixels = wanted.edge_pixels;
-  reference.info.triangles = posed.scene->triangles.size();
+  reference.info.triangles = ReferenceScene(posed.slices->common()).triangles.size();
   if (images.size() > 1) {
     Image second = images.front();
     const float all = static_cast<float>(wanted.samples), first = static_cast<float>(half);
@@ -145,6 +137,7 @@ Reference get_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConf
       {"width", wanted.width},
       {"height", wanted.height},
       {"frame", wanted.frame},
+      {"shutter", "true curve at random times"},
       {"samples", wanted.samples},
       {"edge", wanted.edge_pixels},
       {"grids", wanted.edge_pixels > 0 ? json()

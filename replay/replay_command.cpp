@@ -249,6 +249,8 @@ class ReplayCommand final : public Command {
       if (sensitivity_ && first_views.empty()) first_views = views_of(result);
       std::optional<FrameCosts> costs;
       if (result.shares) costs.emplace(*result.shares, sources.names);
+      if (!quiet_)
+        for (const std::string& note : result.notes) std::fprintf(stderr, "note: %s\n", note.c_str());
       statistics.add(result, schemes != nullptr ? &schemes->last() : nullptr, costs ? &*costs : nullptr);
       room.grow(statistics.bytes_at_most());
       files.add(result);

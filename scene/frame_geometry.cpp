@@ -34,7 +34,7 @@ void connect_spans(const std::array<Deformed, 2>& storage, PosedDrawable& posed)
 std::vector<Material> frame_materials(const Assembly& assembly, const FrameRequest& request, bool animated) {
   if (request.displacement && request.alpha_test && request.blending && !animated) return {};
   std::vector<Material> materials = assembly.materials;
-  if (animated) animate_materials(*assembly.capture, request.open_time, assembly.material_source, materials);
+  if (animated) animate_materials(*assembly.capture, request.state(), assembly.material_source, materials);
   for (Material& material : materials) {
     if (!request.displacement) material.displacement.reset();
     if (!request.alpha_test && material.alpha_mode == AlphaMode::kMask) material.alpha_mode = AlphaMode::kOpaque;
@@ -112,7 +112,7 @@ void pose_drawable(const FrameGeometry& frame, std::span<const Material> materia
   const std::array<double, 2> winding = {
       winding_determinant(capture, drawable.node, drawable.instance, frame.poses[0]),
       winding_determinant(capture, drawable.node, drawable.instance, frame.poses[1])};
-  // Where the sign changes while the shutter is open, that of the larger one counts.
+  // The shutter is cut where the sign changes (motion_segments.h): what is left of the other one is next to nothing.
   posed.mirrored = (std::abs(winding[0]) > std::abs(winding[1]) ? winding[0] : winding[1]) < 0;
   posed.normal_to_world = normals_to_world(worlds);
   // Normals of patches follow from their control points, in the sense that these have: a skin that mirrors them, not the
@@ -307,7 +307,7 @@ void charge_segments(const FrameGeometry& frame, const SegmentPlan& plan) {
       bytes += 2 * frame.drawables[drawn.first_drawable].positions[0].size() * (2 * sizeof(Vec3) + sizeof(Vec4));
   const std::uint64_t left = capture.max_bytes - assembly.charged_bytes();
   MemoryBudget budget(capture.max_bytes, capture.file.string(), capture.max_bytes - left / frame.request.memory_parts);
-  budget.charge(static_cast<std::uint64_t>(plan.count), bytes, "a motion segment (sampling.motion_segments)");
+  budget.charge(plan.parts.size(), bytes, "a motion segment (sampling.motion_segments_max)");
 }
 
 // Patches keep one grid through all segments, as fine as the finest one needs: triangles keep their numbers.
@@ -349,7 +349,7 @@ void share_deformation(FrameGeometry& frame) {
 // Poses the segments of the shutter where motion is curved.
 void cut_shutter(FrameGeometry& frame, const CameraChoice& camera) {
   const SegmentPlan plan = plan_segments(frame, camera);
-  if (plan.count == 1) return;
+  if (plan.parts.empty()) return;
   const Assembly& assembly = *frame.assembly;
   charge_segments(frame, plan);
   for (std::size_t d = 0; d < frame.drawables.size(); ++d) {
@@ -359,17 +359,24 @@ void cut_shutter(FrameGeometry& frame, const CameraChoice& camera) {
     drawable.moving = drawable.moving || drawable.curved;
     frame.any_motion = frame.any_motion || drawable.curved;
   }
-  for (int s = 0; s < plan.count; ++s) {
+  frame.motion_error = plan.error;
+  for (std::size_t s = 0; s < plan.parts.size(); ++s) {
     frame.segments.push_back(std::make_unique<FrameGeometry>());
     FrameGeometry& segment = *frame.segments.back();
     segment.identity = frame.identity;
     segment.assembly = &assembly;
     segment.request = frame.request;
-    segment.part = shutter_segment(s, plan.count);
+    segment.part = plan.parts[s];
+    // Where places jump, what ends is as it is just before, and what begins as it is just after that.
     const auto pose = [&](std::size_t key) {
-      return pose_at(*assembly.capture, time_of(frame.request, segment.part.at(key)));
+      const double shift = (key == 0 ? 0.5 : -0.5) / ShutterSegment::kCodes;
+      const bool jump = key == 0 ? plan.jumps[s] : s + 1 < plan.parts.size() && plan.jumps[s + 1];
+      return pose_at(*assembly.capture, time_of(frame.request, segment.part.at(key) + (jump ? shift : 0.0)));
     };
-    set_poses(segment, camera, s == 0 ? frame.poses[0] : frame.segments[static_cast<std::size_t>(s) - 1]->poses[1],
+    set_poses(segment, camera,
+              s == 0          ? frame.poses[0]
+              : plan.jumps[s] ? pose(0)
+                              : frame.segments[s - 1]->poses[1],
               pose(1));
     const double middle = 0.5 * (segment.part.at(0) + segment.part.at(1));
     segment.projection = make_projection(camera.at(*assembly.capture, time_of(frame.request, middle)),
@@ -401,8 +408,14 @@ std::unique_ptr<FrameGeometry> begin_frame(const Assembly& assembly, const Camer
       *frame, camera, pose_at(*assembly.capture, request.open_time),
       request.close_time == request.open_time ? std::optional<Pose>() : pose_at(*assembly.capture, request.close_time));
   // One segment keeps the projection of shutter open.
-  frame->projection = frame->projections[1] = frame->projections[0];
-  frame->material_values = animated_material_values(*assembly.capture, request.open_time);
+  frame->projection = frame->projections[0];
+  if (!request.projection_moves) frame->projections[1] = frame->projection;
+  // What a frame has but once is that of shutter open.
+  if (request.state_time) {
+    const Pose state = pose_at(*assembly.capture, request.state());
+    frame->poses[0].visible = frame->poses[1].visible = state.visible;
+  }
+  frame->material_values = animated_material_values(*assembly.capture, request.state());
   frame->materials = frame_materials(assembly, request, !frame->material_values.empty());
   frame->procedures = pose_procedures(*assembly.capture, request.open_time, request.close_time);
   place_all_lights(*frame);

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -26,12 +28,19 @@ struct FrameRequest {
   bool sample_procedures = false;      // by the sampling controller; the front end leaves their patches alone
   bool draw_lines = false;             // procedures are paper with ink lines, not shaded surfaces
   // Straight pieces that curved motion is cut into: 1 to kMaxMotionSegments; 0: as many as leave no more than
-  // motion_error pixels between a piece and the curve.
+  // motion_error pixels between a piece and the curve, up to motion_segments_max.
   int motion_segments = 1;
   double motion_error = 0.25;
+  int motion_segments_max = 64;
+  // Seconds at which materials, visibility and the lights that there are are taken; unset: open_time.
+  std::optional<double> state_time;
+  // The second motion key of a frame without segments has the projection of its own time, not that of shutter open.
+  bool projection_moves = false;
   // Whether the scene has what the capture says of it; false: as a capture without it.
   bool displacement = true, alpha_test = true, blending = true, procedures = true;
   bool procedure_limits = true;  // procedures are tessellated within their own limits
+
+  double state() const { return state_time.value_or(open_time); }
 
   std::size_t memory_parts = 1;  // one of them, of what reading the capture left, is for this frame
 
@@ -52,11 +61,12 @@ struct PosedDrawable {
   bool moving = false;            // anything differs between the keys, camera included
   bool deforming = false;         // the vertices themselves differ
   bool curved = false;            // moves by the segments of the frame; moving, too
-  bool mirrored = false;          // the transform turns triangles inside out
-  bool visible = true;            // at shutter open (KHR_node_visibility); what is not is nobody's work
+  bool mirrored = false;          // the node's transform turns triangles inside out
+  bool visible = true;            // at shutter open (KHR_node_visibility), for all of the shutter
   std::array<Mat4, 2> to_raster;  // object space to (xh, yh, depth, w)
   std::array<Mat4, 2> to_world;
-  std::array<Mat3, 2> normal_to_world;  // inverse transpose of to_world's linear part; identity where that is singular
+  // Inverse transpose of to_world's linear part, times what both keys share; its cofactors where that has no bounds.
+  std::array<Mat3, 2> normal_to_world;
   std::array<std::span<const Vec3>, 2> positions, normals;
   std::array<std::span<const Vec4>, 2> tangents;
 };
@@ -87,15 +97,27 @@ struct FrameGeometry {
   // Where something moves along a curve: the parts of the shutter, one after the other, each posed at its own ends.
   // Drawables that are curved move by them, others by the frame of the whole shutter.
   std::vector<std::unique_ptr<FrameGeometry>> segments;
+  double motion_error = 0;  // pixels: bound of the distance of the segments from the curves; 0 without segments
 
   // The frame itself (0) or one of its segments (1 on).
   const FrameGeometry& segment(int number) const {
     return number == 0 ? *this : *segments[static_cast<std::size_t>(number) - 1];
   }
+  std::vector<ShutterSegment> parts() const {
+    std::vector<ShutterSegment> all;
+    for (const auto& one : segments) all.push_back(one->part);
+    return all;
+  }
+  // The segment that holds time t, of a frame that has some.
+  int segment_of(float t) const {
+    const int code = ShutterSegment::code_of(t);
+    const auto after = std::upper_bound(segments.begin(), segments.end(), code,
+                                        [](int at, const auto& segment) { return at < segment->part.first; });
+    return static_cast<int>(after - segments.begin());
+  }
   // By which of them a patch moves at time t.
   int segment_at(std::uint32_t patch, float t) const {
-    if (segments.empty() || !drawable_of(patch).curved) return 0;
-    return 1 + part_of_time(t, static_cast<int>(segments.size()));
+    return segments.empty() || !drawable_of(patch).curved ? 0 : segment_of(t);
   }
   struct Moment {
     const FrameGeometry& frame;
@@ -113,7 +135,7 @@ struct FrameGeometry {
   shaders::Lights lights_at(float t) const {
     if (!moving_lights) return {lights[0], {}, 0.0f};
     if (!segments.empty()) {
-      const FrameGeometry& now = segment(1 + part_of_time(t, static_cast<int>(segments.size())));
+      const FrameGeometry& now = segment(segment_of(t));
       return {now.lights[0], now.lights[1], now.part.local(t)};
     }
     return {lights[0], lights[1], t};

@@ -1,211 +1,150 @@
 #include "scene/motion_segments.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <optional>
 
-#include "base/parallel.h"
+#include "scene/motion_curves.h"
 #include "scene/subpixel.h"
-#include "scene/wires.h"
-#include "shaders_cpp/procedures/procedures.h"
 
 namespace tessera::scene {
 namespace {
 
-constexpr std::size_t kProbes = 3;   // times inside the shutter
-constexpr std::size_t kPoints = 64;  // of a primitive
+constexpr double kCodes = ShutterSegment::kCodes;
+constexpr int kHalvings = 30;
+constexpr double kSnap = 0.15;  // of a piece: it ends at a kink that is so near to its end
+// Where the error is beyond this many times the one that was asked for, pieces get uneven lengths.
+constexpr double kUneven = 32;
+constexpr double kGolden = 0.6180339887498949;
 
-struct Probe {
-  double t;  // of the shutter
-  Pose pose;
-  PosedProcedures procedures;
-  View view;
-  Projection projection;
-};
-
-// What a projection shows of a point, and whether it is in front of the near plane.
-struct OnScreen {
-  DVec2 pixel;
-  bool in_front;
-};
-
-OnScreen on_screen(const DVec4& raster, const Projection& projection) {
-  const double w = projection.orthographic ? 1.0 : std::max(raster.w, projection.near);
-  return {DVec2(raster.x, raster.y) / w, projection.orthographic || raster.w >= projection.near};
-}
-
-// Which sides of the frame a point is beyond: bits.
-unsigned beyond(const DVec2& p, const FrameRequest& request) {
-  return (p.x < 0 ? 1u : 0u) | (p.x > request.width ? 2u : 0u) | (p.y < 0 ? 4u : 0u) | (p.y > request.height ? 8u : 0u);
-}
-
-// Distances in pixels.
-struct Deviation {
-  double from_chord = 0;  // of the projected points from linear motion between the motion keys
-  double from_zoom = 0;   // of where the keys are from where the projection of shutter open has them
-  unsigned off = 15;      // sides that everything is beyond at all times
-
-  Deviation merged(const Deviation& o) const {
-    return {std::max(from_chord, o.from_chord), std::max(from_zoom, o.from_zoom), off & o.off};
-  }
-};
-
-class DeviationMeter {
+// Distance of chords from a curve of which is known how it bends: the second derivative, piece by piece, and changes of
+// velocity in between. A chord from a to b is off at t by the integral of G(t, s) |f''(s)|, G being Green's function
+// (s - a)(b - t) / (b - a) for s < t, and so on.
+class ChordError {
  public:
-  DeviationMeter(const FrameGeometry& frame, const CameraChoice& camera) : frame_(frame) {
-    const Capture& capture = *frame.assembly->capture;
-    const FrameRequest& request = frame.request;
-    for (std::size_t k = 0; k < 2; ++k)
-      projections_[k] = make_projection(camera.at(capture, k == 0 ? request.open_time : request.close_time),
-                                        request.width, request.height);
-    for (std::size_t k = 0; k < kProbes; ++k) {
-      Probe& probe = probes_[k];
-      probe.t = static_cast<double>(k + 1) / static_cast<double>(kProbes + 1);
-      const double time = request.open_time + (request.close_time - request.open_time) * probe.t;
-      probe.pose = pose_at(capture, time);
-      probe.procedures = pose_procedures(capture, time, time);
-      probe.view = camera.view(probe.pose);
-      probe.projection = make_projection(camera.at(capture, time), request.width, request.height);
-    }
+  ChordError(const std::vector<CurveTime>& times, std::size_t pieces)
+      : times_(times), density_(pieces, 0.0), kink_(pieces + 1, 0.0) {
+    add_up();
   }
 
-  // The drawables of one primitive, which share its vertices.
-  void measure(const DrawnPrimitive& drawn, std::vector<Deviation>& out) const {
-    const Capture& capture = *frame_.assembly->capture;
-    const PosedDrawable& first = frame_.drawables[drawn.first_drawable];
-    const Drawable& drawable = *first.drawable;
-    const bool wire = first.primitive->wire != Primitive::Wire::kSurface;
-    const bool changes = first.procedure == nullptr && (wire || is_deforming(capture, drawable.node, *first.primitive));
-    std::array<Deformed, kProbes> deformed;
-    if (changes)
-      for (std::size_t k = 0; k < kProbes; ++k) {
-        deform(capture, drawable.node, *first.primitive, probes_[k].pose, deformed[k]);
-        if (wire)
-          spread_wires(*first.primitive,
-                       object_to_world(capture, drawable.node, drawable.instance, *first.primitive, probes_[k].pose),
-                       probes_[k].view, probes_[k].projection, deformed[k]);
-      }
-    for (std::uint32_t i = 0; i < drawn.count; ++i) {
-      const std::size_t d = drawn.drawable(i);
-      const PosedDrawable& posed = frame_.drawables[d];
-      if (posed.visible) out[d] = measure_drawable(posed, deformed);
+  void add(const Bend& bend) {
+    for (std::size_t k = 0; k < density_.size(); ++k) {
+      const double length = times_[k + 1].at - times_[k].at;
+      density_[k] = std::max(density_[k], 8.0 * static_cast<double>(bend.arc[k]) / (length * length));
     }
+    for (std::size_t k = 0; k < kink_.size(); ++k) kink_[k] = std::max(kink_[k], static_cast<double>(bend.kink[k]));
+    add_up();
   }
 
-  // What lies behind everything, as it turns with the camera: the image's corners and middle, infinitely far away.
-  Deviation measure_background() const {
-    const FrameRequest& request = frame_.request;
-    const Motion motion = motion_of([](const Pose&, const View&) { return DMat4(1.0); });
-    Deviation worst;
-    if (frame_.projection.orthographic || motion.still()) return worst;
-    for (int k = 0; k < 9; ++k) {
-      const DVec3 along((0.5 * (k % 3) * request.width - frame_.projection.center_x) / frame_.projection.scale,
-                        -(0.5 * (k / 3) * request.height - frame_.projection.center_y) / frame_.projection.scale, -1);
-      const DVec4 far(DMat3(frame_.views[0].camera_to_world) * along, 0.0);
-      measure_point(
-          motion, {far, far}, [&](std::size_t) { return far; }, worst);
+  // Most pixels between the curve and the chord from a to b.
+  double of(double a, double b) const {
+    const Sums at_a = sums(a, true), at_b = sums(b, false);
+    double worst = 0;
+    const auto look = [&](double t) {
+      const Sums at_t = sums(t, true);
+      const double before = at_t.first - at_a.first - a * (at_t.zeroth - at_a.zeroth),
+                   after = b * (at_b.zeroth - at_t.zeroth) - (at_b.first - at_t.first);
+      worst = std::max(worst, ((b - t) * before + (t - a) * after) / (b - a));
+    };
+    const std::size_t first = piece_of(a);
+    for (std::size_t k = first; k < density_.size() && times_[k].at < b; ++k) {
+      const double low = std::max(a, times_[k].at), high = std::min(b, times_[k + 1].at);
+      look(0.5 * (low + high));
+      if (high < b) look(high);
     }
-    worst.off = 0;
-    return worst;
+    return std::isfinite(worst) ? worst : 1e30;
+  }
+
+  // The last kink inside of (a, b).
+  std::optional<double> last_kink(double a, double b) const {
+    for (std::size_t k = std::min(piece_of(b) + 1, kink_.size() - 1); k-- > 0;)
+      if (times_[k].at <= a)
+        break;
+      else if (times_[k].at < b && kink_[k] > 0)
+        return times_[k].at;
+    return std::nullopt;
   }
 
  private:
-  // To raster space, at the motion keys (with their own projections and with that of shutter open) and at the probes.
-  struct Motion {
-    std::array<DMat4, 2> key, unzoomed;
-    std::array<DMat4, kProbes> between;
-
-    bool still() const {
-      return key[0] == key[1] && key[0] == unzoomed[0] &&
-             std::all_of(between.begin(), between.end(), [&](const DMat4& m) { return m == key[0]; });
-    }
+  // Integrals of |f''| and of s |f''| from 0.
+  struct Sums {
+    double zeroth = 0, first = 0;
   };
-  template <class World>
-  Motion motion_of(const World& world) const {
-    Motion motion;
-    for (std::size_t k = 0; k < 2; ++k) {
-      const DMat4 camera = frame_.views[k].world_to_camera * world(frame_.poses[k], frame_.views[k]);
-      motion.key[k] = projections_[k].matrix() * camera;
-      motion.unzoomed[k] = frame_.projection.matrix() * camera;
+  void add_up() {
+    sums_.assign(times_.size(), {});
+    for (std::size_t k = 0; k + 1 < times_.size(); ++k) {
+      const Sums from = with_kink(sums_[k], k);
+      sums_[k + 1] = in_piece(from, k, times_[k + 1].at);
     }
-    for (std::size_t k = 0; k < kProbes; ++k)
-      motion.between[k] =
-          probes_[k].projection.matrix() * probes_[k].view.world_to_camera * world(probes_[k].pose, probes_[k].view);
-    return motion;
+  }
+  Sums with_kink(const Sums& sums, std::size_t k) const {
+    return {sums.zeroth + kink_[k], sums.first + kink_[k] * times_[k].at};
+  }
+  Sums in_piece(const Sums& from, std::size_t k, double t) const {
+    const double begin = times_[k].at;
+    return {from.zeroth + density_[k] * (t - begin), from.first + density_[k] * 0.5 * (t * t - begin * begin)};
+  }
+  std::size_t piece_of(double t) const {
+    const auto after = std::upper_bound(times_.begin(), times_.end(), t,
+                                        [](double at, const CurveTime& time) { return at < time.at; });
+    const auto k = static_cast<std::size_t>(after - times_.begin());
+    return std::min(k == 0 ? 0 : k - 1, density_.size() - 1);
+  }
+  // Up to t; with the kink that is at t itself, or without.
+  Sums sums(double t, bool with) const {
+    const std::size_t k = piece_of(t);
+    if (t == times_[k].at) return with ? with_kink(sums_[k], k) : sums_[k];
+    if (k + 1 < times_.size() && t == times_[k + 1].at && k + 1 == density_.size()) return sums_[k + 1];
+    return in_piece(with_kink(sums_[k], k), k, t);
   }
 
-  template <class AtProbe>
-  void measure_point(const Motion& motion, const std::array<DVec4, 2>& at_key, const AtProbe& at_probe,
-                     Deviation& worst) const {
-    Deviation here;
-    std::array<DVec4, 2> ends;
-    for (std::size_t k = 0; k < 2; ++k) {
-      ends[k] = motion.key[k] * at_key[k];
-      const OnScreen seen = on_screen(ends[k], frame_.projection),
-                     without = on_screen(motion.unzoomed[k] * at_key[k], frame_.projection);
-      here.off &= beyond(seen.pixel, frame_.request);
-      if (seen.in_front) here.from_zoom = std::max(here.from_zoom, glm::distance(seen.pixel, without.pixel));
-    }
-    for (std::size_t k = 0; k < kProbes; ++k) {
-      const double t = probes_[k].t;
-      const OnScreen seen = on_screen(motion.between[k] * at_probe(k), frame_.projection),
-                     straight = on_screen(ends[0] * (1.0 - t) + ends[1] * t, frame_.projection);
-      here.off &= beyond(seen.pixel, frame_.request);
-      if (seen.in_front || straight.in_front)
-        here.from_chord = std::max(here.from_chord, glm::distance(seen.pixel, straight.pixel));
-    }
-    worst = worst.merged(here);
-  }
-
-  Deviation measure_drawable(const PosedDrawable& posed, const std::array<Deformed, kProbes>& deformed) const {
-    const Motion motion = motion_of([&](const Pose& pose, const View& view) { return world_of(posed, pose, view); });
-    Deviation worst;
-    if (posed.procedure != nullptr) {
-      measure_procedure(posed, motion, worst);
-      return worst;
-    }
-    if (deformed[0].positions.empty() && motion.still()) return worst;
-    const std::size_t count = posed.positions[0].size(), step = std::max<std::size_t>(1, count / kPoints);
-    for (std::size_t v = 0; v < count; v += step) {
-      const auto at_probe = [&](std::size_t k) {
-        return DVec4(deformed[k].positions.empty() ? posed.positions[0][v] : deformed[k].positions[v], 1.0);
-      };
-      measure_point(motion, {DVec4(posed.positions[0][v], 1.0), DVec4(posed.positions[1][v], 1.0)}, at_probe, worst);
-    }
-    return worst;
-  }
-
-  // Nine points of each piece, where its numbers put them at the motion keys and at the probes.
-  void measure_procedure(const PosedDrawable& posed, const Motion& motion, Deviation& worst) const {
-    const Capture& capture = *frame_.assembly->capture;
-    const std::size_t number = posed.drawable->geometry;
-    const bool animated = !frame_.procedures.keys.empty() && frame_.procedures.keys[number][0] != nullptr;
-    if (!animated && motion.still()) return;
-    for (std::size_t piece = 0; piece < posed.procedure->pieces.size(); ++piece)
-      for (int k = 0; k < 9; ++k) {
-        const auto point = [&](const Procedure& at) {
-          const auto p = shaders::shape_point(at.shape, at.pieces[piece].input, 0.5 * (k % 3), 0.5 * (k / 3));
-          return DVec4(p.x, p.y, p.z, 1.0);
-        };
-        const DVec4 open = point(*posed.procedure), close = animated ? point(*posed.procedure_close) : open;
-        measure_point(
-            motion, {open, close},
-            [&](std::size_t probe) {
-              return animated ? point(probes_[probe].procedures.at(capture, number, 0)) : open;
-            },
-            worst);
-      }
-  }
-
-  DMat4 world_of(const PosedDrawable& posed, const Pose& pose, const View& view) const {
-    return vertices_to_world(*frame_.assembly->capture, posed.drawable->node, posed.drawable->instance,
-                             *posed.primitive, pose, view);
-  }
-
-  const FrameGeometry& frame_;
-  std::array<Projection, 2> projections_;  // at shutter open and close
-  std::array<Probe, kProbes> probes_;
+  const std::vector<CurveTime>& times_;
+  std::vector<double> density_, kink_;
+  std::vector<Sums> sums_;  // at the times, their kinks not included
 };
+
+// Ends of pieces between ends that are given, as long as `limit` pixels allow: each in turn. Empty where that takes more
+// than `most` of them.
+std::vector<double> cut(const ChordError& error, const std::vector<double>& given, double limit, std::size_t most) {
+  std::vector<double> ends = {0.0};
+  for (std::size_t g = 0; g + 1 < given.size(); ++g) {
+    double a = given[g];
+    const double end = given[g + 1];
+    while (error.of(a, end) > limit) {
+      double low = a + 1 / kCodes, high = end;
+      for (int step = 0; step < kHalvings && high - low > 0.25 / kCodes; ++step) {
+        const double middle = 0.5 * (low + high);
+        (error.of(a, middle) > limit ? high : low) = middle;
+      }
+      if (const auto kink = error.last_kink(a, low); kink && low - *kink < kSnap * (low - a)) low = *kink;
+      if (low >= end || ends.size() >= most) break;
+      ends.push_back(a = low);
+    }
+    ends.push_back(end);
+    if (ends.size() > most + 1 || error.of(a, end) > limit * (1 + 1e-9)) return {};
+  }
+  return ends;
+}
+
+// The least error with which `most` pieces do, between two bounds of it.
+double least_limit(const ChordError& error, const std::vector<double>& given, double low, double high,
+                   std::size_t most) {
+  for (int step = 0; step < kHalvings; ++step) {
+    const double middle = std::sqrt(low * high);
+    (cut(error, given, middle, most).empty() ? low : high) = middle;
+  }
+  return high;
+}
+
+// Moves ends that were not given, each by another share of the shorter piece beside it.
+void make_uneven(const std::vector<double>& given, std::vector<double>& ends) {
+  const std::vector<double> even = ends;
+  for (std::size_t k = 1; k + 1 < ends.size(); ++k) {
+    if (std::ranges::find(given, even[k]) != given.end()) continue;
+    const double whole = static_cast<double>(k) * kGolden, share = whole - std::floor(whole) - 0.5;
+    ends[k] += 0.9 * share * std::min(even[k] - even[k - 1], even[k + 1] - even[k]);
+  }
+}
 
 }  // namespace
 
@@ -215,31 +154,76 @@ SegmentPlan plan_segments(const FrameGeometry& frame, const CameraChoice& camera
   if (request.motion_segments == 1 || request.open_time == request.close_time ||
       assembly.capture->played_animations.empty())
     return {};
-  std::vector<Deviation> deviation(assembly.drawables.size());
-  const DeviationMeter meter(frame, camera);
-  parallel_for(assembly.drawn.size(), [&](std::size_t d) { meter.measure(assembly.drawn[d], deviation); });
+  const MotionCurves curves = measure_motion(frame, camera);
+  const std::size_t pieces = curves.times.size() - 1;
   const bool automatic = request.motion_segments == 0;
   const double limit = automatic ? request.motion_error : static_cast<double>(kStillPixels);
+  ChordError error(curves.times, pieces);
   SegmentPlan plan;
-  plan.curved.resize(deviation.size());
-  double worst = 0;
-  const auto is_curved = [&](const Deviation& of) {
-    if (of.off != 0 || !(of.from_chord > limit || of.from_zoom > limit)) return false;
-    worst = std::max(worst, of.from_chord);
-    plan.count = 2;
-    return true;
+  plan.curved.resize(curves.drawables.size());
+  std::vector<bool> jumps(pieces + 1, false);
+  bool cuts = false, zooms = false;
+  const auto is_curved = [&](const Bend& bend) {
+    if (bend.off != 0) return false;
+    ChordError own(curves.times, pieces);
+    own.add(bend);
+    bool jumping = false;
+    for (std::size_t k = 1; k < pieces; ++k)
+      if (static_cast<double>(bend.jump[k]) > limit) jumping = jumps[k] = true;
+    const bool zooming = static_cast<double>(bend.zoom) > limit;
+    if (!jumping && !zooming && !(own.of(0, 1) > limit)) return false;
+    error.add(bend);
+    zooms = zooms || zooming;
+    return cuts = true;
   };
-  for (std::size_t d = 0; d < deviation.size(); ++d) {
+  for (std::size_t d = 0; d < curves.drawables.size(); ++d) {
     // What the sampling controller draws has its footprints on the whole shutter's motion.
     const bool sampled = frame.drawables[d].procedure != nullptr && request.sample_procedures;
-    plan.curved[d] = !sampled && is_curved(deviation[d]);
+    plan.curved[d] = !sampled && frame.drawables[d].visible && is_curved(curves.drawables[d]);
   }
-  is_curved(meter.measure_background());
-  if (plan.count == 1) return {};
-  // More segments than the limit has never harm; not finite: whatever moves so wildly is not shown well by any number.
-  const double wanted = std::isfinite(worst) ? std::ceil(std::sqrt(worst / limit)) : 1.0 * kMaxMotionSegments;
-  plan.count =
-      automatic ? static_cast<int>(std::clamp(wanted, 2.0, 1.0 * kMaxMotionSegments)) : request.motion_segments;
+  is_curved(curves.background);
+
+  std::vector<double> given = {0.0, 1.0};
+  for (const WindingFlip& flip : curves.flips)
+    for (std::size_t d = 0; d < plan.curved.size(); ++d)
+      if (assembly.drawables[d].node == flip.node && frame.drawables[d].visible && curves.drawables[d].off == 0) {
+        plan.curved[d] = cuts = true;
+        given.push_back(flip.at);
+      }
+  if (!cuts) return {};
+  for (std::size_t k = 1; k < pieces; ++k)
+    if (jumps[k]) given.push_back(curves.times[k].at);
+  std::sort(given.begin(), given.end());
+  given.erase(std::unique(given.begin(), given.end()), given.end());
+
+  const auto most = static_cast<std::size_t>(
+      std::max(automatic ? request.motion_segments_max : request.motion_segments, static_cast<int>(given.size()) - 1));
+  std::vector<double> ends = automatic ? cut(error, given, limit, most) : std::vector<double>();
+  plan.error = limit;
+  bool uneven = false;
+  if (ends.empty()) {
+    plan.error = least_limit(error, given, 1e-6, 1e9, most);
+    uneven = plan.error > kUneven * request.motion_error || (automatic && plan.error > limit);
+  } else if (ends.size() > 2) {
+    plan.error = least_limit(error, given, limit / 16, limit, ends.size() - 1);  // as many, but of even errors
+  }
+  ends = cut(error, given, plan.error, most);
+  if (uneven) make_uneven(given, ends);
+  if (ends.size() == 2 && zooms) ends.insert(ends.begin() + 1, 0.5);
+  if (ends.size() <= 2) return {};
+
+  std::vector<int> codes;
+  for (const double end : ends) {
+    const int code = static_cast<int>(std::lround(end * kCodes));
+    if (codes.empty() || code > codes.back()) codes.push_back(code);
+  }
+  for (std::size_t k = 0; k + 1 < codes.size(); ++k) {
+    plan.parts.push_back({codes[k], codes[k + 1]});
+    bool jump = false;
+    for (std::size_t t = 1; t < pieces; ++t)
+      jump = jump || (jumps[t] && std::lround(curves.times[t].at * kCodes) == codes[k]);
+    plan.jumps.push_back(jump);
+  }
   return plan;
 }
 

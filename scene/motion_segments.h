@@ -9,15 +9,18 @@ namespace tessera::scene {
 // How a shutter is cut where motion is curved. Motion is linear between motion keys; of a joint that turns, two keys
 // leave the chord.
 struct SegmentPlan {
-  int count = 1;             // 1: nothing is cut
-  std::vector<bool> curved;  // as Assembly::drawables; empty with one segment
+  std::vector<ShutterSegment> parts;  // one after the other, the whole shutter; empty: nothing is cut
+  std::vector<bool> curved;           // as Assembly::drawables; empty where nothing is cut
+  std::vector<bool> jumps;            // as parts: places at its begin are not those at the end of the part before
+  double error = 0;                   // pixels: no piece of motion is farther from its curve, as far as it was bounded
 };
 
-// For a frame whose whole shutter is posed. Each drawable's points (64 of them at most) are compared at a quarter, the
-// middle and three quarters of the shutter with where linear motion has them on screen. A chord's distance from its arc
-// falls with the square of the segments: an error of e pixels needs sqrt(e / motion_error) of them. With a given number,
-// curved is what is farther off than a sub-pixel. A camera that zooms needs segments at all: a single one keeps the
-// projection of shutter open. What is off the screen all the time is not asked.
+// For a frame whose whole shutter is posed. Pieces end where the bounds of motion_curves.h say: each is as long as it
+// may be for FrameRequest::motion_error, at most motion_segments_max of them; then the error is as small as so many
+// allow, and pieces do not have one length, so that no repetition of a motion can hide between their ends. With a given
+// number of segments there are no more than so many, with the least error; curved is then what is farther off than a
+// sub-pixel. What jumps, and what is turned inside out, is cut there. A camera that zooms needs segments at all: a
+// single one keeps the projection of shutter open. What is off the screen all the time is not asked.
 SegmentPlan plan_segments(const FrameGeometry& frame, const CameraChoice& camera);
 
 }  // namespace tessera::scene

@@ -166,10 +166,11 @@ class SettingsKeys(TypedDict, total=False):
     sampling__samples_per_pixel: int  # 1 to 64 samples. Visibility samples per pixel; the same as --spp.
     sampling__seed: int  # 0 to 4.29497e+09. Chooses among equally good sample patterns; the same as --seed.
     sampling__temporal_pattern: Literal["8x8", "32x32"]  # Pixels after which the pattern of sample times repeats; the larger one shows less of itself and is slower to replay.
-    sampling__time_bits: Literal["8", "16"]  # Precision of a sample's time; the stencil unit sees the upper 8 bits.
+    sampling__time_bits: Literal["8", "16"]  # Precision of a sample's time; the stencil unit sees the upper 8 bits. A frame of more than 64 motion segments has 16.
     sampling__times: int  # 0 to 256 times. Distinct times of samples; few of them show a fast thing as often. 0: 16 with tilecore.visibility_method=interleaved, else as many as the pattern and the precision have.
-    sampling__motion_segments: int  # 0 to 16 segments. Straight pieces that the motion of a shutter consists of, where it is curved: what turns, bends or swings in between. Each is bounded, binned and tessellated for itself. 0: as many as sampling.motion_error asks.
+    sampling__motion_segments: int  # 0 to 2048 segments. Straight pieces that the motion of a shutter consists of, where it is curved: what turns, bends or swings in between. Each is bounded, binned and tessellated for itself. 0: as many as sampling.motion_error asks; else no more than so many, where they leave the least error.
     sampling__motion_error: float  # 0.01 to 100 pixels. How far a piece of motion may be from the curve, with sampling.motion_segments=0.
+    sampling__motion_segments_max: int  # 2 to 2048 segments. Most pieces that sampling.motion_segments=0 cuts a shutter into; a note says where they do not reach sampling.motion_error.
     tessellation__target_edge_pixels: float  # 0.25 to 64 pixels. Wanted length on screen of the sides of tessellated cells; smaller is more exact and slower.
     tessellation__displacement_bias: float  # -16 to 16 levels. Added to the level of the height map that vertices and normals are made from; 0 fits it to the tessellated cells, more is smoother, less aliases.
     texture__format: Literal["stored", "etc2", "astc-4x4", "astc-5x5", "astc-6x6", "astc-8x8", "astc-10x10", "astc-12x12"]  # How memory holds textures. stored: PNG, JPEG and WebP images as texels of 4 bytes, KTX2 images as ASTC blocks of 4x4 texels. Else all are encoded to blocks: ETC2 of 4x4 texels (8 bytes, 16 with alpha), ASTC of so many texels (16 bytes). Images show what the blocks decode to. Displacement maps stay as they are stored.

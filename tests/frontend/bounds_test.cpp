@@ -344,7 +344,7 @@ TEST(OcclusionCandidate, RecordsAreReadAsTheyWereWritten) {
     OcclusionCandidate d;
     d.kind = random.coin() ? OcclusionCandidate::kGroup : OcclusionCandidate::kInstance;
     d.number = static_cast<std::uint32_t>(random.integer(0, 2147483646)) * 2u;
-    d.segment = static_cast<std::uint8_t>(random.integer(0, 16));
+    d.segment = static_cast<std::uint16_t>(random.integer(0, 2048));
     if (d.kind == OcclusionCandidate::kGroup) d.level = static_cast<std::uint8_t>(random.integer(0, 7));
     const int x = random.integer(0, 2047), y = random.integer(0, 2047);
     d.footprint = {{x, y, x + random.integer(1, 2048), y + random.integer(1, 2048)},

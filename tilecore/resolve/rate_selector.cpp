@@ -27,7 +27,10 @@ BlockDecision by_motion(const RateSettings& settings, const BlockEvidence& block
   const bool known = last == 1 || last == 4 || last == 8 || last == 16;
   const bool slow = known && last == 1 ? block.speed < t.reuse * (1.0f + t.hysteresis)
                                        : block.speed < t.reuse * (known ? 1.0f - t.hysteresis : 1.0f);
-  if (slow && block.advection_allowed)
+  // Foveation filled the block from a part of its pixels: that is no history. Taken for one, it would be found wrong,
+  // rejected and filled again, in turns of some frames.
+  const bool invented = block.max_samples < 16 && (last == 4 || last == 8);
+  if (slow && block.advection_allowed && !invented)
     return {16 - (block.edge && !block.still ? kReusedOnOutlines : settings.advected), true};
   if (block.edge || block.cut) return full;
   const float speed = std::min(block.speed, block.blurred_speed);

@@ -62,7 +62,8 @@ struct BlockDecision {
 //   else                                  -> 16
 // where a speed above `reuse` counts only as far as the frame's own shutter blurs the block (blurred_speed): what is
 // sharp although it came far shows its pattern. 4 becomes 8, and 8 becomes 16, where the contrast says that stencils
-// would miss more than pattern_error. The result is the smaller one of that and what foveation allows. Deviation: a
+// would miss more than pattern_error. The result is the smaller one of that and what foveation allows; a block that
+// foveation limits and that was filled from 4 or 8 pixels last goes on so. Deviation: a
 // block of which every sample is at rest may be advected although it has an edge, since what is copied is what would be
 // shaded, bit for bit; and one in which several surfaces meet, since a pixel only takes over what its own surface
 // showed, and those that see two are shaded. Deviation from [0033]: no rate of 12, which the paragraph allows and which

@@ -4,8 +4,10 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 #include "tilecore/resolve/block_pixels.h"
+#include "tilecore/resolve/bright_window.h"
 #include "tilecore/resolve/cubic_stencil.h"
 #include "tilecore/resolve/cubic_weights.h"
 #include "tilecore/resolve/frame_compression.h"
@@ -280,7 +282,11 @@ void ResolveUnit::reconstruct(ResolveFrame& resolve, const Block& block, const R
         missing = static_cast<BlockMask>(missing | block_bit(x, y));
     });
     left = static_cast<BlockMask>(left & ~missing);
-    const BlockWindow window{first, stride, usable_window(resolve, block, surface, records)};
+    const BlockWindow light{first, stride, usable_window(resolve, block, surface, records)};
+    std::optional<BrightWindow> bright;
+    if (BrightWindow::is_bright(light)) bright.emplace(light);
+    const BlockWindow& window = bright ? bright->window() : light;
+    if (bright) reconstruction_work_.taps += bright->count();
     Vec4 out[16];
     const BlockMask unfilled =
         settings.desampling == Desampling::kCheckerboard
@@ -288,10 +294,11 @@ void ResolveUnit::reconstruct(ResolveFrame& resolve, const Block& block, const R
             : reconstruct_block(settings.reconstruction, window, missing, out, reconstruction_work_);
     for_each_pixel(block.pixels, [&](int x, int y) {
       const BlockMask bit = block_bit(x, y);
-      // Black where nothing finite is around, not another NaN; and where a stencil falls below it beside a highlight.
-      if ((missing & bit) != 0)
-        records.color[records.index(x, y)] =
-            (unfilled & bit) != 0 ? Vec4(0.0f, 0.0f, 0.0f, 1.0f) : not_negative(out[4 * (y & 3) + (x & 3)]);
+      // Black where nothing finite is around, not another NaN; and where a stencil falls below it.
+      if ((missing & bit) == 0) return;
+      Vec4& filled = out[4 * (y & 3) + (x & 3)];
+      if (bright) filled = bright->light(filled);
+      records.color[records.index(x, y)] = (unfilled & bit) != 0 ? Vec4(0.0f, 0.0f, 0.0f, 1.0f) : not_negative(filled);
     });
   }
   counters_.stencil_taps += std::exchange(reconstruction_work_.taps, 0);

@@ -280,7 +280,7 @@ void DeferredShader::color_samples(const TileJob& job, const TileSamples& sample
 
 void DeferredShader::color_background(const TileJob& job, const TileSamples& samples, int segment) {
   const scene::FrameGeometry& frame = job.frame->segment(segment);
-  const int segments = static_cast<int>(job.frame->segments.size()), width = samples.pixels.width();
+  const int width = samples.pixels.width();
   const auto lens_scale = static_cast<float>(frame.projection.lens_scale);
   auto& [x, y, t, lens_u, lens_v] = view_points_;
   std::array<std::uint32_t, kBackgroundBatch> seen;
@@ -305,7 +305,7 @@ void DeferredShader::color_background(const TileJob& job, const TileSamples& sam
     for (; next < behind_.size() && count < kBackgroundBatch; ++next) {
       const std::uint32_t s = behind_[next];
       const float time = samples.t(s);
-      if (segment != 0 && 1 + part_of_time(time, segments) != segment) continue;
+      if (segment != 0 && job.frame->segment_of(time) != segment) continue;
       // Its lens point is the pattern's own: tiles where nothing is out of focus have none for their samples.
       SamplePattern::LensPoint lens{0.0f, 0.0f};
       if (lens_scale != 0.0f) {

@@ -44,7 +44,7 @@ constexpr float kLeastTransmittance = 1e-6f;
 // Which segment of the shutter the lights are in at time t.
 int light_segment(const FrameGeometry& shutter, float t) {
   if (!shutter.moving_lights || shutter.segments.empty()) return 0;
-  return 1 + part_of_time(t, static_cast<int>(shutter.segments.size()));
+  return shutter.segment_of(t);
 }
 // Time within it.
 float light_time(const FrameGeometry& shutter, int segment, float t) {
@@ -216,7 +216,8 @@ void PixelShader::sort_invocations(const FrameGeometry& shutter, std::span<const
     const Invocation& v = invocations[i];
     std::uint64_t draw = shutter.assembly->patch_drawable[v.at.patch];
     if (parts) {
-      draw |= static_cast<std::uint64_t>(shutter.segment_at(v.at.patch, v.at.t)) << 48;
+      static_assert(kMaxMotionSegments < 1 << 12, "two segments fit beside a drawable's number");
+      draw |= static_cast<std::uint64_t>(shutter.segment_at(v.at.patch, v.at.t)) << 52;
       draw |= static_cast<std::uint64_t>(light_segment(shutter, v.light_time)) << 40;
     }
     if (buckets_.empty() || buckets_[last].patch != v.at.patch || buckets_[last].draw != draw)

@@ -85,10 +85,10 @@ std::uint32_t TessellationCache::sub_patch_of(const TessellationRequest& request
       numbers_.try_emplace(static_cast<const SubPatchName&>(request), static_cast<std::uint32_t>(sub_patches_.size()));
   if (!is_new) return found->second;
   // Keys at both ends of its part of the shutter.
-  std::array<std::uint8_t, 2> keys{0, 0};
+  std::array<std::uint16_t, 2> keys{0, 0};
   const bool both = request.moving && request.deforming;
   if (both && request.segment == 0) keys = {0, kLastKey};
-  if (both && request.segment > 0) keys = {static_cast<std::uint8_t>(request.segment - 1), request.segment};
+  if (both && request.segment > 0) keys = {static_cast<std::uint16_t>(request.segment - 1), request.segment};
   SubPatch& made = sub_patches_.emplace_back();
   for (const VertexGroup& group : *request.groups) {
     Part& part = made.parts.emplace_back();

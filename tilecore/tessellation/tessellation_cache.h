@@ -21,7 +21,7 @@ namespace tessera::tilecore {
 
 struct SubPatchName {
   std::uint32_t patch = 0;
-  std::uint8_t segment = 0;  // of motion
+  std::uint16_t segment = 0;  // of motion
   scene::CellRange range;
   bool operator==(const SubPatchName&) const = default;
 
@@ -95,7 +95,7 @@ class TessellationCache {
  private:
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
   static constexpr std::uint64_t kOutlineShare = 8;
-  static constexpr std::uint8_t kLastKey = 255;  // of the whole shutter
+  static constexpr std::uint16_t kLastKey = 65535;  // of the whole shutter
 
   // Vertices of one group at one key.
   struct Line {

@@ -1,5 +1,7 @@
 #include "tilecore/visibility/pattern_settings.h"
 
+#include <utility>
+
 namespace tessera::tilecore {
 
 Keys<PatternSettings> pattern_keys() {
@@ -12,28 +14,34 @@ Keys<PatternSettings> pattern_keys() {
       {"sampling.temporal_pattern", &S::temporal_pattern,
        "Pixels after which the pattern of sample times repeats; the larger one shows less of itself and is slower to "
        "replay."},
-      {"sampling.time_bits", &S::time_bits, "Precision of a sample's time; the stencil unit sees the upper 8 bits."},
+      {"sampling.time_bits", &S::time_bits,
+       "Precision of a sample's time; the stencil unit sees the upper 8 bits. A frame of more than 64 motion segments "
+       "has 16."},
       {"sampling.times", &S::times, "times", 0, 256,
        "Distinct times of samples; few of them show a fast thing as often. 0: 16 with "
        "tilecore.visibility_method=interleaved, else as many as the pattern and the precision have."},
       {"sampling.motion_segments", &S::motion_segments, "segments", 0, kMaxMotionSegments,
        "Straight pieces that the motion of a shutter consists of, where it is curved: what turns, bends or swings in "
-       "between. Each is bounded, binned and tessellated for itself. 0: as many as sampling.motion_error asks."},
+       "between. Each is bounded, binned and tessellated for itself. 0: as many as sampling.motion_error asks; else no "
+       "more than so many, where they leave the least error."},
       {"sampling.motion_error", &S::motion_error, "pixels", 0.01, 100,
        "How far a piece of motion may be from the curve, with sampling.motion_segments=0."},
+      {"sampling.motion_segments_max", &S::motion_segments_max, "segments", 2, kMaxMotionSegments,
+       "Most pieces that sampling.motion_segments=0 cuts a shutter into; a note says where they do not reach "
+       "sampling.motion_error."},
   };
 }
 
 SamplingSettings sampling_settings(const PatternSettings& settings, const VisibilityMethodSettings& method, int frame,
-                                   std::size_t segments) {
+                                   std::vector<ShutterSegment> segments) {
   const bool interleaved = method.method == VisibilityMethod::kInterleaved && settings.times == 0;
   return {settings.samples_per_pixel,
           settings.seed,
           static_cast<std::uint32_t>(frame),
           settings.temporal_pattern == TemporalPattern::k32x32 ? 32 : 8,
-          settings.time_bits == TimeBits::k16 ? 16 : 8,
+          settings.time_bits == TimeBits::k16 || segments.size() > kFewSegments ? 16 : 8,
           interleaved ? VisibilityMethodSettings::kInterleavedTimes : settings.times,
-          static_cast<int>(segments)};
+          std::move(segments)};
 }
 
 }  // namespace tessera::tilecore

@@ -20,13 +20,14 @@ struct PatternSettings {
   int times = 0;
   int motion_segments = 0;
   double motion_error = 0.25;
+  int motion_segments_max = 64;
 };
 Keys<PatternSettings> pattern_keys();
 
 // The pattern of one frame, for a method of visibility: interleaved has few times of its own.
-// `segments`: of the frame's motion.
+// `segments`: of the frame's motion; with more than kFewSegments of them times have 16 bits, whatever is set.
 SamplingSettings sampling_settings(const PatternSettings& settings, const VisibilityMethodSettings& method, int frame,
-                                   std::size_t segments = 0);
+                                   std::vector<ShutterSegment> segments = {});
 
 }  // namespace tessera::tilecore
 

@@ -157,7 +157,12 @@ SamplePattern::SamplePattern(const SamplingSettings& settings)
   TESSERA_CHECK(settings.pattern_side == 8 || settings.pattern_side == 32, "patterns are 8x8 or 32x32 pixels");
   make_offsets();
   make_times_and_lens();
-  for (int segment = 0; segment <= settings.segments; ++segment) classes_.push_back(make_classes(part(segment)));
+  std::vector<std::uint32_t> by_time(times_.size());
+  std::iota(by_time.begin(), by_time.end(), 0u);
+  std::stable_sort(by_time.begin(), by_time.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return times_[a] < times_[b]; });
+  for (std::size_t segment = 0; segment <= settings.segments.size(); ++segment)
+    classes_.push_back(make_classes(part(static_cast<int>(segment)), by_time));
 }
 
 void SamplePattern::make_offsets() {
@@ -199,6 +204,12 @@ void SamplePattern::make_times_and_lens() {
   const int bits = std::bit_width(power_of_two_) - 1;  // of a sample's number
   const std::uint32_t strata =
       settings_.times > 0 ? std::min(static_cast<std::uint32_t>(settings_.times), n * pixels) : n * pixels;
+  // By how many ranks a stratum is ahead of the first: evenly spread over them in any run of strata.
+  const auto spread = [&](std::uint32_t stratum) {
+    return settings_.segments.size() <= kFewSegments
+               ? 0u
+               : static_cast<std::uint32_t>(std::uint64_t{reverse_bits32(stratum)} * pixels >> 32);
+  };
   times_.resize(std::size_t{pixels} * n);
   lens_.resize(times_.size() * variants_);
   for (std::uint32_t y = 0; y < side; ++y)
@@ -210,10 +221,11 @@ void SamplePattern::make_times_and_lens() {
       for (std::uint32_t s = 0; s < n; ++s) {
         const std::uint32_t stratum = n == power_of_two_ ? s ^ (time_order & (n - 1)) : (s + time_order) % n;
         const std::size_t at = std::size_t{y * side + x} * n + s;
-        times_[at] =
-            static_cast<std::uint16_t>(middle_quantum(time_stratum(stratum * pixels + ranks[pixel], n * pixels, strata),
-                                                      strata, 1u << settings_.time_bits)
-                                       << (16 - settings_.time_bits));
+        times_[at] = static_cast<std::uint16_t>(
+            middle_quantum(
+                time_stratum(stratum * pixels + (ranks[pixel] + spread(stratum)) % pixels, n * pixels, strata), strata,
+                1u << settings_.time_bits)
+            << (16 - settings_.time_bits));
         // Consecutive points of the sequence are stratified: a pixel's samples cover the lens evenly.
         const std::uint32_t point =
             lens_rank * power_of_two_ + (lens_number(s, bits) ^ (lens_order & (power_of_two_ - 1)));
@@ -230,19 +242,16 @@ void SamplePattern::make_times_and_lens() {
     }
 }
 
-SampleClasses SamplePattern::make_classes(const ShutterSegment& part) const {
+SampleClasses SamplePattern::make_classes(const ShutterSegment& part, const std::vector<std::uint32_t>& by_time) const {
   SampleClasses classes;
   const auto n = static_cast<std::size_t>(settings_.samples_per_pixel),
              side = static_cast<std::size_t>(settings_.pattern_side);
   classes.side = settings_.pattern_side;
-  std::vector<std::uint32_t> sorted(times_.size());
-  std::iota(sorted.begin(), sorted.end(), 0u);
-  std::erase_if(sorted, [&](std::uint32_t at) {
-    return std::cmp_less(times_[at] >> 8, part.first) || std::cmp_greater_equal(times_[at] >> 8, part.end);
-  });
+  const auto from = [&](int code) {
+    return std::partition_point(by_time.begin(), by_time.end(), [&](std::uint32_t at) { return code_at(at) < code; });
+  };
+  const std::vector<std::uint32_t> sorted(from(part.first), from(part.end));
   classes.count = static_cast<std::uint32_t>(sorted.size());
-  std::stable_sort(sorted.begin(), sorted.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return times_[a] < times_[b]; });
   for (auto* v : {&classes.x, &classes.y, &classes.t, &classes.lens_u, &classes.lens_v, &classes.lens_extent_u,
                   &classes.lens_extent_v})
     v->assign(sorted.size() + SampleClasses::kPadding, 0.0f);
@@ -282,6 +291,7 @@ void TileSamples::fill(const SamplePattern& pattern, IntRect tile, float lens_sc
   spp = pattern.samples_per_pixel();
   classes = &pattern.classes();
   half_quantum = pattern.half_quantum();
+  half_code = static_cast<int>(half_quantum * static_cast<float>(ShutterSegment::kCodes));
   part = ShutterSegment();
   time_scale = 1, time_offset = 0;
   lens_scale = lens ? lens_scale_in : 0.0f;

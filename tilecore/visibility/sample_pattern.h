@@ -18,7 +18,8 @@ struct SamplingSettings {
   int pattern_side = 8;  // pixels after which the pattern repeats: 8 or 32
   int time_bits = 8;     // 8 or 16: precision of a sample's time
   int times = 0;         // distinct times, up to 256; 0: as many as there are strata and the precision tells apart
-  int segments = 0;      // of motion: parts of the shutter that samples are looked for in one at a time
+  std::vector<ShutterSegment> segments =
+      {};  // of motion: parts of the shutter that samples are looked for in one at a time
 };
 
 // Times as stencil values 0..255, the upper eight bits of a sample's time. Empty when first > last.
@@ -58,7 +59,9 @@ std::vector<std::uint16_t> void_and_cluster_ranks(int n);
 //   time    code 0..65535, the sample is at t = code / 65536 + half a quantum; the upper 8 bits of the code are the
 //           stencil value, the lower are zero unless 16 bits are asked for. Stratified over a pixel's samples, and over
 //           a pattern of blue-noise ranks that repeats over the frame and is shifted from frame to frame. The samples
-//           of a pattern come in pairs at t and 1 - t: their mean is 1/2 for any number of samples and any precision
+//           of a pattern come in pairs at t and 1 - t: their mean is 1/2 for any number of samples and any precision.
+//           With more than kFewSegments of motion a pixel's samples lie differently within their strata, so that what
+//           repeats as often as a pixel has samples is not seen at one of its phases alone
 //   u, v    point of the unit disc (concentric map, Shirley and Chiu 1997): the samples of a pattern share out a
 //           (0,2)-net, evenly within each pixel; inside its cell of the net a sample moves from block to block
 class SamplePattern {
@@ -89,7 +92,7 @@ class SamplePattern {
   // stencil values that count from its beginning to its end.
   const SampleClasses& classes(int segment = 0) const { return classes_[static_cast<std::size_t>(segment)]; }
   ShutterSegment part(int segment) const {
-    return segment == 0 ? ShutterSegment() : shutter_segment(segment - 1, settings_.segments);
+    return segment == 0 ? ShutterSegment() : settings_.segments[static_cast<std::size_t>(segment) - 1];
   }
 
  private:
@@ -103,7 +106,10 @@ class SamplePattern {
   std::size_t lens_variant(int x, int y) const;
   void make_offsets();
   void make_times_and_lens();
-  SampleClasses make_classes(const ShutterSegment& part) const;
+  // `by_time`: all samples of the pattern, sorted.
+  SampleClasses make_classes(const ShutterSegment& part, const std::vector<std::uint32_t>& by_time) const;
+  // A sample's time of the 65536 codes that parts of the shutter are counted in.
+  int code_at(std::size_t at) const { return times_[at] + (settings_.time_bits == 8 ? 128 : 0); }
 
   SamplingSettings settings_;
   std::uint32_t power_of_two_;  // smallest that is >= samples per pixel
@@ -115,6 +121,8 @@ class SamplePattern {
 
   friend struct TileSamples;
 };
+// Motion with more segments wants finer times than a stencil value: its samples have 16 bits.
+inline constexpr std::size_t kFewSegments = 64;
 
 // Samples of one tile as structure of arrays in natural order: pixel by pixel, row by row; sample k of pixel (x, y) is
 // (y * width + x) * spp + k, coordinates local to the tile.
@@ -128,6 +136,7 @@ struct TileSamples {
   std::vector<float> x, y;          // pixels of the frame
   std::vector<std::uint16_t> time;  // code: t = time / 65536 + half_quantum
   float half_quantum = 0;
+  int half_code = 0;                       // the same in codes, rounded down
   ShutterSegment part;                     // of the shutter that is looked at
   float time_scale = 1, time_offset = 0;   // to time within it
   std::vector<float> lens_u, lens_v;       // in lens_scale; empty for a pinhole
@@ -140,9 +149,9 @@ struct TileSamples {
     return (static_cast<float>(time[sample]) * 0x1p-16f + half_quantum) * time_scale + time_offset;
   }
   int stencil(std::size_t sample) const {
-    const int value = time[sample] >> 8;
-    if (part.whole()) return value;
-    return value < part.first || value >= part.end ? kNever : static_cast<int>(t(sample) * 256.0f);
+    if (part.whole()) return time[sample] >> 8;
+    const int code = time[sample] + half_code;
+    return code < part.first || code >= part.end ? kNever : static_cast<int>(t(sample) * 256.0f);
   }
 
   // Looks at one segment of motion alone, or again (0) at the whole shutter. `lens_scale` is that of the segment.

@@ -280,6 +280,37 @@ TEST(RateSelector, FoveationIsTheSmallerRate) {
   }
 }
 
+// What foveation filled from some of a block's pixels is no history: the block stays in that regime, slow and seen well
+// as it may be, and does not alternate between it and taking over what was filled.
+TEST(RateSelector, AFoveatedBlockThatWasFilledIsNotTakenOver) {
+  RateSettings settings;
+  BlockEvidence block;
+  block.velocity_usable = block.advection_allowed = true;
+  block.speed = 0.5f;
+  for (const int most : {4, 8}) {
+    block.max_samples = most;
+    block.last_samples = 0;
+    EXPECT_TRUE(select_rate(settings, block).advect) << "nothing is known of what was";
+    for (const std::uint8_t last : {std::uint8_t{4}, std::uint8_t{8}}) {
+      block.last_samples = last;
+      for (int frame = 0; frame < 5; ++frame) {
+        const BlockDecision decision = select_rate(settings, block);
+        EXPECT_FALSE(decision.advect);
+        EXPECT_EQ(decision.samples, most);
+        block.last_samples = decision.memory();
+      }
+    }
+    for (const std::uint8_t last : {std::uint8_t{1}, std::uint8_t{16}}) {
+      block.last_samples = last;
+      EXPECT_TRUE(select_rate(settings, block).advect) << "that was shaded";
+    }
+  }
+  // Without foveation a block that was fast takes over what it has as soon as it is slow.
+  block.max_samples = 32;
+  block.last_samples = 4;
+  EXPECT_TRUE(select_rate(settings, block).advect);
+}
+
 TEST(Foveation, StepsAtTheTwoRadii) {
   const Foveation f({10, 20, 0.5, 0.5, ""}, {0.5, 0.5}, 200, 100);
   EXPECT_EQ(f.max_samples({110, 50}), 16);
