@@ -158,6 +158,7 @@ struct ListWork {
   std::uint64_t vertices = 0, transforms = 0;  // shaded again; taken from the cache and put through their motion
   std::uint64_t bytes = 0;                     // of the list and what it leads to, over the external memory interface
   std::uint64_t cache_bytes = 0;               // asked of caches behind that interface, and filled into them
+  std::uint64_t decoded = 0;                   // elements of records that are read again (frontend::decoded_elements())
 };
 
 }  // namespace tessera::baselines

@@ -4,8 +4,8 @@
 #include <array>
 #include <bit>
 
+#include "base/bit_stream.h"
 #include "base/check.h"
-#include "baselines/bit_stream.h"
 
 namespace tessera::baselines {
 namespace {

@@ -4,9 +4,9 @@
 #include <array>
 #include <bit>
 
+#include "base/bit_stream.h"
 #include "base/check.h"
 #include "base/round_up.h"
-#include "baselines/bit_stream.h"
 
 namespace tessera::baselines {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cstdlib>
 
-#include "baselines/bit_stream.h"
+#include "base/bit_stream.h"
 
 namespace tessera::baselines {
 namespace {

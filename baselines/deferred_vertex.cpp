@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "baselines/bit_stream.h"
+#include "base/bit_stream.h"
 #include "baselines/tile_reference.h"
 
 namespace tessera::baselines {

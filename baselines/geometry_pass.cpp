@@ -78,6 +78,7 @@ TessellatedPatch tessellate_first(const tilecore::TileJob& job, std::uint32_t nu
       0, frontend::patch_attribute_bytes(*frame.assembly, number, drawable.deforming), job.burst_bytes());
   patch.patch_bytes = memory::burst_bytes(
       0, frontend::patch_record_bytes(frame, number) + frontend::instance_record_bytes(drawable), job.burst_bytes());
+  patch.decoded_elements = frontend::decoded_elements(*frame.assembly, number);
   const auto take = [&](const std::vector<float>& from, std::vector<float>& to) {
     to.assign(from.begin(), from.begin() + static_cast<std::ptrdiff_t>(mesh.vertex_count));
   };
@@ -109,8 +110,8 @@ gpu::GpuConfiguration patch_whole_machine(gpu::GpuConfiguration gpu) {
   return gpu;
 }
 
-std::vector<std::uint8_t> run_hull_stage(const tilecore::TileJob& job, const frontend::PyramidLibrary& pyramids,
-                                         const gpu::GpuConfiguration& gpu, BaselineCounters& counters) {
+HullStage run_hull_stage(const tilecore::TileJob& job, const frontend::PyramidLibrary& pyramids,
+                         const gpu::GpuConfiguration& gpu, BaselineCounters& counters) {
   const scene::FrameGeometry& frame = *job.frame;
   const frontend::FrontEndResult front_end =
       frontend::run_front_end(frame, pyramids, patch_whole_machine(gpu).front_end_spec());
@@ -129,7 +130,8 @@ std::vector<std::uint8_t> run_hull_stage(const tilecore::TileJob& job, const fro
   };
   counters.patch_bytes = read(memory::Purpose::kPatchData) + front_end.counters.table_lines * job.burst_bytes();
   counters.patch_bytes_cached = read(memory::Purpose::kPatchData) + read(memory::Purpose::kTexture);
-  std::vector<std::uint8_t> kept(frame.assembly->patch_count(), 0);
+  HullStage out{std::vector<std::uint8_t>(frame.assembly->patch_count(), 0), front_end.counters.elements_decoded};
+  std::vector<std::uint8_t>& kept = out.kept;
   for (const frontend::BoundedSubPatch& piece : front_end.sub_patches) {
     // Vertices are behind the records by which clusters are culled.
     if (kept[piece.base_patch] == 0 && frontend::resting_bound(frame, piece.base_patch) != nullptr)
@@ -137,7 +139,7 @@ std::vector<std::uint8_t> run_hull_stage(const tilecore::TileJob& job, const fro
     kept[piece.base_patch] = 1;
   }
   // Procedures that the replay samples without patches are tessellated here, all of them.
-  if (!frame.request.sample_procedures || !frame.request.procedures) return kept;
+  if (!frame.request.sample_procedures || !frame.request.procedures) return out;
   for (const scene::PosedDrawable& drawable : frame.drawables) {
     if (drawable.procedure == nullptr || !drawable.visible) continue;
     for (std::uint32_t p = 0; p < drawable.drawable->patch_count; ++p) {
@@ -146,7 +148,7 @@ std::vector<std::uint8_t> run_hull_stage(const tilecore::TileJob& job, const fro
       add_record(patch);
     }
   }
-  return kept;
+  return out;
 }
 
 // Batches of patches in parallel, joined in order.
@@ -158,11 +160,12 @@ GeometryCounts run_geometry(const tilecore::TileJob& job, const frontend::Pyrami
     BaselineCounters tiles, bins;
   };
   GeometryCounts counts;
-  const std::vector<std::uint8_t> kept = run_hull_stage(job, pyramids, gpu, counts.tiles);
+  const HullStage hull = run_hull_stage(job, pyramids, gpu, counts.tiles);
+  counts.decoded_for_bounds = hull.decoded_for_bounds;
   counts.bins = counts.tiles;
   std::vector<std::uint32_t> patches;
-  for (std::size_t p = 0; p < kept.size(); ++p)
-    if (kept[p] != 0) patches.push_back(static_cast<std::uint32_t>(p));
+  for (std::size_t p = 0; p < hull.kept.size(); ++p)
+    if (hull.kept[p] != 0) patches.push_back(static_cast<std::uint32_t>(p));
   PerThread<Scratch> scratch;
   for (std::size_t first = 0; first < patches.size(); first += kBatch) {
     std::vector<DrawnPatch> batch(std::min(kBatch, patches.size() - first));

@@ -29,8 +29,9 @@ struct PatchWork {
 
 // What the stages before a binner of triangles did.
 struct GeometryCounts {
-  BaselineCounters tiles, bins;  // of hull stage and triangle setup, by the grid of tiles or of bins
-  std::uint64_t vertices = 0;    // of the patches that the hull stage kept
+  BaselineCounters tiles, bins;          // of hull stage and triangle setup, by the grid of tiles or of bins
+  std::uint64_t vertices = 0;            // of the patches that the hull stage kept
+  std::uint64_t decoded_for_bounds = 0;  // elements of records, by the hull stage
   // Bursts of what records hold for the pixel shader: of the patches that the hull stage kept, and of these, those of
   // which setup kept a triangle.
   std::uint64_t attribute_bytes = 0, kept_attribute_bytes = 0;
@@ -50,9 +51,13 @@ GeometryCounts run_geometry(const tilecore::TileJob& job, const frontend::Pyrami
                             const gpu::GpuConfiguration& gpu, const TriangleSetup& tiles, const TriangleSetup& bins,
                             const std::function<void(std::span<const DrawnPatch>)>& draw);
 
-// The patches that the hull stage keeps, 1 or 0 each. Counts what it does.
-std::vector<std::uint8_t> run_hull_stage(const tilecore::TileJob& job, const frontend::PyramidLibrary& pyramids,
-                                         const gpu::GpuConfiguration& gpu, BaselineCounters& counters);
+// Counts what the hull stage does.
+struct HullStage {
+  std::vector<std::uint8_t> kept;        // by patch, 1 or 0
+  std::uint64_t decoded_for_bounds = 0;  // elements of the records that it reads
+};
+HullStage run_hull_stage(const tilecore::TileJob& job, const frontend::PyramidLibrary& pyramids,
+                         const gpu::GpuConfiguration& gpu, BaselineCounters& counters);
 
 // A whole base patch, tessellated as tile cores do.
 TessellatedPatch tessellate_patch(const tilecore::TileJob& job, std::uint32_t number);

@@ -5,8 +5,8 @@
 #include <cstring>
 #include <memory>
 
+#include "base/bit_stream.h"
 #include "base/round_up.h"
-#include "baselines/bit_stream.h"
 #include "baselines/post_tessellation.h"
 #include "frontend/patch_record.h"
 

@@ -16,6 +16,7 @@ std::uint32_t Reshading::add(const TessellatedPatch& patch, const TriangleList& 
   vertices_ += static_cast<std::uint32_t>(patch.x0.size());
   patches_.push_back(
       {static_cast<std::uint32_t>(triangles_.size()), first, patch.patch_bytes + patch.stored_attribute_bytes,
+       patch.decoded_elements,
        static_cast<std::uint32_t>(tilecore::TessellationCache::kPositionBytes * (patch.deforming ? 2 : 1)),
        patch.moving && !patch.deforming, tessellation});
   std::uint32_t tile = 0;
@@ -75,6 +76,7 @@ Reshading::Counts Reshading::run(std::vector<ListWork>* work, BlockReader& cache
       counts.patch_bytes += patch->bytes;
       if (!missing) continue;
       done.cache_bytes += patch->bytes;
+      done.decoded += patch->decoded;
       if (records.use(static_cast<std::uint32_t>(patch - patches_.begin()), patch->bytes)) continue;
       done.cache_bytes += patch->bytes;
       done.bytes += patch->bytes;
@@ -87,6 +89,7 @@ Reshading::Counts Reshading::run(std::vector<ListWork>* work, BlockReader& cache
     of_tile.transforms += done.transforms;
     of_tile.bytes += done.bytes + done.block_bytes;
     of_tile.cache_bytes += done.cache_bytes;
+    of_tile.decoded += done.decoded;
   }
   return counts;
 }

@@ -46,7 +46,7 @@ class Reshading {
  private:
   struct Patch {
     std::uint32_t first_triangle, first_vertex;
-    std::uint64_t bytes;
+    std::uint64_t bytes, decoded;
     std::uint32_t vertex_bytes;
     bool transforms;  // it moves by what its cached vertices do not hold
     std::optional<Tessellation> tessellation;

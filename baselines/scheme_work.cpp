@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/round_up.h"
+#include "frontend/patch_record.h"
 #include "gpu/machine_model.h"
 #include "tilecore/shading/shader_features.h"
 #include "tilecore/tile_order.h"
@@ -244,15 +245,18 @@ void SchemeWork::add_items(const ListWork& list, const OwnTile& own, Draw out) c
     if (shaders_[items.back().drawable - 1].masks) masked += items.back()[Event::kTriangleTests];
   }
   const std::uint64_t alpha_tests = own.work.events[Event::kAlphaTests];
-  if (items.empty() && list.vertices + list.transforms + alpha_tests + own.alpha_lines.size() > 0) items.emplace_back();
-  Parts vertices(list.vertices, boxes), transforms(list.transforms, boxes), tests(alpha_tests, masked),
-      lines(own.alpha_lines.size(), masked);
+  if (items.empty() && list.vertices + list.transforms + list.decoded + alpha_tests + own.alpha_lines.size() > 0)
+    items.emplace_back();
+  Parts vertices(list.vertices, boxes), transforms(list.transforms, boxes), decoded(list.decoded, boxes),
+      tests(alpha_tests, masked), lines(own.alpha_lines.size(), masked);
   for (std::size_t k = 0; k < items.size(); ++k) {
     SubPatchItem& item = items[k];
     const std::uint64_t weight = item[Event::kBoxes] + std::uint64_t{1};
     const std::uint64_t shaded = k < own.drawn.size() ? vertices.next(weight) : list.vertices;
     item[Event::kTransforms] =
         static_cast<std::uint32_t>(k < own.drawn.size() ? transforms.next(weight) : list.transforms);
+    item[Event::kDecodedElements] =
+        static_cast<std::uint32_t>(k < own.drawn.size() ? decoded.next(weight) : list.decoded);
     if (shaded > 0 && k < own.drawn.size())
       shade_vertices(drawn_.order[own.drawn[k]].patch, shaded, out.items, item);
     else
@@ -277,11 +281,12 @@ void SchemeWork::add_items(const ListWork& list, const OwnTile& own, Draw out) c
 void SchemeWork::shade_before(const FrontWork& front, timing::WorkRound& round) const {
   timing::GeometryWork& work = round.geometry;
   work.events[Event::kVertices] = front.vertices;
-  std::uint64_t vertices = 0, place_clocks = 0, whole_clocks = 0, texels = 0;
+  std::uint64_t decoded = 0, vertices = 0, place_clocks = 0, whole_clocks = 0, texels = 0;
   std::vector<std::uint32_t> lines;
   for (const PatchWork& patch : front.patches != nullptr ? *front.patches : geometry_.patches) {
     const Shaders& shaders = shaders_of(patch.patch);
     vertices += patch.vertices;
+    decoded += decoded_for_vertices(patch.patch);
     place_clocks += patch.vertices * static_cast<std::uint64_t>(hardware::lane_clocks(shaders.place));
     whole_clocks += patch.vertices * static_cast<std::uint64_t>(hardware::lane_clocks(shaders.whole));
     texels += patch.vertices * static_cast<std::uint64_t>(shaders.place.texture_instructions);
@@ -291,6 +296,7 @@ void SchemeWork::shade_before(const FrontWork& front, timing::WorkRound& round) 
   }
   work.vertex_clocks =
       scaled(place_clocks, front.vertices - front.whole, vertices) + scaled(whole_clocks, front.whole, vertices);
+  work.events[Event::kDecodedElements] = decoded * front.passes;
   work.events[Event::kDomainTexels] = scaled(texels, front.vertices, vertices);
   work.events[Event::kShaderClocks] = front.instructions;
   work.events[Event::kTexels] = front.lookups;
@@ -299,10 +305,17 @@ void SchemeWork::shade_before(const FrontWork& front, timing::WorkRound& round) 
     round.geometry_lines.insert(round.geometry_lines.end(), once.begin(), once.end());
 }
 
+std::uint64_t SchemeWork::decoded_for_vertices(std::uint32_t patch) const {
+  return frontend::resting_bound(*job_.frame, patch) != nullptr
+             ? frontend::decoded_elements(*job_.frame->assembly, patch)
+             : 0;
+}
+
 timing::GeometryWork SchemeWork::hull_stage(const BaselineCounters& scheme) const {
   timing::GeometryWork work;
   work.patches = std::max<std::uint64_t>(geometry_.patches.size(), 1);
   work.events[Event::kBounds] = scheme.bounding_operations;
+  work.events[Event::kDecodedForBounds] = geometry_.decoded_for_bounds;
   return work;
 }
 
@@ -367,8 +380,8 @@ std::vector<ListWork> SchemeWork::spread(std::span<const ListWork> lists, const 
                            (pixels.x1 - grid.column_edge(0) - 1) / grid.tile_width() + 1,
                            (pixels.y1 - grid.row_edge(0) - 1) / grid.tile_height() + 1};
     const auto count = static_cast<std::uint64_t>(tiles.width()) * static_cast<std::uint64_t>(tiles.height());
-    for (const auto member :
-         {&ListWork::entries, &ListWork::vertices, &ListWork::transforms, &ListWork::bytes, &ListWork::cache_bytes}) {
+    for (const auto member : {&ListWork::entries, &ListWork::vertices, &ListWork::transforms, &ListWork::bytes,
+                              &ListWork::cache_bytes, &ListWork::decoded}) {
       Parts parts(lists[bin].*member, count);
       for (int row = tiles.y0; row < tiles.y1; ++row)
         for (int column = tiles.x0; column < tiles.x1; ++column) out[grid.index(column, row)].*member += parts.next(1);
@@ -460,6 +473,7 @@ void SchemeWork::add_batches(std::uint64_t patch_bytes, std::span<const Immediat
     SubPatchItem& set_up_item = items.sub_patches.emplace_back();
     set_up_item.drawable = job_.frame->assembly->patch_drawable[patch.patch] + 1;
     set_up_item[Event::kBoxes] = static_cast<std::uint32_t>(patch.triangles);
+    set_up_item[Event::kDecodedElements] = static_cast<std::uint32_t>(decoded_for_vertices(patch.patch));
     shade_vertices(patch.patch, patch.vertices, items, set_up_item);
     const std::uint64_t bytes = records.next(patch.vertices);
     items.list_bytes += bytes;

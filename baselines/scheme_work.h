@@ -43,10 +43,11 @@ struct FrontWork {
 // Puts schemes that bin or draw triangles into the words of the timing model (timing/work.h), so that one model times all
 // of them and one table of prices gives their energy. Units that do the same run at the same rates:
 //
-//   hull stage            bounds                      front end
+//   hull stage            bounds, elements decoded    front end
 //   compute, task shader  instructions, lookups       lanes and texture units of all cores, before binning
 //   vertex shader         vertices, heights           lanes and texture units of all cores, before binning; of a core, in
 //                                                     its tiles
+//   records               elements decoded            decoders of all cores, before binning; of a core, in its tiles
 //   cull, set up          triangles                   triangle_setup.triangles_per_clk in each core, before binning
 //   binner                entries, tile overlaps      binner
 //   tile                  references                  entry fetch
@@ -131,6 +132,8 @@ class SchemeWork {
                       timing::SubPatchItem& item) const;
   void add_items(const ListWork& list, const OwnTile& own, Draw out) const;
   timing::GeometryWork hull_stage(const BaselineCounters& scheme) const;
+  // Elements of a patch's record that its vertices take, besides what the hull stage decoded to bound it.
+  std::uint64_t decoded_for_vertices(std::uint32_t patch) const;
   std::vector<ListWork> spread(std::span<const ListWork> lists, const binner::TileGrid& bins) const;
   std::vector<TileShares> shares() const;  // by tile
   void add_batches(std::uint64_t patch_bytes, std::span<const ImmediateTraffic> traffic,

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "baselines/bit_stream.h"
+#include "base/bit_stream.h"
 
 namespace tessera::baselines {
 namespace {

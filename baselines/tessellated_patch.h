@@ -37,6 +37,7 @@ struct TessellatedPatch {
   std::uint64_t domain_evaluations = 0;
   std::uint64_t patch_bytes = 0;             // bursts of its record, for whoever fetches it
   std::uint64_t stored_attribute_bytes = 0;  // and of what records hold for the pixel shader
+  std::uint64_t decoded_elements = 0;        // that a decoder gives of its record
 };
 
 // A triangle by the number of its base patch and its own number there, as visibility has them.

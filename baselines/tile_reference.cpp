@@ -1,7 +1,7 @@
 #include "baselines/tile_reference.h"
 
+#include "base/bit_stream.h"
 #include "base/check.h"
-#include "baselines/bit_stream.h"
 
 namespace tessera::baselines {
 namespace {

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "baselines/bit_stream.h"
+#include "base/bit_stream.h"
 #include "baselines/block_code.h"
 
 namespace tessera::baselines {

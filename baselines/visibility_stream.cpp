@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "base/bit_stream.h"
 #include "base/round_up.h"
-#include "baselines/bit_stream.h"
 
 namespace tessera::baselines {
 namespace {

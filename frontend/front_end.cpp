@@ -124,6 +124,9 @@ std::vector<BoundedSubPatch> split_runs(const scene::FrameGeometry& frame, const
         fetches.pass_record(frame.assembly->record_of(patch));
         splitter.split(patch, pieces[b].sub_patches, own.counters);
         charge_records(fetches, own.ledger);
+        own.counters.elements_decoded +=
+            fetches.take_elements() +
+            (resting_bound(frame, patch) == nullptr ? decoded_elements(*frame.assembly, patch) : 0);
       }
       own.blocks_tested += splitter.take_blocks_tested();
       pieces[b].table_lines = fetches.take_missed_lines();

@@ -110,6 +110,8 @@ inline constexpr auto kCounterFields<frontend::FrontendCounters> = std::to_array
      "Sub-patches of masked materials that are opaque all over: they need no alpha test.", ""},
     {"frontend.table_lines", &frontend::FrontendCounters::table_lines, Combine::kSum, "bursts",
      "Bursts of tables of heights that the front end asks of the L2: those that its own caches miss.", ""},
+    {"frontend.elements_decoded", &frontend::FrontendCounters::elements_decoded, Combine::kSum, "elements",
+     "Positions that the front end's decoder gives of records, with geometry.encoding.", ""},
 });
 TESSERA_COUNTERS_COVER(frontend::FrontendCounters);
 

@@ -103,9 +103,7 @@ class GroupWalk {
 
 const PatchGroups* resting_groups(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
   const scene::Drawable& drawn = *drawable.drawable;
-  if (drawable.procedure != nullptr || drawable.deforming ||
-      drawable.positions[0].data() != drawable.primitive->vertices.positions.data())
-    return nullptr;
+  if (drawable.procedure != nullptr || !drawable.own_vertices) return nullptr;
   const std::vector<PatchGroups>& all = drawn.kind == scene::Primitive::Kind::kBezierPatches
                                             ? frame.assembly->bezier_groups
                                             : frame.assembly->cluster_groups;

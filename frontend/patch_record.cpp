@@ -49,16 +49,20 @@ std::uint64_t plain_bytes(const Primitive& primitive, const scene::Material& mat
 std::uint64_t patch_record_bytes(const scene::Assembly& assembly, std::uint32_t patch, bool deforming) {
   const scene::Drawable& drawable = assembly.drawable_of(patch);
   const std::uint64_t keys = deforming ? 2 : 1;
+  const scene::HeldGeometry* held = assembly.held_geometry(drawable);
+  const std::uint64_t encoded = held != nullptr ? held->record_bytes[patch - drawable.first_patch] : 0;
   switch (drawable.kind) {
     case Primitive::Kind::kProcedure:
       return kPatchHeaderBytes + procedure_record_bytes(assembly.capture->procedures[drawable.geometry], deforming);
     case Primitive::Kind::kBezierPatches: {
       const bool displaced = assembly.materials[static_cast<std::size_t>(drawable.material)].displacement.has_value();
-      return kPatchHeaderBytes + 16 * sizeof(Vec3) * keys + (displaced ? kPatchCorners * kTexcoordBytes : 0);
+      return kPatchHeaderBytes + (held != nullptr ? encoded : 16 * sizeof(Vec3) * keys) +
+             (displaced ? kPatchCorners * kTexcoordBytes : 0);
     }
     case Primitive::Kind::kTriangles:
       break;
   }
+  if (held != nullptr) return kPatchHeaderBytes + encoded;
   const scene::Cluster& cluster = cluster_of(assembly, drawable, patch);
   return kPatchHeaderBytes + cluster.vertex_count * sizeof(Vec3) * keys +
          cluster.cell_count * sizeof(scene::ClusterCell);
@@ -66,6 +70,12 @@ std::uint64_t patch_record_bytes(const scene::Assembly& assembly, std::uint32_t 
 
 std::uint64_t patch_record_bytes(const scene::FrameGeometry& frame, std::uint32_t patch) {
   return patch_record_bytes(*frame.assembly, patch, frame.drawable_of(patch).deforming);
+}
+
+std::uint64_t decoded_elements(const scene::Assembly& assembly, std::uint32_t patch) {
+  const scene::Drawable& drawable = assembly.drawable_of(patch);
+  const scene::HeldGeometry* held = assembly.held_geometry(drawable);
+  return held != nullptr ? held->record_elements[patch - drawable.first_patch] : 0;
 }
 
 const scene::ClusterBound* resting_bound(const scene::FrameGeometry& frame, std::uint32_t patch) {

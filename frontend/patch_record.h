@@ -12,10 +12,15 @@ namespace tessera::frontend {
 // [assumed] material, pattern, neighbours, state
 inline constexpr std::uint64_t kPatchHeaderBytes = 32;
 
-// What bounds and vertices follow from: header; positions, at both motion keys where they differ; a cluster's cells; of
-// displaced patches the texture coordinates of their corners; a procedure's numbers. `deforming`: positions at two keys.
+// What bounds and vertices follow from: header; positions, at both motion keys where they differ, or encoded as
+// geometry.encoding says; a cluster's cells; of displaced patches the texture coordinates of their corners; a procedure's
+// numbers. `deforming`: positions at two keys.
 std::uint64_t patch_record_bytes(const scene::FrameGeometry& frame, std::uint32_t patch);
 std::uint64_t patch_record_bytes(const scene::Assembly& assembly, std::uint32_t patch, bool deforming);
+
+// What a decoder gives of that record, each time it is read: positions, and cells where those are coded; 0 where the memory
+// holds floats.
+std::uint64_t decoded_elements(const scene::Assembly& assembly, std::uint32_t patch);
 
 // What the front end reads of a base patch to bound and cull it. Clusters whose vertices rest always have a record of its
 // own for that, one behind the other: their record proper is for units that need vertices. [assumed] 56 bytes: the aligned

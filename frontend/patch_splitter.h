@@ -39,6 +39,7 @@ struct FrontendCounters {
   std::uint64_t displacement_elided = 0;
   std::uint64_t alpha_test_elided = 0;
   std::uint64_t table_lines = 0;
+  std::uint64_t elements_decoded = 0;
 };
 
 // A sub-patch as it goes to the binner: which cells, and where on screen they may appear.

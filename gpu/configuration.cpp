@@ -218,7 +218,8 @@ hardware::Area GpuConfiguration::area() const {
   constexpr std::int64_t kShadedBytes = 16;
   return hardware::machine_area(
       *this, {tessellator.cache_bytes + binner::RecordCache::kBytes + binner.combining_bursts * memory.burst_bytes,
-              shading_cache.entries * kShadedBytes, tile.rendering_elimination, frame_buffer.transaction_elimination});
+              shading_cache.entries * kShadedBytes, tile.rendering_elimination, frame_buffer.transaction_elimination,
+              !geometry.raw()});
 }
 
 bool set_gpu_key(const std::string& name, const json& value, GpuConfiguration& gpu) {
@@ -252,6 +253,7 @@ const KeyTable<GpuConfiguration>& gpu_keys() {
                                        .add(&Gpu::shading_cache, tilecore::shading_cache_keys())
                                        .add(hardware::burst_keys())
                                        .add(&Gpu::frame_buffer, tilecore::frame_buffer_keys())
+                                       .add(&Gpu::geometry, scene::geometry_keys())
                                        .add(hardware::machine_keys()));
   return table;
 }

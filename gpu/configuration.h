@@ -13,6 +13,7 @@
 #include "frontend/settings.h"
 #include "hardware/area.h"
 #include "hardware/machine.h"
+#include "scene/geometry_settings.h"
 #include "tilecore/core_settings.h"
 
 namespace tessera::gpu {
@@ -41,6 +42,7 @@ struct GpuConfiguration : hardware::Machine {
   tilecore::CoreSettings tilecore;
   tilecore::ShadingCacheSettings shading_cache;
   tilecore::FrameBufferSettings frame_buffer;
+  scene::GeometrySettings geometry;
 
   // Side of the blocks whose farthest depths tile cores store: 16, halved until it divides the tile's sides [assumed].
   int depth_block_pixels() const;

@@ -60,7 +60,7 @@ GpuConfiguration with_tile_memory(GpuConfiguration gpu, const RunSettings& setti
 Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfiguration& gpu,
                const RunSettings& settings, const RenderRequest& request)
     : prepared_(std::move(prepared)),
-      scene_(prepared_->scene(settings.textures)),
+      scene_(prepared_->scene(settings.textures, gpu.geometry)),
       gpu_(with_tile_memory(gpu, settings)),
       settings_(settings),
       request_(request),

@@ -73,9 +73,8 @@ void add_pose(Crc64& crc, const FrameGeometry& frame, std::size_t number) {
     add_matrix(crc, drawable.to_raster[key]);
     add_matrix(crc, drawable.to_world[key]);
     add_matrix(crc, drawable.normal_to_world[key]);
-    // The capture's own vertices are the same always.
-    const bool own = drawable.primitive == nullptr ||
-                     drawable.positions[key].data() == drawable.primitive->vertices.positions.data();
+    // The memory's own vertices are the same always.
+    const bool own = drawable.own_vertices;
     crc.add_value(static_cast<std::uint8_t>(own));
     if (own) continue;
     add_span(crc, drawable.positions[key]);

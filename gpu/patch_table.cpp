@@ -57,12 +57,17 @@ PatchTable::Lines PatchTable::of_geometry(const scene::FrameGeometry& frame, std
   return lines(begin, begin + frontend::patch_record_bytes(frame, patch));
 }
 
-void PatchTable::of_tessellation(const scene::FrameGeometry& frame, const tilecore::TessellationRequest& request,
-                                 std::vector<Lines>& out) const {
+std::uint64_t PatchTable::of_tessellation(const scene::FrameGeometry& frame,
+                                          const tilecore::TessellationRequest& request, std::vector<Lines>& out) const {
   out = {of_geometry(frame, request.patch), of_instance(request.patch)};
   std::vector<std::uint32_t> others;
   tilecore::fetched_neighbours(frame, request.patch, request.range, request.displaced, others);
-  for (const std::uint32_t other : others) out.push_back(of_geometry(frame, other));
+  std::uint64_t elements = frontend::decoded_elements(assembly_, request.patch);
+  for (const std::uint32_t other : others) {
+    out.push_back(of_geometry(frame, other));
+    elements += frontend::decoded_elements(assembly_, other);
+  }
+  return elements;
 }
 
 void PatchTable::of_piece(const scene::FrameGeometry& frame, std::uint32_t patch, std::uint32_t piece,

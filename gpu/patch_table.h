@@ -29,9 +29,9 @@ class PatchTable {
   // What vertices follow from (frontend::patch_record_bytes()).
   Lines of_geometry(const scene::FrameGeometry& frame, std::uint32_t patch) const;
   // Replaces `out` by what tessellating a sub-patch reads: its record, that of its instance, and of the patches that own
-  // vertices of its boundary.
-  void of_tessellation(const scene::FrameGeometry& frame, const tilecore::TessellationRequest& request,
-                       std::vector<Lines>& out) const;
+  // vertices of its boundary. Returns how many elements a decoder gives of them (frontend::decoded_elements()).
+  std::uint64_t of_tessellation(const scene::FrameGeometry& frame, const tilecore::TessellationRequest& request,
+                                std::vector<Lines>& out) const;
   // Adds what evaluating a piece of a procedure reads of the record of its first patch: the header and its numbers, those
   // of its other stages apart.
   void of_piece(const scene::FrameGeometry& frame, std::uint32_t patch, std::uint32_t piece,

@@ -3,16 +3,18 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include "frontend/bounds/sub_patch_bounder.h"
 #include "scene/assembly.h"
 #include "scene/capture.h"
+#include "scene/geometry_settings.h"
 #include "scene/texture_settings.h"
 
 namespace tessera::gpu {
 
-// A capture ready to be drawn, its textures as the emulated memory holds them.
+// A capture ready to be drawn, its textures and its geometry as the emulated memory holds them.
 struct PreparedScene {
   explicit PreparedScene(scene::Assembly assembled) : assembly(std::move(assembled)), pyramids(assembly) {}
 
@@ -29,12 +31,13 @@ class PreparedCapture {
   const scene::Capture& capture;
 
   // Made when first asked for, kept as long as this; one for all targets where the capture has no KTX2 textures. Throws
-  // LimitError where texture.format needs more memory than reading the capture left.
-  const PreparedScene& scene(scene::TextureSettings textures) const;
+  // LimitError where texture.format or geometry.encoding needs more memory than reading the capture left.
+  const PreparedScene& scene(scene::TextureSettings textures, const scene::GeometrySettings& geometry = {}) const;
 
  private:
   mutable std::mutex mutex_;
-  mutable std::map<scene::TextureSettings, std::unique_ptr<const PreparedScene>> scenes_;
+  using Held = std::pair<scene::GeometrySettings, scene::TextureSettings>;
+  mutable std::map<Held, std::unique_ptr<const PreparedScene>> scenes_;
   mutable std::vector<scene::Material> materials_;  // as they were assembled, with the capture's own textures
 };
 

@@ -15,6 +15,7 @@ bool banks(const GpuConfiguration& gpu) { return gpu.has_banks(); }
 bool fluid(const GpuConfiguration& gpu) { return events(gpu) && !banks(gpu); }
 bool compiled(const GpuConfiguration& gpu) { return gpu.has_compiled_shaders(); }
 bool on_lanes(const GpuConfiguration& gpu) { return gpu.shades_on_lanes(); }
+bool raw_geometry(const GpuConfiguration& gpu) { return gpu.geometry.raw(); }
 
 struct Rule {
   std::string_view key;
@@ -22,15 +23,17 @@ struct Rule {
   std::string_view because;
 };
 
-constexpr std::string_view kOfPhases = "with machine.timing=phases nothing reads it: set machine.timing=events",
-                           kOfBanks =
-                               "memory.model=banks does not read it: set memory.type and memory.channels, or "
-                               "memory.model=fluid",
-                           kOfFluid = "memory.model=fluid does not read it: set memory.gb_per_s, or memory.model=banks",
-                           kOfCompiled = "shader.costs=compiled does not read it: set shader.costs=constant",
-                           kOfLanes =
-                               "tessellator.domain_shading=lanes does not read it: set "
-                               "energy.shader_operation_pj, or tessellator.domain_shading=unit";
+constexpr std::string_view
+    kOfPhases = "with machine.timing=phases nothing reads it: set machine.timing=events",
+    kOfBanks =
+        "memory.model=banks does not read it: set memory.type and memory.channels, or "
+        "memory.model=fluid",
+    kOfFluid = "memory.model=fluid does not read it: set memory.gb_per_s, or memory.model=banks",
+    kOfCompiled = "shader.costs=compiled does not read it: set shader.costs=constant",
+    kOfLanes =
+        "tessellator.domain_shading=lanes does not read it: set "
+        "energy.shader_operation_pj, or tessellator.domain_shading=unit",
+    kOfEncoding = "with geometry.encoding=raw nothing reads it: set geometry.encoding=quantised or meshlet";
 
 constexpr auto kRules = std::to_array<Rule>({
     {"memory.gb_per_s", banks, kOfBanks},
@@ -62,6 +65,7 @@ constexpr auto kRules = std::to_array<Rule>({
     {"shader.background_operations", compiled, kOfCompiled},
     {"shader.registers", compiled, kOfCompiled},
     {"energy.vertex_pj", on_lanes, kOfLanes},
+    {"geometry.bits", raw_geometry, kOfEncoding},
 });
 
 }  // namespace

@@ -289,15 +289,15 @@ void WorkRecorder::share_tessellation(Slot& slot, binner::TileIndex tile, const 
   add(Event::kBoxTests, now.group_tests - before.group_tests);
   add(Event::kBoxLanes, now.group_tests - before.group_tests);
   slot.work.events[Event::kDomainTexels] += vertices * static_cast<std::uint64_t>(cost.texture_instructions);
-  const std::uint32_t height_lines =
-      now.sub_patches != before.sub_patches ? share_records_and_heights(slot, request) : 0;
+  const Fetched fetched = now.sub_patches != before.sub_patches ? share_records_and_heights(slot, request) : Fetched();
+  add(Event::kDecodedElements, fetched.elements);
   if (item == nullptr) return;
   if (vertices > 0) {
     item->domain_clocks = static_cast<std::uint32_t>(hardware::lane_clocks(cost));
     item->domain_registers = static_cast<std::uint32_t>(cost.registers);
     item->domain_texels = static_cast<std::uint32_t>(cost.texture_instructions);
   }
-  item->height_lines = height_lines;
+  item->height_lines = fetched.height_lines;
   item->lines = static_cast<std::uint32_t>(slot.items.lines.size() - lines);
 }
 
@@ -357,17 +357,20 @@ std::uint64_t WorkRecorder::move(binner::TileIndex tile, TileArray& array, std::
   return moved;
 }
 
-std::uint32_t WorkRecorder::share_records_and_heights(Slot& slot, const tilecore::TessellationRequest& request) {
-  records_.of_tessellation(frame_->segment(request.segment), request, record_lines_);
+WorkRecorder::Fetched WorkRecorder::share_records_and_heights(Slot& slot,
+                                                              const tilecore::TessellationRequest& request) {
+  Fetched fetched;
+  fetched.elements = records_.of_tessellation(frame_->segment(request.segment), request, record_lines_);
   for (const PatchTable::Lines& lines : record_lines_) {
     share_lines(slot, lines, Phase::kVisibility, Purpose::kPatchData);
     keep_lines(slot, lines);
   }
-  if (heights_ == nullptr || !request.displaced) return 0;
+  if (heights_ == nullptr || !request.displaced) return fetched;
   heights_->lines_of(*frame_, request.patch, request.range, height_lines_);
   for (const std::uint32_t line : height_lines_) share_line(slot, line, Phase::kVisibility);
   if (keep_items_) slot.items.lines.insert(slot.items.lines.end(), height_lines_.begin(), height_lines_.end());
-  return static_cast<std::uint32_t>(height_lines_.size());
+  fetched.height_lines = static_cast<std::uint32_t>(height_lines_.size());
+  return fetched;
 }
 
 void WorkRecorder::keep_lines(Slot& slot, const PatchTable::Lines& lines) {
@@ -385,11 +388,13 @@ void WorkRecorder::share_shading(Slot& slot) {
   for (; next < std::min(slot.visibility_misses, misses.size()); ++next)
     share_line(slot, misses[next], Phase::kVisibility);
   const std::size_t lines = slot.items.lines.size();
-  for (const std::uint32_t patch : slot.patches_read)
+  for (const std::uint32_t patch : slot.patches_read) {
+    slot.work.events[Event::kDecodedForShading] += frontend::decoded_elements(*frame_->assembly, patch);
     for (const PatchTable::Lines& read : {records_.of_shading(*frame_, patch), records_.of_instance(patch)}) {
       share_lines(slot, read, Phase::kShading, Purpose::kAttributes);
       keep_lines(slot, read);
     }
+  }
   slot.items.shading_lines = static_cast<std::uint32_t>(slot.items.lines.size() - lines);
   for (; next < misses.size(); ++next) share_line(slot, misses[next], Phase::kShading);
   slot.texture_misses.clear();

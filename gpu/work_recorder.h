@@ -143,8 +143,12 @@ class WorkRecorder {
   // sub-patch; nullptr without items.
   void share_tessellation(Slot& slot, binner::TileIndex tile, const tilecore::TessellationRequest& request,
                           tilecore::TessellationCache& cache, timing::SubPatchItem* item);
-  // Lines of a tessellation: records, then heights; the number of these.
-  std::uint32_t share_records_and_heights(Slot& slot, const tilecore::TessellationRequest& request);
+  // Lines of a tessellation: records, then heights; the number of these, and elements of the records that are decoded.
+  struct Fetched {
+    std::uint32_t height_lines = 0;
+    std::uint64_t elements = 0;
+  };
+  Fetched share_records_and_heights(Slot& slot, const tilecore::TessellationRequest& request);
   void share_lines(Slot& slot, const PatchTable::Lines& lines, timing::Phase phase, memory::Purpose purpose);
   // Leaves those of record_lines_ from `first` on that the texture cache lacks.
   void keep_misses(std::size_t first);

@@ -13,10 +13,12 @@ double Area::total_mm2() const {
 
 namespace {
 
-// Units that a machine lacks: those that hash what it does not eliminate, and a tessellator whose vertices lanes shade.
+// Units that a machine lacks: those that hash what it does not eliminate, decoders of what its memory does not encode, and a
+// tessellator whose vertices lanes shade.
 bool lacks(const Machine& gpu, const OtherParts& others, Event event) {
   return (event == Event::kHashedInputs && !others.hashes_inputs) ||
          (event == Event::kHashedColors && !others.hashes_colors) ||
+         (kEventTable[event].silicon == Silicon::kDecoder && !others.decodes_geometry) ||
          (event == Event::kVertices && gpu.shades_on_lanes());
 }
 

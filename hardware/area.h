@@ -8,17 +8,18 @@
 
 namespace tessera::hardware {
 
-// What stands beside that which a Machine has: on-chip memories, once in the machine and once in each core, and units
-// that hash tiles' inputs (once) and colours (in each core).
+// What stands beside that which a Machine has: on-chip memories, once in the machine and once in each core, units that hash
+// tiles' inputs (once) and colours (in each core), and decoders of geometry (in the front end and in each core).
 struct OtherParts {
   std::int64_t shared_bytes = 0, core_bytes = 0;
-  bool hashes_inputs = false, hashes_colors = false;
+  bool hashes_inputs = false, hashes_colors = false, decodes_geometry = false;
 };
 
 // Silicon of the machine by unit, in mm2 of a 7-nm process:
 //
 //   frontend, binner     their rates x area.*, the binner's hashing unit with it
-//   fixed_units          of all cores: area.core_mm2 each, tessellator, lanes of tests, blending, resolve, hashing by their rates
+//   fixed_units          of all cores: area.core_mm2 each, tessellator, decoder, lanes of tests, blending, resolve,
+//                        hashing by their rates
 //   lanes                of the pixel shader and of the sampling array
 //   texture              lookups per clock x area.texel_mm2
 //   registers, tile_memory, texture_cache, l2, other_memories    KiB x their density

@@ -16,6 +16,7 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "scene/pose.h"
+#include "scene/position_lattice.h"
 #include "scene/weld.h"
 
 namespace tessera::scene {
@@ -162,12 +163,6 @@ class MaterialVariants {
   const int default_ = static_cast<int>(assembly_.materials.size()) - 1;
   std::map<std::pair<std::size_t, unsigned>, int> variants_;
 };
-
-// Whether a mesh's vertices are the capture's own at all times.
-bool rests_always(const Primitive& primitive) {
-  return primitive.kind == Primitive::Kind::kTriangles && primitive.wire == Primitive::Wire::kSurface &&
-         primitive.vertices.influences.empty() && primitive.vertices.morph_targets.empty();
-}
 
 // The geometry of every primitive that is drawn, once, and its number by mesh and primitive.
 using GeometryNumbers = std::map<std::pair<int, int>, std::uint32_t>;

@@ -7,6 +7,7 @@
 #include "scene/capture.h"
 #include "scene/cluster_bounds.h"
 #include "scene/clusters.h"
+#include "scene/held_geometry.h"
 
 namespace tessera::scene {
 
@@ -82,6 +83,8 @@ struct Assembly {
   std::vector<PatchGroups> cluster_groups, bezier_groups;  // as clusters, as neighbours
   // As clusters, then one for each of a primitive's; none for primitives whose vertices may move.
   std::vector<std::vector<ClusterBound>> cluster_bounds;
+  // As clusters, as neighbours, where the memory holds encoded geometry; else empty.
+  std::vector<HeldGeometry> held_clusters, held_bezier;
   std::vector<Drawable> drawables;
   std::vector<DrawnPrimitive> drawn;
   std::vector<InstancedNode> instanced_nodes;
@@ -89,11 +92,20 @@ struct Assembly {
   std::vector<std::uint32_t> grid_patches;    // base patches that have grids, in order
   std::uint32_t record_count = 0;             // of base patches in memory: as many as there are but for instances
   std::uint64_t texture_bytes = 0;            // HeldTextures::charged_bytes, of what its materials hold
+  std::uint64_t geometry_bytes = 0;           // of decoded positions
 
   std::size_t patch_count() const { return patch_drawable.size(); }
   // Of Capture::max_bytes, before any frame.
-  std::uint64_t charged_bytes() const { return std::min(capture->charged_bytes + texture_bytes, capture->max_bytes); }
+  std::uint64_t charged_bytes() const {
+    return std::min(capture->charged_bytes + texture_bytes + geometry_bytes, capture->max_bytes);
+  }
   const Drawable& drawable_of(std::uint32_t patch) const { return drawables[patch_drawable[patch]]; }
+  // nullptr where the memory holds the capture's floats.
+  const HeldGeometry* held_geometry(const Drawable& drawable) const {
+    if (drawable.kind == Primitive::Kind::kProcedure) return nullptr;
+    const std::vector<HeldGeometry>& held = drawable.kind == Primitive::Kind::kTriangles ? held_clusters : held_bezier;
+    return held.empty() || held[drawable.geometry].raw() ? nullptr : &held[drawable.geometry];
+  }
   std::uint32_t record_of(std::uint32_t patch) const {
     const Drawable& drawable = drawable_of(patch);
     return drawable.first_record + (patch - drawable.first_patch);

@@ -18,13 +18,17 @@
 namespace tessera::scene {
 namespace {
 
-// Points the drawable's spans at deformed vertices where there are any, at the capture's otherwise.
-void connect_spans(const std::array<Deformed, 2>& storage, PosedDrawable& posed) {
+// Points the drawable's spans at deformed vertices where there are any, at those that the memory holds otherwise.
+void connect_spans(const Assembly& assembly, const std::array<Deformed, 2>& storage, PosedDrawable& posed) {
+  const HeldGeometry* held = assembly.held_geometry(*posed.drawable);
   for (std::size_t key = 0; key < 2; ++key) {
     const Deformed& deformed = storage[posed.deforming ? key : 0];
     const Vertices& rest = posed.primitive->vertices;
     const bool own = deformed.positions.empty();
-    posed.positions[key] = own ? std::span<const Vec3>(rest.positions) : std::span<const Vec3>(deformed.positions);
+    posed.own_vertices = own && !posed.deforming;
+    posed.positions[key] = !own              ? std::span<const Vec3>(deformed.positions)
+                           : held != nullptr ? std::span<const Vec3>(held->positions)
+                                             : std::span<const Vec3>(rest.positions);
     posed.normals[key] = own ? std::span<const Vec3>(rest.normals) : std::span<const Vec3>(deformed.normals);
     posed.tangents[key] = own ? std::span<const Vec4>(rest.tangents) : std::span<const Vec4>(deformed.tangents);
   }
@@ -120,7 +124,7 @@ void pose_drawable(const FrameGeometry& frame, std::span<const Material> materia
   if (has_grid(drawable) && posed.mirrored != (glm::determinant(worlds[0]) < 0))
     for (Mat3& normals : posed.normal_to_world) normals *= -1.0f;
   posed.moving = posed.deforming || posed.to_raster[0] != posed.to_raster[1];
-  connect_spans(frame.deformed[drawable.drawn], posed);
+  connect_spans(assembly, frame.deformed[drawable.drawn], posed);
 }
 
 // Factors of a Bezier patch: each edge by its own control points, the grid by the longest of all rows and columns.
@@ -257,12 +261,9 @@ bool same_scene(const FrameGeometry& a, const FrameGeometry& b) {
   return a.projection == b.projection;
 }
 
-// Whether a drawable's vertices are the capture's own and appear where they did before.
+// Whether a drawable's vertices are the memory's own and appear where they did before.
 bool rests(const PosedDrawable& drawable, const PosedDrawable& before) {
-  const auto own = [](const PosedDrawable& posed) {
-    return !posed.deforming && posed.positions[0].data() == posed.primitive->vertices.positions.data();
-  };
-  return own(drawable) && own(before) && !before.curved && drawable.material == before.material &&
+  return drawable.own_vertices && before.own_vertices && !before.curved && drawable.material == before.material &&
          std::memcmp(drawable.to_raster.data(), before.to_raster.data(), sizeof(drawable.to_raster)) == 0;
 }
 
@@ -341,7 +342,7 @@ void share_deformation(FrameGeometry& frame) {
     for (FrameGeometry* posed : frames) {
       PosedDrawable& drawable = posed->drawables[d];
       drawable.deforming = drawable.moving = true;
-      connect_spans(posed->deformed[drawable.drawable->drawn], drawable);
+      connect_spans(*posed->assembly, posed->deformed[drawable.drawable->drawn], drawable);
     }
   }
 }

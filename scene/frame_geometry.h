@@ -50,7 +50,7 @@ struct FrameRequest {
 };
 
 // A drawable as posed at the two motion keys of the shutter (0 open, 1 close). Vertices of a drawable that does not deform
-// are the capture's own.
+// are the capture's own, with the positions that the memory holds (Assembly::held_geometry()).
 struct PosedDrawable {
   const Drawable* drawable = nullptr;
   const Primitive* primitive = nullptr;
@@ -60,6 +60,7 @@ struct PosedDrawable {
   const Procedure *procedure = nullptr, *procedure_close = nullptr;
   bool moving = false;            // anything differs between the keys, camera included
   bool deforming = false;         // the vertices themselves differ
+  bool own_vertices = true;       // those that the memory holds, at both keys
   bool curved = false;            // moves by the segments of the frame; moving, too
   bool mirrored = false;          // the node's transform turns triangles inside out
   bool visible = true;            // at shutter open (KHR_node_visibility), for all of the shutter

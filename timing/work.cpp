@@ -84,7 +84,7 @@ class UnitTimes {
   }
 
  private:
-  static constexpr std::size_t kParts = 3;
+  static constexpr std::size_t kParts = 4;
   std::array<std::array<double, kParts>, kStageCount> parts_{};
 };
 
@@ -102,13 +102,14 @@ StageCycles stage_cycles(const hardware::Machine& gpu, const GeometryWork& work)
       times.add(Stage::kFrontend, hardware::kFirstPart | hardware::kSecondPart, gpu.clocks(event, counts[event]));
   }
   StageCycles cycles = times.cycles();
-  // Lanes, texture units and tessellators shade vertices side by side; lanes also run what is computed before.
+  // Lanes, texture units, tessellators and decoders work on vertices side by side; lanes also run what is computed before.
   const bool compiled = gpu.shades_on_lanes() && gpu.shader.costs == hardware::ShaderCosts::kCompiled;
   const double shading = (compiled ? static_cast<double>(work.vertex_clocks) / gpu.per_clk(Event::kShaderClocks)
                                    : gpu.clocks(Event::kDomainInvocations, counts[Event::kDomainInvocations])) +
                          static_cast<double>(counts[Event::kShaderClocks]) / gpu.per_clk(Event::kShaderClocks);
   const double vertices = std::max({shading, compiled ? 0 : gpu.clocks(Event::kVertices, counts[Event::kVertices]),
-                                    gpu.clocks(Event::kTexels, counts[Event::kTexels])});
+                                    gpu.clocks(Event::kTexels, counts[Event::kTexels]),
+                                    gpu.clocks(Event::kDecodedElements, counts[Event::kDecodedElements])});
   double& frontend = cycles[static_cast<std::size_t>(Stage::kFrontend)];
   frontend = std::max(frontend, vertices / static_cast<double>(gpu.cores.count));
   cycles[static_cast<std::size_t>(Stage::kDram)] = static_cast<double>(work.dram_bytes) / memory_rate(gpu);

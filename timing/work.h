@@ -23,7 +23,7 @@ enum class Phase : std::uint8_t { kVisibility, kShading, kStore };
 inline constexpr std::size_t kPhaseCount = 3;
 
 // Events of the front end and the binner; of machines that bin or draw triangles also vertices that the tessellators of
-// all cores shade before, instructions of other shaders that run before (kShaderClocks), their lookups (kTexels), and
+// all cores shade before, and elements of records that they decode for that (kDecodedElements), instructions of other shaders that run before (kShaderClocks), their lookups (kTexels), and
 // triangles that are set up.
 struct GeometryWork {
   EventCounts events;

@@ -182,7 +182,8 @@ void SubPatchBounder::begin(std::uint32_t patch) {
 
 void SubPatchBounder::fetch_owner(std::uint32_t owner) const {
   if (fetches_ == nullptr || owner == patch_) return;
-  fetches_->fetch_record(frame_.assembly->record_of(owner), patch_record_bytes(frame_, owner));
+  fetches_->fetch_record(frame_.assembly->record_of(owner), patch_record_bytes(frame_, owner),
+                         decoded_elements(*frame_.assembly, owner));
 }
 
 void SubPatchBounder::begin_edges(std::uint32_t patch) {

@@ -52,8 +52,11 @@ class HeightTableCache {
   // From here on fetches of lines are appended to `addresses` instead, until null is given: of what is computed ahead,
   // and may yet turn out not to be wanted.
   void postpone(std::vector<std::uint64_t>* addresses) { postponed_ = addresses; }
-  void fetch_record(std::uint32_t record, std::uint64_t bytes) {
-    if (!records_.use(record)) record_bytes_ += memory::burst_bytes(0, bytes, line_bytes_);
+  // `elements`: what decoding it gives.
+  void fetch_record(std::uint32_t record, std::uint64_t bytes, std::uint64_t elements) {
+    if (records_.use(record)) return;
+    record_bytes_ += memory::burst_bytes(0, bytes, line_bytes_);
+    elements_ += elements;
   }
   // One that is read on its way anyway.
   void pass_record(std::uint32_t record) { (void)records_.use(record); }
@@ -65,10 +68,12 @@ class HeightTableCache {
   // Bytes fetched since the last call.
   std::uint64_t take_table_bytes() { return std::exchange(table_bytes_, 0); }
   std::uint64_t take_record_bytes() { return std::exchange(record_bytes_, 0); }
+  // Elements decoded since the last call.
+  std::uint64_t take_elements() { return std::exchange(elements_, 0); }
 
  private:
   memory::LineCache lines_, records_;
-  std::uint64_t line_bytes_, table_bytes_ = 0, record_bytes_ = 0;
+  std::uint64_t line_bytes_, table_bytes_ = 0, record_bytes_ = 0, elements_ = 0;
   std::vector<std::uint32_t> missed_;
   std::vector<std::uint64_t>* postponed_ = nullptr;
 };

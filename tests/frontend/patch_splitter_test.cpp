@@ -226,13 +226,15 @@ TEST(FrontEndTraffic, HeightsThatBoundDisplacementAreFetched) {
 TEST(FrontEndTraffic, RecordsAmongTheLastUsedCostNothing) {  // BFT1
   HeightTableCache fetches({1024, 4, 64, 2});
   fetches.pass_record(1);
-  fetches.fetch_record(1, 224);
+  fetches.fetch_record(1, 224, 16);
   EXPECT_EQ(fetches.take_record_bytes(), 0u);
-  fetches.fetch_record(2, 224);
-  fetches.fetch_record(3, 224);
-  fetches.fetch_record(2, 224);
+  EXPECT_EQ(fetches.take_elements(), 0u);
+  fetches.fetch_record(2, 224, 16);
+  fetches.fetch_record(3, 224, 16);
+  fetches.fetch_record(2, 224, 16);
   EXPECT_EQ(fetches.take_record_bytes(), 2 * 256u);
-  fetches.fetch_record(1, 224);
+  EXPECT_EQ(fetches.take_elements(), 32u);
+  fetches.fetch_record(1, 224, 16);
   EXPECT_EQ(fetches.take_record_bytes(), 256u);
 }
 

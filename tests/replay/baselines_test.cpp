@@ -221,7 +221,7 @@ TEST_P(Baselines, PatchWholeHasOnePrimitivePerPatchAndNoMore) {
 TEST_P(Baselines, GP1PatchesThatTheHullStageDropsHaveNoTriangleToDraw) {
   look_at(capture, [](const gpu::RenderedView& view) {
     BaselineCounters hull, setup;
-    const std::vector<std::uint8_t> kept = baselines::run_hull_stage(view.job, view.pyramids, view.gpu, hull);
+    const std::vector<std::uint8_t> kept = baselines::run_hull_stage(view.job, view.pyramids, view.gpu, hull).kept;
     const baselines::TriangleSetup stage(*view.job.grid, view.job.frame->projection);
     std::uint64_t dropped = 0;
     for (std::uint32_t patch = 0; patch < kept.size(); ++patch) {
@@ -296,7 +296,7 @@ TEST(HullStage, CapturesHaveVerticesThatClustersShare) {
 TEST(HullStageTwin, APatchInViewThatWereDroppedWouldBeCaught) {
   look_at(scene::read_capture(test::shipped_capture("flyby")), [](const gpu::RenderedView& view) {
     BaselineCounters hull, setup;
-    const std::vector<std::uint8_t> kept = baselines::run_hull_stage(view.job, view.pyramids, view.gpu, hull);
+    const std::vector<std::uint8_t> kept = baselines::run_hull_stage(view.job, view.pyramids, view.gpu, hull).kept;
     const baselines::TriangleSetup stage(*view.job.grid, view.job.frame->projection);
     std::uint32_t visible = 0;
     for (std::uint32_t patch = 0; patch < kept.size(); ++patch)

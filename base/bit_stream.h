@@ -6,9 +6,9 @@
 
 #include "base/check.h"
 
-namespace tessera::baselines {
+namespace tessera {
 
-// Bits from the lowest of each byte on: what all packed formats of the baselines are made of.
+// Bits from the lowest of each byte on: the packed formats of the baselines and of encoded geometry are made of them.
 class BitWriter {
  public:
   void put(std::uint32_t value, std::uint32_t bits) {
@@ -18,6 +18,7 @@ class BitWriter {
     }
   }
   const std::vector<std::uint8_t>& bytes() const { return bytes_; }
+  std::size_t bit_count() const { return count_; }
 
  private:
   std::vector<std::uint8_t> bytes_;
@@ -66,4 +67,4 @@ constexpr std::int32_t unzigzag(std::uint32_t code) {
   return static_cast<std::int32_t>((code >> 1) ^ ((code & 1u) != 0 ? ~0u : 0u));
 }
 
-}  // namespace tessera::baselines
+}  // namespace tessera

@@ -1,0 +1,221 @@
+#include "scene/geometry_record.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <utility>
+
+#include "base/bit_stream.h"
+#include "base/check.h"
+
+namespace tessera::scene {
+namespace {
+
+constexpr std::uint32_t kEdges = 15, kNoEdge = kEdges, kCornerBits = 8;
+constexpr std::uint8_t kUnnumbered = 0xff;
+
+using Corners = std::array<std::uint8_t, 4>;
+std::size_t corner_count(const ClusterCell& cell) { return cell.single() ? 3 : 4; }
+
+// The newest edges of the cells so far: what both ends of the code know.
+class RecentEdges {
+ public:
+  struct Edge {
+    std::uint8_t from, to;
+  };
+  // The newest edge that runs from `from` to `to`, or kNoEdge.
+  std::uint32_t find(std::uint8_t from, std::uint8_t to) const {
+    for (std::uint32_t k = 0; k < std::min(count_, kEdges); ++k)
+      if (const Edge& edge = at(k); edge.from == from && edge.to == to) return k;
+    return kNoEdge;
+  }
+  const Edge& at(std::uint32_t k) const { return ring_[(count_ - 1 - k) % kEdges]; }
+  std::uint32_t count() const { return std::min(count_, kEdges); }
+
+  // The edges of a cell of `corners` corners but for the one that begins at `shared`; `corners`: none is shared.
+  void add(const Corners& corner, std::size_t corners, std::size_t shared) {
+    for (std::size_t k = 0; k < corners; ++k)
+      if (k != shared) ring_[count_++ % kEdges] = {corner[k], corner[(k + 1) % corners]};
+  }
+
+ private:
+  std::array<Edge, kEdges> ring_{};
+  std::uint32_t count_ = 0;
+};
+
+std::uint32_t bits_of_number(std::uint32_t known) { return known == 0 ? 0 : std::bit_width(known - 1); }
+
+class CellEncoder {
+ public:
+  CellEncoder(BitWriter& bits, std::size_t vertices) : bits_(bits), number_(vertices, kUnnumbered) {}
+
+  void put(const ClusterCell& cell) {
+    const std::size_t corners = corner_count(cell);
+    bits_.put(cell.single() ? 1 : 0, 1);
+    std::uint32_t edge = kNoEdge;
+    std::size_t shared = corners;
+    for (std::size_t k = 0; k < corners; ++k) {
+      const std::uint8_t from = number_[cell.corner[k]], to = number_[cell.corner[(k + 1) % corners]];
+      if (from == kUnnumbered || to == kUnnumbered) continue;
+      if (const std::uint32_t found = edges_.find(to, from); found < edge) edge = found, shared = k;
+    }
+    bits_.put(edge, 4);
+    if (edge != kNoEdge) bits_.put(static_cast<std::uint32_t>(shared), 2);
+    const std::size_t known = edge != kNoEdge ? 2 : 0, first = edge != kNoEdge ? shared : 0;
+    for (std::size_t k = known; k < corners; ++k) put_corner(cell.corner[(first + k) % corners]);
+    Corners numbers{};
+    for (std::size_t k = 0; k < corners; ++k) numbers[k] = number_[cell.corner[k]];
+    edges_.add(numbers, corners, shared);
+  }
+
+  // Vertices by their numbers; those without a cell come last.
+  std::vector<std::uint8_t> order() const {
+    std::vector<std::uint8_t> order = order_;
+    for (std::size_t v = 0; v < number_.size(); ++v)
+      if (number_[v] == kUnnumbered) order.push_back(static_cast<std::uint8_t>(v));
+    return order;
+  }
+
+ private:
+  void put_corner(std::uint8_t vertex) {
+    std::uint8_t& number = number_[vertex];
+    const auto known = static_cast<std::uint32_t>(order_.size());
+    bits_.put(number == kUnnumbered ? 1 : 0, 1);
+    if (number != kUnnumbered) return bits_.put(number, bits_of_number(known));
+    number = static_cast<std::uint8_t>(known);
+    order_.push_back(vertex);
+  }
+
+  BitWriter& bits_;
+  RecentEdges edges_;
+  std::vector<std::uint8_t> number_, order_;
+};
+
+class CellDecoder {
+ public:
+  explicit CellDecoder(BitReader& bits) : bits_(bits) {}
+
+  ClusterCell get() {
+    const std::size_t corners = bits_.get(1) != 0 ? 3 : 4;
+    Corners corner{};
+    const std::uint32_t edge = bits_.get(4);
+    std::size_t shared = corners;
+    if (edge != kNoEdge) {
+      TESSERA_CHECK(edge < edges_.count(), "cells share edges of cells before them");
+      shared = bits_.get(2);
+      corner[shared] = edges_.at(edge).to;
+      corner[(shared + 1) % corners] = edges_.at(edge).from;
+    }
+    const std::size_t known = edge != kNoEdge ? 2 : 0, first = edge != kNoEdge ? shared : 0;
+    for (std::size_t k = known; k < corners; ++k) corner[(first + k) % corners] = corner_number();
+    edges_.add(corner, corners, shared);
+    if (corners == 3) corner[3] = corner[2];
+    return {corner};
+  }
+
+ private:
+  std::uint8_t corner_number() {
+    if (bits_.get(1) != 0) return static_cast<std::uint8_t>(known_++);
+    return static_cast<std::uint8_t>(bits_.get(bits_of_number(known_)));
+  }
+
+  BitReader& bits_;
+  RecentEdges edges_;
+  std::uint32_t known_ = 0;
+};
+
+// The least corner of points, and the bits of their differences to it.
+struct RecordBox {
+  LatticePoint anchor{};
+  std::array<std::uint32_t, 3> widths{};
+};
+RecordBox box_of(std::span<const LatticePoint> points) {
+  RecordBox box;
+  for (std::size_t axis = 0; axis < 3 && !points.empty(); ++axis) {
+    const auto [low, high] = std::minmax_element(points.begin(), points.end(),
+                                                 [&](const auto& a, const auto& b) { return a[axis] < b[axis]; });
+    box.anchor[axis] = (*low)[axis];
+    box.widths[axis] =
+        static_cast<std::uint32_t>(std::bit_width(static_cast<std::uint32_t>((*high)[axis] - (*low)[axis])));
+  }
+  return box;
+}
+
+std::int32_t sign_extended(std::uint32_t value, int bits) {
+  const int unused = 32 - bits;
+  return static_cast<std::int32_t>(value << unused) >> unused;
+}
+
+}  // namespace
+
+EncodedRecord encode_record(const GeometrySettings& settings, const PositionLattice& lattice,
+                            std::span<const LatticePoint> points, std::span<const ClusterCell> cells) {
+  TESSERA_CHECK(!settings.raw() && points.size() <= kMaxClusterVertices, "records have at most 64 vertices");
+  const bool meshlet = settings.encoding == GeometryEncoding::kMeshlet;
+  EncodedRecord out;
+  // Cells first: they say in which order vertices come.
+  BitWriter cell_bits;
+  CellEncoder encoder(cell_bits, points.size());
+  std::size_t cell_bit_count = 0;
+  if (meshlet) {
+    for (const ClusterCell& cell : cells) encoder.put(cell);
+    out.order = encoder.order();
+  } else {
+    for (std::size_t v = 0; v < points.size(); ++v) out.order.push_back(static_cast<std::uint8_t>(v));
+    for (const ClusterCell& cell : cells)
+      for (const std::uint8_t corner : cell.corner) cell_bits.put(corner, kCornerBits);
+  }
+  cell_bit_count = cell_bits.bit_count();
+
+  RecordBox box{lattice.origin, {}};
+  if (meshlet)
+    box = box_of(points);
+  else
+    box.widths.fill(static_cast<std::uint32_t>(settings.bits));
+  BitWriter bits;
+  bits.put(static_cast<std::uint32_t>(lattice.exponent), kExponentBits);
+  for (const std::int32_t k : box.anchor) bits.put(static_cast<std::uint32_t>(k), kAnchorBits);
+  if (meshlet)
+    for (const std::uint32_t width : box.widths) bits.put(width, kWidthBits);
+  for (const std::uint8_t v : out.order)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      bits.put(static_cast<std::uint32_t>(points[v][axis] - box.anchor[axis]), box.widths[axis]);
+  BitReader coded(cell_bits.bytes());
+  for (std::size_t k = 0; k < cell_bit_count; ++k) bits.put(coded.get(1), 1);
+  out.bytes = bits.bytes();
+  return out;
+}
+
+DecodedRecord decode_record(const GeometrySettings& settings, std::span<const std::uint8_t> bytes, std::size_t vertices,
+                            std::size_t cells) {
+  const bool meshlet = settings.encoding == GeometryEncoding::kMeshlet;
+  BitReader bits(bytes);
+  PositionLattice lattice;
+  lattice.exponent = sign_extended(bits.get(kExponentBits), kExponentBits);
+  LatticePoint anchor;
+  for (std::int32_t& k : anchor) k = sign_extended(bits.get(kAnchorBits), kAnchorBits);
+  std::array<std::uint32_t, 3> widths;
+  for (std::uint32_t& width : widths)
+    width = meshlet ? bits.get(kWidthBits) : static_cast<std::uint32_t>(settings.bits);
+  DecodedRecord out;
+  out.positions.reserve(vertices);
+  for (std::size_t v = 0; v < vertices; ++v) {
+    LatticePoint place;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      place[axis] = anchor[axis] + static_cast<std::int32_t>(bits.get(widths[axis]));
+    out.positions.push_back(lattice.point(place));
+  }
+  out.cells.reserve(cells);
+  CellDecoder decoder(bits);
+  for (std::size_t c = 0; c < cells; ++c) {
+    if (meshlet) {
+      out.cells.push_back(decoder.get());
+      continue;
+    }
+    ClusterCell& cell = out.cells.emplace_back();
+    for (std::uint8_t& corner : cell.corner) corner = static_cast<std::uint8_t>(bits.get(kCornerBits));
+  }
+  return out;
+}
+
+}  // namespace tessera::scene
