@@ -206,11 +206,14 @@ class Drawing {
     return hits.first(static_cast<std::size_t>(end - hits.begin()));
   }
 
-  bool passes(std::uint32_t patch, const scene::Material& material, const Hit& hit, float t) const {
+  bool passes(std::uint32_t patch, const scene::Material& material, const Hit& hit, float t) {
     if (!(hit.z < blocks_.depth[hit.sample])) return false;
     if (material.alpha_mode != AlphaMode::kMask) return true;
-    return tilecore::point_alpha(*job_.frame, {patch, hit.triangle, hit.b1, hit.b2,
-                                               tilecore::time_seen(*job_.frame, patch, t)}) >= material.alpha_cutoff;
+    const auto [frame, at] = tilecore::in_segment(
+        *job_.frame, {patch, hit.triangle, hit.b1, hit.b2, tilecore::time_seen(*job_.frame, patch, t)});
+    const scene::PosedDrawable& drawable = frame.drawable_of(patch);
+    if (std::exchange(masked_, &drawable) != &drawable) alpha_test_.begin(frame, drawable);
+    return alpha_test_.alpha(at, nullptr) >= material.alpha_cutoff;
   }
 
   void draw_triangle(std::uint32_t patch, std::span<Hit> all) {
@@ -267,6 +270,8 @@ class Drawing {
   IntRect pixels_;
   int spp_;
   const SampleLayout& layout_;
+  tilecore::AlphaTest alpha_test_;
+  const scene::PosedDrawable* masked_ = nullptr;  // whose alpha it tests
   DepthBlocks blocks_;
   std::uint64_t tested_ = 0;
   std::vector<std::uint64_t> seen_;

@@ -10,6 +10,7 @@
 #include "base/check.h"
 #include "base/parallel.h"
 #include "reference/reference_kernel.h"
+#include "tilecore/shading/alpha_test.h"
 #include "tilecore/shading/transmission.h"
 
 namespace tessera::reference {

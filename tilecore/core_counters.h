@@ -27,6 +27,7 @@ struct TileCoreCounters {
   std::uint64_t box_lanes = 0, triangle_lanes = 0;
   std::uint64_t sample_hits = 0;
   std::uint64_t alpha_tests = 0;
+  std::uint64_t mask_vertices = 0, mask_vertex_bytes = 0;
   std::uint64_t triangle_table_bytes = 0;
 };
 
@@ -119,6 +120,16 @@ inline constexpr auto kCounterFields<tilecore::TileCoreCounters> = std::to_array
      "MaliFragRastQd (times the samples of a quad)"},
     {"tilecore.alpha_tests", &tilecore::TileCoreCounters::alpha_tests, Combine::kSum, "tests",
      "Hits whose alpha was looked up because the material masks.", "MaliFragLZSTestTd"},
+    {"tilecore.mask_vertices", &tilecore::TileCoreCounters::mask_vertices, Combine::kSum, "vertices",
+     "Vertices whose texture coordinate a core computed because alpha tests interpolate it, once for each sub-patch "
+     "that a "
+     "tile sees.",
+     ""},
+    {"tilecore.mask_vertex_bytes", &tilecore::TileCoreCounters::mask_vertex_bytes, Combine::kSum, "bytes",
+     "Bytes of these coordinates that cores wrote to and read from their tile memory: 8 for each vertex, and three "
+     "times "
+     "that for each alpha test.",
+     ""},
     {"tilecore.triangle_table_bytes", &tilecore::TileCoreCounters::triangle_table_bytes, Combine::kSum, "bytes",
      "Bytes that cores write to and read from the tables by which samples name triangles: a record for each sub-patch "
      "that "

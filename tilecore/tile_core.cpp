@@ -51,21 +51,27 @@ class OpaqueSink final : public HitSink {
 class MaskSink final : public HitSink {
  public:
   MaskSink(const scene::FrameGeometry& frame, const TileSamples& samples, std::uint32_t patch, TileState& state,
-           TextureUnit& textures, std::uint64_t& alpha_tests)
+           TextureUnit& textures, AlphaTest& test, TileCoreCounters& counters)
       : frame_(frame),
         samples_(samples),
         patch_(patch),
         cutoff_(frame.drawable_of(patch).material->alpha_cutoff),
         opaque_(patch, state),
         textures_(textures),
-        alpha_tests_(alpha_tests) {}
+        test_(test),
+        counters_(counters) {
+    test_.begin(frame, frame.drawable_of(patch));
+  }
   void take(std::span<const Hit> hits) override {
     for (const Hit& hit : hits) {
-      ++alpha_tests_;
-      if (point_alpha(frame_, {patch_, hit.triangle, hit.b1, hit.b2, time_seen(frame_, patch_, samples_.t(hit.sample))},
-                      &textures_) >= cutoff_)
+      ++counters_.alpha_tests;
+      const float t = time_seen(frame_, patch_, samples_.t(hit.sample));
+      if (test_.alpha({patch_, hit.triangle, hit.b1, hit.b2, t}, &textures_) >= cutoff_)
         opaque_.take(std::span(&hit, 1));
     }
+    const AlphaTest::Work work = test_.take_work();
+    counters_.mask_vertices += work.vertices;
+    counters_.mask_vertex_bytes += work.bytes;
   }
 
  private:
@@ -75,7 +81,8 @@ class MaskSink final : public HitSink {
   float cutoff_;
   OpaqueSink opaque_;
   TextureUnit& textures_;
-  std::uint64_t& alpha_tests_;
+  AlphaTest& test_;
+  TileCoreCounters& counters_;
 };
 
 class LayerSink final : public HitSink {
@@ -368,8 +375,8 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::ListEntry& ent
         run(OpaqueSink(entry.base_patch, state));
       else {
         shader_.reads_patch(entry.base_patch);
-        run(MaskSink(frame, samples_, entry.base_patch, state, shader_.textures(),
-                     result_.counters.tilecore.alpha_tests));
+        run(MaskSink(frame, samples_, entry.base_patch, state, shader_.textures(), alpha_test_,
+                     result_.counters.tilecore));
       }
       break;
     case AlphaMode::kBlend:

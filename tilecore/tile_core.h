@@ -9,6 +9,8 @@
 #include "binner/tile_grid.h"
 #include "scene/frame_geometry.h"
 #include "tilecore/frame_targets.h"
+#include "tilecore/shading/alpha_test.h"
+#include "tilecore/shading/deferred_shader.h"
 #include "tilecore/tessellation/mesh_store.h"
 #include "tilecore/tile_job.h"
 #include "tilecore/tile_result.h"
@@ -118,6 +120,7 @@ class TileCore {
   MeshStore meshes_;
   MeshVisibility visibility_;
   TileSamples samples_;
+  AlphaTest alpha_test_;
   DeferredShader shader_;
   ResolveUnit resolve_;
   TileStore store_;

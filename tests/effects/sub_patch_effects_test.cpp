@@ -4,7 +4,7 @@
 #include "scene/subpixel.h"
 #include "tests/effects/effect_scenes.h"
 #include "tests/support/tests.h"
-#include "tilecore/shading/pixel_shader.h"
+#include "tilecore/shading/alpha_test.h"
 #include "tilecore/tessellation/tessellator.h"
 
 namespace tessera::frontend::sub_patch_effects_test {
@@ -25,6 +25,7 @@ struct Posed {
     request.width = 320;
     request.height = 200;
     request.close_time = 1.0;
+    request.interpolated_surfaces = true;
     frame = pose_frame(assembly, choose_camera(*capture, request.width, request.height), request);
   }
   std::vector<BoundedSubPatch> sub_patches() const { return run_front_end(*frame, pyramids, {}).sub_patches; }
@@ -131,6 +132,7 @@ TEST(SubPatchEffects, SE4NoPointOfASubPatchWithoutAlphaTestIsBelowTheCutoff) {
   for (std::uint32_t seed = 1; seed <= 20; ++seed) {
     const Posed scene(test::masked_scene(seed));
     test::Random random(seed);
+    tilecore::AlphaTest test;
     for (const BoundedSubPatch& s : scene.sub_patches()) {
       const scene::PosedDrawable& drawable = scene.frame->drawable_of(s.base_patch);
       if (drawable.material->alpha_mode != scene::AlphaMode::kMask) continue;
@@ -142,7 +144,9 @@ TEST(SubPatchEffects, SE4NoPointOfASubPatchWithoutAlphaTestIsBelowTheCutoff) {
         const int cell = grid ? j * scene.frame->pattern_of(s.base_patch).nu + i : i;
         tilecore::SurfaceLocation at{s.base_patch, static_cast<std::uint32_t>(2 * cell), random.uniform(0, 1), 0, 0};
         at.b2 = random.uniform(0, 1.0f - at.b1);
-        const bool fails = tilecore::point_alpha(*scene.frame, at, nullptr) < drawable.material->alpha_cutoff;
+        test.begin(*scene.frame, drawable);
+        const bool fails = tilecore::point_alpha(*scene.frame, at) < drawable.material->alpha_cutoff ||
+                           test.alpha(at, nullptr) < drawable.material->alpha_cutoff;
         EXPECT_FALSE(elided && fails) << "seed " << seed << " patch " << s.base_patch;
         below += fails ? 1 : 0;
       }

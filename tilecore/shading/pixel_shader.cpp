@@ -444,21 +444,4 @@ std::uint64_t PixelShader::pack_background(std::size_t count, const timing::Warp
   return warps;
 }
 
-float point_alpha(const FrameGeometry& shutter, const SurfaceLocation& seen, TextureUnit* textures) {
-  const auto [frame, at] = in_segment(shutter, seen);
-  const scene::PosedDrawable& drawable = frame.drawable_of(at.patch);
-  if (drawable.procedure != nullptr) return procedure_alpha(frame, at, textures);
-  const Material& material = *drawable.material;
-  float alpha = material.base_color.w;
-  if (!drawable.primitive->vertices.colors.empty()) alpha *= surface_alpha(frame, at);
-  const TextureSlot& slot = material.base_color_texture;
-  if (slot.texture != nullptr && !slot.texture->opaque()) {
-    const one_lane::LaneTexcoord<float> uv = alpha_texcoord(frame, drawable, at, slot);
-    alpha *= look_up(*slot.texture, slot.sampler, {uv.u, uv.v},
-                     one_lane::level_of_detail<float>(slot.texture->view(), uv), textures)
-                 .w;
-  }
-  return alpha;
-}
-
 }  // namespace tessera::tilecore

@@ -158,8 +158,4 @@ timing::WarpItem vertex_warp_item(const scene::FrameGeometry& frame, const scene
 // The same for samples that see the environment: its image, or the built-in one. `turning`: the camera is.
 timing::WarpItem background_item(bool image, bool turning);
 
-// Alpha of a point as the alpha test sees it: factor, texture filtered over the pixel at the location's time, vertex
-// colour.
-float point_alpha(const scene::FrameGeometry& frame, const SurfaceLocation& at, TextureUnit* textures = nullptr);
-
 }  // namespace tessera::tilecore

@@ -37,8 +37,4 @@ one_lane::LaneInputs<float> lane_inputs(const scene::FrameGeometry& frame, const
 
 one_lane::LaneSurface<float> one_lane_surface(const Surface& surface);
 
-// Texture coordinate for the alpha test.
-one_lane::LaneTexcoord<float> alpha_texcoord(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
-                                             const SurfaceLocation& at, const scene::TextureSlot& slot);
-
 }  // namespace tessera::tilecore

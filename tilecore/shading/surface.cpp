@@ -53,18 +53,6 @@ void take_weights(const LaneSurface<float>& from, Surface& s) {
   }
 }
 
-// Attribute weights only.
-LaneSurface<float> attribute_weights(const DrawConstants& draw, LaneInputs<float>& in) {
-  LaneSurface<float> s{};
-  if (draw.grid) {
-    one_lane::set_grid_parameters(in);
-    one_lane::set_patch_weights(in, s);
-  } else {
-    one_lane::set_triangle_weights(in, s);
-  }
-  return s;
-}
-
 }  // namespace
 
 SegmentLocation in_segment(const FrameGeometry& frame, const SurfaceLocation& at) {
@@ -199,26 +187,6 @@ Vec4 surface_raster(const FrameGeometry& frame, const SurfaceLocation& at, Vec2 
   return drawable.to_raster[key] *
          Vec4(point(0) * (1.0f - parameters.x - parameters.y) + point(1) * parameters.x + point(2) * parameters.y,
               1.0f);
-}
-
-one_lane::LaneTexcoord<float> alpha_texcoord(const FrameGeometry& frame, const PosedDrawable& drawable,
-                                             const SurfaceLocation& at, const scene::TextureSlot& slot) {
-  const DrawConstants draw = draw_constants(frame, drawable);
-  LaneInputs<float> in = lane_inputs(frame, drawable, at);
-  LaneSurface<float> s = attribute_weights(draw, in);
-  if (draw.grid)
-    one_lane::fill_patch(draw, in, s);
-  else
-    one_lane::set_triangle_raster(draw, in, s);
-  one_lane::set_derivatives(draw.orthographic, s);
-  return one_lane::lane_texcoord(draw, s, slot.texcoord, slot.transform);
-}
-
-float surface_alpha(const FrameGeometry& frame, const SurfaceLocation& at) {
-  const PosedDrawable& drawable = frame.drawable_of(at.patch);
-  const DrawConstants draw = draw_constants(frame, drawable);
-  LaneInputs<float> in = lane_inputs(frame, drawable, at);
-  return one_lane::lane_vertex_color(draw, attribute_weights(draw, in)).a;
 }
 
 }  // namespace tessera::tilecore

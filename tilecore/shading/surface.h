@@ -73,7 +73,4 @@ Vec2 surface_parameters(const scene::FrameGeometry& frame, const SurfaceLocation
 // assembly than the one that `at` was seen in.
 Vec4 surface_raster(const scene::FrameGeometry& frame, const SurfaceLocation& at, Vec2 parameters, int key);
 
-// Interpolated vertex alpha alone.
-float surface_alpha(const scene::FrameGeometry& frame, const SurfaceLocation& at);
-
 }  // namespace tessera::tilecore

@@ -49,10 +49,13 @@ const TextureSlot* slot_of_tangents(const scene::Material& material) {
   return several ? nullptr : slot;
 }
 
-// The sets of coordinates that its shader reads, a bit each; those from 63 on share one.
+// The sets of coordinates have a bit each; those from 63 on share one.
+std::uint64_t bit_of_set(const TextureSlot& slot) { return std::uint64_t{1} << std::min(slot.texcoord, 63); }
+
+// Those that its shader reads.
 std::uint64_t coordinate_sets(const scene::Material& material) {
   std::uint64_t sets = 0;
-  const auto add = [&](const TextureSlot& slot) { sets |= std::uint64_t{1} << std::min(slot.texcoord, 63); };
+  const auto add = [&](const TextureSlot& slot) { sets |= bit_of_set(slot); };
   each_texture(material, [&](scene::MaterialTexture, const TextureSlot& slot) { add(slot); });
   // Without tangents pixels derive them, from a coordinate that no texture may be read at.
   if (material.has(scene::MaterialEffect::kAnisotropy) && !has_vertex_tangents(material))
@@ -87,12 +90,12 @@ std::uint64_t vertex_output_bytes(const scene::FrameGeometry& frame, const scene
   return keys * (kPlaceBytes + kRasterBytes) + (frame.request.half_attributes ? attributes / 2 : attributes);
 }
 
-void VertexOutputs::begin(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
+void VertexOutputs::begin(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable, Use use) {
   frame_ = &frame;
   patches_ = draw_constants(frame, drawable);
   patches_.half_attributes = false;
-  sets_ = coordinate_sets(*drawable.material);
-  tangent_slot_ = slot_of_tangents(*drawable.material);
+  sets_ = use == Use::kPixels ? coordinate_sets(*drawable.material) : bit_of_set(drawable.material->base_color_texture);
+  tangent_slot_ = use == Use::kPixels ? slot_of_tangents(*drawable.material) : nullptr;
   for (std::size_t key = 0; key < 2; ++key) positions_[key].clear(), normals_[key].clear(), tangents_[key].clear();
   const auto& from = drawable.primitive->vertices;
   mesh_primitive_.vertices.texcoords.resize(from.texcoords.size());

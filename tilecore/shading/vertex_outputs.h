@@ -37,8 +37,10 @@ hardware::ShaderFeatures output_features(const scene::PosedDrawable& drawable);
 //   VO2  Each vertex of the triangles that were asked for is evaluated once.
 class VertexOutputs {
  public:
+  // kAlphaTest: vertices have what alpha tests read, the coordinates of the colour texture and colours, beside their places.
+  enum class Use : std::uint8_t { kPixels, kAlphaTest };
   // Starts a draw of a drawable of Bezier patches in a frame or a segment of it, which must stay.
-  void begin(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
+  void begin(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable, Use use = Use::kPixels);
   // Vertices of a triangle of a patch's grid, by number in the mesh.
   std::array<std::int32_t, 3> triangle(std::uint32_t patch, std::uint32_t number);
   std::size_t count() const { return positions_[0].size(); }

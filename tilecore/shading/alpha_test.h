@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <utility>
+
+#include "scene/frame_geometry.h"
+#include "tilecore/shading/draw_inputs.h"
+#include "tilecore/shading/surface.h"
+#include "tilecore/shading/texture_unit.h"
+#include "tilecore/shading/vertex_outputs.h"
+
+namespace tessera::tilecore {
+
+// Alpha of a point as the alpha test sees it: factor, texture filtered over the pixel at the location's time, vertex
+// colour. It evaluates the patch there.
+float point_alpha(const scene::FrameGeometry& frame, const SurfaceLocation& at, TextureUnit* textures = nullptr);
+
+// The alpha of points on one sub-patch after another, as shading.surface says: interpolated between the vertices of their
+// triangles, each of which is evaluated once for the sub-patch, or evaluated at the point. Keeps its scratch memory; one
+// instance per thread.
+//
+// Invariants (cited by the tests):
+//   AT1  At a vertex both are the same, to rounding.
+//   AT2  Alpha is a function of the location alone: not of what was asked before, nor of the tile.
+class AlphaTest {
+ public:
+  // Starts a sub-patch of a drawable in a frame or a segment of it, which must stay.
+  void begin(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
+  // Alpha of a location on it, whose time counts within that frame.
+  float alpha(const SurfaceLocation& at, TextureUnit* textures);
+  // Vertices that were evaluated since the last call, and bytes of the tile memory that their coordinates took and that
+  // tests read: kMaskVertexBytes to write one, three of them to test a point.
+  struct Work {
+    std::uint64_t vertices = 0, bytes = 0;
+  };
+  Work take_work();
+
+  // A texture coordinate of two floats. Places of vertices are there: the tests of triangles read them.
+  static constexpr std::uint64_t kMaskVertexBytes = 8;
+
+ private:
+  const scene::FrameGeometry* frame_ = nullptr;
+  bool interpolates_ = false;
+  std::size_t counted_ = 0;  // vertices of this sub-patch
+  VertexOutputs vertices_;
+  DrawConstants draw_;
+  Work work_;
+};
+
+}  // namespace tessera::tilecore
