@@ -10,6 +10,11 @@ namespace {
 
 constexpr std::size_t kBlocksAtOnce = 512;
 
+template <class T>
+void append(std::vector<T>& to, const std::vector<T>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
 // Sub-patches of a frame, of which there may be millions: a vector that grew by doubling would need three times its room.
 class SubPatchStore {
  public:
@@ -69,14 +74,30 @@ HeightTableCache make_fetches(const FrontEndSpec& spec) {
       {kTableCacheBytes, kTableCacheWays, static_cast<std::int64_t>(spec.burst_bytes), kCachedRecords});
 }
 
-// The L2 as the front end has it: empty at first, and to itself, for tiles begin when all is binned. What blocks of
-// patches miss in their own caches goes through it in order.
-class TableL2 {
+// The L2 as the front end has it: empty at first, and to itself, for tiles begin when all is binned. Records, and what blocks
+// of patches miss in their own caches, go through it in order.
+class FrontEndL2 {
  public:
-  explicit TableL2(const FrontEndSpec& spec)
-      : burst_bytes_(spec.burst_bytes), cache_(spec.l2_bytes, spec.l2_ways, static_cast<std::int64_t>(burst_bytes_)) {}
+  FrontEndL2(const scene::FrameGeometry& frame, const FrontEndSpec& spec)
+      : burst_bytes_(spec.burst_bytes),
+        records_(frame, burst_bytes_),
+        cache_(spec.l2_bytes, spec.l2_ways, static_cast<std::int64_t>(burst_bytes_)) {}
 
-  void read(std::span<const std::uint32_t> lines, FrontEndResult& front_end) {
+  void read_records(std::span<const RecordRead> reads, FrontEndResult& front_end) {
+    const std::size_t before = front_end.record_misses.size();
+    for (const RecordRead& read : reads) {
+      const std::uint32_t first = records_.first(read.record);
+      const auto lines = static_cast<std::uint32_t>((read.bytes + burst_bytes_ - 1) / burst_bytes_);
+      front_end.counters.record_lines += lines;
+      for (std::uint32_t line = first; line < first + lines; ++line)
+        if (!cache_.use(kRecordsAt | line)) front_end.record_misses.push_back(line);
+    }
+    const std::uint64_t missed = front_end.record_misses.size() - before;
+    front_end.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData, missed * burst_bytes_);
+    front_end.records_end = records_.end();
+  }
+
+  void read_tables(std::span<const std::uint32_t> lines, FrontEndResult& front_end) {
     std::uint64_t missed = 0;
     for (const std::uint32_t line : lines) missed += cache_.use(line) ? 0 : 1;
     front_end.ledger.read(memory::Unit::kFrontend, memory::Purpose::kTexture, missed * burst_bytes_);
@@ -85,23 +106,20 @@ class TableL2 {
   }
 
  private:
+  static constexpr std::uint32_t kRecordsAt = 1u << 31;  // tables lie before
+
   std::uint64_t burst_bytes_;
+  RecordLines records_;
   memory::LineCache cache_;
 };
-
-void charge_records(HeightTableCache& fetches, memory::Ledger& ledger) {
-  (void)fetches.take_table_bytes();
-  ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData, fetches.take_record_bytes());
-}
 
 // Sub-patches of base patches, without what `depth`, unless null, hides. Charges and counts into `all`.
 std::vector<BoundedSubPatch> split_runs(const scene::FrameGeometry& frame, const std::vector<PatchRun>& runs,
                                         const PyramidLibrary& pyramids, const FrontEndSpec& spec,
-                                        const CoarseDepth* depth, TableL2& l2, scene::MemoryBudget* budget,
+                                        const CoarseDepth* depth, FrontEndL2& l2, scene::MemoryBudget* budget,
                                         FrontEndResult& all) {
   struct Counts {
     FrontendCounters counters;
-    memory::Ledger ledger;
     std::uint64_t blocks_tested = 0;
   };
   const std::vector<PatchRun> blocks = cut(runs);
@@ -110,6 +128,7 @@ std::vector<BoundedSubPatch> split_runs(const scene::FrameGeometry& frame, const
   struct Pieces {
     std::vector<BoundedSubPatch> sub_patches;
     std::vector<std::uint32_t> table_lines;
+    std::vector<RecordRead> records;
   };
   SubPatchStore sub_patches;
   for (std::size_t first = 0; first < blocks.size(); first += kBlocksAtOnce) {
@@ -119,11 +138,11 @@ std::vector<BoundedSubPatch> split_runs(const scene::FrameGeometry& frame, const
       HeightTableCache fetches = make_fetches(spec);
       PatchSplitter splitter(frame, pyramids, spec, depth, &fetches);
       for (std::uint32_t patch = blocks[first + b].first; patch < blocks[first + b].end; ++patch) {
-        own.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
-                        memory::burst_bytes(0, bound_record_bytes(frame, patch), spec.burst_bytes));
-        fetches.pass_record(frame.assembly->record_of(patch));
+        const std::uint32_t record = frame.assembly->record_of(patch);
+        pieces[b].records.push_back({record, bound_record_bytes(frame, patch)});
+        fetches.pass_record(record);
         splitter.split(patch, pieces[b].sub_patches, own.counters);
-        charge_records(fetches, own.ledger);
+        append(pieces[b].records, fetches.take_missed_records());
         own.counters.elements_decoded +=
             fetches.take_elements() +
             (resting_bound(frame, patch) == nullptr ? decoded_elements(*frame.assembly, patch) : 0);
@@ -134,22 +153,17 @@ std::vector<BoundedSubPatch> split_runs(const scene::FrameGeometry& frame, const
     const std::size_t before = sub_patches.size();
     for (const Pieces& of_block : pieces) {
       sub_patches.add(of_block.sub_patches);
-      l2.read(of_block.table_lines, all);
+      l2.read_records(of_block.records, all);
+      l2.read_tables(of_block.table_lines, all);
     }
     if (budget != nullptr)
       budget->charge(sub_patches.size() - before, sizeof(BoundedSubPatch), "a block of sub-patches");
   }
   counts.for_each([&](Counts& own) {
     merge(all.counters, own.counters);
-    all.ledger += own.ledger;
     all.previous_depth.blocks_tested += own.blocks_tested;
   });
   return sub_patches.take();
-}
-
-template <class T>
-void append(std::vector<T>& to, const std::vector<T>& from) {
-  to.insert(to.end(), from.begin(), from.end());
 }
 
 void count(const PatchCulling& culling, FrontEndResult& all) {
@@ -164,14 +178,13 @@ struct Part {
   std::vector<OcclusionCandidate> deferred;
 };
 Part run_part(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, const FrontEndSpec& spec,
-              const CoarseDepth* guess, TableL2& l2, scene::MemoryBudget* budget, FrontEndResult& all) {
+              const CoarseDepth* guess, FrontEndL2& l2, scene::MemoryBudget* budget, FrontEndResult& all) {
   const InstanceCulling instances = cull_instances(frame, pyramids, spec, guess);
   merge(all.instances, instances.counters);
   merge(all.previous_depth, instances.previous_depth);
   all.ledger += instances.ledger;
   const PatchCulling patches = cull_patches(frame, drawables_to_read(frame, instances.read), pyramids, spec, guess);
   count(patches, all);
-  append(all.read, patches.read);
   Part part{split_runs(frame, patches.read, pyramids, spec, nullptr, l2, budget, all), instances.deferred};
   append(part.deferred, patches.deferred);
   return part;
@@ -213,7 +226,7 @@ std::vector<PatchRun> patches_again(const scene::FrameGeometry& frame, const std
 
 FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
                              const FrontEndSpec& spec, const CoarseDepth* guess, scene::MemoryBudget* budget) {
-  TableL2 l2(spec);
+  FrontEndL2 l2(frame, spec);
   FrontEndResult all;
   if (guess != nullptr) all.previous_depth.blocks_reprojected = guess->farthest.size();
   for (int s = 0; s <= static_cast<int>(frame.segments.size()); ++s) {
@@ -243,7 +256,7 @@ std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& fra
   for (const OcclusionCandidate& d : unpack_candidates(front_end.deferred))
     if (!depth.hides(d.footprint, front_end.previous_depth.blocks_tested)) visible[d.segment].push_back(d);
   std::vector<BoundedSubPatch> all;
-  TableL2 l2(spec);
+  FrontEndL2 l2(frame, spec);
   for (std::size_t s = 0; s < visible.size(); ++s) {
     if (visible[s].empty()) continue;
     const scene::FrameGeometry& posed = frame.segment(static_cast<int>(s));

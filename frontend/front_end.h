@@ -30,8 +30,10 @@ inline constexpr std::int64_t kTableCacheBytes = 16384, kTableCacheWays = 4, kCa
 struct FrontEndResult {
   std::vector<BoundedSubPatch> sub_patches;
   std::vector<std::uint8_t> deferred;      // pack_candidates(), segment by segment
-  std::vector<PatchRun> read;              // base patches whose records were read, in order
   std::vector<std::uint32_t> table_lines;  // FrontendCounters::table_lines, by number within the tables, in order
+  // Lines of records that the L2 lacked, by number within the records, in order; and how many lines these have.
+  std::vector<std::uint32_t> record_misses;
+  std::uint32_t records_end = 0;
   FrontendCounters counters;
   PreviousDepthCounters previous_depth;
   InstanceCounters instances;
@@ -110,6 +112,10 @@ inline constexpr auto kCounterFields<frontend::FrontendCounters> = std::to_array
      "Sub-patches of masked materials that are opaque all over: they need no alpha test.", ""},
     {"frontend.table_lines", &frontend::FrontendCounters::table_lines, Combine::kSum, "bursts",
      "Bursts of tables of heights that the front end asks of the L2: those that its own caches miss.", ""},
+    {"frontend.record_lines", &frontend::FrontendCounters::record_lines, Combine::kSum, "bursts",
+     "Bursts of records that the front end asks of the L2: those by which base patches are bounded, and those of "
+     "neighbours that its own cache misses.",
+     ""},
     {"frontend.elements_decoded", &frontend::FrontendCounters::elements_decoded, Combine::kSum, "elements",
      "Positions that the front end's decoder gives of records, with geometry.encoding.", ""},
 });

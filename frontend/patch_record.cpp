@@ -68,6 +68,12 @@ std::uint64_t patch_record_bytes(const scene::Assembly& assembly, std::uint32_t 
          cluster.cell_count * sizeof(scene::ClusterCell);
 }
 
+bool keeps_two_keys(const scene::Assembly& assembly, const scene::Drawable& drawable) {
+  if (drawable.kind == Primitive::Kind::kProcedure) return true;
+  const scene::Vertices& vertices = primitive_of(assembly, drawable).vertices;
+  return !vertices.influences.empty() || !vertices.morph_targets.empty();
+}
+
 std::uint64_t patch_record_bytes(const scene::FrameGeometry& frame, std::uint32_t patch) {
   return patch_record_bytes(*frame.assembly, patch, frame.drawable_of(patch).deforming);
 }

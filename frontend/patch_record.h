@@ -18,6 +18,9 @@ inline constexpr std::uint64_t kPatchHeaderBytes = 32;
 std::uint64_t patch_record_bytes(const scene::FrameGeometry& frame, std::uint32_t patch);
 std::uint64_t patch_record_bytes(const scene::Assembly& assembly, std::uint32_t patch, bool deforming);
 
+// Whether memory has room for positions at both keys: vertices, or a procedure's numbers, that may move by themselves.
+bool keeps_two_keys(const scene::Assembly& assembly, const scene::Drawable& drawable);
+
 // What a decoder gives of that record, each time it is read: positions, and cells where those are coded; 0 where the memory
 // holds floats.
 std::uint64_t decoded_elements(const scene::Assembly& assembly, std::uint32_t patch);

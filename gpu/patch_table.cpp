@@ -15,10 +15,7 @@ namespace {
 bool may_deform(const scene::Assembly& assembly, const std::vector<int>& animated, const scene::Drawable& drawable) {
   if (drawable.kind == scene::Primitive::Kind::kProcedure)
     return std::binary_search(animated.begin(), animated.end(), drawable.node);
-  const scene::Vertices& vertices = assembly.capture->meshes[static_cast<std::size_t>(drawable.mesh)]
-                                        .primitives[static_cast<std::size_t>(drawable.primitive)]
-                                        .vertices;
-  return !vertices.influences.empty() || !vertices.morph_targets.empty();
+  return frontend::keeps_two_keys(assembly, drawable);
 }
 
 }  // namespace

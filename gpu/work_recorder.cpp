@@ -63,14 +63,6 @@ std::uint64_t WorkRecorder::since(const memory::Ledger& ledger, memory::Traffic&
 
 void WorkRecorder::front_end(const scene::FrameGeometry& frame, const frontend::FrontEndResult& result) {
   frame_ = &frame;
-  if (record_accesses_ && record_offsets_.empty()) {
-    record_offsets_.push_back(0);
-    for (std::uint32_t p = 0; p < frame.assembly->patch_count(); ++p)
-      if (frame.assembly->record_of(p) + 1 == record_offsets_.size())  // the first instance that has it
-        record_offsets_.push_back(record_offsets_.back() +
-                                  memory::burst_bytes(0, frontend::bound_record_bytes(frame, p),
-                                                      static_cast<std::uint64_t>(gpu_.memory.burst_bytes)));
-  }
   const std::uint64_t bytes = since(result.ledger, front_end_traffic_);
   const GeometryCounters before = counted_;
   counted_.frontend = result.counters;
@@ -87,7 +79,7 @@ void WorkRecorder::front_end(const scene::FrameGeometry& frame, const frontend::
                         more{depth.read_bytes - coarse_depth_.read_bytes,
                              depth.written_bytes - coarse_depth_.written_bytes};
   if (record_accesses_) {
-    log_front_end(*frame.assembly, before, result, bytes - tables - more.read_bytes - more.written_bytes);
+    log_front_end(result, bytes - tables - more.read_bytes - more.written_bytes);
     log_coarse_depth(more);
     geometry_log_.add_next(Unit::kFrontend, Purpose::kTexture, false, tables);
   }
@@ -118,27 +110,18 @@ void WorkRecorder::keep_table_lines(const frontend::FrontEndResult& result, std:
   }
 }
 
-void WorkRecorder::log_front_end(const scene::Assembly& assembly, const GeometryCounters& before,
-                                 const frontend::FrontEndResult& result, std::uint64_t bytes) {
-  const bool first_pass = before.instances.instances == 0 && before.groups.groups_tested == 0;
-  const bool dropped = result.instances.instances != 0 || result.groups.groups_tested != 0;
-  if (!dropped || !first_pass) {
-    // Records lie one behind the other in the order in which they are read.
-    geometry_log_.add_next(Unit::kFrontend, Purpose::kPatchData, false, bytes);
-    return;
-  }
+void WorkRecorder::log_front_end(const frontend::FrontEndResult& result, std::uint64_t bytes) {
+  const auto burst = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);
+  const std::vector<std::uint32_t>& lines = result.record_misses;
   std::uint64_t of_patches = 0;
-  for (const frontend::PatchRun& run : result.read)
-    for (std::uint32_t p = run.first; p < run.end;) {
-      const scene::Drawable& drawable = assembly.drawable_of(p);
-      const std::uint32_t end = std::min(run.end, drawable.first_patch + drawable.patch_count),
-                          record = assembly.record_of(p);
-      const std::uint64_t from = record_offsets_[record], to = record_offsets_[record + (end - p)];
-      geometry_log_.add(Unit::kFrontend, Purpose::kPatchData, false, from, to - from);
-      of_patches += to - from;
-      p = end;
-    }
-  geometry_log_.add(Unit::kFrontend, Purpose::kPatchData, false, record_offsets_.back(), bytes - of_patches);
+  for (std::size_t k = std::exchange(front_end_records_, lines.size()); k < lines.size();) {
+    std::size_t end = k + 1;
+    while (end < lines.size() && lines[end] == lines[end - 1] + 1) ++end;
+    geometry_log_.add(Unit::kFrontend, Purpose::kPatchData, false, lines[k] * burst, (end - k) * burst);
+    of_patches += (end - std::exchange(k, end)) * burst;
+  }
+  // What is read of instances and groups lies behind the records.
+  geometry_log_.add(Unit::kFrontend, Purpose::kPatchData, false, result.records_end * burst, bytes - of_patches);
 }
 
 void WorkRecorder::log_coarse_depth(const memory::Traffic& more) {

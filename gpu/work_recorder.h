@@ -131,8 +131,7 @@ class WorkRecorder {
   // Bytes fetched.
   std::uint64_t share_records(Slot& slot, std::span<const std::uint32_t> records, binner::RecordCache& cache);
   // What the front end read since the last call, `bytes` in all.
-  void log_front_end(const scene::Assembly& assembly, const GeometryCounters& before,
-                     const frontend::FrontEndResult& result, std::uint64_t bytes);
+  void log_front_end(const frontend::FrontEndResult& result, std::uint64_t bytes);
   // Events of the geometry since `before`.
   void count_geometry(const GeometryCounters& before);
   // Lines of tables since the last call, of which `missed` bytes were fetched.
@@ -187,13 +186,10 @@ class WorkRecorder {
   std::vector<TileTraffic> traffic_;
   const tilecore::TileOrder* order_ = nullptr;
   memory::AccessLog geometry_log_;
-  // Of base patches' records in their memory, by number, and their end, when transfers are recorded. Records of
-  // instances lie behind.
-  std::vector<std::uint64_t> record_offsets_;
   GeometryCounters counted_;                            // what was counted up to the round before
   memory::Traffic front_end_traffic_, binner_traffic_;  // seen so far
   std::uint64_t front_end_tables_ = 0;
-  std::size_t front_end_lines_ = 0;
+  std::size_t front_end_lines_ = 0, front_end_records_ = 0;
   std::vector<std::uint32_t> geometry_lines_;
   memory::Traffic coarse_depth_;      // of the front end, seen so far
   memory::Ledger arrays_;             // of tiles: what they moved of a TileArray

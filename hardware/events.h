@@ -63,7 +63,7 @@ struct EventCounts : EventArray<std::uint64_t> {
 enum class EventPhase : std::uint8_t { kGeometry, kList, kVisibility, kShading, kStore };
 
 // Parts of a unit that work side by side, as bits.
-inline constexpr std::uint8_t kFirstPart = 1, kSecondPart = 2, kThirdPart = 4, kFourthPart = 8;
+inline constexpr std::uint8_t kFirstPart = 1, kSecondPart = 2, kThirdPart = 4, kFourthPart = 8, kFifthPart = 16;
 
 // The memory on chip whose capacity an event's energy grows with.
 enum class Access : std::uint8_t { kNone, kTileMemory, kTextureCache, kL2 };

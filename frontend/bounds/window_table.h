@@ -9,6 +9,7 @@
 
 #include "base/vec.h"
 #include "frontend/bounds/window_places.h"
+#include "frontend/record_lines.h"
 #include "memory/ledger.h"
 #include "memory/line_cache.h"
 
@@ -55,6 +56,7 @@ class HeightTableCache {
   // `elements`: what decoding it gives.
   void fetch_record(std::uint32_t record, std::uint64_t bytes, std::uint64_t elements) {
     if (records_.use(record)) return;
+    missed_records_.push_back({record, bytes});
     record_bytes_ += memory::burst_bytes(0, bytes, line_bytes_);
     elements_ += elements;
   }
@@ -63,6 +65,8 @@ class HeightTableCache {
 
   // Lines missed since the last call, in order.
   std::vector<std::uint32_t> take_missed_lines() { return std::exchange(missed_, {}); }
+  // Records missed since the last call, in order.
+  std::vector<RecordRead> take_missed_records() { return std::exchange(missed_records_, {}); }
   // Bytes that are not taken yet.
   std::uint64_t pending_bytes() const { return table_bytes_ + record_bytes_; }
   // Bytes fetched since the last call.
@@ -75,6 +79,7 @@ class HeightTableCache {
   memory::LineCache lines_, records_;
   std::uint64_t line_bytes_, table_bytes_ = 0, record_bytes_ = 0, elements_ = 0;
   std::vector<std::uint32_t> missed_;
+  std::vector<RecordRead> missed_records_;
   std::vector<std::uint64_t>* postponed_ = nullptr;
 };
 

@@ -192,9 +192,14 @@ std::uint64_t front_end_reads(const memory::Ledger& ledger, memory::Purpose purp
 
 TEST(FrontEndTraffic, ANeighbourMoreIsARecordMore) {
   using memory::Purpose;
-  const memory::Ledger apart = bounding_traffic(true, false), touching = bounding_traffic(true, true);
+  FrontEndSpec none;
+  none.l2_bytes = 0;
+  const memory::Ledger apart = bounding_traffic(true, false, none), touching = bounding_traffic(true, true, none);
   const std::uint64_t record = 256;  // 32 of header, 16 points of 12 bytes, in bursts of 64
   EXPECT_EQ(front_end_reads(touching, Purpose::kPatchData), front_end_reads(apart, Purpose::kPatchData) + record);
+  // An L2 has it, as its own patch was read.
+  EXPECT_EQ(front_end_reads(bounding_traffic(true, true), Purpose::kPatchData),
+            front_end_reads(bounding_traffic(true, false), Purpose::kPatchData));
   // Without displacement nobody else's vertices matter.
   EXPECT_EQ(front_end_reads(bounding_traffic(false, true), Purpose::kPatchData),
             front_end_reads(bounding_traffic(false, false), Purpose::kPatchData));

@@ -37,6 +37,7 @@ const std::set<std::string_view> kOfCulling = {"frontend.base_patches",
                                                "frontend.instance_groups_tested",
                                                "frontend.instances_tested",
                                                "frontend.table_lines",  // by blocks of those patches
+                                               "frontend.record_lines",
                                                "l2.requests",
                                                "l2.attribute_requests",
                                                "l2.misses",
