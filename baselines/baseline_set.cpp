@@ -32,7 +32,9 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
   all.read_bytes -= textures.read_bytes;  // the same for every scheme that shades what is visible
   const std::uint64_t bound_records = ledger.traffic(Unit::kFrontend, Purpose::kPatchData).read_bytes,
                       tables = ledger.traffic(Unit::kFrontend, Purpose::kTexture).read_bytes,
-                      tables_uncached = counters.frontend.table_lines * job.burst_bytes();
+                      tables_uncached = counters.frontend.table_lines * job.burst_bytes(),
+                      records_kept =
+                          (counters.frontend.record_lines - counters.frontend.record_misses) * job.burst_bytes();
   const std::uint64_t tiles = ledger.traffic(Unit::kTilecore, Purpose::kPatchData).read_bytes;
   const std::uint64_t shading = ledger.traffic(Unit::kTilecore, Purpose::kAttributes).read_bytes;
   // Without the caches every request is a tessellation, and every line is read.
@@ -60,12 +62,12 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
   out.buffer_overflows = counters.binner.partial_renders;
   out.domain_evaluations = evaluations_uncached;
   out.domain_evaluations_cached = counters.tessellation.domain_evaluations;
-  out.patch_bytes = bound_records + tables_uncached + uncached;
+  out.patch_bytes = bound_records + records_kept + tables_uncached + uncached;
   out.patch_bytes_cached = bound_records + tables + tiles + shading;
   out.frame_bytes_read = state.read_bytes;
   out.frame_bytes_written = state.written_bytes + frame.written_bytes;
   out.dram_bytes = all.read_bytes + all.written_bytes;
-  out.dram_bytes_uncached = out.dram_bytes - tables - tiles - shading + tables_uncached + uncached;
+  out.dram_bytes_uncached = out.dram_bytes - tables - tiles - shading + records_kept + tables_uncached + uncached;
   out.pixel_shader_invocations = counters.shading.pixel_shader_invocations;
   set_pressure(queue_pressure(record, gpu,
                               tile_state_bytes(*job.grid, job.pattern->samples_per_pixel(),

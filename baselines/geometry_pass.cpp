@@ -128,7 +128,10 @@ HullStage run_hull_stage(const tilecore::TileJob& job, const frontend::PyramidLi
     counters.patch_bytes += bytes;
     counters.patch_bytes_cached += bytes;
   };
-  counters.patch_bytes = read(memory::Purpose::kPatchData) + front_end.counters.table_lines * job.burst_bytes();
+  counters.patch_bytes =
+      read(memory::Purpose::kPatchData) +
+      (front_end.counters.record_lines - front_end.counters.record_misses + front_end.counters.table_lines) *
+          job.burst_bytes();
   counters.patch_bytes_cached = read(memory::Purpose::kPatchData) + read(memory::Purpose::kTexture);
   HullStage out{std::vector<std::uint8_t>(frame.assembly->patch_count(), 0), front_end.counters.elements_decoded};
   std::vector<std::uint8_t>& kept = out.kept;

@@ -93,6 +93,7 @@ class FrontEndL2 {
         if (!cache_.use(kRecordsAt | line)) front_end.record_misses.push_back(line);
     }
     const std::uint64_t missed = front_end.record_misses.size() - before;
+    front_end.counters.record_misses += missed;
     front_end.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData, missed * burst_bytes_);
     front_end.records_end = records_.end();
   }

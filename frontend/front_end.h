@@ -116,6 +116,8 @@ inline constexpr auto kCounterFields<frontend::FrontendCounters> = std::to_array
      "Bursts of records that the front end asks of the L2: those by which base patches are bounded, and those of "
      "neighbours that its own cache misses.",
      ""},
+    {"frontend.record_misses", &frontend::FrontendCounters::record_misses, Combine::kSum, "bursts",
+     "Those of frontend.record_lines that the L2 lacks.", ""},
     {"frontend.elements_decoded", &frontend::FrontendCounters::elements_decoded, Combine::kSum, "elements",
      "Positions that the front end's decoder gives of records, with geometry.encoding.", ""},
 });

@@ -39,7 +39,7 @@ struct FrontendCounters {
   std::uint64_t displacement_elided = 0;
   std::uint64_t alpha_test_elided = 0;
   std::uint64_t table_lines = 0;
-  std::uint64_t record_lines = 0;
+  std::uint64_t record_lines = 0, record_misses = 0;
   std::uint64_t elements_decoded = 0;
 };
 

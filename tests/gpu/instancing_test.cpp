@@ -38,6 +38,7 @@ const std::set<std::string_view> kOfCulling = {"frontend.base_patches",
                                                "frontend.instances_tested",
                                                "frontend.table_lines",  // by blocks of those patches
                                                "frontend.record_lines",
+                                               "frontend.record_misses",
                                                "l2.requests",
                                                "l2.attribute_requests",
                                                "l2.misses",

@@ -20,8 +20,8 @@ float point_alpha(const scene::FrameGeometry& frame, const SurfaceLocation& at, 
 // instance per thread.
 //
 // Invariants (cited by the tests):
-//   AT1  At a vertex both are the same, to rounding.
-//   AT2  Alpha is a function of the location alone: not of what was asked before, nor of the tile.
+//   ALT1  At a vertex both are the same, to rounding.
+//   ALT2  Alpha is a function of the location alone: not of what was asked before, nor of the tile.
 class AlphaTest {
  public:
   // Starts a sub-patch of a drawable in a frame or a segment of it, which must stay.

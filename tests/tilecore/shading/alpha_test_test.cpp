@@ -50,9 +50,9 @@ struct MaskedPatches : TestFrame {
   }
 };
 
-// Invariant AT1. The texture is read at its full size: levels follow from the triangle's plane here, and there from the
+// Invariant ALT1. The texture is read at its full size: levels follow from the triangle's plane here, and there from the
 // patch's tangents.
-TEST(AlphaTests, AT1InterpolatedAlphaIsThatOfThePatchAtItsVertices) {
+TEST(AlphaTests, ALT1InterpolatedAlphaIsThatOfThePatchAtItsVertices) {
   double largest_within = 0;
   for (std::uint32_t seed = 0; seed < 6; ++seed) {
     const MaskedPatches scene(seed);
@@ -74,8 +74,8 @@ TEST(AlphaTests, AT1InterpolatedAlphaIsThatOfThePatchAtItsVertices) {
   EXPECT_LT(largest_within, 0.1);
 }
 
-// Invariant AT2: alone, or after all others, in another order.
-TEST(AlphaTests, AT2AlphaIsThatOfTheLocationAlone) {
+// Invariant ALT2: alone, or after all others, in another order.
+TEST(AlphaTests, ALT2AlphaIsThatOfTheLocationAlone) {
   const MaskedPatches scene(1);
   Random random(9);
   const std::vector<SurfaceLocation> locations = scene.locations(random, 2);
