@@ -85,10 +85,6 @@ double PatchSplitter::priority(const BoundedSubPatch& piece, const MovingCorners
   const int width = piece.range.i1 - piece.range.i0, height = piece.range.j1 - piece.range.j0;
   if (std::max(width, height) > settings_.max_cells) return kMandatory;
   if (depth >= settings_.split_depth || std::max(width, height) < 2 * kSmallestSide) return 0;
-  if (settings_.split_criterion == SplitCriterion::kCost) {
-    const std::array<double, 2> gains = split_gains(piece, corners);
-    return std::max({gains[0], gains[1], 0.0});
-  }
   const ScreenBounds& b = piece.bounds;
   const double extent =
       std::min(extent_in_frame(b, frame_.request.width, frame_.request.height), extent_at_keys(corners));
@@ -114,23 +110,8 @@ double PatchSplitter::priority(const BoundedSubPatch& piece, const MovingCorners
     }
     case SplitCriterion::kSurfaceArea:
       return box_area(piece.box, bounder_.drawable().to_world);
-    case SplitCriterion::kCost:
-      break;
   }
   return 0;
-}
-
-std::array<double, 2> PatchSplitter::split_gains(const BoundedSubPatch& piece, const MovingCorners& corners) const {
-  const ScreenShape shape = screen_shape(corners, piece.bounds, frame_.request.width, frame_.request.height);
-  const bool moving = (piece.effects & kEffectMotion) != 0;
-  const double bytes = bounds_ > 0 ? static_cast<double>(bound_bytes_) / static_cast<double>(bounds_) : 0;
-  const std::array<int, 2> sides = {piece.range.i1 - piece.range.i0, piece.range.j1 - piece.range.j0};
-  std::array<double, 2> gains;
-  for (std::size_t side = 0; side < 2; ++side)
-    gains[side] = sides[side] < 2 * kSmallestSide
-                      ? -std::numeric_limits<double>::infinity()
-                      : cost_.gain(shape, static_cast<double>(cell_count(piece.range)), moving, side, bytes);
-  return gains;
 }
 
 bool PatchSplitter::splits_along_u(const Node& node, bool mandatory) const {
@@ -139,18 +120,12 @@ bool PatchSplitter::splits_along_u(const Node& node, bool mandatory) const {
   if (std::min(width, height) < 2 * kSmallestSide) return width > height;
   // Where only one side is too long for a tile core, that one.
   if (mandatory && std::min(width, height) <= settings_.max_cells) return width > height;
-  if (settings_.split_criterion == SplitCriterion::kCost) {
-    const std::array<double, 2> gains = split_gains(node.piece, node.corners);
-    return gains[0] >= gains[1];
-  }
   return side_length2(node.corners, 1) >= side_length2(node.corners, 2);
 }
 
 std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, const scene::CellRange& range,
                                                         const SiblingBound* bound, int depth,
                                                         FrontendCounters& counters) {
-  const auto pending = [&] { return fetches_ != nullptr ? fetches_->pending_bytes() : 0; };
-  const std::uint64_t before = pending();
   const SubPatchBody body = bound != nullptr ? bounder_.use(*bound) : bounder_.body(range);
   if (bounder_.bounded_twice()) ++counters.bounds_computed;
   const std::optional<ScreenBounds> bounds = screen_bounds(body.corners, frame_.projection, body.margin);
@@ -160,8 +135,6 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
     return std::nullopt;
   }
   const bool faces_away = settings_.backface_culling && back_face_.culls(bounder_, pyramids_, range, body.corners);
-  ++bounds_;
-  bound_bytes_ += pending() - before;
   if (faces_away) {
     ++counters.culled_backface;
     counters.cells_culled_backface += cell_count(range);

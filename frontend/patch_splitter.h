@@ -12,7 +12,6 @@
 #include "frontend/bounds/screen_bounds.h"
 #include "frontend/bounds/sub_patch_bounder.h"
 #include "frontend/settings.h"
-#include "frontend/split_cost.h"
 #include "frontend/sub_patch_effects.h"
 
 namespace tessera::frontend {
@@ -61,8 +60,7 @@ struct BoundedSubPatch {
 };
 
 // Splits base patches into sub-patches, best first by a priority queue, and culls on the way: what is dropped is never
-// split, bounded or binned again. A split halves the cells, at the longer side on screen or, with kCost, at the one that
-// saves more; the tessellation itself never changes. Raises neither the invalid nor the divide-by-zero flag where its bounds do not. Scratch memory; one instance
+// split, bounded or binned again. A split halves the cells, at the longer side on screen; the tessellation itself never changes. Raises neither the invalid nor the divide-by-zero flag where its bounds do not. Scratch memory; one instance
 // per thread.
 class PatchSplitter {
  public:
@@ -77,8 +75,7 @@ class PatchSplitter {
         bounder_(frame, pyramids, settings.bound_method, fetches),
         back_face_(frame, fetches),
         effects_(frame, pyramids),
-        fetches_(fetches),
-        cost_(settings.prices) {}
+        fetches_(fetches) {}
   PatchSplitter(const PatchSplitter&) = delete;
   PatchSplitter(PatchSplitter&&) = default;
 
@@ -105,8 +102,6 @@ class PatchSplitter {
   Halves* take_halves();
   void give_back(Halves* halves) { spare_.push_back(halves); }
   double priority(const BoundedSubPatch& piece, const MovingCorners& corners, int depth) const;
-  // Cycles that halving along u, along v saves; negative infinity where the cells are too few.
-  std::array<double, 2> split_gains(const BoundedSubPatch& piece, const MovingCorners& corners) const;
   bool splits_along_u(const Node& node, bool mandatory) const;
   void count_effects(std::uint8_t effects, FrontendCounters& counters) const;
 
@@ -123,9 +118,6 @@ class PatchSplitter {
   std::uint32_t visited_ = 0;
   std::uint64_t blocks_tested_ = 0;
   HeightTableCache* fetches_;
-  SplitCost cost_;
-  std::uint64_t bounds_ = 0,
-                bound_bytes_ = 0;  // so far, and what they fetched: the next ones are expected to do likewise
 };
 
 // Area of a moving box's faces in the world, the larger of both keys.

@@ -12,8 +12,7 @@ Keys<Settings> settings_keys() {
       {"frontend.split_criterion", &Settings::split_criterion, "Which sub-patches are split further, and which first.",
        "[assumed]"},
       {"frontend.split_pixels", &Settings::split_pixels, "pixels", 1, 65536,
-       "Sub-patches no wider than this on screen, at shutter open and close, are not split further; no limit with "
-       "frontend.split_criterion=cost.",
+       "Sub-patches no wider than this on screen, at shutter open and close, are not split further.",
        "[measured] docs/bounding.md: four tiles"},
       {"frontend.split_depth", &Settings::split_depth, "splits", 0, 12,
        "Most splits by the criterion between a base patch and a sub-patch; splits for tessellator.sub_patch_cells do "

@@ -195,24 +195,6 @@ int GpuConfiguration::depth_block_pixels() const {
   return side;
 }
 
-frontend::SplitPrices GpuConfiguration::split_prices() const {
-  frontend::SplitPrices prices;
-  prices.bin_width = tile.width;
-  prices.bin_height = tile.height;
-  prices.rectangles = binner.coverage == binner::CoverageMethod::kRectangle;
-  // The front end and the binner exist once, and the cores wait for them; the cores share what follows.
-  const double core = frontend::Settings::kSplitCoreShare / static_cast<double>(cores.count);
-  prices.bound = 1 / rates[Event::kBounds];
-  prices.byte = 1 / memory_bytes_per_clk();
-  prices.entry = 1 / rates[Event::kBinnedEntries] + core / rates[Event::kFetchedEntries];
-  prices.entry_bytes = 1;
-  prices.entry_time_bytes = 2;
-  prices.record_bytes = static_cast<double>(binner::kRecordBytes);
-  prices.box = core / rates[Event::kBoxes];
-  prices.boxes_per_cell = 1 + 1.0 / static_cast<double>(tilecore::kLeafCells);
-  return prices;
-}
-
 hardware::Area GpuConfiguration::area() const {
   // A point of the shading cache: four colours of 16 bits and where it is from.
   constexpr std::int64_t kShadedBytes = 16;

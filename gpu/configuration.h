@@ -46,13 +46,8 @@ struct GpuConfiguration : hardware::Machine {
 
   // Side of the blocks whose farthest depths tile cores store: 16, halved until it divides the tile's sides [assumed].
   int depth_block_pixels() const;
-  frontend::SplitPrices split_prices() const;
   frontend::FrontEndSpec front_end_spec() const {
-    return {frontend,
-            tessellator.sub_patch_cells,
-            static_cast<std::uint64_t>(memory.burst_bytes),
-            split_prices(),
-            caches.l2_bytes,
+    return {frontend, tessellator.sub_patch_cells, static_cast<std::uint64_t>(memory.burst_bytes), caches.l2_bytes,
             caches.l2_ways};
   }
   // Silicon of all that draws, without what the baselines have instead.

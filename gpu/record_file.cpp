@@ -29,15 +29,6 @@ json event_names() {
   return names;
 }
 
-// Keys of SplitPrices.
-bool prices_splits(std::string_view key) {
-  constexpr auto kKeys = std::to_array<std::string_view>(
-      {"frontend.bounds_per_clk", "binner.entries_per_clk", "tilecore.entries_per_clk", "tilecore.boxes_per_clk",
-       "tilecore.count", "memory.gb_per_s", "memory.gpu_share", "memory.channels", "memory.type", "memory.model",
-       "machine.timing", "clock.mhz"});
-  return std::find(kKeys.begin(), kKeys.end(), key) != kKeys.end();
-}
-
 // Sizes of the caches that events simulate in time, from what is asked of them.
 bool is_of_caches(std::string_view key) {
   constexpr std::array<std::string_view, 3> kKeys = {"texture.cache_bytes", "l2.bytes", "l2.ways"};
@@ -229,10 +220,8 @@ RecordedMachine recorded_machine(const json& head, const std::string& file) {
 
 json functional_json(const GpuConfiguration& gpu, const RunSettings& settings) {
   json keys;
-  const bool by_cost = gpu.frontend.split_criterion == frontend::SplitCriterion::kCost;
   for (const auto& key : gpu_keys().keys())
-    if (!key.timing || (by_cost && prices_splits(key.name)))
-      keys[std::string(key.name)] = key_value_json(gpu_keys().value(gpu, key));
+    if (!key.timing) keys[std::string(key.name)] = key_value_json(gpu_keys().value(gpu, key));
   for (const auto& key : settings_keys().keys())
     keys[std::string(key.name)] = key_value_json(settings_keys().value(settings, key));
   return keys;

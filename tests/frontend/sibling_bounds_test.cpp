@@ -131,7 +131,7 @@ TEST(Siblings, OfTheSplitterHaveTheBoundsOfTheirCells) {  // SB1
   for (int trial = 0; trial < 30; ++trial) {
     const Scene scene(trial % 2 == 0 ? Hard::kRandom : Hard::kCrossing, random);
     FrontEndSpec s = gpu::GpuConfiguration{}.front_end_spec();
-    s.split_criterion = static_cast<SplitCriterion>(trial % 6);
+    s.split_criterion = static_cast<SplitCriterion>(trial % 5);
     s.split_pixels = 8;
     s.split_budget = random.integer(1, 40);
     PatchSplitter splitter(*scene.frame, *scene.pyramids, s);

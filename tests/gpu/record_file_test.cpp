@@ -67,44 +67,6 @@ TEST(Record, FunctionalKeysChangeIt) {
   }
 }
 
-// Prices decide what the splitter does where it goes by cost: then they are no keys of timing alone.
-TEST(Record, PricesOfSplitsAreFunctionalWhereTheyDecide) {
-  GpuConfiguration gpu, fast;
-  fast.rates[hardware::Event::kBounds] = 4;
-  EXPECT_EQ(functional_json(gpu, {}), functional_json(fast, {}));
-  gpu.frontend.split_criterion = fast.frontend.split_criterion = frontend::SplitCriterion::kCost;
-  EXPECT_NE(functional_json(gpu, {}), functional_json(fast, {}));
-}
-
-// Every key of timing that the splitter's prices follow from is one of them, and no other.
-TEST(Record, KnowsEveryKeyThatPricesSplits) {
-  const auto prices = [](const GpuConfiguration& gpu) {
-    const frontend::SplitPrices p = gpu.split_prices();
-    return std::vector<double>{p.bound, p.byte, p.entry, p.box};
-  };
-  std::set<std::string_view> priced, functional;
-  for (const hardware::MemoryModel memory : {hardware::MemoryModel::kBanks, hardware::MemoryModel::kFluid}) {
-    GpuConfiguration plain;
-    plain.memory.model = memory;
-    plain.frontend.split_criterion = frontend::SplitCriterion::kCost;
-    for (const auto& key : gpu_keys().keys()) {
-      if (!key.timing) continue;
-      const KeyValue value = gpu_keys().value(plain, key);
-      GpuConfiguration gpu = plain;
-      if (const auto* word = std::get_if<std::string>(&value))
-        key.set(gpu, std::string(*word == key.choices.back() ? key.choices.front() : key.choices.back()));
-      else if (const auto* whole = std::get_if<std::int64_t>(&value))
-        key.set(gpu, std::max<std::int64_t>(*whole / 2, 1));
-      else
-        key.set(gpu, std::get<double>(value) / 2);
-      if (prices(gpu) != prices(plain)) priced.insert(key.name);
-      if (functional_json(gpu, {}) != functional_json(plain, {})) functional.insert(key.name);
-    }
-  }
-  EXPECT_EQ(priced, functional);
-  EXPECT_EQ(priced.size(), 12u);
-}
-
 class RecordFile : public testing::Test {
  protected:
   std::filesystem::path write(const std::vector<timing::FrameWork>& frames) {
