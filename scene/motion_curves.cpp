@@ -20,6 +20,7 @@ constexpr std::size_t kMostFlips = 64;   // that are looked for exactly
 constexpr int kFlipSteps = 20;           // halvings
 constexpr std::size_t kCubicPieces = 4;  // of a cubic spline between two keys, at least
 constexpr std::size_t kZoomPieces = 2;
+constexpr std::size_t kLooks = 5;  // times of a piece at which it is looked at: its ends and its quarters
 constexpr double kBetweenPlaces =
     0.05;  // [assumed] of an offset: how far normals point beyond those that are looked at
 
@@ -139,6 +140,9 @@ double pixels_of(const DVec4& difference, const DVec4& at, const Projection& p) 
 
 bool in_front(const DVec4& at, const Projection& p) { return p.orthographic || at.w >= p.near; }
 
+// Those of a piece, in even steps.
+using Instants = std::array<const Instant*, kLooks>;
+
 // Points of a drawable in the space that a matrix takes to the world.
 using Points = std::vector<DVec4>;
 
@@ -184,12 +188,16 @@ class MotionMeter {
     watch_winding(start.pose, 0);
     for (std::size_t piece = 0; piece < pieces; ++piece) {
       const CurveTime &from = out_.times[piece], &to = out_.times[piece + 1];
-      const double middle_at = 0.5 * (from.at + to.at);
-      const Instant middle = at(middle_at, false);
-      Instant end = at(to.at, to.jump);
-      watch_winding(middle.pose, middle_at);
-      watch_winding(end.pose, to.at);
-      const std::array<const Instant*, 3> instants = {&start, &middle, &end};
+      std::array<Instant, kLooks - 1> looks;
+      Instants instants = {&start};
+      for (std::size_t k = 1; k < kLooks; ++k) {
+        const bool last = k == kLooks - 1;
+        const double when = last ? to.at : from.at + (to.at - from.at) * static_cast<double>(k) / (kLooks - 1);
+        looks[k - 1] = at(when, last && to.jump);
+        watch_winding(looks[k - 1].pose, when);
+        instants[k] = &looks[k - 1];
+      }
+      Instant& end = looks.back();
       parallel_for(assembly.drawn.size(), [&](std::size_t d) { measure_drawn(d, piece, instants); });
       measure_background(piece, instants);
       if (to.jump) {
@@ -205,7 +213,7 @@ class MotionMeter {
 
  private:
   static void begin(Bend& bend, std::size_t pieces) {
-    bend.arc.assign(pieces, 0.0f);
+    bend.acceleration.assign(pieces, 0.0f);
     bend.kink.assign(pieces + 1, 0.0f);
     bend.jump.assign(pieces + 1, 0.0f);
   }
@@ -424,70 +432,89 @@ class MotionMeter {
                    now.view, now.projection, out);
   }
 
-  void measure_drawn(std::size_t d, std::size_t piece, const std::array<const Instant*, 3>& instants) {
+  void measure_drawn(std::size_t d, std::size_t piece, const Instants& instants) {
     const DrawnPrimitive& drawn = frame_.assembly->drawn[d];
     const Body& body = bodies_[d];
-    std::array<Deformed, 3> deformed;
-    for (std::size_t k = 0; k < 3; ++k) pose_vertices(drawn, body, *instants[k], deformed[k]);
-    std::array<Points, 3> places;
+    std::array<Deformed, kLooks> deformed;
+    for (std::size_t k = 0; k < kLooks; ++k) pose_vertices(drawn, body, *instants[k], deformed[k]);
+    std::array<Points, kLooks> places;
     for (std::uint32_t i = 0; i < drawn.count; ++i) {
       const std::size_t number = drawn.drawable(i);
       const PosedDrawable& posed = frame_.drawables[number];
       if (!posed.visible) continue;
-      for (std::size_t k = 0; k < 3; ++k) place(posed, body, deformed[k], *instants[k], places[k]);
+      for (std::size_t k = 0; k < kLooks; ++k) place(posed, body, deformed[k], *instants[k], places[k]);
       add_piece(number, piece, instants, places, out_.drawables[number]);
     }
   }
 
   // The image's corners and middle, infinitely far away, as they turn with the camera.
-  void measure_background(std::size_t piece, const std::array<const Instant*, 3>& instants) {
+  void measure_background(std::size_t piece, const Instants& instants) {
     if (frame_.projection.orthographic) return;
     const FrameRequest& request = frame_.request;
-    std::array<Points, 3> places;
+    std::array<Points, kLooks> places;
     for (int k = 0; k < 9; ++k) {
       const DVec3 along((0.5 * (k % 3) * request.width - frame_.projection.center_x) / frame_.projection.scale,
                         -(0.5 * (k / 3) * request.height - frame_.projection.center_y) / frame_.projection.scale, -1);
       const DVec4 far(DMat3(frame_.views[0].camera_to_world) * along, 0.0);
-      for (std::size_t t = 0; t < 3; ++t)
+      for (std::size_t t = 0; t < kLooks; ++t)
         places[t].push_back(instants[t]->projection.matrix() * (instants[t]->view.world_to_camera * far));
     }
     add_piece(out_.drawables.size(), piece, instants, places, out_.background);
   }
 
-  void add_piece(std::size_t number, std::size_t piece, const std::array<const Instant*, 3>& instants,
-                 const std::array<Points, 3>& places, Bend& bend) {
-    const double length = out_.times[piece + 1].at - out_.times[piece].at;
+  void add_piece(std::size_t number, std::size_t piece, const Instants& instants,
+                 const std::array<Points, kLooks>& places, Bend& bend) {
+    const double step = (out_.times[piece + 1].at - out_.times[piece].at) / (kLooks - 1);
     unsigned off = 15, far_off = 15;
-    for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t k = 0; k < kLooks; ++k)
       for (const DVec4& p : places[k]) {
         off &= beyond(p, instants[k]->projection, frame_.request, 0);
         far_off &= beyond(p, instants[k]->projection, frame_.request, 1);
       }
     bend.off &= off;
-    double arc = 0, kink = 0, zoom = 0;
+    double acceleration = 0, kink = 0, zoom = 0;
     std::vector<DVec4>& slopes = slopes_[number];
     const bool known = slopes.size() == places[0].size() && out_.times[piece].key;
     slopes.resize(places[0].size(), DVec4(0.0));
-    const bool zooms = instants[2]->projection != frame_.projection;
+    const Projection &first = instants.front()->projection, &last = instants.back()->projection;
+    const bool zooms = last != frame_.projection;
     for (std::size_t i = 0; i < places[0].size(); ++i) {
-      const DVec4 &a = places[0][i], &m = places[1][i], &b = places[2][i];
-      const DVec4 begins = (m * 4.0 - a * 3.0 - b) / length, ends = (a - m * 4.0 + b * 3.0) / length;
-      const bool seen = in_front(a, instants[0]->projection) || in_front(m, instants[1]->projection) ||
-                        in_front(b, instants[2]->projection);
+      std::array<DVec4, kLooks> p;
+      bool seen = false;
+      for (std::size_t k = 0; k < kLooks; ++k)
+        p[k] = places[k][i], seen = seen || in_front(p[k], instants[k]->projection);
       if (seen && far_off == 0) {
-        arc = std::max(arc, pixels_of((a + b) * 0.5 - m, m, instants[1]->projection));
-        if (known) kink = std::max(kink, pixels_of(begins - slopes[i], a, instants[0]->projection));
-        if (zooms && in_front(b, instants[2]->projection)) {
-          const DVec4 unzoomed =
-              frame_.projection.matrix() * (instants[2]->projection.unprojection() * DVec4(b.x, b.y, b.z, 1.0));
-          zoom = std::max(zoom, pixels_of(unzoomed - b, b, instants[2]->projection));
+        acceleration = std::max(acceleration, most_acceleration(p, instants) / (step * step));
+        if (known) kink = std::max(kink, pixels_of(first_difference(p) / step - slopes[i], p[0], first));
+        if (zooms && in_front(p.back(), last)) {
+          const DVec4& b = p.back();
+          const DVec4 unzoomed = frame_.projection.matrix() * (last.unprojection() * DVec4(b.x, b.y, b.z, 1.0));
+          zoom = std::max(zoom, pixels_of(unzoomed - b, b, last));
         }
       }
-      slopes[i] = ends;
+      slopes[i] = first_difference({p[4], p[3], p[2], p[1], p[0]}) / -step;
     }
-    bend.arc[piece] = static_cast<float>(arc);
+    bend.acceleration[piece] = static_cast<float>(acceleration);
     bend.kink[piece] = std::max(bend.kink[piece], static_cast<float>(kink));
     bend.zoom = std::max(bend.zoom, static_cast<float>(zoom));
+  }
+
+  // The slope at the first of five places, a step apart: exact for polynomials of degree 4.
+  static DVec4 first_difference(const std::array<DVec4, kLooks>& p) {
+    return (p[1] * 48.0 - p[0] * 25.0 - p[2] * 36.0 + p[3] * 16.0 - p[4] * 3.0) / 12.0;
+  }
+
+  // The most pixels of a second difference along a piece. It is taken as linear, as it is for cubic splines: at the
+  // ends of the piece from those of its quarters. Each is seen from its own place.
+  static double most_acceleration(const std::array<DVec4, kLooks>& p, const Instants& instants) {
+    const auto second = [&](std::size_t k) { return p[k - 1] - p[k] * 2.0 + p[k + 1]; };
+    const DVec4 change = (second(3) - second(1)) * 0.5;
+    const std::array<DVec4, kLooks> all = {second(1) - change, second(1), second(2), second(3), second(3) + change};
+    double most = 0;
+    for (std::size_t k = 0; k < kLooks; ++k)
+      if (k == 2 || in_front(p[k], instants[k]->projection))
+        most = std::max(most, pixels_of(all[k], p[k], instants[k]->projection));
+    return most;
   }
 
   void measure_jump(std::size_t d, std::size_t time, const std::array<const Instant*, 2>& sides) {

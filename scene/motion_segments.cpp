@@ -13,8 +13,10 @@ namespace {
 constexpr double kCodes = ShutterSegment::kCodes;
 constexpr int kHalvings = 30;
 constexpr double kSnap = 0.15;  // of a piece: it ends at a kink that is so near to its end
-// Where the error is beyond this many times the one that was asked for, pieces get uneven lengths.
-constexpr double kUneven = 32;
+// Where the error is beyond this many times the one that was asked for, pieces get uneven lengths: so far off, a motion
+// may repeat itself from end to end and not be seen. Uneven pieces have longer chords among them, which cost area, so a
+// number of segments that someone asked for stays even for longer.
+constexpr double kUneven = 4, kUnevenOnRequest = 32;
 constexpr double kGolden = 0.6180339887498949;
 
 // Distance of chords from a curve of which is known how it bends: the second derivative, piece by piece, and changes of
@@ -28,31 +30,34 @@ class ChordError {
   }
 
   void add(const Bend& bend) {
-    for (std::size_t k = 0; k < density_.size(); ++k) {
-      const double length = times_[k + 1].at - times_[k].at;
-      density_[k] = std::max(density_[k], 8.0 * static_cast<double>(bend.arc[k]) / (length * length));
-    }
+    for (std::size_t k = 0; k < density_.size(); ++k)
+      density_[k] = std::max(density_[k], static_cast<double>(bend.acceleration[k]));
     for (std::size_t k = 0; k < kink_.size(); ++k) kink_[k] = std::max(kink_[k], static_cast<double>(bend.kink[k]));
     add_up();
   }
 
-  // Most pixels between the curve and the chord from a to b.
+  // Most pixels between the curve and the chord from a to b. The bound is concave along the chord, its second derivative
+  // being -|f''|: it is largest where its slope, (after - before) / (b - a), falls through zero.
   double of(double a, double b) const {
     const Sums at_a = sums(a, true), at_b = sums(b, false);
-    double worst = 0;
-    const auto look = [&](double t) {
-      const Sums at_t = sums(t, true);
-      const double before = at_t.first - at_a.first - a * (at_t.zeroth - at_a.zeroth),
-                   after = b * (at_b.zeroth - at_t.zeroth) - (at_b.first - at_t.first);
-      worst = std::max(worst, ((b - t) * before + (t - a) * after) / (b - a));
-    };
-    const std::size_t first = piece_of(a);
-    for (std::size_t k = first; k < density_.size() && times_[k].at < b; ++k) {
-      const double low = std::max(a, times_[k].at), high = std::min(b, times_[k + 1].at);
-      look(0.5 * (low + high));
-      if (high < b) look(high);
+    const auto before = [&](const Sums& at) { return at.first - at_a.first - a * (at.zeroth - at_a.zeroth); };
+    const auto after = [&](const Sums& at) { return b * (at_b.zeroth - at.zeroth) - (at_b.first - at.first); };
+    const auto slope = [&](const Sums& at) { return (after(at) - before(at)) / (b - a); };
+    // The first piece at whose end it falls.
+    std::size_t low = piece_of(a), high = piece_of(b);
+    while (low < high) {
+      const std::size_t middle = low + (high - low) / 2;
+      if (slope(sums(times_[middle + 1].at, false)) > 0)
+        low = middle + 1;
+      else
+        high = middle;
     }
-    return std::isfinite(worst) ? worst : 1e30;
+    double t = std::max(a, times_[low].at);
+    if (const double rise = slope(sums(t, true)); rise > 0 && density_[low] > 0)
+      t = std::clamp(t + rise / density_[low], t, std::min(b, times_[low + 1].at));
+    const Sums at_t = sums(t, true);
+    const double worst = ((b - t) * before(at_t) + (t - a) * after(at_t)) / (b - a);
+    return std::isfinite(worst) ? std::max(worst, 0.0) : 1e30;
   }
 
   // The last kink inside of (a, b).
@@ -203,7 +208,7 @@ SegmentPlan plan_segments(const FrameGeometry& frame, const CameraChoice& camera
   bool uneven = false;
   if (ends.empty()) {
     plan.error = least_limit(error, given, 1e-6, 1e9, most);
-    uneven = plan.error > kUneven * request.motion_error || (automatic && plan.error > limit);
+    uneven = plan.error > (automatic ? kUneven : kUnevenOnRequest) * request.motion_error;
   } else if (ends.size() > 2) {
     plan.error = least_limit(error, given, limit / 16, limit, ends.size() - 1);  // as many, but of even errors
   }

@@ -258,22 +258,96 @@ TEST(RepeatedMotion, IsBlurredHoweverOftenItRepeats) {
     }
 }
 
+// Of the frames of several seeds, against the truth; mean squares.
+struct Noise {
+  double of_one = 0;  // of a frame
+  double bias = 0;    // of what no number of frames takes away
+  double random = 0;  // of a frame whose samples have independent times: c (1 - c) / n where a pixel is covered for c
+};
+Noise noise_of(const Capture& capture, const std::vector<std::string>& keys, const Image& truth, int samples) {
+  constexpr int kSeeds = 8;
+  std::vector<Image> frames;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    std::vector<std::string> seeded = keys;
+    seeded.push_back("sampling.seed=" + std::to_string(seed));
+    frames.push_back(render(capture, seeded));
+  }
+  Noise noise;
+  const auto values = static_cast<double>(truth.values.size());
+  for (std::size_t i = 0; i < truth.values.size(); ++i) {
+    const double wanted = static_cast<double>(truth.values[i]);
+    double mean = 0, spread = 0;
+    for (const Image& frame : frames) mean += static_cast<double>(frame.values[i]) / kSeeds;
+    for (const Image& frame : frames) {
+      const double v = static_cast<double>(frame.values[i]);
+      noise.of_one += (v - wanted) * (v - wanted) / kSeeds / values;
+      spread += (v - mean) * (v - mean) / (kSeeds - 1);
+    }
+    noise.bias += ((mean - wanted) * (mean - wanted) - spread / kSeeds) / values;
+    noise.random += std::max(0.0, wanted * (1 - wanted)) / samples / values;
+  }
+  return noise;
+}
+
+// A pixel has 64 samples in time, so one frame of motion that repeats itself is as noisy as they are: 27 to 33 dB. What
+// is asked for is that there is nothing else; and where more than 64 segments move the samples within their strata, that
+// it is the noise of independent times and no more. With fewer segments strata are regular, and 16 cycles see four
+// phases of each: there the noise is 4 times that (in mean squares), while that of motion that does not repeat is less.
 TEST(RepeatedMotion, OnRequestUpTo2048SegmentsBlurSixtyFourCycles) {
   const std::vector<std::string> keys = {"sampling.samples_per_pixel=64", "shading.rate=sample",
                                          "sampling.motion_segments_max=2048"};
   for (const std::size_t k : {std::size_t{0}, std::size_t{1}})
-    for (const int cycles : {4, 16, 64}) {
+    for (const int cycles : {4, 12, 16, 24, 64}) {
       SCOPED_TRACE(std::string(motions()[k].name) + ", cycles: " + std::to_string(cycles));
       const Capture capture = motions()[k].of(cycles), once = motions()[k].of(1);
       // However often, it is the same everywhere for as long.
       const Image truth = mean_of_stills(once, 384), blurred = render(capture, keys);
-      EXPECT_GE(psnr(blurred, truth), 38.0);
       EXPECT_NEAR(area(blurred) / area(truth), 1, 0.02);
+      const Noise noise = noise_of(capture, keys, truth, 64);
+      EXPECT_LE(noise.bias, std::pow(10, -3.8));  // 38 dB
+      const scene::Assembly assembly = scene::assemble(capture);
+      if (posed(capture, assembly, keys)->segments.size() > 64) {
+        EXPECT_LE(noise.of_one, 1.5 * noise.random + std::pow(10, -3.8));
+      }
     }
 }
 
+// Motions of which no part is an arc or a parabola.
+std::vector<Motion> mixed_motions() {
+  std::vector<Motion> all = motions();
+  all.push_back({"a blade that turns and grows", [](int cycles) {
+                   Capture capture = stage();
+                   const int node = test::add_node(capture, square(9, white(capture)));
+                   spin(capture, node, cycles);
+                   zigzag(capture, node, AnimatedPath::kScale, {0.3f, 1, 1}, {3, 1, 1}, 1);
+                   zigzag(capture, node, AnimatedPath::kTranslation, {-15, 0, 0}, {15, 9, 0}, 1);
+                   look_flat(capture);
+                   return capture;
+                 }});
+  all.push_back({"a blade that turns a little and grows much", [](int cycles) {
+                   Capture capture = stage();
+                   const int node = test::add_node(capture, square(9, white(capture)));
+                   spin(capture, node, 0.07 * cycles);
+                   zigzag(capture, node, AnimatedPath::kScale, {0.1f, 1, 1}, {4, 1, 1}, 1);
+                   look_flat(capture);
+                   return capture;
+                 }});
+  all.push_back({"a camera that turns as it passes", [](int cycles) {
+                   Capture capture = stage();
+                   test::add_node(capture, square(10, white(capture)), {0, 0, -40});
+                   scene::Camera camera;
+                   camera.vertical_fov = 0.9f;
+                   test::add_camera(capture, {0, 0, 0}, camera);
+                   const int node = static_cast<int>(capture.nodes.size()) - 1;
+                   zigzag(capture, node, AnimatedPath::kTranslation, {-9, 0, 0}, {9, 0, -25}, cycles);
+                   test::add_turn(capture, node, {0, 1, 0}, -0.5f);
+                   return capture;
+                 }});
+  return all;
+}
+
 TEST(RepeatedMotion, ThePlanKeepsItsPromiseOfTheError) {
-  for (const Motion& motion : motions())
+  for (const Motion& motion : mixed_motions())
     for (const int cycles : {1, 3, 8}) {
       SCOPED_TRACE(motion.name);
       const Capture capture = motion.of(cycles);
@@ -290,24 +364,26 @@ TEST(RepeatedMotion, ThePlanKeepsItsPromiseOfTheError) {
         if (s > 0) {
           EXPECT_EQ(segment.part.first, frame->segments[s - 1]->part.end);
         }
-        // Against a still frame at any time in it.
-        Capture still = capture;
-        const double local = static_cast<double>(random.uniform(0, 1));
-        still.settings.shutter_open = still.settings.shutter_close =
-            segment.part.at(0) + (segment.part.at(1) - segment.part.at(0)) * local;
-        const auto truth = posed(still, assembly, {});
-        for (std::size_t d = 0; d < segment.drawables.size(); ++d) {
-          const scene::PosedDrawable &line = segment.drawables[d], &there = truth->drawables[d];
-          for (std::size_t v = 0; v < line.positions[0].size(); ++v) {
-            const DVec4 a = DMat4(line.to_raster[0]) * DVec4(DVec3(line.positions[0][v]), 1.0),
-                        b = DMat4(line.to_raster[1]) * DVec4(DVec3(line.positions[line.moving ? 1 : 0][v]), 1.0),
-                        at = a * (1 - local) + b * local,
-                        wanted = DMat4(there.to_raster[0]) * DVec4(DVec3(there.positions[0][v]), 1.0);
-            worst = std::max(worst, glm::distance(DVec2(at.x, at.y) / at.w, DVec2(wanted.x, wanted.y) / wanted.w));
+        // Against still frames at any time in it.
+        for (int look = 0; look < 4; ++look) {
+          Capture still = capture;
+          const double local = static_cast<double>(random.uniform(0, 1));
+          still.settings.shutter_open = still.settings.shutter_close =
+              segment.part.at(0) + (segment.part.at(1) - segment.part.at(0)) * local;
+          const auto truth = posed(still, assembly, {});
+          for (std::size_t d = 0; d < segment.drawables.size(); ++d) {
+            const scene::PosedDrawable &line = segment.drawables[d], &there = truth->drawables[d];
+            for (std::size_t v = 0; v < line.positions[0].size(); ++v) {
+              const DVec4 a = DMat4(line.to_raster[0]) * DVec4(DVec3(line.positions[0][v]), 1.0),
+                          b = DMat4(line.to_raster[1]) * DVec4(DVec3(line.positions[line.moving ? 1 : 0][v]), 1.0),
+                          at = a * (1 - local) + b * local,
+                          wanted = DMat4(there.to_raster[0]) * DVec4(DVec3(there.positions[0][v]), 1.0);
+              worst = std::max(worst, glm::distance(DVec2(at.x, at.y) / at.w, DVec2(wanted.x, wanted.y) / wanted.w));
+            }
           }
         }
       }
-      EXPECT_LE(worst, 0.27);
+      EXPECT_LE(worst, 0.25 * (1 + 1e-3)) << cycles << " cycles, bound " << frame->motion_error;
     }
 }
 

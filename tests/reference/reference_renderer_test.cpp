@@ -274,7 +274,6 @@ TEST(Reference, WithTheMachinesSamplesDiffersByItsArithmeticAlone) {
                                      {"garden", 5}}) {
     const Capture capture = shipped(name);
     const Posed posed(capture, 96, 54, number, 3.0);
-    const ReferenceScene scene(*posed.frame);
     const auto render = [&, frame = static_cast<std::uint32_t>(number)](std::uint32_t seed) {
       tilecore::SamplingSettings sampling;
       sampling.seed = seed;
@@ -282,7 +281,7 @@ TEST(Reference, WithTheMachinesSamplesDiffersByItsArithmeticAlone) {
       const tilecore::SamplePattern pattern(sampling);
       ReferenceRequest request = posed.request({});
       request.pattern = &pattern;
-      return render_reference(scene, request).front();
+      return render_reference(*posed.frame, request).front();  // segment by segment, as the machine
     };
     const Image machine = machine_image(capture, 96, 54, number, 4), same = render(0);
     // Procedures are sampled by footprints in the machine, tessellated here.

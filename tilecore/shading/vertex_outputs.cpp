@@ -21,6 +21,13 @@ constexpr std::uint64_t kPlaceBytes = 12, kRasterBytes = 16, kNormalBytes = 12, 
 
 Vec3 shown(const Vector3<float>& a) { return {a.x, a.y, a.z}; }
 
+// As long as makes it a unit vector in the world: of a scaled or sheared object normals would else be mixed by how long
+// the matrix makes them, which a domain shader that writes unit normals does not do, nor a skin.
+Vec3 unit_in_the_world(const Mat3& normal_to_world, const Vec3& normal) {
+  const float length = glm::length(normal_to_world * normal);
+  return length > 0.0f ? normal / length : normal;
+}
+
 // Textures of a material that its shader reads.
 template <class Use>
 void each_texture(const scene::Material& material, const Use& use) {
@@ -165,7 +172,9 @@ void VertexOutputs::evaluate(std::uint32_t patch, float u, float v) {
   for (std::size_t key = 0; key < (drawable.deforming ? 2u : 1u); ++key) {
     const PatchPoint<float> point = one_lane::patch_point(patches_, in, key);
     positions_[key].push_back(shown(point.position));
-    normals_[key].push_back(shown(point.normal));
+    normals_[key].push_back(unit_in_the_world(drawable.normal_to_world[key], shown(point.normal)));
+    if (drawable.moving && !drawable.deforming)
+      normals_[1].push_back(unit_in_the_world(drawable.normal_to_world[1], shown(point.normal)));
     if (tangent_slot_ == nullptr) continue;
     s.position_p = point.derivative_u, s.position_q = point.derivative_v, s.normal = point.normal;
     const auto frame = one_lane::derived_tangents(
@@ -178,7 +187,8 @@ void VertexOutputs::evaluate(std::uint32_t patch, float u, float v) {
 void VertexOutputs::set_mesh(DrawConstants& draw) {
   for (std::size_t key = 0; key < 2; ++key) {
     const std::size_t from = mesh_.deforming ? key : 0;
-    mesh_.positions[key] = positions_[from], mesh_.normals[key] = normals_[from], mesh_.tangents[key] = tangents_[from];
+    mesh_.positions[key] = positions_[from], mesh_.tangents[key] = tangents_[from];
+    mesh_.normals[key] = normals_[mesh_.moving ? key : 0];
   }
   mesh_.primitive = &mesh_primitive_;
   mesh_.drawable = &mesh_drawable_;

@@ -33,7 +33,7 @@ hardware::ShaderFeatures output_features(const scene::PosedDrawable& drawable);
 // scratch memory from draw to draw; one instance per thread.
 //
 // Invariants (cited by the tests):
-//   VO1  What is interpolated at a vertex is the surface there.
+//   VO1  What is interpolated at a vertex is the surface there; its normal is a unit vector in the world.
 //   VO2  Each vertex of the triangles that were asked for is evaluated once.
 class VertexOutputs {
  public:

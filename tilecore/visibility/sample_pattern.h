@@ -60,8 +60,8 @@ std::vector<std::uint16_t> void_and_cluster_ranks(int n);
 //           stencil value, the lower are zero unless 16 bits are asked for. Stratified over a pixel's samples, and over
 //           a pattern of blue-noise ranks that repeats over the frame and is shifted from frame to frame. The samples
 //           of a pattern come in pairs at t and 1 - t: their mean is 1/2 for any number of samples and any precision.
-//           With more than kFewSegments of motion a pixel's samples lie differently within their strata, so that what
-//           repeats as often as a pixel has samples is not seen at one of its phases alone
+//           With more than kFewSegments of motion a pixel's samples lie differently within their strata, so that
+//           motion that repeats itself, however often, is not seen at a few of its phases alone
 //   u, v    point of the unit disc (concentric map, Shirley and Chiu 1997): the samples of a pattern share out a
 //           (0,2)-net, evenly within each pixel; inside its cell of the net a sample moves from block to block
 class SamplePattern {
