@@ -69,7 +69,7 @@ BoundGain find_bound(double cycles, std::vector<BoundGuess> guesses, double imba
     // What may be named in its place: what is more specific if it gains nearly the best, else what gains much more.
     const auto may_be = [&](const BoundGuess& guess) {
       return by_bound(guess, named) ? guess.most > 0 && guess.most >= best * kNearlyBest
-                                    : guess.most > named.cycles / kNearlyBest;
+                                    : guess.most * kNearlyBest > named.cycles;
     };
     std::vector<BoundGuess> open;
     double most = best;
@@ -80,8 +80,10 @@ BoundGain find_bound(double cycles, std::vector<BoundGuess> guesses, double imba
     // depend on it.
     std::stable_partition(open.begin(), open.end(), [&](const BoundGuess& g) { return g.most >= most * kNearlyBest; });
     open.resize(std::min<std::size_t>(gains.size() == 1 ? 1 : 2, open.size()));
-    // One that gains less than this matters to no other.
-    const auto least = [&](const BoundGuess& guess) { return by_bound(guess, named) ? best * kNearlyBest : best; };
+    // One that gains less than this matters to no other: less than nearly the best, or than what is more specific.
+    const auto least = [&](const BoundGuess& guess) {
+      return by_bound(guess, named) ? best * kNearlyBest : named.cycles;
+    };
     std::vector<double> found(open.size());
     parallel_for(open.size(), [&](std::size_t k) {
       found[k] = std::max(0.0, cycles - with_twice(open[k].bound, cycles - least(open[k])));
