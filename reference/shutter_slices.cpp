@@ -133,9 +133,9 @@ ShutterSlices::ShutterSlices(const scene::Assembly& assembly, const scene::Camer
     : assembly_(assembly), camera_(camera), request_(request), grids_(std::move(grids)), ends_{0.0, 1.0} {
   request_.state_time = request.state();
   if (request.open_time != request.close_time && !assembly.capture->played_animations.empty())
-    for (double most = kMostPixels;; most *= 2) {
+    for (double most = kMaxPixels;; most *= 2) {
       split(seed, most);
-      if (count() <= kMostSlices) break;
+      if (count() <= kMaxSlices) break;
     }
   common_ = pose(0);
 }
@@ -160,7 +160,7 @@ std::unique_ptr<FrameGeometry> ShutterSlices::pose(std::size_t k) const {
   return frame;
 }
 
-void ShutterSlices::split(std::uint64_t seed, double most_pixels) {
+void ShutterSlices::split(std::uint64_t seed, double max_pixels) {
   RandomTimes random(seed);
   const std::vector<double> keys = keys_of(*assembly_.capture, request_);
   // Grids are of no use here: they are as coarse as they may be.
@@ -175,7 +175,7 @@ void ShutterSlices::split(std::uint64_t seed, double most_pixels) {
   };
   std::vector<std::pair<double, double>> waiting = {{0.0, 1.0}};
   ends_ = {0.0};
-  while (!waiting.empty() && ends_.size() <= kMostSlices + 1) {
+  while (!waiting.empty() && ends_.size() <= kMaxSlices + 1) {
     const auto [a, b] = waiting.back();
     waiting.pop_back();
     const auto slice = posed(a, b);
@@ -183,9 +183,9 @@ void ShutterSlices::split(std::uint64_t seed, double most_pixels) {
                last = std::lower_bound(keys.begin(), keys.end(), b);
     bool bends = false;
     const bool whole = a == 0.0 && b == 1.0;
-    for (auto key = first; key < last && !bends; ++key) bends = off(*slice, a, b, (*key - a) / (b - a)) > most_pixels;
+    for (auto key = first; key < last && !bends; ++key) bends = off(*slice, a, b, (*key - a) / (b - a)) > max_pixels;
     for (int look = 0; look < (whole ? kFirstLooks : kLooks) && !bends; ++look)
-      bends = off(*slice, a, b, random.next()) > most_pixels;
+      bends = off(*slice, a, b, random.next()) > max_pixels;
     if (!bends || b - a < kShortest) {
       ends_.push_back(b);
       continue;
@@ -195,7 +195,7 @@ void ShutterSlices::split(std::uint64_t seed, double most_pixels) {
     waiting.emplace_back(middle, b);
     waiting.emplace_back(a, middle);
   }
-  if (!waiting.empty()) ends_.resize(kMostSlices + 2);  // too many
+  if (!waiting.empty()) ends_.resize(kMaxSlices + 2);  // too many
 }
 
 }  // namespace tessera::reference

@@ -10,7 +10,7 @@ namespace tessera::reference {
 
 // The shutter of a frame in slices so short that motion is a line in each, from true pose to true pose. They come from
 // the motion itself, looked at at random times: a slice is split at a key of an animation that lies in it, else at a
-// random place, until no point that is looked at is farther than kMostPixels from its line at three random times. This
+// random place, until no point that is looked at is farther than kMaxPixels from its line at three random times. This
 // has nothing in common with the machine's segments of motion (scene/motion_segments.h): no bounds, no budget, no equal
 // parts, and materials, lights and visibility as its frames have them.
 //
@@ -18,8 +18,8 @@ namespace tessera::reference {
 //   RSL1  What repeats within the shutter, however often, is not taken for something that rests.
 class ShutterSlices {
  public:
-  static constexpr double kMostPixels = 0.05;
-  static constexpr std::size_t kMostSlices = 4096;  // beyond, kMostPixels doubles until they are enough
+  static constexpr double kMaxPixels = 0.05;
+  static constexpr std::size_t kMaxSlices = 4096;  // beyond, kMaxPixels doubles until they are enough
 
   // `request`: of the frame, as fine as the reference is wanted; `assembly` must outlive the slices. `grids` (may be
   // null) gives all slices its grids.
@@ -38,7 +38,7 @@ class ShutterSlices {
 
  private:
   scene::FrameRequest slice_request(double a, double b) const;
-  void split(std::uint64_t seed, double most_pixels);
+  void split(std::uint64_t seed, double max_pixels);
 
   const scene::Assembly& assembly_;
   scene::CameraChoice camera_;

@@ -16,7 +16,7 @@ namespace tessera::scene {
 namespace {
 
 constexpr std::size_t kPoints = 64;      // of a primitive whose vertices move
-constexpr std::size_t kMostFlips = 64;   // that are looked for exactly
+constexpr std::size_t kMaxFlips = 64;    // that are looked for exactly
 constexpr int kFlipSteps = 20;           // halvings
 constexpr std::size_t kCubicPieces = 4;  // of a cubic spline between two keys, at least
 constexpr std::size_t kZoomPieces = 2;
@@ -240,7 +240,7 @@ class MotionMeter {
       if (now == 0) continue;
       auto& [sign, when] = signs_[n];
       const int is = now < 0 ? -1 : 1;
-      if (sign != 0 && sign != is && out_.flips.size() < kMostFlips) {
+      if (sign != 0 && sign != is && out_.flips.size() < kMaxFlips) {
         double low = when, high = u;
         for (int step = 0; step < kFlipSteps; ++step) {
           const double middle = 0.5 * (low + high),
@@ -484,7 +484,7 @@ class MotionMeter {
       for (std::size_t k = 0; k < kLooks; ++k)
         p[k] = places[k][i], seen = seen || in_front(p[k], instants[k]->projection);
       if (seen && far_off == 0) {
-        acceleration = std::max(acceleration, most_acceleration(p, instants) / (step * step));
+        acceleration = std::max(acceleration, max_acceleration(p, instants) / (step * step));
         if (known) kink = std::max(kink, pixels_of(first_difference(p) / step - slopes[i], p[0], first));
         if (zooms && in_front(p.back(), last)) {
           const DVec4& b = p.back();
@@ -506,7 +506,7 @@ class MotionMeter {
 
   // The most pixels of a second difference along a piece. It is taken as linear, as it is for cubic splines: at the
   // ends of the piece from those of its quarters. Each is seen from its own place.
-  static double most_acceleration(const std::array<DVec4, kLooks>& p, const Instants& instants) {
+  static double max_acceleration(const std::array<DVec4, kLooks>& p, const Instants& instants) {
     const auto second = [&](std::size_t k) { return p[k - 1] - p[k] * 2.0 + p[k + 1]; };
     const DVec4 change = (second(3) - second(1)) * 0.5;
     const std::array<DVec4, kLooks> all = {second(1) - change, second(1), second(2), second(3), second(3) + change};

@@ -13,8 +13,8 @@ namespace tessera::scene {
 // repeats itself: a curve is never taken for known because it is looked at now and then.
 //
 // Invariants (cited by the tests):
-//   MC1  Every key of a played channel that moves a node, a weight, a procedure or the camera's field is a time.
-//   MC2  Within a piece, rotations along a chain of nodes, that of the camera added, sum up to no more than kPieceTurn
+//   MCU1  Every key of a played channel that moves a node, a weight, a procedure or the camera's field is a time.
+//   MCU2  Within a piece, rotations along a chain of nodes, that of the camera added, sum up to no more than kPieceTurn
 //        (as far as kMaxPieces reach).
 inline constexpr double kPieceTurn = 0.5;            // radians: second differences of quarters are within 0.2 %
 inline constexpr std::size_t kMaxPieces = 16384;     // of a shutter

@@ -408,7 +408,7 @@ TEST(RepeatedMotion, WhereSegmentsAreTooFewTheyAreUnevenAndANoteSaysSo) {
   EXPECT_LT(psnr(render(capture, {}), render(still, {})), 25.0) << "it is not sharp";
 }
 
-TEST(MotionCurves, TimesHoldEveryKeyAndTurnsAreBounded) {
+TEST(MotionCurves, TimesHoldEveryKeyAndTurnsAreBounded) {  // MCU1 MCU2
   for (const double turns : {0.2, 1.0, 7.0, 40.0}) {
     Capture capture = stage();
     const int node = test::add_node(capture, square(4, white(capture)));

@@ -16,9 +16,9 @@ namespace tessera::tilecore {
 // what comes out stays within the range of what went in.
 //
 // Invariants (cited by the tests):
-//   BW1  Nothing that is filled is darker than the darkest usable pixel of the window, or brighter than the brightest,
+//   BRW1  Nothing that is filled is darker than the darkest usable pixel of the window, or brighter than the brightest,
 //        channel by channel.
-//   BW2  A window without light above 1 is not touched.
+//   BRW2  A window without light above 1 is not touched.
 class BrightWindow {
  public:
   // Whether a usable pixel is brighter than 1 in any channel. Not finite ones do not count.
