@@ -20,8 +20,8 @@ Eye = Literal["left", "right"]
 
 class GpuKeys(TypedDict, total=False):
     frontend__bound_method: Literal["aabb", "obb", "tpatch", "npatch", "interval"]  # How sub-patches are boxed: object axes or the patch's own, displaced in every direction (aabb, obb) or along bounded normals (tpatch, npatch), or by interval arithmetic.
-    frontend__split_criterion: Literal["screen_extent", "frustum", "nearest", "normal_spread", "surface_area", "cost"]  # Which sub-patches are split further, and which first.
-    frontend__split_pixels: float  # 1 to 65536 pixels. Sub-patches no wider than this on screen, at shutter open and close, are not split further; no limit with frontend.split_criterion=cost.
+    frontend__split_criterion: Literal["screen_extent", "frustum", "nearest", "normal_spread", "surface_area"]  # Which sub-patches are split further, and which first.
+    frontend__split_pixels: float  # 1 to 65536 pixels. Sub-patches no wider than this on screen, at shutter open and close, are not split further.
     frontend__split_depth: int  # 0 to 12 splits. Most splits by the criterion between a base patch and a sub-patch; splits for tessellator.sub_patch_cells do not count.
     frontend__split_budget: int  # 1 to 4096 sub-patches. Most sub-patches that the criterion may make of one base patch.
     frontend__backface_culling: bool  # Whether sub-patches that face away are dropped before binning.
@@ -59,11 +59,15 @@ class GpuKeys(TypedDict, total=False):
     frame_buffer__compression: Literal["none", "lossless"]  # Whether tile cores compress finished pixels on their way to memory, in blocks of 256 bytes; saves traffic, not room.
     frame_buffer__transaction_elimination: bool  # Whether tile cores leave a tile's pixels unwritten when their signature is that of the frame before, which they read and write in memory. The first of several frames is written whole.
     frame_buffer__signature_bits: int  # 4 to 64 bits. Width of a tile's signature, the lowest bits of a CRC-64, in whole bytes of memory. Narrow ones match where tiles differ, and images show it.
+    geometry__encoding: Literal["raw", "quantised", "meshlet"]  # How the memory holds clusters and Bezier patches whose vertices rest: floats (raw); positions of geometry.bits on one grid for each mesh (quantised); or as many bits as the box of each record needs, and triangles coded by the edges that they share (meshlet). Who reads a record decodes it: frontend.decoded_per_clk, tessellator.decoded_per_clk.
+    geometry__bits: int  # 8 to 16 bits. With geometry.encoding=quantised or meshlet: bits of a coordinate along the longest side of a mesh's box; never finer than floats are there.
     clock__mhz: float  # 1 to 10000 MHz. Clock of the whole GPU; cycles everywhere are cycles of this clock.
     voltage__nominal_mhz: float  # 1 to 10000 MHz. Clock that the GPU reaches at 0.8 V, for which energies and leakage are given. Other clocks have other voltages (hardware/voltage.h); energy of an event goes with their square, the memory's stays.
     tilecore__count: int  # 1 to 64 cores. Tile cores, fed by one tile scheduler.
     frontend__reprojected_blocks_per_clk: float  # 0.000976562 to 65536 blocks/clk. Blocks of the previous frame's depths that the front end puts where the view at hand has them.
     frontend__bounds_per_clk: float  # 0.000976562 to 65536 bounds/clk. Bounding volumes that the front end computes.
+    frontend__record_lines_per_clk: float  # 0.000976562 to 65536 lines/clk. Lines of records that the front end reads through the L2.
+    frontend__decoded_per_clk: float  # 0.000976562 to 65536 elements/clk. With geometry.encoding: positions of records that the front end's decoder gives.
     frontend__depth_tests_per_clk: float  # 0.000976562 to 65536 blocks/clk. Blocks whose farthest depth the front end compares with the nearest one of a bound.
     triangle_setup__triangles_per_clk: float  # 0.000976562 to 65536 triangles/clk. With --baselines: triangles that each core of a machine which bins or draws them culls and sets up behind its vertex shader.
     binner__entries_per_clk: float  # 0.000976562 to 65536 entries/clk. Entries of lists that the binner appends.
@@ -73,12 +77,14 @@ class GpuKeys(TypedDict, total=False):
     tilecore__sort_steps_per_clk: float  # 0.000976562 to 65536 steps/clk. Entries that a core's merge sorter passes from one stage to the next, all stages together.
     tessellator__vertices_per_clk: float  # 0.000976562 to 65536 vertices/clk. Vertices that a core's tessellator evaluates, both motion keys together.
     tessellator__transforms_per_clk: float  # 0.000976562 to 65536 vertices/clk. Vertices of moving objects, kept in object space, that a core puts through the transforms of both motion keys.
+    tessellator__decoded_per_clk: float  # 0.000976562 to 65536 elements/clk. With geometry.encoding: positions and coded cells of records that a core's decoder gives.
     tilecore__boxes_per_clk: float  # 0.000976562 to 65536 boxes/clk. Boxes of cells and leaves that a core builds.
     tilecore__box_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Lanes of box tests of a core.
     tilecore__stencil_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Samples whose time a core's stencil unit tests.
     procedures__operations_per_clk: float  # 0.000976562 to 65536 operations/clk. Operations of the SIMD array that evaluates procedures, in each core; the sparse pass has one array.
     tilecore__triangle_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Lanes of a core for samples tested against a triangle, 16 at a time.
     tilecore__alpha_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Alpha tests of a core.
+    tilecore__mask_vertices_per_clk: float  # 0.000976562 to 65536 vertices/clk. Vertices whose texture coordinate a core computes for alpha tests to interpolate.
     tilecore__depth_blocks_per_clk: float  # 0.000976562 to 65536 blocks/clk. 8x8 HiZ blocks that a core updates or compares entries with.
     tilecore__compaction_per_clk: float  # 0.000976562 to 65536 samples/clk. Visible samples, blended layers, samples that see the environment and vertices that pixels interpolate, which a core packs into warps.
     texture__texels_per_clk: float  # 0.000976562 to 65536 texels/clk. Bilinear lookups of a core's texture unit; a trilinear one is two.
@@ -131,6 +137,7 @@ class GpuKeys(TypedDict, total=False):
     energy__sort_step_pj: float  # 0 to 1e+09 pJ. Entry passed on by a stage of the sorter of tile lists.
     energy__vertex_pj: float  # 0 to 1e+09 pJ. Vertex evaluated.
     energy__transform_pj: float  # 0 to 1e+09 pJ. Vertex put through the transforms of both motion keys again.
+    energy__decoded_element_pj: float  # 0 to 1e+09 pJ. Position or cell of a record decoded, memory traffic apart.
     energy__box_pj: float  # 0 to 1e+09 pJ. Box of a cell or a leaf built.
     energy__box_test_pj: float  # 0 to 1e+09 pJ. Box test.
     energy__stencil_test_pj: float  # 0 to 1e+09 pJ. Time of a sample tested against a stencil's references.
@@ -138,6 +145,7 @@ class GpuKeys(TypedDict, total=False):
     energy__triangle_test_pj: float  # 0 to 1e+09 pJ. Sample tested against a triangle.
     energy__hit_pj: float  # 0 to 1e+09 pJ. Hit taken to a tile memory of 192 KiB; goes with the square root of tilecore.memory_bytes.
     energy__alpha_test_pj: float  # 0 to 1e+09 pJ. Alpha test.
+    energy__mask_vertex_pj: float  # 0 to 1e+09 pJ. Texture coordinate of a vertex computed.
     energy__depth_block_pj: float  # 0 to 1e+09 pJ. 8x8 HiZ block updated, in a tile memory of 192 KiB; goes with the square root of tilecore.memory_bytes.
     energy__compacted_sample_pj: float  # 0 to 1e+09 pJ. One of them packed into a warp.
     energy__place_pj: float  # 0 to 1e+09 pJ. Place at shutter open, of a sample that sees a surface elsewhere, found from its triangle's corners.
@@ -152,6 +160,7 @@ class GpuKeys(TypedDict, total=False):
     area__frontend_mm2: float  # 0 to 1e+06 mm2. Front end for each bound in a clock, at 7 nm.
     area__binner_mm2: float  # 0 to 1e+06 mm2. Binner for each entry in a clock, or for four tested tiles if that is more.
     area__tessellator_mm2: float  # 0 to 1e+06 mm2. Tessellator and box builder of a core for each vertex in a clock.
+    area__decoder_mm2: float  # 0 to 1e+06 mm2. With geometry.encoding: decoder of records for each position or cell in a clock.
     area__test_mm2: float  # 0 to 1e+06 mm2. Lane of box or triangle tests; of stencil and alpha tests an eighth.
     area__pixel_mm2: float  # 0 to 1e+06 mm2. Resolve and blending for each pixel, layer or 16 operations in a clock.
     area__signature_mm2: float  # 0 to 1e+06 mm2. Hashing units of the eliminations that are on for each byte in a clock.
