@@ -16,7 +16,7 @@ FrameResult rendered(const scene::Capture& capture, std::vector<const char*> set
   return Device(capture, gpu, run, {160, 90, {0, 0, 160, 90}}).render(3);
 }
 
-double psnr(const Image& a, const Image& b) {
+double clipped_psnr(const Image& a, const Image& b) {
   double sum = 0;
   std::size_t count = 0;
   for (std::size_t k = 0; k < a.values.size(); ++k) {
@@ -48,8 +48,8 @@ TEST_P(InterpolatedSurface, HasTheSameBitsOnEveryMachine) {
 TEST_P(InterpolatedSurface, IsNearTheEvaluatedOneAndNearerWithShorterEdges) {
   const scene::Capture capture = scene::read_capture(test::shipped_capture(GetParam()));
   const auto distance = [&](const char* edge) {
-    return psnr(rendered(capture, {kInterpolated, edge}).targets.color,
-                rendered(capture, {kEvaluated, edge}).targets.color);
+    return clipped_psnr(rendered(capture, {kInterpolated, edge}).targets.color,
+                        rendered(capture, {kEvaluated, edge}).targets.color);
   };
   const double usual = distance("tessellation.target_edge_pixels=4"),
                fine = distance("tessellation.target_edge_pixels=1");
@@ -79,7 +79,7 @@ TEST(InterpolatedSurface, RatesQuadsAndDesamplingInterpolateAsWell) {
     const FrameResult interpolated = rendered(capture, settings);
     EXPECT_EQ(interpolated.counters.shading.surface_evaluations, 0u) << how.front();
     EXPECT_GT(interpolated.counters.shading.vertex_outputs, 0u) << how.front();
-    EXPECT_GT(psnr(interpolated.targets.color, evaluated.targets.color), 30) << how.front();
+    EXPECT_GT(clipped_psnr(interpolated.targets.color, evaluated.targets.color), 30) << how.front();
   }
   // Cells evaluate.
   const FrameResult cells = rendered(capture, {kInterpolated, "shading.rate=cache"});

@@ -30,6 +30,10 @@ float relative_difference(const Vec4& a, const Vec4& b);
 // The largest of that over pixels of a block. Colours are a16[4*y + x] and b[y * b_stride + x].
 float largest_difference(const Vec4* a16, const Vec4* b, std::ptrdiff_t b_stride, BlockMask pixels);
 
+// [measured] Light c between what is brighter than white and other pixels of a block, as c / (1 + c), from which on the
+// border of a highlight is shaded in full: bumps under a moving camera, worst of seven frames.
+inline constexpr float kHighlightContrast = 0.1f;
+
 // [assumed] linear light below which differences count less; a tenth of a white diffuse surface.
 inline constexpr float kDifferenceFloor = 0.1f;
 inline constexpr float kLargestDifference = 1e30f;  // that is told from infinity

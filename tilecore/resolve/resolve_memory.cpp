@@ -89,7 +89,7 @@ void ResolveUnit::find_unchanged_blocks(ResolveFrame& resolve, const Memory& mem
   for (const Block& block : blocks_) {
     if (block.copied && !block.kept) {
       looked_at_.push_back(block.pixels);
-      if ((block.advected | block.again) != 0) fetched_.push_back(block.pixels);
+      if (block.advected != 0 || block.discrepant) fetched_.push_back(block.pixels);
     }
     history_counters_.blocks_kept += block.kept;
     if (!block.kept) resolve.written[resolve.next->block(block.pixels.x0, block.pixels.y0)] = 1;

@@ -71,19 +71,38 @@ bool ResolveUnit::check(ResolveFrame& resolve, std::span<const Vec3> color, std:
     next.memory[b] = static_cast<std::uint8_t>(block.decision.memory() | (block.seen == 0 ? History::kNothingSeen : 0));
     const std::uint8_t before = previous != nullptr ? previous->reject[b] : std::uint8_t{0};
     next.reject[b] = before > 0 ? static_cast<std::uint8_t>(before - 1) : std::uint8_t{0};
-    if (block.advected == 0 || block.from_other_eye || !is_discrepant(resolve, block)) continue;
-    ++counters_.blocks_discrepant;
-    block.discrepant = true;
-    next.reject[b] = static_cast<std::uint8_t>(settings.frames);
+    const bool discrepant = block.advected != 0 && !block.from_other_eye && is_discrepant(resolve, block);
+    if (discrepant) {
+      ++counters_.blocks_discrepant;
+      block.discrepant = true;
+      next.reject[b] = static_cast<std::uint8_t>(settings.frames);
+    }
+    const bool highlight = resolve.settings.desampling == Desampling::kAdaptive && block.reconstructed != 0 &&
+                           settings.check != DiscrepancyCheck::kOff && shows_highlight(block);
+    if (highlight) ++counters_.blocks_highlight;
+    if (!discrepant && !highlight) continue;
     if (!again) reshade_mask_.assign(pixel_rates_.size(), 0);
     again = true;
+    if (discrepant) block.again = std::exchange(block.advected, BlockMask{0});
+    if (highlight) block.again = static_cast<BlockMask>(block.again | std::exchange(block.reconstructed, BlockMask{0}));
     shade_again(block);
   }
   return again;
 }
 
+bool ResolveUnit::shows_highlight(const Block& block) {
+  float low = std::numeric_limits<float>::infinity(), high = 0;
+  for_each_pixel(block.pixels, [&](int x, int y) {
+    if ((block.rendered & block.exists & block.seen & block_bit(x, y)) == 0) return;
+    ++counters_.contrast_operations;
+    const Vec4& c = colors_[surfaces_.index(x, y)];
+    const float most = std::max({c.x, c.y, c.z});
+    low = std::min(low, most), high = std::max(high, most);
+  });
+  return high > 1.0f && high / (1.0f + high) - low / (1.0f + low) > kHighlightContrast;
+}
+
 void ResolveUnit::shade_again(Block& block) {
-  block.again = std::exchange(block.advected, BlockMask{0});
   block.rendered = static_cast<BlockMask>(block.rendered | block.again);
   for_each_pixel(block.pixels,
                  [&](int x, int y) { reshade_mask_[surfaces_.index(x, y)] = (block.again & block_bit(x, y)) != 0; });

@@ -28,7 +28,8 @@ namespace tessera::tilecore {
 
 struct DesamplingCounters {
   std::uint64_t blocks_rate_4 = 0, blocks_rate_8 = 0, blocks_rate_16 = 0, blocks_rate_32 = 0;
-  std::uint64_t blocks_advected = 0, blocks_edge = 0, blocks_foveated = 0, history_rejected = 0, blocks_discrepant = 0;
+  std::uint64_t blocks_advected = 0, blocks_edge = 0, blocks_foveated = 0, history_rejected = 0, blocks_discrepant = 0,
+                blocks_highlight = 0;
   std::uint64_t pixels_advected = 0, pixels_reconstructed = 0, advections_disoccluded = 0;
   std::uint64_t velocity_operations = 0, stencil_taps = 0, light_tests = 0, contrast_operations = 0;
   std::uint64_t samples_skipped = 0, invocations_saved = 0;
@@ -125,7 +126,7 @@ class ResolveUnit {
     IntRect pixels;
     BlockDecision decision;
     BlockMask rendered = 0, advected = 0, reconstructed = 0;
-    BlockMask again = 0;             // advected at first
+    BlockMask again = 0;             // advected or to be reconstructed at first
     BlockMask exists = 0, seen = 0;  // inside the tile; showing anything
     bool uniform = false;            // all pixels show the same surfaces
     bool edge = false, outline = false, creased = false, still = false, same_shading = false, from_other_eye = false;
@@ -175,6 +176,8 @@ class ResolveUnit {
   void resolve_pixels(ResolveFrame& resolve, const FrameTargets& targets);
   void look_at_pixels(const ResolveFrame& resolve, Block& block, float& nearest) const;
   bool is_discrepant(const ResolveFrame& resolve, const Block& block);
+  // Whether the border of a highlight runs through it: some rendered pixels are brighter than white, others much darker.
+  bool shows_highlight(const Block& block);
   // Colours, and depth and surface, of the pixels of `region`, row by row.
   struct Records {
     Vec4* color;
@@ -259,6 +262,11 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
      "Blocks with an edge that is rendered fully, or twice: what is advected nevertheless is not counted.", ""},
     {"resolve.history_rejected", &tilecore::DesamplingCounters::history_rejected, Combine::kSum, "blocks",
      "Blocks where nothing was advected because it had gone wrong around them.", ""},
+    {"resolve.blocks_highlight", &tilecore::DesamplingCounters::blocks_highlight, Combine::kSum, "blocks",
+     "Blocks whose pixels that stencils would have filled were shaded after all: the border of a highlight runs "
+     "through "
+     "what was shaded at first.",
+     ""},
     {"resolve.blocks_discrepant", &tilecore::DesamplingCounters::blocks_discrepant, Combine::kSum, "blocks",
      "Blocks where what was advected differed from what is there.", ""},
     {"resolve.pixels_advected", &tilecore::DesamplingCounters::pixels_advected, Combine::kSum, "pixels",
