@@ -46,8 +46,9 @@ int block_bytes(BlockFormat format, bool alpha) { return format == BlockFormat::
 struct BlockEncoder::Astc {
   Astc(unsigned side, bool srgb) {
     astcenc_config config{};
-    check_astc(astcenc_config_init(srgb ? ASTCENC_PRF_LDR_SRGB : ASTCENC_PRF_LDR, side, side, 1, ASTCENC_PRE_FAST, 0,
-                                   &config));
+    // What is no colour has channels of their own, normals among them: the fast search hardly tries two planes of weights.
+    check_astc(astcenc_config_init(srgb ? ASTCENC_PRF_LDR_SRGB : ASTCENC_PRF_LDR, side, side, 1,
+                                   srgb ? ASTCENC_PRE_FAST : ASTCENC_PRE_THOROUGH, 0, &config));
     check_astc(astcenc_context_alloc(&config, threads, &context));
   }
   ~Astc() { astcenc_context_free(context); }
