@@ -476,12 +476,14 @@ TEST(Eliminations, HashWhatTheyCompareAndTakeTheTimeOfIt) {
 TEST(CompressedFrames, AreNoSlowerThanRawOnes) {
   for (const char* name : {"eggs", "serpent", "workshop"}) {
     const Capture capture = scene::read_capture(test::shipped_capture(name));
-    for (const char* model : {"phases", "events"})
+    for (const auto& [model, cores] :
+         {std::pair{"phases", "1"}, std::pair{"events", "1"}, std::pair{"phases", "4"}, std::pair{"events", "4"}})
       for (const char* format : {"rgba16f", "rgba8"}) {
         const auto render = [&](const char* compression) {
           RunSettings settings;
           GpuConfiguration gpu;
           for (const auto& [key, value] : {std::pair<const char*, const char*>{"machine.timing", model},
+                                           {"tilecore.count", cores},
                                            {"frame_buffer.format", format},
                                            {"frame_buffer.compression", compression}})
             apply_setting(std::string(key) + "=" + value, settings, gpu);
@@ -489,9 +491,9 @@ TEST(CompressedFrames, AreNoSlowerThanRawOnes) {
           return device.render(capture.settings.first_frame);
         };
         const FrameResult raw = render("none"), packed = render("lossless");
-        // By phases, tiles that end in another order leave cores otherwise balanced: 0.97 to 1.022 on serpent, at sizes from
-        // 320x180 to 1280x720.
-        const double bound = std::string_view(model) == "phases" ? 1.03 : 1.005;
+        // Of several cores, tiles that end in another order leave some otherwise balanced: 0.97 to 1.022 on serpent, at
+        // sizes from 320x180 to 1280x720. One core has no such luck.
+        const double bound = std::string_view(cores) == "1" ? 1.005 : 1.03;
         EXPECT_LE(packed.model->timing.cycles, bound * raw.model->timing.cycles)
             << name << " " << model << " " << format;
         EXPECT_LT(packed.counters.ledger.total().written_bytes, raw.counters.ledger.total().written_bytes);

@@ -94,7 +94,7 @@ bool ResolveUnit::shows_highlight(const Block& block) {
   float low = std::numeric_limits<float>::infinity(), high = 0;
   for_each_pixel(block.pixels, [&](int x, int y) {
     if ((block.rendered & block.exists & block.seen & block_bit(x, y)) == 0) return;
-    ++counters_.contrast_operations;
+    ++counters_.highlight_tests;
     const Vec4& c = colors_[surfaces_.index(x, y)];
     const float most = std::max({c.x, c.y, c.z});
     low = std::min(low, most), high = std::max(high, most);

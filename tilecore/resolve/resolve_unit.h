@@ -31,7 +31,8 @@ struct DesamplingCounters {
   std::uint64_t blocks_advected = 0, blocks_edge = 0, blocks_foveated = 0, history_rejected = 0, blocks_discrepant = 0,
                 blocks_highlight = 0;
   std::uint64_t pixels_advected = 0, pixels_reconstructed = 0, advections_disoccluded = 0;
-  std::uint64_t velocity_operations = 0, stencil_taps = 0, light_tests = 0, contrast_operations = 0;
+  std::uint64_t velocity_operations = 0, stencil_taps = 0, light_tests = 0, contrast_operations = 0,
+                highlight_tests = 0;
   std::uint64_t samples_skipped = 0, invocations_saved = 0;
 };
 
@@ -280,6 +281,8 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
      "a "
      "deforming triangle in both frames, 41 for one of a deforming patch.",
      ""},
+    {"resolve.highlight_tests", &tilecore::DesamplingCounters::highlight_tests, Combine::kSum, "tests",
+     "Shaded pixels of blocks to be filled whose brightness was looked at, to find borders of highlights.", ""},
     {"resolve.light_tests", &tilecore::DesamplingCounters::light_tests, Combine::kSum, "tests",
      "Tests of a block against the reach of a light that changed.", ""},
     {"resolve.contrast_operations", &tilecore::DesamplingCounters::contrast_operations, Combine::kSum, "operations",
