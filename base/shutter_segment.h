@@ -18,7 +18,7 @@ struct ShutterSegment {
   float local(float t) const { return t * scale() + offset(); }
   // Time of the shutter at which it begins (0) or ends (1).
   double at(std::size_t key) const { return static_cast<double>(key == 0 ? first : end) / kCodes; }
-  // The code of time t, the nearest one of what is outside of 0 to 1.
+  // The code of time t. Times before 0 have the first code, times after 1 the last.
   static int code_of(float t) {
     const float scaled = t * static_cast<float>(kCodes);
     return scaled < 0.0f ? 0 : scaled > static_cast<float>(kCodes - 1) ? kCodes - 1 : static_cast<int>(scaled);

@@ -51,7 +51,7 @@ struct ListEntry {
 //   12..13  flags         5 bits, kMoving ...: the effects that the sub-patch's kernels need
 //           blocks        first column and row, 4 bits each; more columns, 3
 //   14..15  segment       5 bits, of motion by which it moves, times being 1/256 of that; 0: of the whole shutter. 31:
-//                         it is in the lower 12 bits of near_depth, whose others are those of the float, rounded nearer
+//                         the lower 12 bits of near_depth hold it, and the upper 20 the float, rounded to be nearer
 //           wide          1 bit, of blocks
 //           lists         10 bits, that it was put into: kManyLists stands for as many and more
 inline constexpr std::size_t kSlotBytes = 8, kRecordBytes = 16;

@@ -12,16 +12,16 @@ namespace tessera::frontend {
 // [assumed] material, pattern, neighbours, state
 inline constexpr std::uint64_t kPatchHeaderBytes = 32;
 
-// What bounds and vertices follow from: header; positions, at both motion keys where they differ, or encoded as
-// geometry.encoding says; a cluster's cells; of displaced patches the texture coordinates of their corners; a procedure's
-// numbers. `deforming`: positions at two keys.
+// The record that bounds and vertices follow from. It holds a header; positions, at both motion keys where they differ, or
+// encoded as geometry.encoding says; a cluster's cells; the texture coordinates of the corners of displaced patches; a
+// procedure's numbers. `deforming`: positions at two keys.
 std::uint64_t patch_record_bytes(const scene::FrameGeometry& frame, std::uint32_t patch);
 std::uint64_t patch_record_bytes(const scene::Assembly& assembly, std::uint32_t patch, bool deforming);
 
 // Whether memory has room for positions at both keys: vertices, or a procedure's numbers, that may move by themselves.
 bool keeps_two_keys(const scene::Assembly& assembly, const scene::Drawable& drawable);
 
-// What a decoder gives of that record, each time it is read: positions, and cells where those are coded; 0 where the memory
+// A decoder gives so many positions, and cells where those are coded, each time the record is read; none where the memory
 // holds floats.
 std::uint64_t decoded_elements(const scene::Assembly& assembly, std::uint32_t patch);
 

@@ -74,8 +74,7 @@ class PatchSplitter {
         depth_(depth),
         bounder_(frame, pyramids, settings.bound_method, fetches),
         back_face_(frame, fetches),
-        effects_(frame, pyramids),
-        fetches_(fetches) {}
+        effects_(frame, pyramids) {}
   PatchSplitter(const PatchSplitter&) = delete;
   PatchSplitter(PatchSplitter&&) = default;
 
@@ -117,7 +116,6 @@ class PatchSplitter {
   std::vector<Halves*> spare_;
   std::uint32_t visited_ = 0;
   std::uint64_t blocks_tested_ = 0;
-  HeightTableCache* fetches_;
 };
 
 // Area of a moving box's faces in the world, the larger of both keys.

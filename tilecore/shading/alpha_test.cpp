@@ -65,7 +65,7 @@ float AlphaTest::alpha(const SurfaceLocation& at, TextureUnit* textures) {
   const std::uint64_t made = vertices_.count() - std::exchange(counted_, vertices_.count());
   work_.vertices += made;
   work_.bytes += (made + corners.size()) * kMaskVertexBytes;
-  vertices_.set_mesh(draw_);
+  if (made > 0) vertices_.set_mesh(draw_);
   LaneInputs<float> in{};
   for (std::size_t k = 0; k < corners.size(); ++k) in.vertex[k] = corners[k];
   in.p = at.b1, in.q = at.b2, in.t = at.t;
