@@ -67,20 +67,22 @@ void drop_extension(json& d, const std::string& name) {
 
 // ---- Compressing primitives -------------------------------------------------------------------------------------
 
+// Normalised values as the integers that they are stored as.
+void as_integers(std::vector<float>& values, int component_type) {
+  const float scale = component_type == gltf::kByte           ? 127.0f
+                      : component_type == gltf::kUnsignedByte ? 255.0f
+                      : component_type == gltf::kShort        ? 32767.0f
+                                                              : 65535.0f;
+  for (float& v : values) v = std::round(v * scale);
+}
+
 // Scalars of an accessor as Draco wants them: normalised integers as the integers they are. The asset has been read: what
 // is no number here belongs to a vertex that no index names.
 DracoAttribute read_attribute(gltf::Document& document, const std::string& name, std::size_t accessor) {
   const gltf::AccessorLayout layout = gltf::accessor_layout(document.json, accessor);
   DracoAttribute out{name, layout.components, layout.component_type, layout.normalized,
                      gltf::read_floats(document, accessor, [](std::uint64_t) { return false; })};
-  if (layout.normalized)
-    for (float& v : out.values) {
-      const float scale = layout.component_type == gltf::kByte           ? 127.0f
-                          : layout.component_type == gltf::kUnsignedByte ? 255.0f
-                          : layout.component_type == gltf::kShort        ? 32767.0f
-                                                                         : 65535.0f;
-      v = std::round(v * scale);
-    }
+  if (layout.normalized) as_integers(out.values, layout.component_type);
   return out;
 }
 
@@ -247,7 +249,10 @@ void describe_decoded(gltf::Document& document, json& out) {
       for (const auto& [name, id] : gltf::find_extension(primitive, kDraco)->at("attributes").items()) {
         json& accessor = out["accessors"][primitive["attributes"][name].get<std::size_t>()];
         accessor["count"] = decoded.vertex_count;
-        if (name == "POSITION") set_range(accessor, *decoded.find(name), 3);
+        if (name != "POSITION") continue;
+        std::vector<float> values = *decoded.find(name);
+        if (accessor.value("normalized", false)) as_integers(values, accessor["componentType"].get<int>());
+        set_range(accessor, values, 3);
       }
       json& indices = out["accessors"][primitive["indices"].get<std::size_t>()];
       indices["count"] = decoded.indices.size();

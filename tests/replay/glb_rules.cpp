@@ -1,5 +1,6 @@
 #include "tests/replay/glb_rules.h"
 
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -32,6 +33,7 @@ class Rules {
   std::vector<std::string> faults() {
     buffers();
     uses();
+    for (std::size_t a = 0; a < list_of(d_, "accessors").size(); ++a) range(a);
     for (std::size_t v = 0; v < list_of(d_, "bufferViews").size(); ++v) view(v);
     for (std::size_t i = 0; i < list_of(d_, "images").size(); ++i) image(i);
     extension_lists();
@@ -55,6 +57,15 @@ class Rules {
     const std::size_t length = list[0]["byteLength"];
     if (binary_.size() < length || binary_.size() > length + 3)
       fault("the chunk has {} bytes, its buffer says {}", binary_.size(), length);
+  }
+
+  // Ranges are of what is stored: of integers, also of normalised ones, they are integers.
+  void range(std::size_t number) {
+    const json& accessor = list_of(d_, "accessors")[number];
+    if (accessor["componentType"] == 5126) return;
+    for (const char* end : {"min", "max"})
+      for (const json& value : list_of(accessor, end))
+        if (value.get<double>() != std::floor(value.get<double>())) fault("accessor {}: {} is no integer", number, end);
   }
 
   // A second buffer has no data; compressed views unpack into it, one after the other.

@@ -116,6 +116,9 @@ std::vector<T> values_of(const Row& row, Random& random, int unit) {
     }
     for (std::size_t c = 0; c < components; ++c)
       out.push_back(static_cast<T>(unit == 1 || row.name[0] == 'J' ? x[c] : std::lround(x[c] * unit)));
+    // Weights of a vertex are one together.
+    if (row.name[0] == 'W' && unit != 1)
+      out[out.size() - 4] = static_cast<T>(unit - out[out.size() - 3] - out[out.size() - 2] - out.back());
   }
   return out;
 }
@@ -165,22 +168,28 @@ const std::vector<Row>& rows() {
   return kRows;
 }
 
+GltfAsset sheet_with(const Row& row, Random& random) {
+  GltfAsset asset = sheet();
+  json& attributes = asset.document["meshes"][0]["primitives"][0]["attributes"];
+  attributes[row.name] = add_values(asset, row, random);
+  if (std::string_view(row.name) == "TEXCOORD_1") attributes["TEXCOORD_0"] = attributes[row.name];
+  if (row.name[0] == 'W') {
+    attributes["JOINTS_0"] = add_values(asset, {"JOINTS_0", "VEC4", 5121, false, 0}, random);
+    asset.document["nodes"] = {
+        {{"mesh", 0}, {"skin", 0}}, {{"children", {2, 3, 4}}}, json::object(), json::object(), json::object()};
+    asset.document["skins"] = {{{"joints", {1, 2, 3, 4}}}};
+    asset.document["scenes"][0]["nodes"] = {0, 1};
+  }
+  return asset;
+}
+
 TEST(PackFaithful, EveryTypeOfEveryAttributeComesBackFromEveryCodec) {
   Random random(7);
   for (const Row& row : rows())
     for (const auto& codec : codecs()) {
       SCOPED_TRACE(fmt::format("{} {} {}{} {}", row.name, row.type, row.component_type,
                                row.normalized ? " normalized" : "", codec.empty() ? "" : codec.back()));
-      GltfAsset asset = sheet();
-      json& attributes = asset.document["meshes"][0]["primitives"][0]["attributes"];
-      attributes[row.name] = add_values(asset, row, random);
-      if (row.name[0] == 'W') {
-        attributes["JOINTS_0"] = add_values(asset, {"JOINTS_0", "VEC4", 5121, false, 0}, random);
-        asset.document["nodes"] = {
-            {{"mesh", 0}, {"skin", 0}}, {{"children", {2, 3, 4}}}, json::object(), json::object(), json::object()};
-        asset.document["skins"] = {{{"joints", {1, 2, 3, 4}}}};
-        asset.document["scenes"][0]["nodes"] = {0, 1};
-      }
+      const GltfAsset asset = sheet_with(row, random);
       const test::TemporaryFolder folder;
       test::write_text(folder / "in.glb", asset.glb());
       const auto wanted = by_position(scene::read_capture(folder / "in.glb"), row.name),
@@ -192,6 +201,38 @@ TEST(PackFaithful, EveryTypeOfEveryAttributeComesBackFromEveryCodec) {
         for (std::size_t c = 0; c < values.size(); ++c)
           ASSERT_NEAR(got.at(position)[c], values[c], error + 1e-7) << "component " << c;
       }
+    }
+}
+
+// Normalised positions, as exporters quantise them, and plain ones of few bits.
+TEST(PackFaithful, QuantisedPositionsStayWhereTheyAre) {
+  for (const auto& [component, normalized] : {std::pair{5122, true}, {5120, true}, {5122, false}, {5120, false}})
+    for (const auto& codec : codecs()) {
+      SCOPED_TRACE(fmt::format("{} {} {}", component, normalized, codec.empty() ? "" : codec.back()));
+      GltfAsset asset = sheet();
+      const double unit = !normalized ? 8 : component == 5122 ? 32767 : 127;
+      const std::size_t stride = component == 5122 ? 8 : 4;
+      std::vector<std::uint8_t> bytes(stride * kSide * kSide, 0);
+      std::vector<std::int64_t> low(3, 1 << 20), high(3, -(1 << 20));
+      const std::vector<float> positions = sheet_positions();
+      for (std::size_t i = 0; i < positions.size(); ++i) {
+        const std::int64_t value = std::lround(static_cast<double>(positions[i]) * unit);
+        std::memcpy(&bytes[i / 3 * stride + i % 3 * (stride / 4)], &value, stride / 4);
+        low[i % 3] = std::min(low[i % 3], value), high[i % 3] = std::max(high[i % 3], value);
+      }
+      const int view = asset.add_view(bytes, {{"byteStride", stride}, {"target", 34962}});
+      json more = {{"min", low}, {"max", high}};
+      if (normalized) more["normalized"] = true;
+      asset.document["meshes"][0]["primitives"][0]["attributes"]["POSITION"] =
+          asset.add_accessor("VEC3", component, positions.size(), view, more);
+      const test::TemporaryFolder folder;
+      test::write_text(folder / "in.glb", asset.glb());
+      const auto places = [](const Capture& capture) {
+        std::set<std::array<float, 3>> out;
+        for (const Vec3& p : capture.meshes.at(0).primitives.at(0).vertices.positions) out.insert({p.x, p.y, p.z});
+        return out;
+      };
+      EXPECT_EQ(places(packed(asset, codec)), places(scene::read_capture(folder / "in.glb")));
     }
 }
 
@@ -379,6 +420,95 @@ TEST(PackFaithful, AnImageThatNothingSamplesIsAPixelWithANotice) {
   EXPECT_EQ(r.status, 0) << r.errors;
   EXPECT_THAT(r.output, HasSubstr("missing.png: no such file; nothing samples it, a white pixel stands for it"));
   EXPECT_EQ(run_tessera({"inspect", "--strict", (folder / "out.glb").string()}).status, 0);
+}
+
+// ---- The Khronos validator --------------------------------------------------------------------------------------
+
+// What the validator calls an error in each of these files: file, code, pointer and message.
+std::vector<std::string> validator_errors(const fs::path& folder, const std::vector<fs::path>& files,
+                                          std::string& why_not) {
+  std::vector<std::string> command = {"/usr/bin/env", "bash",
+                                      std::string(TESSERA_SOURCE_DIR) + "/tests/replay/validate.sh", folder.string()};
+  for (const fs::path& file : files) command.push_back(file.string());
+  const ProcessResult made = test::run_process(command, {.seconds = 1500});
+  if (made.status == 77) {
+    why_not = made.output;
+    return {};
+  }
+  EXPECT_EQ(made.status, 0) << made.errors;
+  std::vector<std::string> lines;
+  std::istringstream in(made.output);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+// Sample models, single material extensions, exporters' files and the shipped captures.
+std::vector<fs::path> files_to_pack() {
+  std::vector<fs::path> files;
+  const auto add = [&](const fs::path& folder, const auto& wanted) {
+    if (!fs::is_directory(folder)) return;
+    for (const auto& entry : fs::recursive_directory_iterator(folder))
+      if (wanted(entry.path())) files.push_back(entry.path());
+  };
+  add(fs::path(TESSERA_SOURCE_DIR) / "captures", [](const fs::path& file) { return file.extension() == ".glb"; });
+  if (const auto assets = test::assets_folder()) {
+    add(*assets, [](const fs::path& file) { return file.extension() == ".gltf"; });
+    add(*assets / ".." / "materials", [](const fs::path& file) { return file.extension() == ".glb"; });
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+TEST(PackFaithful, TheValidatorFindsNoErrorInWhatIsWritten) {
+  const fs::path tools = fs::path(TESSERA_BINARY_DIR) / "validator";
+  const test::TemporaryFolder folder;
+  std::vector<fs::path> written;
+  const auto pack = [&](const fs::path& in, const std::vector<std::string>& codec) {
+    const fs::path out = folder / fmt::format("{}.glb", written.size());
+    std::vector<std::string> arguments = {"pack", in.string(), out.string()};
+    arguments.insert(arguments.end(), codec.begin(), codec.end());
+    const ProcessResult r = run_tessera(arguments, {.seconds = 300});
+    EXPECT_EQ(r.status, 0) << in << ": " << r.errors;
+    if (r.status == 0) written.push_back(out);
+  };
+  std::map<std::string, std::string> origin;  // of an output
+  const auto pack_all = [&](const fs::path& in, const std::string& name, bool any_order) {
+    for (const auto& codec : codecs()) {
+      if (!any_order && !codec.empty() && codec.back() == "edgebreaker") continue;
+      const std::size_t before = written.size();
+      pack(in, codec);
+      if (written.size() > before)
+        origin[written.back().string()] = fmt::format("{} {}", name, codec.empty() ? "" : codec.back());
+    }
+  };
+  Random random(8);
+  std::vector<fs::path> inputs = files_to_pack();
+  for (const fs::path& file : inputs) pack_all(file, file.filename().string(), false);
+  for (const Row& row : rows()) {
+    const fs::path in = folder / "in.glb";
+    test::write_text(in, sheet_with(row, random).glb());
+    pack_all(in, fmt::format("{} {} {}", row.name, row.type, row.component_type), true);
+  }
+  std::string why_not;
+  std::set<std::string> of_inputs;  // file and code
+  for (const std::string& line : validator_errors(tools, inputs, why_not))
+    of_inputs.insert(fs::path(line.substr(0, line.find('\t'))).filename().string() + " " +
+                     line.substr(line.find('\t') + 1, line.find('\t', line.find('\t') + 1) - line.find('\t') - 1));
+  const std::vector<std::string> errors = validator_errors(tools, written, why_not);
+  if (!why_not.empty()) GTEST_SKIP() << why_not;
+  std::printf("%zu files\n", written.size());
+  for (const std::string& line : errors) {
+    const std::size_t tab = line.find('\t');
+    const std::string from = origin[line.substr(0, tab)],
+                      code = line.substr(tab + 1, line.find('\t', tab + 1) - tab - 1);
+    if (!of_inputs.contains(from.substr(0, from.find(' ')) + " " + code)) ADD_FAILURE() << from << ": " << line;
+  }
+
+  // The failing twin: a count beyond its view is an error.
+  GltfAsset broken = sheet();
+  broken.document["accessors"][0]["count"] = 1000;
+  test::write_text(folder / "broken.glb", broken.glb());
+  EXPECT_FALSE(validator_errors(tools, {folder / "broken.glb"}, why_not).empty());
 }
 
 }  // namespace
