@@ -40,6 +40,16 @@ struct TessellationPattern {
   }
 };
 
+// A point on a triangle of a grid: weights of its second and third corner. Cells lie row by row, and each has two triangles:
+// of its vertices (0, 0), (1, 0), (1, 1), and of (0, 0), (1, 1), (0, 1).
+struct GridPoint {
+  std::uint32_t triangle = 0;
+  float b1 = 0, b2 = 0;
+};
+// The triangle of the grid that holds the parameters (u, v), both in [0, 1]. Where rounding leaves them outside of all, the
+// nearest one.
+GridPoint triangle_at(const TessellationPattern& pattern, float u, float v);
+
 // A sub-patch: cells [i0, i1) x [j0, j1) of a Bezier patch's grid, or cells [i0, i1) of a cluster with j0 = 0, j1 = 1.
 struct CellRange {
   std::uint8_t i0 = 0, j0 = 0, i1 = 0, j1 = 0;

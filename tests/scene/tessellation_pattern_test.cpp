@@ -43,6 +43,31 @@ TEST(TessellationPattern, TwoGridsThatShareAnEdgeFactorHaveTheSameEdgeParameters
   }
 }
 
+TEST(TessellationPattern, EveryPlaceIsOnTheTriangleThatIsFoundForIt) {
+  Random random(7);
+  for (int trial = 0; trial < 20000; ++trial) {
+    const TessellationPattern p = random_pattern(random);
+    // Corners, edges and places at grid lines among them.
+    const auto parameter = [&](int n) {
+      const int kind = random.integer(0, 3);
+      return kind == 0 ? static_cast<float>(random.integer(0, n)) / static_cast<float>(n) : random.uniform(0.0f, 1.0f);
+    };
+    const float u = parameter(p.nu), v = parameter(p.nv);
+    const GridPoint at = triangle_at(p, u, v);
+    ASSERT_LT(at.triangle, 2u * p.nu * p.nv);
+    ASSERT_TRUE(at.b1 >= 0 && at.b2 >= 0 && at.b1 + at.b2 <= 1) << at.b1 << " " << at.b2;
+    const int cell = static_cast<int>(at.triangle / 2), i = cell % p.nu, j = cell / p.nu;
+    const bool first = at.triangle % 2 == 0;
+    const auto mix = [&](auto of) {
+      const float a = of(i, j), b = first ? of(i + 1, j) : of(i + 1, j + 1),
+                  c = first ? of(i + 1, j + 1) : of(i, j + 1);
+      return a + at.b1 * (b - a) + at.b2 * (c - a);
+    };
+    ASSERT_NEAR(mix([&](int a, int b) { return p.u(a, b); }), u, 2e-6f) << int{p.nu} << "x" << int{p.nv};
+    ASSERT_NEAR(mix([&](int a, int b) { return p.v(a, b); }), v, 2e-6f);
+  }
+}
+
 TEST(TessellationPattern, ParameterRangeHoldsEveryVertexOfTheRange) {
   Random random(2);
   for (int trial = 0; trial < 2000; ++trial) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tilecore/shading/vertex_outputs.h"
+
 namespace tessera::tilecore {
 namespace {
 
@@ -149,7 +151,10 @@ SurfaceLocation ShadingCells::canonical_point(const FrameGeometry& frame, const 
     const Vec2 block(static_cast<float>(cell.part & ((1u << columns) - 1)), static_cast<float>(cell.part >> columns));
     const Vec2 uv =
         (block + corner + size * 0.5f) / Vec2(static_cast<float>(1 << columns), static_cast<float>(1 << rows));
-    return {cell.patch, SurfaceLocation::kWholePatch, uv.x, uv.y, kTime};
+    if (!interpolates_surface(frame, frame.drawable_of(cell.patch)))
+      return {cell.patch, SurfaceLocation::kWholePatch, uv.x, uv.y, kTime};
+    const scene::GridPoint point = scene::triangle_at(pattern, uv.x, uv.y);
+    return {cell.patch, point.triangle, point.b1, point.b2, kTime};
   }
   // From the corner, which is on the triangle, towards the middle: two thirds of the way to the third side where that
   // comes first.

@@ -48,7 +48,8 @@ class ShadingCells {
 
   ShadingCell cell_of(const SurfaceLocation& at);
 
-  // Where the cell is shaded: its middle. Cells that a cluster triangle's third side cuts: about the middle of what is
+  // Where the cell is shaded: its middle; where pixels interpolate, as a place on the triangle of the patch's grid that
+  // holds it. Cells that a cluster triangle's third side cuts: about the middle of what is
   // left.
   static SurfaceLocation canonical_point(const scene::FrameGeometry& frame, const ShadingCell& cell);
 

@@ -14,7 +14,7 @@ namespace {
 
 // Bent, displaced, moving patches and large and small triangles, in perspective.
 struct MixedScene : TestFrame {
-  MixedScene() {
+  explicit MixedScene(bool interpolated = false) {
     Random random(3);
     scene::Material rough;
     rough.double_sided = true;
@@ -35,6 +35,7 @@ struct MixedScene : TestFrame {
     }
     test::add_camera(*capture, {0, 0, 4});
     pose(320, 240);
+    frame->request.interpolated_surfaces = interpolated;
   }
 };
 
@@ -68,15 +69,19 @@ TEST(ShadingCells, CELL1ACellDependsNeitherOnTheTimeNorOnWhatWasMeasuredBefore) 
   }
 }
 
-TEST(ShadingCells, CELL2TheCanonicalPointLiesInItsCellAndOnTheSurface) {
-  const MixedScene scene;
+class CanonicalPoints : public testing::TestWithParam<bool> {};
+
+TEST_P(CanonicalPoints, CELL2LieInTheirCellsAndOnTheSurface) {
+  const MixedScene scene(GetParam());
   ShadingCells cells;
   cells.start(*scene.frame);
   Random random(5);
   for (int k = 0; k < 20000; ++k) {
     const ShadingCell cell = cells.cell_of(random_location(scene, random));
+    const bool of_patch = has_grid(scene.frame->drawable_of(cell.patch));
     const SurfaceLocation point = ShadingCells::canonical_point(*scene.frame, cell);
     EXPECT_EQ(cells.cell_of(point), cell);
+    EXPECT_EQ(point.triangle == SurfaceLocation::kWholePatch, of_patch && !GetParam());
     EXPECT_EQ(point.t, ShadingCells::kTime);
     EXPECT_GE(std::min(point.b1, point.b2), 0.0f);
     if (point.triangle != SurfaceLocation::kWholePatch) {
@@ -86,6 +91,10 @@ TEST(ShadingCells, CELL2TheCanonicalPointLiesInItsCellAndOnTheSurface) {
     }
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Surfaces, CanonicalPoints, testing::Bool(), [](const auto& interpolated) {
+  return std::string(interpolated.param ? "Interpolated" : "Evaluated");
+});
 
 TEST(ShadingCells, AreAboutAPixelWideWhateverTheSizeOfTheSurface) {
   for (const bool bezier : {false, true})
