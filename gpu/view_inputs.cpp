@@ -32,8 +32,8 @@ scene::FrameRequest frame_request(const scene::Capture& capture, const GpuConfig
   request.max_factor = gpu.tessellator.max_factor;
   request.subpixel_bits = gpu.tessellator.subpixel_bits;
   request.half_attributes = settings.shading.attributes == tilecore::AttributePrecision::kHalf;
-  request.interpolated_surfaces = settings.shading.surface == tilecore::ShadingSurface::kInterpolated &&
-                                  settings.shading.rate != tilecore::ShadingRate::kCache;
+  request.interpolated_surfaces = settings.shading.surface != tilecore::ShadingSurface::kEvaluated;
+  request.height_normals = settings.shading.surface == tilecore::ShadingSurface::kFrame;
   request.draw_lines = settings.procedures.style == tilecore::ProcedureSettings::Style::kLines;
   request.sample_procedures = settings.procedures.path == tilecore::ProcedureSettings::Path::kSampled;
   request.motion_segments = settings.sampling.motion_segments;

@@ -103,7 +103,8 @@ void add_textures(const Features& f, std::string_view surface, std::string_view 
   for (const auto& [there, name] : slots)
     if (there) sum.add(row_of(joined({name, derivatives})));
   const bool any = std::any_of(slots.begin(), slots.end(), [](const auto& slot) { return slot.first; });
-  if (any || mapped) {
+  if (f.height_normals) sum.add(row_of(joined({"add/height_normals", motion, derivatives})));
+  if (any || mapped || f.height_normals) {
     // The row has the first texture, the base colour's, as well.
     sum.add(row_of(joined({"add/coordinate", f.unlit ? "unlit" : "lit", surface, motion, derivatives})));
     sum.add(row_of(joined({"add/base_color", derivatives})), -1);
@@ -177,7 +178,7 @@ ShaderCost shader_cost(const ShaderFeatures& f) {
     return row_of(joined({"background", f.environment_image ? "image" : "studio", motion}));
   if (f.stage == Features::Stage::kOutputs) {
     TESSERA_CHECK(patch, "vertices of meshes have their attributes");
-    Sum sum(row_of(joined({"outputs", surface, motion})));
+    Sum sum(row_of(joined({f.height_normals ? "outputs_under_heights" : "outputs", surface, motion})));
     if (f.coordinates > 0) sum.add(row_of("add/outputs/coordinate"), f.coordinates);
     if (f.vertex_colors) sum.add(row_of("add/outputs/vertex_colors"));
     if (f.normals == Features::Normals::kMappedAlongTangents) sum.add(row_of(joined({"add/outputs/tangent", motion})));

@@ -25,6 +25,7 @@ struct FrameRequest {
   int subpixel_bits = 8;               // of the grid that vertices are put on: 4 to 8
   bool half_attributes = false;        // interpolated attributes reach the pixel shader in half precision
   bool interpolated_surfaces = false;  // pixels of Bezier patches interpolate what vertices have
+  bool height_normals = false;         // vertices have normals without the displacement, pixels add its gradient
   bool sample_procedures = false;      // by the sampling controller; the front end leaves their patches alone
   bool draw_lines = false;             // procedures are paper with ink lines, not shaded surfaces
   // Straight pieces that curved motion is cut into: 1 to kMaxMotionSegments; 0: as many as leave no more than

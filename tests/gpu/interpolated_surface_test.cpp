@@ -7,7 +7,8 @@
 namespace tessera::gpu::interpolated_surface_test {
 namespace {
 
-constexpr const char *kInterpolated = "shading.surface=interpolated", *kEvaluated = "shading.surface=evaluated";
+constexpr const char *kInterpolated = "shading.surface=interpolated", *kEvaluated = "shading.surface=evaluated",
+                     *kFrame = "shading.surface=frame";
 
 FrameResult rendered(const scene::Capture& capture, std::vector<const char*> settings) {
   GpuConfiguration gpu;
@@ -61,6 +62,26 @@ TEST_P(InterpolatedSurface, IsNearTheEvaluatedOneAndNearerWithShorterEdges) {
   EXPECT_GT(fine, displaced ? 36 : usual + 3);
 }
 
+TEST_P(InterpolatedSurface, FrameLooksUpHeightsWhereThereAreSomeAndIsTheSameElsewhere) {
+  const scene::Capture capture = scene::read_capture(test::shipped_capture(GetParam()));
+  const bool displaced = std::any_of(capture.materials.begin(), capture.materials.end(),
+                                     [](const scene::Material& m) { return m.displacement.has_value(); });
+  const FrameResult plain = rendered(capture, {kInterpolated}), frame = rendered(capture, {kFrame});
+  EXPECT_EQ(frame.counters.shading.surface_evaluations, 0u);
+  EXPECT_EQ(frame.counters.shading.vertex_outputs, plain.counters.shading.vertex_outputs);
+  EXPECT_EQ(frame.targets.color.values == plain.targets.color.values, !displaced);
+  for (const char* machine : {"tile.width=16", "tessellator.cache_bytes=0", "shader.warp_lanes=16"})
+    EXPECT_EQ(rendered(capture, {kFrame, machine}).targets.color.values, frame.targets.color.values) << machine;
+  if (!displaced) return;
+  EXPECT_GT(frame.counters.shading.height_lookups, plain.counters.shading.height_lookups);
+  // Nearer to short edges, evaluated: what patches of long edges lack of their heights.
+  const FrameResult fine = rendered(capture, {kEvaluated, "tessellation.target_edge_pixels=0.75"});
+  const double of_frame = clipped_psnr(frame.targets.color, fine.targets.color),
+               of_plain = clipped_psnr(plain.targets.color, fine.targets.color);
+  std::printf("%s: frame %.1f dB, interpolated %.1f dB\n", GetParam(), of_frame, of_plain);
+  EXPECT_GT(of_frame, of_plain + (std::string_view(GetParam()) == "eggs" ? 2 : 0));
+}
+
 INSTANTIATE_TEST_SUITE_P(Captures, InterpolatedSurface, testing::Values("eggs", "vases", "city", "garden"),
                          [](const auto& capture) { return std::string(capture.param); });
 
@@ -70,6 +91,7 @@ TEST(InterpolatedSurface, RatesQuadsAndDesamplingInterpolateAsWell) {
   for (const std::vector<const char*>& how : {std::vector<const char*>{"shading.rate=sample"},
                                               {"shading.rate=primitive"},
                                               {"shading.derivatives=quad"},
+                                              {"shading.rate=cache"},
                                               {"shading.attributes=half"},
                                               {"stereo.eye_separation=0.06"}}) {
     std::vector<const char*> settings = how;
@@ -81,10 +103,6 @@ TEST(InterpolatedSurface, RatesQuadsAndDesamplingInterpolateAsWell) {
     EXPECT_GT(interpolated.counters.shading.vertex_outputs, 0u) << how.front();
     EXPECT_GT(clipped_psnr(interpolated.targets.color, evaluated.targets.color), 30) << how.front();
   }
-  // Cells evaluate.
-  const FrameResult cells = rendered(capture, {kInterpolated, "shading.rate=cache"});
-  EXPECT_EQ(cells.counters.shading.vertex_outputs, 0u);
-  EXPECT_EQ(cells.targets.color.values, rendered(capture, {kEvaluated, "shading.rate=cache"}).targets.color.values);
 }
 
 }  // namespace

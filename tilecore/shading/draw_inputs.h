@@ -20,6 +20,10 @@ struct DrawConstants {
   bool grid = false;  // of Bezier patches; else clusters
   bool half_attributes = false;
   bool quads = false;  // derivatives are differences within a quad
+  // Of a mesh of a displaced patch's vertices (shading.surface=frame): normals are those without the displacement, and
+  // pixels add the gradient of the heights. M M^T of the matrix M that puts objects into the world, at both keys.
+  bool height_normals = false;
+  std::array<Mat3, 2> height_metric{Mat3(1.0f), Mat3(1.0f)};
   // Camera.
   bool orthographic = false, camera_moves = false;
   Mat3 camera_to_world{1.0f};

@@ -37,7 +37,8 @@ ShadedPoint shade_procedure_point(const FrameGeometry& shutter, const Lighting& 
                          towards_viewer(frame, surface, at.t), lookups, lane);
 }
 
-constexpr std::uint32_t kFree = 0xFFFFFFFFu;  // no bucket
+constexpr std::uint32_t kGradientLookups = 4;  // of heights in one level
+constexpr std::uint32_t kFree = 0xFFFFFFFFu;   // no bucket
 // Of an attenuation colour, over its distance; black would leave infinities.
 constexpr float kLeastTransmittance = 1e-6f;
 
@@ -102,7 +103,7 @@ std::uint32_t height_lookups(const scene::PosedDrawable& drawable) {
 
 timing::WarpItem warp_item(const FrameGeometry& frame, const scene::PosedDrawable& drawable, const Lighting& lighting,
                            bool quads, bool evaluates) {
-  hardware::ShaderFeatures features = draw_features(frame, drawable, quads);
+  hardware::ShaderFeatures features = draw_features(frame, drawable, quads, adds_height_normals(frame, drawable));
   using In = hardware::ShaderFeatures::Surface;
   evaluates = evaluates && has_grid(drawable) && !interpolates_surface(frame, drawable);
   if (!evaluates && features.surface != In::kComputed) features.surface = In::kTriangles;
@@ -120,7 +121,7 @@ timing::WarpItem warp_item(const FrameGeometry& frame, const scene::PosedDrawabl
 }
 
 timing::WarpItem vertex_warp_item(const FrameGeometry& frame, const scene::PosedDrawable& drawable) {
-  const hardware::ShaderCost cost = hardware::shader_cost(output_features(drawable));
+  const hardware::ShaderCost cost = hardware::shader_cost(output_features(frame, drawable));
   timing::WarpItem item;
   item.kind = timing::WarpItem::kVertices;
   item.clocks = static_cast<std::uint32_t>(hardware::lane_clocks(cost));
@@ -268,7 +269,11 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
                             invocations[order.front()].at.triangle != SurfaceLocation::kWholePatch,
              evaluates = has_grid(drawable) && !interpolates;
   if (evaluates) surface_work_.warps += warp_ends_.size(), surface_work_.evaluations += order.size();
-  const std::uint32_t heights = textures != nullptr && evaluates ? height_lookups(drawable) : 0;
+  const bool turned = interpolates && adds_height_normals(frame, drawable);
+  const std::uint32_t heights = textures == nullptr ? 0
+                                : evaluates         ? height_lookups(drawable)
+                                : turned            ? kGradientLookups
+                                                    : 0;
   surface_work_.height_lookups += order.size() * heights;
   timing::WarpItem item = keep_warps_ ? warp_item(frame, drawable, lighting, quads) : timing::WarpItem();
   item.texels = heights;  // of a lane

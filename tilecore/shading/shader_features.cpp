@@ -41,9 +41,10 @@ void add_layers(const scene::Material& material, const Reads& reads, ShaderFeatu
 
 }  // namespace
 
-ShaderFeatures material_features(const scene::Material& material) {
+ShaderFeatures material_features(const scene::Material& material, bool height_normals) {
   ShaderFeatures f;
   f.unlit = material.unlit;
+  f.height_normals = height_normals;
   // Nobody sees the normal of a surface that is not lit.
   const bool lit = !material.unlit;
   std::vector<const TextureSlot*> read;
@@ -60,6 +61,12 @@ ShaderFeatures material_features(const scene::Material& material) {
   f.occlusion = reads(material.occlusion_texture, lit);
   f.emissive = reads(material.emissive_texture, lit || material.glows_unlit);
   if (lit && material.effects.any()) add_layers(material, reads, f);
+  TextureSlot heights;
+  if (height_normals) {
+    heights.texcoord = material.displacement->texcoord, heights.transform = material.displacement->transform;
+    if (std::none_of(read.begin(), read.end(), [&](const auto* other) { return same_coordinate(*other, heights); }))
+      read.push_back(&heights);
+  }
   f.coordinates = static_cast<std::uint8_t>(std::max<std::size_t>(read.size(), 1));
   return f;
 }
@@ -84,8 +91,9 @@ ShaderFeatures domain_features(const scene::PosedDrawable& drawable) {
   return {.stage = ShaderFeatures::Stage::kDomain, .surface = surface_of(drawable), .motion = motion_of(drawable)};
 }
 
-ShaderFeatures draw_features(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable, bool quads) {
-  ShaderFeatures f = material_features(*drawable.material);
+ShaderFeatures draw_features(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable, bool quads,
+                             bool height_normals) {
+  ShaderFeatures f = material_features(*drawable.material, height_normals);
   using In = ShaderFeatures;
   const bool computed = drawable.procedure != nullptr;
   f.surface = surface_of(drawable);

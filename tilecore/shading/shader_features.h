@@ -6,12 +6,13 @@
 namespace tessera::tilecore {
 
 // What of a material its pixel shader's code depends on: textures that are read, how many coordinates they are read at,
-// whether it is lit. Triangles that stand still, without lights.
-hardware::ShaderFeatures material_features(const scene::Material& material);
+// whether it is lit. Triangles that stand still, without lights. `height_normals`: normals are turned by the gradient of its
+// displacement's heights, which then are read like a texture.
+hardware::ShaderFeatures material_features(const scene::Material& material, bool height_normals = false);
 
 // The pixel shader of a drawable in a frame, at its lights; `quads`: derivatives are differences within quads.
 hardware::ShaderFeatures draw_features(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
-                                       bool quads);
+                                       bool quads, bool height_normals = false);
 
 // The domain shader of a drawable that has vertices to shade.
 hardware::ShaderFeatures domain_features(const scene::PosedDrawable& drawable);

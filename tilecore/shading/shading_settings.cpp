@@ -17,7 +17,9 @@ Keys<ShadingSettings> shading_keys() {
       {"shading.surface", &S::surface,
        "Where a pixel-shader invocation gets the surface of a Bezier patch from: it evaluates the patch again; or it "
        "interpolates between vertices of the triangle that it sees, which a core evaluates once for each tile that "
-       "sees them and keeps in the tile memory. Alpha tests, and cells of shading.rate=cache, evaluate."},
+       "sees them and keeps in the tile memory; or, frame, it does so with normals without the displacement and adds "
+       "the gradient of the height map, of four lookups, as of a normal map made from the heights. Alpha tests, and "
+       "cells of shading.rate=cache, do likewise."},
       {"shading.attributes", &S::attributes,
        "Precision of interpolated attributes (texture coordinates, colours, normals) on their way to the pixel shader: "
        "single, or half as in GLSL's mediump. Baselines that keep vertices in memory store and read 4 or 2 bytes for "

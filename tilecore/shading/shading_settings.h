@@ -24,6 +24,7 @@ enum class ShadingDerivatives : std::uint8_t {
 enum class ShadingSurface : std::uint8_t {
   kEvaluated,     // it evaluates the patch again, at its own parameters
   kInterpolated,  // between the vertices of the triangle that it sees, as of a mesh
+  kFrame,         // likewise, but of displaced patches without the displacement, whose gradient it looks up
 };
 
 // Of interpolated attributes on their way to the pixel shader.
@@ -50,7 +51,7 @@ template <>
 inline constexpr auto kEnumWords<tilecore::ShadingDerivatives> = std::to_array<std::string_view>({"analytic", "quad"});
 template <>
 inline constexpr auto kEnumWords<tilecore::ShadingSurface> = std::to_array<std::string_view>({"evaluated",
-                                                                                              "interpolated"});
+                                                                                              "interpolated", "frame"});
 template <>
 inline constexpr auto kEnumWords<tilecore::AttributePrecision> = std::to_array<std::string_view>({"float", "half"});
 

@@ -60,8 +60,10 @@ const TextureSlot* slot_of_tangents(const scene::Material& material) {
 std::uint64_t bit_of_set(const TextureSlot& slot) { return std::uint64_t{1} << std::min(slot.texcoord, 63); }
 
 // Those that its shader reads.
-std::uint64_t coordinate_sets(const scene::Material& material) {
+std::uint64_t coordinate_sets(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
+  const scene::Material& material = *drawable.material;
   std::uint64_t sets = 0;
+  if (adds_height_normals(frame, drawable)) sets |= std::uint64_t{1} << std::min(material.displacement->texcoord, 63);
   const auto add = [&](const TextureSlot& slot) { sets |= bit_of_set(slot); };
   each_texture(material, [&](scene::MaterialTexture, const TextureSlot& slot) { add(slot); });
   // Without tangents pixels derive them, from a coordinate that no texture may be read at.
@@ -76,13 +78,19 @@ bool interpolates_surface(const scene::FrameGeometry& frame, const scene::PosedD
   return frame.request.interpolated_surfaces && drawable.procedure == nullptr && has_grid(drawable);
 }
 
+bool adds_height_normals(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
+  return frame.request.height_normals && interpolates_surface(frame, drawable) && drawable.material->displacement &&
+         !drawable.material->unlit;
+}
+
 bool has_vertex_tangents(const scene::Material& material) { return slot_of_tangents(material) != nullptr; }
 
-hardware::ShaderFeatures output_features(const scene::PosedDrawable& drawable) {
+hardware::ShaderFeatures output_features(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
   using Features = hardware::ShaderFeatures;
   Features f = domain_features(drawable);
   f.stage = Features::Stage::kOutputs;
-  f.coordinates = static_cast<std::uint8_t>(std::popcount(coordinate_sets(*drawable.material)));
+  f.height_normals = adds_height_normals(frame, drawable);
+  f.coordinates = static_cast<std::uint8_t>(std::popcount(coordinate_sets(frame, drawable)));
   f.vertex_colors = !drawable.primitive->vertices.colors.empty();
   if (has_vertex_tangents(*drawable.material)) f.normals = Features::Normals::kMappedAlongTangents;
   return f;
@@ -90,7 +98,7 @@ hardware::ShaderFeatures output_features(const scene::PosedDrawable& drawable) {
 
 std::uint64_t vertex_output_bytes(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
   std::uint64_t attributes =
-      kCoordinateBytes * static_cast<std::uint64_t>(std::popcount(coordinate_sets(*drawable.material)));
+      kCoordinateBytes * static_cast<std::uint64_t>(std::popcount(coordinate_sets(frame, drawable)));
   if (!drawable.primitive->vertices.colors.empty()) attributes += kColorBytes;
   const std::uint64_t keys = drawable.moving ? 2 : 1;
   attributes += keys * (kNormalBytes + (has_vertex_tangents(*drawable.material) ? kTangentBytes : 0));
@@ -101,7 +109,8 @@ void VertexOutputs::begin(const scene::FrameGeometry& frame, const scene::PosedD
   frame_ = &frame;
   patches_ = draw_constants(frame, drawable);
   patches_.half_attributes = false;
-  sets_ = use == Use::kPixels ? coordinate_sets(*drawable.material) : bit_of_set(drawable.material->base_color_texture);
+  height_normals_ = use == Use::kPixels && adds_height_normals(frame, drawable);
+  sets_ = use == Use::kPixels ? coordinate_sets(frame, drawable) : bit_of_set(drawable.material->base_color_texture);
   tangent_slot_ = use == Use::kPixels ? slot_of_tangents(*drawable.material) : nullptr;
   for (std::size_t key = 0; key < 2; ++key) positions_[key].clear(), normals_[key].clear(), tangents_[key].clear();
   const auto& from = drawable.primitive->vertices;
@@ -170,7 +179,8 @@ void VertexOutputs::evaluate(std::uint32_t patch, float u, float v) {
     vertices.colors.emplace_back(color.r, color.g, color.b, color.a);
   }
   for (std::size_t key = 0; key < (drawable.deforming ? 2u : 1u); ++key) {
-    const PatchPoint<float> point = one_lane::patch_point(patches_, in, key);
+    const PatchPoint<float> point = height_normals_ ? one_lane::patch_point<float, true>(patches_, in, key)
+                                                    : one_lane::patch_point(patches_, in, key);
     positions_[key].push_back(shown(point.position));
     normals_[key].push_back(unit_in_the_world(drawable.normal_to_world[key], shown(point.normal)));
     if (drawable.moving && !drawable.deforming)
@@ -194,6 +204,11 @@ void VertexOutputs::set_mesh(DrawConstants& draw) {
   mesh_.drawable = &mesh_drawable_;
   draw.drawable = &mesh_;
   draw.grid = false;
+  draw.height_normals = height_normals_;
+  for (std::size_t key = 0; key < 2; ++key) {
+    const Mat3 to_world(mesh_.to_world[key]);
+    draw.height_metric[key] = to_world * glm::transpose(to_world);
+  }
 }
 
 }  // namespace tessera::tilecore

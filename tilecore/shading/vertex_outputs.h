@@ -12,13 +12,16 @@
 
 namespace tessera::tilecore {
 
+// Whether pixels of the drawable turn interpolated normals by the gradient of its heights (shading.surface=frame).
+bool adds_height_normals(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
+
 // Whether pixels interpolate what the vertices of the drawable's grids have (shading.surface=interpolated) instead of
 // evaluating its patches again.
 bool interpolates_surface(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
 
 // Bytes of one vertex in the tile memory, for pixels of the drawable: where it is in the world and in the image and its
 // normal, at each motion key where it moves, 40 bytes; its tangent likewise, 16, where a normal map is read along it;
-// texture coordinates that the material reads, 8 each, and colour, 16. Attributes take half of that with
+// texture coordinates that the material reads, 8 each, with those of heights that pixels look up, and colour, 16. Attributes take half of that with
 // shading.attributes=half.
 std::uint64_t vertex_output_bytes(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
 
@@ -26,14 +29,16 @@ std::uint64_t vertex_output_bytes(const scene::FrameGeometry& frame, const scene
 bool has_vertex_tangents(const scene::Material& material);
 
 // The shader that evaluates such vertices of a drawable.
-hardware::ShaderFeatures output_features(const scene::PosedDrawable& drawable);
+hardware::ShaderFeatures output_features(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
 
 // The vertices of Bezier patches that a tile's pixels see, as a mesh: a core evaluates each once for the tile, before its
 // pixels, and keeps it in the tile memory. A vertex is a function of its patch and its place in the grid alone. Keeps its
 // scratch memory from draw to draw; one instance per thread.
 //
 // Invariants (cited by the tests):
-//   VO1  What is interpolated at a vertex is the surface there; its normal is a unit vector in the world.
+//   VO1  What is interpolated at a vertex is the surface there; its normal is a unit vector in the world. With
+//        shading.surface=frame the normal is that without displacement, and a pixel that turns it has the displaced one
+//        wherever the patch is flat.
 //   VO2  Each vertex of the triangles that were asked for is evaluated once.
 class VertexOutputs {
  public:
@@ -62,7 +67,8 @@ class VertexOutputs {
   void grow();
 
   const scene::FrameGeometry* frame_ = nullptr;
-  DrawConstants patches_;   // attributes of vertices are not rounded
+  DrawConstants patches_;  // attributes of vertices are not rounded
+  bool height_normals_ = false;
   std::uint64_t sets_ = 0;  // of coordinates that the material reads, a bit each
   // Which texture's coordinate tangents run along; null: there are none.
   const scene::TextureSlot* tangent_slot_ = nullptr;

@@ -111,7 +111,7 @@ std::string whole_shader(const ShaderFeatures& f) {
   flag("quads", f.quads), flag("unlit", f.unlit), flag("colors", f.vertex_colors), flag("base_color", f.base_color);
   flag("metallic_roughness", f.metallic_roughness), flag("occlusion", f.occlusion), flag("emissive", f.emissive);
   flag("apart", f.coordinates > 1), flag("light_moves", f.lights_move);
-  flag("environment_image", f.environment_image);
+  flag("environment_image", f.environment_image), flag("height_normals", f.height_normals);
   const std::array kinds = {"directional", "point", "point_in_range", "spot", "spot_in_range"};
   for (std::size_t kind = 0; kind < kinds.size(); ++kind)
     if (f.lights[kind] > 0) out << " lights=" << f.lights[kind] << " light=" << kinds[kind];
@@ -143,6 +143,11 @@ TEST(ShaderCostsWhole, SumsAreCloseToShadersCompiledAtOnce) {
   ShaderFeatures f;
   f.normals = Normals::kMappedAlongTangents, f.metallic_roughness = true, f.quads = true, f.lights[1] = 1;
   all.push_back(f);
+  ShaderFeatures heights;
+  heights.height_normals = heights.base_color = heights.metallic_roughness = true, heights.motion = Motion::kMoving;
+  all.push_back(heights);
+  heights.quads = true, heights.lights[0] = 1;
+  all.push_back(heights);
   ShaderFeatures unlit;
   unlit.unlit = unlit.base_color = unlit.vertex_colors = true;
   all.push_back(unlit);
@@ -198,6 +203,8 @@ std::vector<ShaderFeatures> with_one_more(const ShaderFeatures& f) {
   if (f.normals == Normals::kOfSurface && !f.unlit) more.push_back(f), more.back().normals = Normals::kMapped;
   if (f.coordinates == 1) more.push_back(f), more.back().coordinates = 2;
   if (f.surface == Surface::kPatch) more.push_back(f), more.back().surface = Surface::kDisplacedPatch;
+  if (f.surface == Surface::kTriangles && !f.unlit && !f.height_normals)
+    more.push_back(f), more.back().height_normals = true;
   if (f.quads) more.push_back(f), more.back().quads = false;  // the surface's own derivatives are computed
   if (f.unlit) more.push_back(f), more.back().unlit = false;
   for (std::size_t kind = 0; kind < f.lights.size(); ++kind) more.push_back(f), ++more.back().lights[kind];

@@ -129,6 +129,60 @@ TEST(VertexOutputs, TheErrorFallsWithTheSquareOfTheEdge) {
   }
 }
 
+// A flat displaced patch, scaled, turned, mirrored and moving: what its triangles lack of the normal pixels look up, so that
+// with shading.surface=frame it is exact however long edges are. Without the gradient, the twin, it is far off.
+TEST(VertexOutputs, VO1WithFrameFlatPatchesHaveExactNormalsInsideTriangles) {
+  for (std::uint32_t seed = 0; seed < 8; ++seed) {
+    Random random(seed);
+    auto capture = std::make_unique<scene::Capture>();
+    scene::Material material;
+    std::vector<float> heights(64);
+    for (float& h : heights) h = random.uniform(0, 1);
+    material.displacement = test::displacement(8, 8, heights, 0.05f, 0);
+    const Vec3 u(2, random.uniform(-0.3f, 0.3f), 0), v(random.uniform(-0.3f, 0.3f), 2, random.uniform(-0.5f, 0.5f));
+    scene::Primitive patch = test::patches(test::flat_patch({-1, -1, 0}, u, v), test::add_material(*capture, material));
+    patch.vertices.texcoords.resize(1);
+    for (std::size_t k = 0; k < 16; ++k)
+      patch.vertices.texcoords[0].emplace_back(static_cast<float>(k % 4) / 3, static_cast<float>(k / 4) / 3);
+    const int node = test::add_node(*capture, patch);
+    scene::Transform& place = capture->nodes[static_cast<std::size_t>(node)].transform;
+    if (seed % 2 == 1) place.scale = {-1, 2, 0.5};
+    if (seed % 3 == 1) test::add_motion(*capture, node, {0.3, 0.1, 0});
+    test::add_camera(*capture, {0, 0, 4});
+    const scene::Assembly assembly = scene::assemble(*capture);
+    scene::FrameRequest request;
+    request.width = 192, request.height = 128, request.close_time = 1;
+    request.tessellation.target_edge_pixels = 32;
+    request.tessellation.displacement_bias = -10;  // the finest level, as pixels read
+    request.interpolated_surfaces = request.height_normals = true;
+    const auto frame = scene::pose_frame(assembly, scene::choose_camera(*capture, 192, 128), request);
+    const scene::PosedDrawable& drawable = frame->drawable_of(0);
+    ASSERT_TRUE(adds_height_normals(*frame, drawable));
+    VertexOutputs outputs;
+    outputs.begin(*frame, drawable);
+    double without = 0;
+    for (int k = 0; k < 500; ++k) {
+      const scene::TessellationPattern& pattern = frame->pattern_of(0);
+      float b1 = random.uniform(0, 1), b2 = random.uniform(0, 1);
+      if (b1 + b2 > 1) b1 = 1 - b1, b2 = 1 - b2;
+      const SurfaceLocation at{0, static_cast<std::uint32_t>(random.integer(0, 2 * pattern.nu * pattern.nv - 1)), b1,
+                               b2, drawable.moving ? random.uniform(0, 1) : 0};
+      DrawConstants draw = draw_constants(*frame, drawable);
+      one_lane::LaneInputs<float> in{};
+      const std::array<std::int32_t, 3> corner = outputs.triangle(at.patch, at.triangle);
+      std::copy(corner.begin(), corner.end(), in.vertex);
+      in.p = b1, in.q = b2, in.t = at.t;
+      outputs.set_mesh(draw);
+      one_lane::LaneSurface<float> s = one_lane::lane_surface(draw, in);
+      const Vec3 expected = evaluate_surface(*frame, at).normal;
+      without = std::max(without, double{distance(s.normal, expected)});
+      one_lane::turn_by_heights(draw, in, s);
+      ASSERT_LT(distance(s.normal, expected), 2e-3f) << seed << " " << k;
+    }
+    EXPECT_GT(without, 0.03);
+  }
+}
+
 TEST(VertexOutputs, TangentsAreThoseOfThePatch) {
   const BentPatches scene(0, false, true);
   EXPECT_TRUE(has_vertex_tangents(*scene.drawable().material));

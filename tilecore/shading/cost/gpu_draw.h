@@ -140,7 +140,8 @@ namespace tessera::tilecore {
 struct DrawConstants {
   const scene::PosedDrawable* drawable = nullptr;
   const scene::Material* material = nullptr;
-  bool grid = false, half_attributes = false, quads = false;
+  bool grid = false, half_attributes = false, quads = false, height_normals = false;
+  std::array<Mat3, 2> height_metric{Mat3(1.0f), Mat3(1.0f)};
   bool orthographic = false, camera_moves = false;
   Mat3 camera_to_world{1.0f};
   Vec3 eye_open{0.0f}, eye_close{0.0f};

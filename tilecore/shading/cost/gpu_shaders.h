@@ -83,6 +83,7 @@ struct Uniforms {
   struct RayUniforms {
     float to_world[3][9], inverse_focus;
   } rays;
+  float height_metric[2][9];
 };
 
 enum class Surface { kTriangles, kPatch, kDisplacedPatch, kComputed };
@@ -106,6 +107,7 @@ struct Shader {
 #define EFFECT(Name, member, ...) bool member = false;
 #include "scene/material_extensions.def"
   bool environment_image = false;
+  bool height_normals = false;  // of triangles: turned by the gradient of heights; of outputs: without displacement
 };
 
 template <class Matrix>
@@ -200,9 +202,10 @@ void set_material(const TESSERA_CONSTANT Uniforms& u, scene::Material& material)
   if (S.layered) set_layers(u, material);
   slot(material.clearcoat.texture, 6, S.layer_texture, false);
   slot(material.clearcoat.normal_texture, 7, S.coat_normals, false);
-  if (S.surface != Surface::kDisplacedPatch) return;
+  if (S.surface != Surface::kDisplacedPatch && !S.height_normals) return;
   scene::Displacement& displacement = material.displacement.value;
-  set_slot(displacement, u.textures[5].image, u.textures[5].transform, 0, false);
+  // Pixels look heights up at the coordinate of the first texture.
+  set_slot(displacement, u.textures[5].image, u.textures[S.surface == Surface::kTriangles ? 0 : 5].transform, 0, false);
   displacement.scale = u.displacement_scale, displacement.bias = u.displacement_bias;
   material.displacement.there = true;
 }
@@ -210,6 +213,8 @@ void set_material(const TESSERA_CONSTANT Uniforms& u, scene::Material& material)
 template <Shader S>
 void set_constants(const TESSERA_CONSTANT Uniforms& u, DrawConstants& draw) {
   draw.grid = S.surface == Surface::kPatch || S.surface == Surface::kDisplacedPatch, draw.quads = S.quads;
+  draw.height_normals = S.height_normals && !draw.grid;
+  for (std::size_t key = 0; key < 2; ++key) draw.height_metric[key] = matrix<Mat3>(u.height_metric[key]);
   draw.camera_to_world = matrix<Mat3>(u.camera);
   draw.center_x = u.center_x, draw.center_y = u.center_y, draw.scale = u.scale;
   draw.surroundings.intensity = u.environment;
@@ -409,8 +414,9 @@ __attribute__((always_inline, flatten)) inline void outputs_shader(const TESSERA
     const shaders::TextureTransform same;
     if (S.base_color) at = lane_texcoord(draw, s, 0, same);
     if (S.apart) apart = lane_texcoord(draw, s, 1, same);
-    const PatchPoint<Real> open = patch_point(draw, in, 0),
-                           close = S.motion == Motion::kDeforming ? patch_point(draw, in, 1) : open;
+    const PatchPoint<Real> open = patch_point<Real, S.height_normals>(draw, in, 0),
+                           close =
+                               S.motion == Motion::kDeforming ? patch_point<Real, S.height_normals>(draw, in, 1) : open;
     for (std::size_t key = 0; key < (S.motion == Motion::kStill ? 1u : 2u); ++key) {
       const PatchPoint<Real>& p = key == 0 ? open : close;
       const Vector3<Real> place = placed(d.to_world[key], p.position),

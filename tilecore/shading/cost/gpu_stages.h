@@ -152,11 +152,10 @@ Real between(Real a, Real b, Real share) {
 // As texture_sampling.inc: 4 x 4 texels in four instructions that gather 2 x 2 each, weighed by the shader. A gather
 // gives (left below, right below, right above, left above).
 template <class Real>
-HeightGradient<Real> height_gradient_in_level(const TextureView& texture, Real u, Real v, IntLane<true> level_of_lane,
+HeightGradient<Real> height_gradient_in_level(const TextureView& texture, Real u, Real v, Real width, Real height,
                                               Real level) {
   const ImageResource resource = texture.image->resource;
   const ImageSampler sampler = texture.image->sampler;
-  const Real width = texture.width[first_lane(level_of_lane)], height = texture.height[first_lane(level_of_lane)];
   const Real x = u * width - Real(0.5f), y = v * height - Real(0.5f);
   const Real ws = x - real_floor(x), wt = y - real_floor(y), half(0.5f);
   const Real texel_u = Real(1.0f) / width, texel_v = Real(1.0f) / height;
@@ -176,11 +175,24 @@ HeightGradient<Real> height_gradient(const TextureView& texture, const Sampler&,
   const Real at = real_max(real_min(lod, Real(static_cast<float>(texture.image->levels - 1))), Real(0.0f)),
              below = real_floor(at), weight = at - below;
   const auto level = IntLane<true>::of(static_cast<std::int32_t>(below.v));
-  const HeightGradient<Real> fine = height_gradient_in_level(texture, u, v, level, below),
-                             coarse =
-                                 height_gradient_in_level(texture, u, v, level + IntLane<true>(1), below + Real(1.0f));
+  const auto in_level = [&](IntLane<true> number, Real of_lane) {
+    return height_gradient_in_level<Real>(texture, u, v, texture.width[first_lane(number)],
+                                          texture.height[first_lane(number)], of_lane);
+  };
+  const HeightGradient<Real> fine = in_level(level, below),
+                             coarse = in_level(level + IntLane<true>(1), below + Real(1.0f));
   return {between(fine.height, coarse.height, weight), between(fine.d_s, coarse.d_s, weight),
           between(fine.d_t, coarse.d_t, weight)};
+}
+
+// One level, which lanes have of their own.
+template <class Real>
+HeightGradient<Real> height_gradient_in_nearest_level(const TextureView& texture, const Sampler&, Real u, Real v,
+                                                      Real lod) {
+  const Real at = real_max(real_min(lod, Real(static_cast<float>(texture.image->levels - 1))), Real(0.0f)),
+             level = real_floor(at + Real(0.5f)), share = Real(__builtin_exp2f(-level.v));
+  return height_gradient_in_level<Real>(texture, u, v, Real(texture.width[0]) * share, Real(texture.height[0]) * share,
+                                        level);
 }
 
 }  // namespace stage

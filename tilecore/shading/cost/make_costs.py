@@ -56,7 +56,7 @@ def read_layers():
 
 LAYERS = read_layers()
 FIELDS = ["surface", "motion", "quads", "unlit", "colors", "base_color", "metallic_roughness", "occlusion", "emissive",
-          "normals", "lights", "light", "light_moves", "apart", "layered", "layer_texture", "coat_normals"] + list(LAYERS) + ["environment_image"]
+          "normals", "lights", "light", "light_moves", "apart", "layered", "layer_texture", "coat_normals"] + list(LAYERS) + ["environment_image", "height_normals"]
 
 
 class Shader:
@@ -125,6 +125,10 @@ def rows():
             for normals in ("mapped", "along_tangents") if surface == "triangles" else ("mapped",):
                 base = Shader(surface=surface, motion=motion, base_color=True, quads=True)
                 added(f"normal/{surface}/{motion}/{normals}", base.but(normals=normals), base)
+    for motion in kinds_of_motion("triangles"):
+        for name, quads in derivatives.items():
+            base = Shader(motion=motion, base_color=True, quads=quads)
+            added(f"height_normals/{motion}/{name}", base.but(height_normals=True), base)
     for surface in ("triangles", "patch"):
         base = Shader(surface=surface)
         added(f"vertex_colors/{surface}", base.but(colors=True), base)
@@ -195,6 +199,9 @@ def add_outputs(whole, added):
     for surface in ("patch", "displaced_patch"):
         for motion in MOTIONS:
             whole(f"outputs/{surface}/{motion}", Shader("outputs", surface=surface, motion=motion))
+    for motion in MOTIONS:
+        whole(f"outputs_under_heights/displaced_patch/{motion}",
+              Shader("outputs", surface="displaced_patch", motion=motion, height_normals=True))
     for motion in MOTIONS:
         base = Shader("outputs", surface="patch", motion=motion, base_color=True)
         added(f"outputs/tangent/{motion}", base.but(normals="mapped"), base)
