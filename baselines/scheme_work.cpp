@@ -29,10 +29,10 @@ std::uint64_t scaled(std::uint64_t whole, std::uint64_t count, std::uint64_t of)
 
 // Events that every scheme has as the machine has them: of what is visible, and of the finished frame.
 void add_shading(const TileWork& from, TileWork& to) {
-  for (const Event event :
-       {Event::kAlphaTests, Event::kCompactedSamples, Event::kPlacesFound, Event::kShaderInvocations,
-        Event::kShaderLanes, Event::kBackgroundSamples, Event::kBackgroundLanes, Event::kTexels, Event::kDecodedTexels,
-        Event::kBlendedLayers, Event::kPixels, Event::kResolveOperations})
+  for (const Event event : {Event::kAlphaTests, Event::kCompactedSamples, Event::kPlacesFound,
+                            Event::kShaderInvocations, Event::kShaderLanes, Event::kBackgroundSamples,
+                            Event::kBackgroundLanes, Event::kTexels, Event::kDecodedTexels, Event::kBlendedLayers,
+                            Event::kPixels, Event::kResolveOperations, Event::kCodedPixels, Event::kCompressedPixels})
     to.events[event] += from.events[event];
   // Vertices that the machine's pixels interpolate are packed into warps as well; schemes shade theirs before.
   to.events[Event::kCompactedSamples] -= from.events[Event::kVertexOutputs];
@@ -183,7 +183,8 @@ void SchemeWork::take_shaders() {
     of.masks = drawable.material->alpha_mode == scene::AlphaMode::kMask;
     if (drawable.procedure != nullptr) continue;
     of.place = of.whole = hardware::shader_cost(tilecore::domain_features(drawable));
-    if (tilecore::has_grid(drawable)) of.whole = hardware::shader_cost(tilecore::output_features(drawable));
+    if (tilecore::has_grid(drawable))
+      of.whole = hardware::shader_cost(tilecore::output_features(*job_.frame, drawable));
     of.displaced = of.place.texture_instructions > 0;
   }
 }
@@ -503,7 +504,9 @@ timing::FrameWork SchemeWork::immediate(const BaselineCounters& scheme, std::spa
   for (std::size_t k = 0; k < order_.size(); ++k) {
     TileWork& tile = finish.tiles.emplace_back();
     tile.tile = order_[k];
+    const TileWork& own = own_[order_[k]].work;
     if (samples_ > 1) tile.events[Event::kPixels] = pixels_of(*job_.grid, order_[k]);
+    for (const Event event : {Event::kCodedPixels, Event::kCompressedPixels}) tile.events[event] = own.events[event];
     tile.dram_bytes[kStore] = reads[k] + writes[k];
     TileItems items;
     add_background(own_[order_[k]], shares[order_[k]], {tile, items});

@@ -145,11 +145,11 @@ tilecore::TileJob Device::make_job(const scene::FrameGeometry& frame, const binn
 
 void Device::prepare_history(tilecore::History& history, bool whole) const {
   const tilecore::FrameStore store = frame_store();
-  const bool rounds = resolve_.colors == tilecore::HistoryColors::kFrameBuffer && !store.coder.quantises() &&
+  const bool rounds = resolve_.colors == tilecore::HistoryColors::kFrameBuffer &&
                       resolve_.desampling == tilecore::Desampling::kAdaptive;
   history.rounded.resize(rounds ? history.color.size() : 0);
   if (whole) {
-    if (rounds) tilecore::as_halves(history.color, history.rounded.data());
+    if (rounds) store.coder.stored(history.color, history.rounded.data());
     return;
   }
   const std::uint64_t blocks =

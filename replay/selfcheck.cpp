@@ -73,6 +73,7 @@ PlainFrame plain_frame(const scene::Capture& capture, int side, std::int64_t imm
   gpu.tile.width = gpu.tile.height = side;
   gpu.baselines.cache_bytes = immediate_cache_bytes;
   gpu.baselines.immediate_color_compression = false;
+  gpu.frame_buffer.compression = tilecore::FrameBufferCompression::kNone;
   gpu::RunSettings settings;
   settings.sampling.samples_per_pixel = 1;
   gpu::Device device(capture, gpu, settings, {.width = 640, .height = 480, .region = {0, 0, 640, 480}});
@@ -80,9 +81,7 @@ PlainFrame plain_frame(const scene::Capture& capture, int side, std::int64_t imm
   if (immediate) device.set_observer(&schemes);
   const gpu::FrameResult frame = device.render(capture.settings.first_frame);
   PlainFrame out;
-  // Our resolve unit writes pixels of 8 bytes.
-  out.tiled_bytes = all_bytes(frame.counters.ledger) -
-                    std::uint64_t{640} * 480 * static_cast<std::uint64_t>(tilecore::kFramePixelBytes - 4);
+  out.tiled_bytes = all_bytes(frame.counters.ledger);
   if (!immediate) return out;
   const BaselineCounters& drawn = schemes.last()[SchemeId::kImmediate];
   out.immediate_bytes = drawn.dram_bytes + drawn.texture_bytes;

@@ -8,8 +8,17 @@
 
 namespace tessera::shaders {
 
+namespace {
+
+constexpr float kStartCompression = 0.8f - 0.04f, kDesaturation = 0.15f;
+constexpr float kRoom = 1.0f - kStartCompression;  // of what is compressed
+
+// How much of a colour of this peak becomes white.
+float white_share(float peak, float new_peak) { return 1.0f - 1.0f / (kDesaturation * (peak - new_peak) + 1.0f); }
+
+}  // namespace
+
 Vec3 tone_map(Vec3 color) {
-  constexpr float kStartCompression = 0.8f - 0.04f, kDesaturation = 0.15f;
   // Infinite light would make infinity minus infinity below; anything this bright is white.
   for (int i = 0; i < 3; ++i) color[i] = color[i] > 0.0f ? std::min(color[i], 1e6f) : 0.0f;
   const float smallest = std::min({color.x, color.y, color.z});
@@ -17,11 +26,22 @@ Vec3 tone_map(Vec3 color) {
   color -= Vec3(offset);
   const float peak = std::max({color.x, color.y, color.z});
   if (peak < kStartCompression) return color;
-  const float d = 1.0f - kStartCompression;
-  const float new_peak = 1.0f - d * d / (peak + d - kStartCompression);
+  const float new_peak = 1.0f - kRoom * kRoom / (peak + kRoom - kStartCompression);
   color *= new_peak / peak;
-  const float g = 1.0f - 1.0f / (kDesaturation * (peak - new_peak) + 1.0f);
+  const float g = white_share(peak, new_peak);
   return color * (1.0f - g) + Vec3(new_peak) * g;
+}
+
+Vec3 inverse_tone_map(Vec3 color) {
+  const float new_peak = std::max({color.x, color.y, color.z});
+  if (new_peak >= kStartCompression) {
+    const float peak = kRoom * kRoom / (1.0f - new_peak) + kStartCompression - kRoom;
+    const float g = white_share(peak, new_peak);
+    color = glm::max((color - Vec3(new_peak) * g) / (1.0f - g), Vec3(0.0f)) * (peak / new_peak);
+  }
+  const float smallest = std::min({color.x, color.y, color.z});
+  // 6.25 * 0.08^2 = 0.08 - 0.04
+  return color + Vec3(smallest < 0.04f ? 0.4f * std::sqrt(smallest) - smallest : 0.04f);
 }
 
 Image8 to_display(const Image& linear, float exposure) {

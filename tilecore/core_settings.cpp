@@ -53,14 +53,14 @@ Keys<TessellatorSettings> tessellator_keys() {
 Keys<FrameBufferSettings> frame_buffer_keys() {
   return {
       {"frame_buffer.format", &FrameBufferSettings::format,
-       "How finished pixels lie in memory: half floats (8 bytes a pixel), or sRGB codes of light times exposure in 8 "
-       "or "
-       "10 bits (4 bytes), in which light above 1 is clipped; images show it.",
-       "[spec] render targets of every API; [assumed] half floats, as the tone map comes after"},
+       "How finished pixels lie in memory: as sRGB codes of 8 or 10 bits, 4 bytes a pixel, of light times exposure "
+       "that the store tone-maps; or as half floats of linear light, 8 bytes a pixel. EXR files keep the light from "
+       "before the store, PNG files show rgba8.",
+       "[spec] render targets of every API; [assumed] rgba8, as phones show"},
       {"frame_buffer.compression", &FrameBufferSettings::compression,
        "Whether tile cores compress finished pixels on their way to memory, in blocks of 256 bytes; saves traffic, not "
        "room.",
-       "[assumed] as Arm's AFBC and Qualcomm's UBWC"},
+       "[assumed] lossless, as Arm's AFBC and Qualcomm's UBWC"},
       {"frame_buffer.transaction_elimination", &FrameBufferSettings::transaction_elimination,
        "Whether tile cores leave a tile's pixels unwritten when their signature is that of the frame before, which "
        "they "

@@ -39,8 +39,8 @@ enum class FrameBufferCompression : std::uint8_t { kNone, kLossless };
 
 // Keys frame_buffer.*.
 struct FrameBufferSettings {
-  FrameFormat format = FrameFormat::kRgba16f;
-  FrameBufferCompression compression = FrameBufferCompression::kNone;
+  FrameFormat format = FrameFormat::kRgba8;
+  FrameBufferCompression compression = FrameBufferCompression::kLossless;
   bool transaction_elimination = false;
   int signature_bits = 64;  // of tiles
 };

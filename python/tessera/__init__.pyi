@@ -55,7 +55,7 @@ class GpuKeys(TypedDict, total=False):
     tilecore__weight_bits: int  # 8 to 32 bits. Of each of the two weights by which a sample in the tile memory names its place in its triangle. From 24 on they are rounded no more than single precision does.
     shading_cache__entries: int  # 1 to 1.04858e+06 cells. With shading.rate=cache: shaded cells that a tile core keeps on chip, 24 bytes each; the least recently used goes first.
     memory__burst_bytes: int  # 16 to 256 bytes. Smallest amount the external memory interface moves: 16, 32, 64, 128 or 256.
-    frame_buffer__format: Literal["rgba8", "rgb10a2", "rgba16f"]  # How finished pixels lie in memory: half floats (8 bytes a pixel), or sRGB codes of light times exposure in 8 or 10 bits (4 bytes), in which light above 1 is clipped; images show it.
+    frame_buffer__format: Literal["rgba8", "rgb10a2", "rgba16f"]  # How finished pixels lie in memory: as sRGB codes of 8 or 10 bits, 4 bytes a pixel, of light times exposure that the store tone-maps; or as half floats of linear light, 8 bytes a pixel. EXR files keep the light from before the store, PNG files show rgba8.
     frame_buffer__compression: Literal["none", "lossless"]  # Whether tile cores compress finished pixels on their way to memory, in blocks of 256 bytes; saves traffic, not room.
     frame_buffer__transaction_elimination: bool  # Whether tile cores leave a tile's pixels unwritten when their signature is that of the frame before, which they read and write in memory. The first of several frames is written whole.
     frame_buffer__signature_bits: int  # 4 to 64 bits. Width of a tile's signature, the lowest bits of a CRC-64, in whole bytes of memory. Narrow ones match where tiles differ, and images show it.
@@ -92,6 +92,8 @@ class GpuKeys(TypedDict, total=False):
     resolve__pixels_per_clk: float  # 0.000976562 to 65536 pixels/clk. Pixels that a core's resolve unit finishes.
     resolve__operations_per_clk: float  # 0.000976562 to 65536 operations/clk. Operations of desampling: velocities, advected pixels, taps of stencils.
     resolve__signature_bytes_per_clk: float  # 0.000976562 to 65536 bytes/clk. With frame_buffer.transaction_elimination: bytes of stored colours that a core hashes, beside resolving them.
+    resolve__coded_per_clk: float  # 0.000976562 to 65536 pixels/clk. Pixels that a core tone-maps and codes for a frame buffer of rgba8 or rgb10a2, or that desampling decodes.
+    resolve__compressed_per_clk: float  # 0.000976562 to 65536 pixels/clk. With frame_buffer.compression: pixels that a core compresses, or that desampling decompresses.
     shader__lanes: int  # 1 to 4096 lanes. Operations of the pixel shader that a core does per clock.
     shader__warp_lanes: int  # 4 to 128 lanes. Invocations of a warp. Warps are whole, each of one draw; the texture unit gets their lookups together.
     shader__costs: Literal["constant", "compiled"]  # With machine.timing=events: what a warp takes of the lanes and of the registers, the constants of shader.operations, shader.surface_operations, shader.background_operations and shader.registers, or what LLVM compiles its material's shader to for gfx1030.
@@ -157,6 +159,8 @@ class GpuKeys(TypedDict, total=False):
     energy__blend_pj: float  # 0 to 1e+09 pJ. Blended layer of a sample composed.
     energy__resolved_pixel_pj: float  # 0 to 1e+09 pJ. Pixel resolved, memory traffic apart.
     energy__resolve_operation_pj: float  # 0 to 1e+09 pJ. Operation of desampling.
+    energy__coded_pixel_pj: float  # 0 to 1e+09 pJ. Pixel tone-mapped and coded for a frame buffer of rgba8 or rgb10a2, or decoded.
+    energy__compressed_pixel_pj: float  # 0 to 1e+09 pJ. Pixel of the frame buffer compressed or decompressed.
     area__frontend_mm2: float  # 0 to 1e+06 mm2. Front end for each bound in a clock, at 7 nm.
     area__binner_mm2: float  # 0 to 1e+06 mm2. Binner for each entry in a clock, or for four tested tiles if that is more.
     area__tessellator_mm2: float  # 0 to 1e+06 mm2. Tessellator and box builder of a core for each vertex in a clock.
@@ -186,7 +190,7 @@ class SettingsKeys(TypedDict, total=False):
     shading__rate: Literal["pixel", "primitive", "sample", "cache"]  # Pixel-shader invocations: once per pixel and primitive (multisampling) with adjacent triangles of a smooth surface merged (pixel) or not (primitive), once per visible sample, or once per cell of the surface about a pixel wide, while the shading cache holds it.
     shading__derivatives: Literal["analytic", "quad"]  # Derivatives of texture coordinates: the surface's own, or differences within quads of 2x2 invocations, which take helper invocations where a surface does not cover all four pixels. With shading.rate=cache analytic.
     shading__cell_pixels: float  # 0.125 to 16 pixels. With shading.rate=cache: wanted width of a shading cell on screen; smaller is sharper and slower.
-    shading__surface: Literal["evaluated", "interpolated"]  # Where a pixel-shader invocation gets the surface of a Bezier patch from: it evaluates the patch again; or it interpolates between vertices of the triangle that it sees, which a core evaluates once for each tile that sees them and keeps in the tile memory. Alpha tests, and cells of shading.rate=cache, evaluate.
+    shading__surface: Literal["evaluated", "interpolated", "frame"]  # Where a pixel-shader invocation gets the surface of a Bezier patch from: it evaluates the patch again; or it interpolates between vertices of the triangle that it sees, which a core evaluates once for each tile that sees them and keeps in the tile memory; or, frame, it does so with normals without the displacement and adds the gradient of the height map, of four lookups, as of a normal map made from the heights. Alpha tests, and cells of shading.rate=cache, do likewise.
     shading__attributes: Literal["float", "half"]  # Precision of interpolated attributes (texture coordinates, colours, normals) on their way to the pixel shader: single, or half as in GLSL's mediump. Baselines that keep vertices in memory store and read 4 or 2 bytes for each component of them; positions stay single.
     effects__motion: Literal["auto", "on", "off"]  # Motion blur: what the capture asks for; the general kernels everywhere (same image); none.
     effects__defocus: Literal["auto", "on", "off"]  # Defocus blur: what the capture's lens asks for; the general kernels everywhere (same image); none.

@@ -160,7 +160,8 @@ std::vector<Knob> shading_knobs() {
           watching(knob("shading", "shading mode", shading, "pixel"), "tilecore.pixel_shader_invocations",
                    "pixel-shader invocations"),
           watching(knob("surface", "surface that pixels shade",
-                        values_of("shading.surface", {"evaluated", "interpolated"}), "interpolated", KnobNeed::kGrids),
+                        values_of("shading.surface", {"evaluated", "interpolated", "frame"}), "interpolated",
+                        KnobNeed::kGrids),
                    "tilecore.surface_evaluations", "evaluations of patches by pixels"),
           knob("weight_bits", "bits of a sample's weights",
                values_of("tilecore.weight_bits", {8, 10, 12, 16, 24}, " bits"), "16 bits")};
@@ -172,6 +173,24 @@ std::vector<Knob> texture_knobs() {
                                                      "astc-10x10", "astc-12x12"}),
                         "stored", KnobNeed::kTextures),
                    "texture.cache_misses", "lines that missed the texture cache")};
+}
+
+std::vector<Knob> frame_buffer_knobs() {
+  const auto held_as = [](const char* format) {
+    return KnobSetting{fmt::format("{}, lossless", format),
+                       {{"frame_buffer.format", format}, {"frame_buffer.compression", "lossless"}}};
+  };
+  Knob formats =
+      watching(knob("frame_buffer", "frame buffer",
+                    {held_as("rgba8"),
+                     {"rgba8", {{"frame_buffer.format", "rgba8"}, {"frame_buffer.compression", "none"}}},
+                     held_as("rgb10a2"),
+                     held_as("rgba16f"),
+                     {"rgba16f", {{"frame_buffer.format", "rgba16f"}, {"frame_buffer.compression", "none"}}}},
+                    "rgba8, lossless"),
+               "dram.resolve.frame_buffer.written_bytes", "bytes of the frame buffer");
+  formats.stored = true;
+  return {formats};
 }
 
 std::vector<Knob> resolve_knobs() {
@@ -266,7 +285,7 @@ const std::vector<Knob>& knobs() {
   static const std::vector<Knob> kKnobs = [] {
     std::vector<Knob> all;
     for (auto make : {sampling_knobs, geometry_knobs, packing_knobs, procedure_knobs, shading_knobs, texture_knobs,
-                      resolve_knobs, timing_knobs})
+                      frame_buffer_knobs, resolve_knobs, timing_knobs})
       for (Knob& k : make()) all.push_back(std::move(k));
     return all;
   }();

@@ -40,6 +40,7 @@ struct Knob {
   std::string watched;       // a column whose change is told as well: the cost that the knob is about; "" for none
   std::string watched_as;    // its name in words
   bool consecutive = false;  // is about what one frame leaves to the next
+  bool stored = false;       // the image that is compared is what the frame buffer holds, not the light before it
   bool timed = false;  // how accurately a frame is timed: all settings time one record of it, the first most finely
 };
 

@@ -83,7 +83,7 @@ class Tradeoff {
                        .reference = reference ? std::optional(reference->info) : std::nullopt,
                        .knobs = {},
                        .stopped = false};
-    Trial base{options_.settings, options_.gpu, false, {}, false, ""};
+    Trial base{options_.settings, options_.gpu, false, {}, false, false, ""};
     name_trial(base, place_);
     for (const Block& block : blocks) {
       if (stop_requested() || !measure(captures, block, color)) break;
@@ -129,9 +129,8 @@ class Tradeoff {
     place_.inputs += view_arguments(options_.view);
   }
 
-  Row make_row(const std::string& label, const KeyValues& values, bool in_double, const Packing& packing,
-               bool timed) const {
-    Row row{label, values, {options_.settings, options_.gpu, in_double, packing, timed, ""}};
+  Row make_row(const std::string& label, const KeyValues& values, const KnobSetting& how, const Knob& of) const {
+    Row row{label, values, {options_.settings, options_.gpu, how.in_double, how.packing, of.stored, of.timed, ""}};
     apply(values, row.trial.settings, row.trial.gpu);
     name_trial(row.trial, place_);
     return row;
@@ -155,7 +154,7 @@ class Tradeoff {
         if (!block.skipped.empty()) break;
         KeyValues values = knob.context;
         values.insert(values.end(), setting.values.begin(), setting.values.end());
-        block.rows.push_back(make_row(setting.label, values, setting.in_double, setting.packing, knob.timed));
+        block.rows.push_back(make_row(setting.label, values, setting, knob));
       }
       blocks.push_back(std::move(block));
     }
@@ -276,7 +275,7 @@ class Tradeoff {
         values.insert(values.end(), setting.values.begin(), setting.values.end());
         if (setting.packing.bits > 0) packing = setting.packing;
       }
-      block.rows.push_back(make_row(label, values, false, packing, false));
+      block.rows.push_back(make_row(label, values, {label, {}, false, packing}, {}));
       if (block.rows.back().trial.hash == base) block.knob.against = k;
     }
     if (!measure(captures, block, reference)) return;

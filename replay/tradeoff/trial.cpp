@@ -83,13 +83,23 @@ class Runner {
       name(time(trial, history, result), result);
       return;
     }
-    const Image image = trial.in_double ? render_in_double(trial, result.host) : render(trial, history, result);
+    Image image = trial.in_double ? render_in_double(trial, result.host) : render(trial, history, result);
+    if (trial.stored) store(trial.gpu.frame_buffer.format, image);
     name(image, result);
     if (!errors_.contains(result.image_sha256)) errors_[result.image_sha256] = measure(image);
     result.error = errors_[result.image_sha256];
   }
 
  private:
+  void store(tilecore::FrameFormat format, Image& image) const {
+    const tilecore::PixelCoder coder(format, exposure_);
+    for (std::size_t p = 0; p + 3 < image.values.size(); p += 4) {
+      float* const v = &image.values[p];
+      const Vec4 held = coder.stored({v[0], v[1], v[2], v[3]});
+      std::copy_n(&held.x, 4, v);
+    }
+  }
+
   static void name(const Image& image, TrialResult& result) {
     Sha256 hash;
     hash.add({reinterpret_cast<const std::uint8_t*>(image.values.data()), image.values.size() * sizeof(float)});
@@ -199,6 +209,7 @@ void name_trial(Trial& trial, const TrialPlace& place) {
                  {"settings", gpu::settings_json(trial.settings)}};
   if (trial.settings.resolve.desampling == tilecore::Desampling::kAdaptive) inputs["first_frame"] = place.first_frame;
   if (trial.timed) inputs["timed"] = true;
+  if (trial.stored) inputs["stored"] = true;
   if (trial.packing.bits > 0) inputs["packing"] = trial.packing.arguments();
   trial.hash = sha256_name(json_text(inputs));
 }

@@ -16,8 +16,9 @@ struct Trial {
   gpu::GpuConfiguration gpu;
   bool in_double = false;
   Packing packing;
-  bool timed = false;  // only times what was recorded of the frame: its host times are those of that
-  std::string hash;    // 32 digits: of everything that the result follows from; equal configurations are one trial
+  bool stored = false;  // the image is what the frame buffer holds
+  bool timed = false;   // only times what was recorded of the frame: its host times are those of that
+  std::string hash;     // 32 digits: of everything that the result follows from; equal configurations are one trial
 };
 
 // What trials have in common.

@@ -459,12 +459,12 @@ TEST(Eliminations, HashWhatTheyCompareAndTakeTheTimeOfIt) {
     };
     EXPECT_EQ(hashed(off), std::pair(std::uint64_t{0}, std::uint64_t{0}));
     EXPECT_EQ(hashed(inputs), std::pair(inputs.counters.elimination.signature_bytes, std::uint64_t{0}));
-    EXPECT_EQ(hashed(colors), std::pair(std::uint64_t{0}, std::uint64_t{1024 * 512 * 8}));
-    EXPECT_EQ(colors.counters.store.signature_bytes, 1024u * 512u * 8u);  // rgba16f
+    EXPECT_EQ(hashed(colors), std::pair(std::uint64_t{0}, std::uint64_t{1024 * 512 * 4}));
+    EXPECT_EQ(colors.counters.store.signature_bytes, 1024u * 512u * 4u);  // rgba8
     // The bottleneck takes its bytes over its rate; tiles are spread evenly over the cores.
     const auto bytes = static_cast<double>(inputs.counters.elimination.signature_bytes);
     EXPECT_NEAR(inputs.model->schedule.geometry.front().end, bytes / 0.01, 0.01 * bytes / 0.01) << model;
-    const double stores = 1024 * 512 * 8 / 0.01 / static_cast<double>(GpuConfiguration().cores.count);
+    const double stores = 1024 * 512 * 4 / 0.01 / static_cast<double>(GpuConfiguration().cores.count);
     EXPECT_NEAR(colors.model->timing.cycles, stores, 0.01 * stores) << model;
     EXPECT_GT(inputs.model->area.total_mm2(), off.model->area.total_mm2());
     EXPECT_GT(colors.model->area.total_mm2(), off.model->area.total_mm2());

@@ -123,7 +123,8 @@ TEST(Identities, PresetsHaveTheirMemorysRateAndArmsPower) {
 
 TEST(Identities, AFrameAddsUp) {
   const scene::Capture capture = small_scene();
-  const gpu::GpuConfiguration gpu;
+  gpu::GpuConfiguration gpu;
+  gpu.frame_buffer.compression = tilecore::FrameBufferCompression::kNone;
   const gpu::RunSettings settings;
   const gpu::RenderRequest request{.width = 320, .height = 180, .region = {0, 0, 320, 180}, .keep_transactions = true};
   gpu::Device renderer(capture, gpu, settings, request);

@@ -341,13 +341,14 @@ TEST(Ledger, EveryByteReadFromTheQueuesWasWrittenBefore) {
   const Capture capture = scene::read_capture(test::shipped_capture("eggs"));
   Variant apart;  // no burst belongs to two lists, and the cache of records holds them all
   apart.gpu.parameter_buffer.first_chunk_bytes = 64;
+  apart.gpu.frame_buffer.compression = tilecore::FrameBufferCompression::kNone;
   const gpu::FrameResult r = render(capture, apart, 14);
   ASSERT_LE(16 * r.counters.binner.table_records, static_cast<std::uint64_t>(binner::RecordCache::kBytes));
   EXPECT_LE(r.counters.ledger.traffic(memory::Unit::kTilecore, memory::Purpose::kTileQueue).read_bytes,
             r.counters.ledger.traffic(memory::Unit::kBinner, memory::Purpose::kTileQueue).written_bytes);
-  // RGBA half floats: every row of every tile in whole bursts of 64 bytes; 160 x 8 bytes is 20 bursts a row.
+  // RGBA8: every row of every tile in whole bursts of 64 bytes; 160 x 4 bytes is 10 bursts a row.
   EXPECT_EQ(r.counters.ledger.traffic(memory::Unit::kResolve, memory::Purpose::kFrameBuffer).written_bytes,
-            160u * 90u * 8u);
+            160u * 90u * 4u);
 }
 
 // ---- Watertightness ---------------------------------------------------------------------------------------------

@@ -117,7 +117,9 @@ baselines::BaselineSet measure(const fs::path& scene, tilecore::AttributePrecisi
   gpu::RunSettings settings;
   settings.sampling.samples_per_pixel = 1;
   settings.shading.attributes = attributes;
-  gpu::Device device(capture, {}, settings, {width, height, {0, 0, width, height}});
+  gpu::GpuConfiguration gpu;
+  gpu.frame_buffer.compression = tilecore::FrameBufferCompression::kNone;  // colours differ, and what they compress to
+  gpu::Device device(capture, gpu, settings, {width, height, {0, 0, width, height}});
   baselines::BaselineObserver schemes;
   device.set_observer(&schemes);
   device.render(0);

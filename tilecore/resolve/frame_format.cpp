@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/color.h"
+#include "shaders_cpp/tone_map.h"
 #include "tilecore/resolve/frame_compression.h"
 
 namespace tessera::tilecore {
@@ -21,23 +22,33 @@ float from_unorm(std::uint16_t code, unsigned bits) {
 }  // namespace
 
 PixelCode PixelCoder::code(const Vec4& color) const {
-  if (!quantises()) return half_bits(color);
-  const ChannelBits bits = channel_bits(format_);
-  PixelCode out{};
-  for (int c = 0; c < 3; ++c) {
-    const auto channel = static_cast<std::size_t>(c);
-    const float light = color[c] * exposure_;
-    // Negative light has no power; NaN fails the comparison.
-    out[channel] = light > 0.0f ? unorm(linear_to_srgb(std::min(light, 1.0f)), bits[channel]) : std::uint16_t{0};
+  if (!tone_maps()) return half_bits(color);
+  const Vec3 mapped = shaders::tone_map(Vec3(color) * exposure_);
+  const std::uint16_t coverage = unorm(color.w, channel_bits(format_)[3]);
+  if (format_ == FrameFormat::kRgba8) {
+    const Srgb8Encoder& encode = Srgb8Encoder::instance();
+    return {encode(mapped.x), encode(mapped.y), encode(mapped.z), coverage};
   }
-  out[3] = unorm(color.w, bits[3]);
-  return out;
+  const auto channel = [&](float light) { return unorm(linear_to_srgb(light), channel_bits(format_)[0]); };
+  return {channel(mapped.x), channel(mapped.y), channel(mapped.z), coverage};
+}
+
+void PixelCoder::stored(std::span<const Vec4> colors, Vec4* out) const {
+  if (!tone_maps()) return as_halves(colors, out);
+  for (std::size_t i = 0; i < colors.size(); ++i) out[i] = color_of(code(colors[i]));
 }
 
 Vec4 PixelCoder::color_of(const PixelCode& code) const {
   const ChannelBits bits = channel_bits(format_);
-  const auto light = [&](std::size_t c) { return srgb_to_linear(from_unorm(code[c], bits[c])) / exposure_; };
-  return {light(0), light(1), light(2), from_unorm(code[3], bits[3])};
+  const std::uint16_t largest = static_cast<std::uint16_t>((1u << bits[0]) - 1);
+  // The tone map reaches 1 at infinite light: the largest code stands for a quarter of a step below.
+  const float brightest = srgb_to_linear(1.0f - 0.25f / static_cast<float>(largest));
+  const auto mapped = [&](std::size_t c) {
+    if (code[c] == largest) return brightest;
+    return format_ == FrameFormat::kRgba8 ? srgb8_to_linear_table()[code[c]]
+                                          : srgb_to_linear(from_unorm(code[c], bits[c]));
+  };
+  return {shaders::inverse_tone_map({mapped(0), mapped(1), mapped(2)}) / exposure_, from_unorm(code[3], bits[3])};
 }
 
 }  // namespace tessera::tilecore

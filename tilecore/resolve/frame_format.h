@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include "base/enum_words.h"
 #include "base/vec.h"
@@ -9,17 +10,18 @@
 namespace tessera::tilecore {
 
 // How finished pixels lie in memory.
-//   rgba8    sRGB codes of light times exposure in 8 bits, light above 1 clipped; coverage in 8 bits
+//   rgba8    what a display shows: light times exposure through the tone map (shaders_cpp/tone_map.h), as sRGB codes of 8
+//            bits; coverage in 8 bits
 //   rgb10a2  the same in 10 bits; coverage in 2
 //   rgba16f  linear light and coverage as half floats
-// The emulator's image holds what the codes of rgba8 and rgb10a2 stand for. Of rgba16f it keeps single precision: EXR
-// files, reprojection and comparisons see colours as they were shaded, memory and compression the half floats.
+// The emulator's images keep the linear light from before the store: EXR files and comparisons see colours as they were
+// shaded. Memory, signatures, compression and what the resolve unit reads between pixels of the frame before have the codes.
 enum class FrameFormat : std::uint8_t { kRgba8, kRgb10a2, kRgba16f };
 
 // Bytes per pixel of the finished frame in memory.
 constexpr std::uint64_t frame_pixel_bytes(FrameFormat format) { return format == FrameFormat::kRgba16f ? 8 : 4; }
 // The bytes of a pixel of the default format.
-inline constexpr std::uint64_t kFramePixelBytes = frame_pixel_bytes(FrameFormat::kRgba16f);
+inline constexpr std::uint64_t kFramePixelBytes = frame_pixel_bytes(FrameFormat::kRgba8);
 
 // A pixel in memory: red, green, blue, coverage, each in its channel's lowest bits.
 using PixelCode = std::array<std::uint16_t, 4>;
@@ -39,21 +41,28 @@ constexpr ChannelBits channel_bits(FrameFormat format) {
 // Between colours, linear RGB and coverage, and pixels in memory.
 //
 // Invariants (cited by the tests):
-//   FF1  code(stored(c)) == code(c), and stored(stored(c)) == stored(c) where the format is not rgba16f.
+//   FF1  code(stored(c)) == code(c) where light times exposure is at most 0.75. Above, where the tone map compresses, no
+//        channel differs by more than a tenth of its codes: a step of the largest channel then stands for much light, and for
+//        much of the white that the others have.
 //   FF2  A code is the nearest to its channel's value; NaN and what is negative become 0, what is too bright the largest.
 class PixelCoder {
  public:
-  explicit PixelCoder(FrameFormat format = FrameFormat::kRgba16f, float exposure = 1.0f)
+  explicit PixelCoder(FrameFormat format = FrameFormat::kRgba8, float exposure = 1.0f)
       : format_(format), exposure_(exposure > 0.0f ? exposure : 1.0f) {}
 
   FrameFormat format() const { return format_; }
   std::uint64_t pixel_bytes() const { return frame_pixel_bytes(format_); }
-  // Whether images change when they are stored.
-  bool quantises() const { return format_ != FrameFormat::kRgba16f; }
+  // Whether the store tone-maps.
+  bool tone_maps() const { return format_ != FrameFormat::kRgba16f; }
 
   PixelCode code(const Vec4& color) const;
-  // The colour that an image has of a stored pixel.
-  Vec4 stored(const Vec4& color) const { return quantises() ? color_of(code(color)) : color; }
+  // The colours that stored pixels stand for, in linear light.
+  void stored(std::span<const Vec4> colors, Vec4* out) const;
+  Vec4 stored(const Vec4& color) const {
+    Vec4 out;
+    stored({&color, 1}, &out);
+    return out;
+  }
 
  private:
   Vec4 color_of(const PixelCode& code) const;

@@ -93,6 +93,16 @@ void HistoryMemory::touch_colors(const History& of, IntRect pixels, TouchedBurst
     for (int column = stored.x0; column < stored.x1; ++column) touch_stored(of, column, row, pixels, out);
 }
 
+std::uint64_t HistoryMemory::decoded_pixels(IntRect pixels) const {
+  return colors_ == HistoryColors::kApart || !how_.coder.tone_maps() || pixels.empty() ? 0 : count_of(pixels);
+}
+
+std::uint64_t HistoryMemory::decompressed_pixels(IntRect pixels) const {
+  if (colors_ == HistoryColors::kApart || !how_.compressed || pixels.empty()) return 0;
+  const BlockShape shape = stored_block(how_.coder.format());
+  return count_of(touched(pixels, shape.width, shape.height)) * shape.pixels();
+}
+
 void HistoryMemory::touch_records(const History& of, IntRect pixels, TouchedBursts& out) const {
   if (pixels.empty()) return;
   const IntRect touched_blocks = touched(pixels, 4, 4);

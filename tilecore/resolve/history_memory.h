@@ -18,6 +18,7 @@ struct HistoryCounters {
   std::uint64_t color_bytes = 0, record_bytes = 0, state_bytes = 0, signature_bytes = 0;
   std::uint64_t records_written = 0, states_written = 0, signatures_written = 0;
   std::uint64_t blocks_kept = 0, wrong_blocks = 0, hashed_bytes = 0;
+  std::uint64_t pixels_decoded = 0, pixels_decompressed = 0;
 };
 
 // The machine that keeps it.
@@ -49,6 +50,10 @@ class HistoryMemory {
   static constexpr int kContrastSide = 8;  // of squares, in blocks
 
   HistoryMemory(const HistoryStorage& how, const ResolveSettings& settings, IntRect region);
+
+  // Pixels of the frame buffer that are decoded, and those that are decompressed before, for a rectangle of colours.
+  std::uint64_t decoded_pixels(IntRect pixels) const;
+  std::uint64_t decompressed_pixels(IntRect pixels) const;
 
   // Rectangles are of pixels inside the region, or of blocks (in 4x4 pixels of the frame) that it has.
   void touch_colors(const History& of, IntRect pixels, TouchedBursts& out) const;
@@ -124,6 +129,12 @@ inline constexpr auto kCounterFields<tilecore::HistoryCounters> =
          ""},
         {"resolve.block_hashed_bytes", &tilecore::HistoryCounters::hashed_bytes, Combine::kSum, "bytes",
          "Bytes hashed for signatures of blocks.", ""},
+        {"resolve.history_pixels_decoded", &tilecore::HistoryCounters::pixels_decoded, Combine::kSum, "pixels",
+         "Pixels of the previous frame whose codes were turned into linear light, in all rectangles that tiles asked "
+         "for.",
+         ""},
+        {"resolve.history_pixels_decompressed", &tilecore::HistoryCounters::pixels_decompressed, Combine::kSum,
+         "pixels", "Likewise pixels of whole compressed blocks.", ""},
     });
 TESSERA_COUNTERS_COVER(tilecore::HistoryCounters);
 

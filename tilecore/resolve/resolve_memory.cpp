@@ -124,6 +124,10 @@ void ResolveUnit::read_history(const ResolveFrame& resolve, const Memory& memory
       of_each(reads.records, [&](IntRect rect) { places.touch_records(reads.history, rect, touched_); });
   history_counters_.color_bytes +=
       of_each(reads.colors, [&](IntRect rect) { places.touch_colors(reads.history, rect, touched_); });
+  for (const IntRect& rect : reads.colors) {
+    history_counters_.pixels_decoded += places.decoded_pixels(rect);
+    history_counters_.pixels_decompressed += places.decompressed_pixels(rect);
+  }
 }
 
 BlockRecord ResolveUnit::record_of(const Block& block) const {

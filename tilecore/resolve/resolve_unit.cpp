@@ -138,7 +138,7 @@ bool ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
     const auto pixels = static_cast<std::size_t>(tile.width());
     const std::size_t bytes = pixels * sizeof(Vec4);
     std::memcpy(&next.color[next.pixel(tile.x0, y)].x, row, bytes);
-    if (!next.rounded.empty()) as_halves({row, pixels}, &next.rounded[next.pixel(tile.x0, y)]);
+    if (!next.rounded.empty()) memory.coder.stored({row, pixels}, &next.rounded[next.pixel(tile.x0, y)]);
     std::memcpy(targets.color.at(tile.x0 - targets.region.x0, y - targets.region.y0).data(), row, bytes);
   }
   keep_contrast(resolve);
@@ -338,9 +338,8 @@ void ResolveUnit::finish_deferred(ResolveFrame& resolve, IntRect tile, const Mem
       });
       reconstruct(resolve, block, {next.color.data(), next.depth.data(), next.surface.data(), next.region});
       for_each_pixel(block.pixels, [&](int x, int y) {
-        Vec4& color = next.color[next.pixel(x, y)];
-        color = memory.coder.stored(color);
-        if (!next.rounded.empty()) as_halves({&color, 1}, &next.rounded[next.pixel(x, y)]);
+        const Vec4& color = next.color[next.pixel(x, y)];
+        if (!next.rounded.empty()) memory.coder.stored({&color, 1}, &next.rounded[next.pixel(x, y)]);
         std::memcpy(targets.color.at(x - targets.region.x0, y - targets.region.y0).data(), &color, sizeof(Vec4));
       });
       // Colours and records of the window are read again, the block is written again.

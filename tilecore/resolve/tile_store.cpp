@@ -52,18 +52,11 @@ std::uint64_t TileStore::frame_bytes(const FrameStore& how, IntRect region) {
   return header_offset(how, region) + header_bytes(how, region);
 }
 
-bool TileStore::find_codes(const FrameStore& how, const Tile& tile, Image& color) {
+void TileStore::find_codes(const FrameStore& how, const Tile& tile, const Image& color) {
   codes_.clear();
-  bool changed = false;
   for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y)
-    for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x) {
-      const Vec4 shaded = stored_pixel(color, tile.region, x, y);
-      codes_.push_back(how.coder.code(shaded));
-      if (!how.coder.quantises()) continue;
-      put_pixel(color, tile.region, x, y, how.coder.stored(shaded));
-      changed = true;
-    }
-  return changed;
+    for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x)
+      codes_.push_back(how.coder.code(stored_pixel(color, tile.region, x, y)));
 }
 
 bool TileStore::matches(const FrameStore& how, const Tile& tile) {
@@ -104,6 +97,7 @@ std::uint64_t TileStore::compressed_bytes(const FrameStore& how, const Tile& til
       memory::burst_bytes(static_cast<std::uint64_t>(inside.y0 - block.y0) * row_bytes,
                           static_cast<std::uint64_t>(inside.height()) * row_bytes, tile.burst_bytes);
   if (tile.open) return raw;
+  counters_.pixels_compressed += shape.pixels();
   std::array<std::uint16_t, 4 * kLargestBlockPixels> codes;
   auto out = codes.begin();
   for (int y = block.y0; y < block.y1; ++y)
@@ -155,8 +149,8 @@ void TileStore::plan_changed_rows(const FrameStore& how, const Tile& tile) {
 }
 
 TileStore::Outcome TileStore::store(const FrameStore& how, const Tile& tile, Image& color, memory::Ledger& ledger) {
-  bool changed = false;
-  if (how.coder.quantises() || how.compressed || how.before != nullptr) changed = find_codes(how, tile, color);
+  if (how.compressed || how.before != nullptr) find_codes(how, tile, color);
+  if (how.coder.tone_maps()) counters_.pixels_coded += pixels_in(tile.pixels);
   const bool keeps = tile.unchanged != nullptr && tile.unchanged->any;
   if (how.compressed)
     plan_compressed(how, tile);
@@ -166,7 +160,7 @@ TileStore::Outcome TileStore::store(const FrameStore& how, const Tile& tile, Ima
     plan_rows(how, tile);
   if (how.before != nullptr && matches(how, tile)) {
     ++counters_.tiles_not_written;
-    return {false, keep_what_is_there(how, tile, color) || changed};
+    return {false, keep_what_is_there(how, tile, color)};
   }
   for (const Transfer& transfer : transfers_)
     ledger.write_at(memory::Unit::kResolve, memory::Purpose::kFrameBuffer, transfer.offset, transfer.bytes,
@@ -175,7 +169,7 @@ TileStore::Outcome TileStore::store(const FrameStore& how, const Tile& tile, Ima
     for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y)
       for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x)
         put_pixel(how.before->color, tile.region, x, y, stored_pixel(color, tile.region, x, y));
-  return {!keeps || !transfers_.empty(), changed};
+  return {!keeps || !transfers_.empty(), false};
 }
 
 }  // namespace tessera::tilecore

@@ -20,13 +20,14 @@ struct StoreCounters {
   std::uint64_t tiles_not_written = 0;
   std::uint64_t wrong_matches = 0;
   std::uint64_t signature_bytes = 0;
+  std::uint64_t pixels_coded = 0, pixels_compressed = 0;
 };
 
 // The colours that the frame buffer of a view holds, and signatures of the colours that were written there last. Tiles
 // use disjoint parts of it.
 struct StoredFrame {
   std::vector<std::optional<std::uint64_t>> signatures;  // by tile; none: of colours that are not known
-  Image color;                                           // as FrameTargets::color
+  Image color;                                           // as FrameTargets::color, before it was stored
   bool known = false;                                    // of a frame before this one
 
   // Nothing is known of what is there.
@@ -81,7 +82,7 @@ class TileStore {
     bool written;  // not eliminated
     bool changed;  // pixels of the image are not those that were given
   };
-  // `color`: of the region; it then holds what is stored.
+  // `color`: of the region. It stays as it is before the store, but for tiles whose signature matches wrongly.
   Outcome store(const FrameStore& how, const Tile& tile, Image& color, memory::Ledger& ledger);
 
   StoreCounters take_counters() { return std::exchange(counters_, {}); }
@@ -93,7 +94,7 @@ class TileStore {
   static std::uint64_t header_bytes(const FrameStore& how, IntRect tile);
 
  private:
-  bool find_codes(const FrameStore& how, const Tile& tile, Image& color);
+  void find_codes(const FrameStore& how, const Tile& tile, const Image& color);
   // Whether what lies in the frame buffer has the tile's signature.
   bool matches(const FrameStore& how, const Tile& tile);
   // True: the image was wrong.
@@ -130,6 +131,10 @@ inline constexpr auto kCounterFields<tilecore::StoreCounters> = std::to_array<Co
      "Of these tiles, those whose pixels are others nevertheless: the image is wrong there.", ""},
     {"resolve.signature_bytes", &tilecore::StoreCounters::signature_bytes, Combine::kSum, "bytes",
      "Bytes of stored colours hashed for signatures of tiles.", ""},
+    {"resolve.pixels_coded", &tilecore::StoreCounters::pixels_coded, Combine::kSum, "pixels",
+     "Finished pixels that were tone-mapped and coded for a frame buffer of rgba8 or rgb10a2.", ""},
+    {"resolve.pixels_compressed", &tilecore::StoreCounters::pixels_compressed, Combine::kSum, "pixels",
+     "Pixels of blocks of the frame buffer that were compressed.", ""},
 });
 TESSERA_COUNTERS_COVER(tilecore::StoreCounters);
 

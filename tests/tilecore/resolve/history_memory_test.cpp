@@ -15,7 +15,7 @@ std::uint64_t bytes_of(TouchedBursts& touched, std::uint64_t burst) {
 
 // Of a frame of 64x32 pixels, two tiles.
 struct Frame {
-  HistoryStorage how;
+  HistoryStorage how{.coder = PixelCoder(FrameFormat::kRgba16f)};
   ResolveSettings settings;
   History history{IntRect{0, 0, 64, 32}};
 
