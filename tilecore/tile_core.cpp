@@ -63,12 +63,19 @@ class MaskSink final : public HitSink {
     test_.begin(frame, frame.drawable_of(patch));
   }
   void take(std::span<const Hit> hits) override {
-    for (const Hit& hit : hits) {
-      ++counters_.alpha_tests;
-      const float t = time_seen(frame_, patch_, samples_.t(hit.sample));
-      if (test_.alpha({patch_, hit.triangle, hit.b1, hit.b2, t}, &textures_) >= cutoff_)
-        opaque_.take(std::span(&hit, 1));
+    std::array<SurfaceLocation, AlphaTest::kBatch> at;
+    std::array<float, AlphaTest::kBatch> alpha;
+    for (std::size_t first = 0; first < hits.size(); first += at.size()) {
+      const std::span<const Hit> batch = hits.subspan(first, std::min(at.size(), hits.size() - first));
+      for (std::size_t i = 0; i < batch.size(); ++i) {
+        const float t = time_seen(frame_, patch_, samples_.t(batch[i].sample));
+        at[i] = {patch_, batch[i].triangle, batch[i].b1, batch[i].b2, t};
+      }
+      test_.alphas(std::span(at).first(batch.size()), &textures_, alpha);
+      for (std::size_t i = 0; i < batch.size(); ++i)
+        if (alpha[i] >= cutoff_) opaque_.take(batch.subspan(i, 1));
     }
+    counters_.alpha_tests += hits.size();
     const AlphaTest::Work work = test_.take_work();
     counters_.mask_vertices += work.vertices;
     counters_.mask_vertex_bytes += work.bytes;

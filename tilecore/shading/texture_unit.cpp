@@ -97,6 +97,18 @@ void TextureUnit::fetch(const Texture& texture, const shaders::TexelFootprint& f
   }
 }
 
+void TextureUnit::fetch_lane(const TextureLayoutView& layout, const std::array<std::int32_t*, 8>& lines,
+                             std::size_t lane) {
+  for (std::size_t level = 0; level < 2; ++level) {
+    if (lines[4 * level][lane] < 0) continue;
+    ++counters_.texels;
+    if (layout.compressed) ++counters_.texels_decoded;
+    for (std::size_t corner = 0; corner < 4; ++corner)
+      if (const std::int32_t line = lines[4 * level + corner][lane]; line >= 0)
+        need_line(static_cast<std::uint32_t>(line));
+  }
+}
+
 bool TextureUnit::ask_once(std::int32_t line) {
   Asked& place = asked_at_[static_cast<std::uint32_t>(line) % kAskedPlaces];
   if (place.lookup == lookup_) {

@@ -102,6 +102,8 @@ class TextureUnit {
   // corner.
   void fetch_warp(const TextureLayoutView& layout, const std::array<std::int32_t*, 8>& lines, std::size_t first,
                   std::size_t lanes);
+  // The lookup of one lane alone, as fetch() has it.
+  void fetch_lane(const TextureLayoutView& layout, const std::array<std::int32_t*, 8>& lines, std::size_t lane);
   // Null: the unit counts nothing.
   const TextureMemory* memory() const { return settings_.memory; }
 

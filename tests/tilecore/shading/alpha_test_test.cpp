@@ -92,6 +92,42 @@ TEST(AlphaTests, ALT2AlphaIsThatOfTheLocationAlone) {
   }
 }
 
+// Invariant ALT3: a batch, and one after the other; an evaluated surface has a scalar twin.
+TEST(AlphaTests, ALT3ABatchHasTheBitsAndTheLookupsOfEachPointAlone) {
+  for (const bool interpolated : {false, true})
+    for (std::uint32_t seed = 0; seed < 4; ++seed) {
+      const MaskedPatches scene(seed, interpolated);
+      Random random(seed);
+      const std::vector<SurfaceLocation> all = scene.locations(random, 3);
+      const TextureMemory memory(std::span(scene.drawable().material, 1), 64);
+      TextureUnit together, apart;
+      for (TextureUnit* textures : {&together, &apart}) {
+        textures->begin_tile({&memory, 1024, 4, 64});
+        textures->keep_requests(true);
+      }
+      AlphaTest batches, alone;
+      batches.begin(*scene.frame, scene.drawable()), alone.begin(*scene.frame, scene.drawable());
+      std::array<float, AlphaTest::kBatch> alpha;
+      for (std::size_t first = 0, end = 0; first < all.size(); first = end) {
+        const auto most = static_cast<std::size_t>(random.integer(1, static_cast<int>(AlphaTest::kBatch)));
+        while (end < all.size() && end - first < most && all[end].patch == all[first].patch) ++end;
+        batches.alphas(std::span(all).subspan(first, end - first), &together, alpha);
+        for (std::size_t i = first; i < end; ++i) {
+          ASSERT_EQ(alpha[i - first], alone.alpha(all[i], &apart)) << seed << " " << i;
+          if (!interpolated) {
+            ASSERT_EQ(alpha[i - first], point_alpha(*scene.frame, all[i])) << seed << " " << i;
+          }
+        }
+      }
+      EXPECT_EQ(together.take_requests(), apart.take_requests());
+      EXPECT_EQ(together.counters().texels, apart.counters().texels);
+      EXPECT_GT(together.counters().texels, 0u);
+      const AlphaTest::Work a = batches.take_work(), b = alone.take_work();
+      EXPECT_EQ(a.vertices, b.vertices);
+      EXPECT_EQ(a.bytes, b.bytes);
+    }
+}
+
 // Each vertex is made once for the sub-patch, and again for the next; an evaluated surface has none.
 TEST(AlphaTests, WorkIsThatOfTheVerticesOnce) {
   const MaskedPatches scene(1);
