@@ -59,6 +59,11 @@ inline void put_word(std::uint32_t word, std::vector<std::uint8_t>& out) {
   for (unsigned b = 0; b < 4; ++b) out.push_back(static_cast<std::uint8_t>(word >> (8 * b)));
 }
 
+// The number that two's complement of `bits` bits, 1 to 32, stands for.
+constexpr std::int32_t sign_extended(std::uint32_t value, std::uint32_t bits) {
+  return static_cast<std::int32_t>(value << (32 - bits)) >> (32 - bits);
+}
+
 // Signed numbers with small sizes first: 0, -1, 1, -2, ...
 constexpr std::uint32_t zigzag(std::int32_t value) {
   return (static_cast<std::uint32_t>(value) << 1) ^ (value < 0 ? ~0u : 0u);

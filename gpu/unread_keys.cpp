@@ -33,7 +33,7 @@ constexpr std::string_view
     kOfLanes =
         "tessellator.domain_shading=lanes does not read it: set "
         "energy.shader_operation_pj, or tessellator.domain_shading=unit",
-    kOfEncoding = "with geometry.encoding=raw nothing reads it: set geometry.encoding=quantised or meshlet";
+    kOfEncoding = "with geometry.encoding=raw nothing reads it: set geometry.encoding=quantised, meshlet or dgf";
 
 constexpr auto kRules = std::to_array<Rule>({
     {"memory.gb_per_s", banks, kOfBanks},

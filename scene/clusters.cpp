@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <optional>
 #include <utility>
 
 #include <meshoptimizer.h>
@@ -23,19 +22,6 @@ std::span<const std::uint32_t> range_of(std::span<const std::uint32_t> indices, 
 }
 
 // ---- Cells ------------------------------------------------------------------------------------------------------
-
-// The quad of two triangles that share an edge and wind alike, or nothing.
-std::optional<ClusterCell> join(const LocalTriangle& s, const LocalTriangle& t) {
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j) {
-      // The shared edge runs c->a in s = (a, b, c) and a->c in t = (a, c, d).
-      const std::uint8_t a = s[i], b = s[(i + 1) % 3], c = s[(i + 2) % 3];
-      if (t[j] == a && t[(j + 1) % 3] == c && t[(j + 2) % 3] != b) return ClusterCell{{a, b, c, t[(j + 2) % 3]}};
-    }
-  return std::nullopt;
-}
-
-ClusterCell alone(const LocalTriangle& t) { return {{t[0], t[1], t[2], t[2]}}; }
 
 // Triangles by the directed edges that they wind along.
 class EdgeOwners {
@@ -67,10 +53,10 @@ void pair_each_with_all(std::span<const LocalTriangle> triangles, std::vector<Cl
     std::optional<ClusterCell> cell;
     for (std::size_t t = s + 1; t < triangles.size() && !cell; ++t) {
       if (used[t]) continue;
-      cell = join(triangles[s], triangles[t]);
+      cell = join_triangles(triangles[s], triangles[t]);
       if (cell) used[t] = true;
     }
-    cells.push_back(cell.value_or(alone(triangles[s])));
+    cells.push_back(cell.value_or(cell_alone(triangles[s])));
   }
 }
 
@@ -191,6 +177,18 @@ std::vector<std::uint32_t> range_order(const Primitive& primitive, std::span<con
 
 }  // namespace
 
+std::optional<ClusterCell> join_triangles(const LocalTriangle& s, const LocalTriangle& t) {
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) {
+      // The shared edge runs c->a in s = (a, b, c) and a->c in t = (a, c, d).
+      const std::uint8_t a = s[i], b = s[(i + 1) % 3], c = s[(i + 2) % 3];
+      if (t[j] == a && t[(j + 1) % 3] == c && t[(j + 2) % 3] != b) return ClusterCell{{a, b, c, t[(j + 2) % 3]}};
+    }
+  return std::nullopt;
+}
+
+ClusterCell cell_alone(const LocalTriangle& triangle) { return {{triangle[0], triangle[1], triangle[2], triangle[2]}}; }
+
 void pair_triangles(std::span<const LocalTriangle> triangles, std::vector<ClusterCell>& cells) {
   EdgeOwners owners;
   if (!owners.add(triangles)) return pair_each_with_all(triangles, cells);
@@ -201,13 +199,13 @@ void pair_triangles(std::span<const LocalTriangle> triangles, std::vector<Cluste
     std::size_t next = kNoNumber;
     for (std::size_t i = 0; i < 3; ++i) {
       const std::size_t t = owners.of(first[i], first[(i + 2) % 3]);
-      if (t > s && t < next && !used[t] && join(first, triangles[t])) next = t;
+      if (t > s && t < next && !used[t] && join_triangles(first, triangles[t])) next = t;
     }
     if (next == kNoNumber) {
-      cells.push_back(alone(first));
+      cells.push_back(cell_alone(first));
     } else {
       used[next] = true;
-      cells.push_back(*join(first, triangles[next]));
+      cells.push_back(*join_triangles(first, triangles[next]));
     }
   }
 }

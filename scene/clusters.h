@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -51,9 +52,13 @@ std::vector<std::uint32_t> cluster_order(const Primitive& primitive);
 // The most clusters that build_clusters() makes of so many indices.
 std::size_t cluster_count_bound(std::size_t index_count);
 
+using LocalTriangle = std::array<std::uint8_t, 3>;
+// The quad of two triangles that share an edge, wind alike and have four vertices; else nothing.
+std::optional<ClusterCell> join_triangles(const LocalTriangle& s, const LocalTriangle& t);
+ClusterCell cell_alone(const LocalTriangle& triangle);
+
 // Exposed for tests: cells of a cluster's triangles. Each triangle is paired with the next free neighbour; what stays
 // alone is a cell of its own.
-using LocalTriangle = std::array<std::uint8_t, 3>;
 void pair_triangles(std::span<const LocalTriangle> triangles, std::vector<ClusterCell>& cells);
 
 }  // namespace tessera::scene

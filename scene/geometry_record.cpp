@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <optional>
 #include <utility>
 
 #include "base/bit_stream.h"
 #include "base/check.h"
+#include "scene/dgf_block.h"
 
 namespace tessera::scene {
 namespace {
@@ -141,9 +143,76 @@ RecordBox box_of(std::span<const LatticePoint> points) {
   return box;
 }
 
-std::int32_t sign_extended(std::uint32_t value, int bits) {
-  const int unused = 32 - bits;
-  return static_cast<std::int32_t>(value << unused) >> unused;
+// ---- Blocks of DGF ----------------------------------------------------------------------------------------------
+
+std::vector<LocalTriangle> triangles_of(std::span<const ClusterCell> cells) {
+  std::vector<LocalTriangle> out;
+  for (const auto& [c] : cells) {
+    out.push_back({c[0], c[1], c[2]});
+    if (c[2] != c[3]) out.push_back({c[0], c[2], c[3]});
+  }
+  return out;
+}
+
+EncodedRecord encode_blocks(const PositionLattice& lattice, std::span<const LatticePoint> points,
+                            std::span<const ClusterCell> cells) {
+  EncodedRecord out;
+  BitWriter bits;
+  std::vector<std::uint8_t> number(points.size(), kUnnumbered);
+  const std::vector<DgfBlock> blocks = encode_dgf_blocks(lattice, points, triangles_of(cells));
+  for (const DgfBlock& block : blocks) {
+    out.bytes.insert(out.bytes.end(), block.bytes.begin(), block.bytes.end());
+    out.elements += block.vertices.size() + block.triangles.size();
+    for (const std::uint8_t v : block.vertices) {
+      const auto known = static_cast<std::uint32_t>(out.order.size());
+      const bool first = number[v] == kUnnumbered;
+      bits.put(first ? 1 : 0, 1);
+      if (!first) {
+        bits.put(number[v], bits_of_number(known));
+        continue;
+      }
+      number[v] = static_cast<std::uint8_t>(known);
+      out.order.push_back(v);
+    }
+  }
+  TESSERA_CHECK(out.order.size() == points.size(), "each vertex of a cluster has a triangle");
+  out.bytes.insert(out.bytes.end(), bits.bytes().begin(), bits.bytes().end());
+  out.parts = blocks.size();
+  return out;
+}
+
+void pair_neighbours(std::span<const LocalTriangle> triangles, std::vector<ClusterCell>& cells) {
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    std::optional<ClusterCell> pair;
+    if (t + 1 < triangles.size()) pair = join_triangles(triangles[t], triangles[t + 1]);
+    if (pair && pair->single()) pair.reset();  // the second has a corner twice
+    cells.push_back(pair.value_or(cell_alone(triangles[t])));
+    if (pair) ++t;
+  }
+}
+
+DecodedRecord decode_blocks(std::span<const std::uint8_t> bytes, std::size_t vertices, std::size_t blocks) {
+  DecodedRecord out;
+  TESSERA_CHECK(bytes.size() >= blocks * kDgfBlockBytes, "blocks are whole");
+  BitReader bits(bytes.subspan(blocks * kDgfBlockBytes));
+  for (std::size_t b = 0; b < blocks; ++b) {
+    std::optional<DecodedDgfBlock> block = decode_dgf_block(bytes.subspan(b * kDgfBlockBytes, kDgfBlockBytes));
+    TESSERA_CHECK(block.has_value(), "blocks are sound");
+    std::vector<std::uint8_t> number;
+    for (const Vec3& position : block->positions) {
+      const auto known = static_cast<std::uint32_t>(out.positions.size());
+      const bool first = bits.get(1) != 0;
+      number.push_back(static_cast<std::uint8_t>(first ? known : bits.get(bits_of_number(known))));
+      if (first) out.positions.push_back(position);
+      TESSERA_CHECK(number.back() < out.positions.size(), "blocks share vertices of blocks before them");
+      TESSERA_CHECK(out.positions[number.back()] == position, "a vertex has one position");
+    }
+    for (LocalTriangle& triangle : block->triangles)
+      for (std::uint8_t& corner : triangle) corner = number[corner];
+    pair_neighbours(block->triangles, out.cells);
+  }
+  TESSERA_CHECK(out.positions.size() == vertices, "blocks have the cluster's vertices");
+  return out;
 }
 
 }  // namespace
@@ -151,8 +220,11 @@ std::int32_t sign_extended(std::uint32_t value, int bits) {
 EncodedRecord encode_record(const GeometrySettings& settings, const PositionLattice& lattice,
                             std::span<const LatticePoint> points, std::span<const ClusterCell> cells) {
   TESSERA_CHECK(!settings.raw() && points.size() <= kMaxClusterVertices, "records have at most 64 vertices");
+  if (settings.encoding == GeometryEncoding::kDgf) return encode_blocks(lattice, points, cells);
   const bool meshlet = settings.encoding == GeometryEncoding::kMeshlet;
   EncodedRecord out;
+  out.parts = cells.size();
+  out.elements = points.size() + (meshlet ? cells.size() : 0);
   // Cells first: they say in which order vertices come.
   BitWriter cell_bits;
   CellEncoder encoder(cell_bits, points.size());
@@ -187,7 +259,8 @@ EncodedRecord encode_record(const GeometrySettings& settings, const PositionLatt
 }
 
 DecodedRecord decode_record(const GeometrySettings& settings, std::span<const std::uint8_t> bytes, std::size_t vertices,
-                            std::size_t cells) {
+                            std::size_t parts) {
+  if (settings.encoding == GeometryEncoding::kDgf) return decode_blocks(bytes, vertices, parts);
   const bool meshlet = settings.encoding == GeometryEncoding::kMeshlet;
   BitReader bits(bytes);
   PositionLattice lattice;
@@ -205,9 +278,9 @@ DecodedRecord decode_record(const GeometrySettings& settings, std::span<const st
       place[axis] = anchor[axis] + static_cast<std::int32_t>(bits.get(widths[axis]));
     out.positions.push_back(lattice.point(place));
   }
-  out.cells.reserve(cells);
+  out.cells.reserve(parts);
   CellDecoder decoder(bits);
-  for (std::size_t c = 0; c < cells; ++c) {
+  for (std::size_t c = 0; c < parts; ++c) {
     if (meshlet) {
       out.cells.push_back(decoder.get());
       continue;

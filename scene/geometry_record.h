@@ -11,7 +11,8 @@
 namespace tessera::scene {
 
 // Encoded positions and triangles of one base patch as the emulated memory holds them behind the header of its record,
-// which has the numbers of vertices and cells. A stream of bits, the lowest of each byte first; the last byte is filled up:
+// which has the numbers of vertices and of cells, or with dgf of blocks. quantised and meshlet are a stream of bits, the lowest
+// of each byte first; the last byte is filled up:
 //
 //   8 bits       exponent of the lattice's step
 //   3 x 26 bits  anchor: a lattice point, two's complement
@@ -30,8 +31,14 @@ namespace tessera::scene {
 //
 // After a cell its edges from corner to corner, but for the shared one, become the newest, the last of them first.
 //
+// dgf: blocks of 128 bytes (scene/dgf_block.h), and behind them, as blocks that share a vertex both have it, a stream of bits
+// with the cluster's vertices by the blocks', block after block: 1 bit, whether it is the next vertex that no block had; else
+// its number in as few bits as hold those so far. A triangle and the next of its block make one cell where they share an edge
+// and the first is not the second of another.
+//
 // Invariants (cited by the tests):
-//   GR1  decode_record(encode_record(...)) gives the same lattice points and cells, in the order that encode_record() says.
+//   GR1  decode_record(encode_record(...)) gives the same lattice points and cells, in the order that encode_record() says;
+//        with dgf not the cells but their triangles, each with its winding.
 //   GR2  A vertex decodes to the same bits from each record of a lattice, whatever the encoding.
 inline constexpr int kExponentBits = 8, kAnchorBits = 26, kWidthBits = 5;
 
@@ -39,8 +46,13 @@ struct EncodedRecord {
   std::vector<std::uint8_t> bytes;
   // The record's vertices by the place they have in it; 0, 1, 2, ... unless cells are coded.
   std::vector<std::uint8_t> order;
+  // The number in the header: cells, or blocks of dgf.
+  std::size_t parts = 0;
+  // What a decoder gives: vertices, those of each block for themselves, and coded cells or triangles.
+  std::size_t elements = 0;
 };
-// `settings` are not raw; `points` are places of `lattice`, at most 64 of them; cells have corners below their number.
+// `settings` are not raw; `points` are places of `lattice`, at most 64 of them, with dgf at most 2^kDgfPlaceBits; cells have
+// corners below their number, and make 124 triangles at most. With dgf each point is a corner of one.
 EncodedRecord encode_record(const GeometrySettings& settings, const PositionLattice& lattice,
                             std::span<const LatticePoint> points, std::span<const ClusterCell> cells);
 
@@ -48,8 +60,8 @@ struct DecodedRecord {
   std::vector<Vec3> positions;
   std::vector<ClusterCell> cells;
 };
-// Bytes that encode_record() made of so many vertices and cells.
+// Bytes that encode_record() made of so many vertices, and `parts`.
 DecodedRecord decode_record(const GeometrySettings& settings, std::span<const std::uint8_t> bytes, std::size_t vertices,
-                            std::size_t cells);
+                            std::size_t parts);
 
 }  // namespace tessera::scene

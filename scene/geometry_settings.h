@@ -7,9 +7,9 @@
 namespace tessera::scene {
 
 // How the emulated memory keeps the positions of surfaces whose vertices rest: as the floats of the file; as integers on a
-// grid that the capture's parts share; or with as few bits as each record's box needs, and a code for the triangles of
-// clusters (scene/geometry_record.h).
-enum class GeometryEncoding : std::uint8_t { kRaw, kQuantised, kMeshlet };
+// grid that the capture's parts share; with as few bits as each record's box needs, and a code for the triangles of
+// clusters (scene/geometry_record.h); or clusters as blocks of AMD's Dense Geometry Format (scene/dgf_block.h).
+enum class GeometryEncoding : std::uint8_t { kRaw, kQuantised, kMeshlet, kDgf };
 
 // Keys geometry.*.
 struct GeometrySettings {
@@ -27,6 +27,6 @@ namespace tessera {
 
 template <>
 inline constexpr auto kEnumWords<scene::GeometryEncoding> = std::to_array<std::string_view>({"raw", "quantised",
-                                                                                             "meshlet"});
+                                                                                             "meshlet", "dgf"});
 
 }  // namespace tessera

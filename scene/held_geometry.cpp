@@ -25,8 +25,8 @@ class RecordKeeper {
     held.positions = primitive.vertices.positions;
   }
 
-  // `vertices`: numbers of the primitive's. Both become what the decoder gives, in its order.
-  void keep(std::span<std::uint32_t> vertices, std::span<ClusterCell> cells) {
+  // `vertices`: numbers of the primitive's; they get the decoder's order. Returns the cells that it gives.
+  std::vector<ClusterCell> keep(std::span<std::uint32_t> vertices, std::span<const ClusterCell> cells) {
     std::array<LatticePoint, kMaxClusterVertices> points;
     std::array<std::uint32_t, kMaxClusterVertices> before;
     for (std::size_t v = 0; v < vertices.size(); ++v) {
@@ -34,21 +34,20 @@ class RecordKeeper {
       before[v] = vertices[v];
     }
     const EncodedRecord record = encode_record(settings_, lattice_, std::span(points).first(vertices.size()), cells);
-    const DecodedRecord decoded = decode_record(settings_, record.bytes, vertices.size(), cells.size());
+    DecodedRecord decoded = decode_record(settings_, record.bytes, vertices.size(), record.parts);
     for (std::size_t v = 0; v < vertices.size(); ++v) {
       vertices[v] = before[record.order[v]];
       TESSERA_CHECK(decoded.positions[v] == lattice_.point(points[record.order[v]]),
                     "records decode to their positions");
       held_.positions[vertices[v]] = decoded.positions[v];
     }
-    std::copy(decoded.cells.begin(), decoded.cells.end(), cells.begin());
     held_.record_bytes.push_back(static_cast<std::uint32_t>(record.bytes.size()));
-    const bool coded = settings_.encoding == GeometryEncoding::kMeshlet;
-    held_.record_elements.push_back(static_cast<std::uint8_t>(vertices.size() + (coded ? cells.size() : 0)));
+    held_.record_elements.push_back(static_cast<std::uint16_t>(record.elements));
+    return std::move(decoded.cells);
   }
 
  private:
-  const GeometrySettings& settings_;
+  GeometrySettings settings_;
   const PositionLattice& lattice_;
   const Primitive& primitive_;
   HeldGeometry& held_;
@@ -72,15 +71,24 @@ void hold_clusters(const GeometrySettings& settings, const Task& task, Assembly&
   MeshClusters& clusters = assembly.clusters[task.geometry];
   HeldGeometry& held = assembly.held_clusters[task.geometry];
   RecordKeeper keeper(settings, *task.lattice, *task.primitive, held);
-  for (const Cluster& cluster : clusters.clusters)
-    keeper.keep(std::span(clusters.vertices).subspan(cluster.first_vertex, cluster.vertex_count),
-                std::span(clusters.cells).subspan(cluster.first_cell, cluster.cell_count));
+  std::vector<ClusterCell> cells;
+  for (Cluster& cluster : clusters.clusters) {
+    const std::vector<ClusterCell> decoded =
+        keeper.keep(std::span(clusters.vertices).subspan(cluster.first_vertex, cluster.vertex_count),
+                    std::span(clusters.cells).subspan(cluster.first_cell, cluster.cell_count));
+    cluster.first_cell = static_cast<std::uint32_t>(cells.size());
+    cluster.cell_count = static_cast<std::uint32_t>(decoded.size());
+    cells.insert(cells.end(), decoded.begin(), decoded.end());
+  }
+  clusters.cells = std::move(cells);
   const Primitive decoded = decoded_primitive(*task.primitive, held.positions);
   assembly.cluster_groups[task.geometry] = group_clusters(decoded, clusters);
   assembly.cluster_bounds[task.geometry] = bound_clusters(decoded, clusters);
 }
 
-void hold_bezier_patches(const GeometrySettings& settings, const Task& task, Assembly& assembly) {
+void hold_bezier_patches(GeometrySettings settings, const Task& task, Assembly& assembly) {
+  // Blocks hold triangles.
+  if (settings.encoding == GeometryEncoding::kDgf) settings.encoding = GeometryEncoding::kMeshlet;
   HeldGeometry& held = assembly.held_bezier[task.geometry];
   RecordKeeper keeper(settings, *task.lattice, *task.primitive, held);
   for (std::uint32_t first = 0; first < task.primitive->vertices.count(); first += 16) {
@@ -98,7 +106,7 @@ void hold_bezier_patches(const GeometrySettings& settings, const Task& task, Ass
 void hold_geometry(const GeometrySettings& settings, Assembly& assembly) {
   if (settings.raw()) return;
   const Capture& capture = *assembly.capture;
-  const std::vector<PositionLattice> lattices = mesh_lattices(capture, settings.bits);
+  const std::vector<PositionLattice> lattices = mesh_lattices(capture, settings);
   assembly.held_clusters.resize(assembly.clusters.size());
   assembly.held_bezier.resize(assembly.neighbours.size());
   const std::uint64_t charged = assembly.charged_bytes();

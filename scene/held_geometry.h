@@ -13,9 +13,9 @@ struct Assembly;
 // What the emulated memory holds in place of a primitive's positions and cells, and what they decode to. Empty: floats, as
 // in the capture.
 struct HeldGeometry {
-  std::vector<Vec3> positions;                // decoded, by the primitive's vertex
-  std::vector<std::uint32_t> record_bytes;    // of each patch or cluster, behind the header
-  std::vector<std::uint8_t> record_elements;  // what a decoder gives of each: vertices, and cells where those are coded
+  std::vector<Vec3> positions;                 // decoded, by the primitive's vertex
+  std::vector<std::uint32_t> record_bytes;     // of each patch or cluster, behind the header
+  std::vector<std::uint16_t> record_elements;  // what a decoder gives of each: vertices, and coded cells or triangles
 
   bool raw() const { return positions.empty(); }
 };
@@ -27,7 +27,8 @@ struct HeldGeometry {
 // Invariants (cited by the tests):
 //   HG1  Positions that were equal stay equal, in all primitives of a mesh and in all records.
 //   HG2  A position moves by at most half a step of its mesh's lattice along each axis.
-//   HG3  Clusters keep their cells, in their order and with their corners; instances share records.
+//   HG3  Clusters keep their vertices and cells, the cells in their order and with their corners; with dgf they keep their
+//        triangles, which lie in the order of blocks and make other cells. Instances share records.
 void hold_geometry(const GeometrySettings& settings, Assembly& assembly);
 
 }  // namespace tessera::scene

@@ -15,7 +15,7 @@
 namespace tessera::scene {
 namespace {
 
-constexpr int kLeastExponent = -126, kFloatBits = 24;
+constexpr int kLeastExponent = -126;
 
 double rounded(float coordinate, int exponent) {
   return std::nearbyint(std::ldexp(static_cast<double>(coordinate), -exponent));
@@ -90,7 +90,7 @@ Vec3 PositionLattice::point(const LatticePoint& place) const {
   return {coordinate(0), coordinate(1), coordinate(2)};
 }
 
-PositionLattice make_lattice(const Vec3& low, const Vec3& high, int bits) {
+PositionLattice make_lattice(const Vec3& low, const Vec3& high, int bits, int place_bits) {
   const double limit = std::ldexp(1.0, bits) - 1;
   double largest = 0, extent = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -99,7 +99,7 @@ PositionLattice make_lattice(const Vec3& low, const Vec3& high, int bits) {
   }
   PositionLattice lattice;
   lattice.exponent = kLeastExponent;
-  if (largest > 0) lattice.exponent = std::max(lattice.exponent, std::ilogb(largest) - (kFloatBits - 1));
+  if (largest > 0) lattice.exponent = std::max(lattice.exponent, std::ilogb(largest) - (place_bits - 1));
   if (extent > 0) lattice.exponent = std::max(lattice.exponent, std::ilogb(extent) - bits);
   const auto fits = [&] {
     for (int axis = 0; axis < 3; ++axis)
@@ -116,7 +116,8 @@ bool rests_always(const Primitive& primitive) {
          primitive.vertices.morph_targets.empty();
 }
 
-std::vector<PositionLattice> mesh_lattices(const Capture& capture, int bits) {
+std::vector<PositionLattice> mesh_lattices(const Capture& capture, const GeometrySettings& settings) {
+  const int place_bits = settings.encoding == GeometryEncoding::kDgf ? kDgfPlaceBits : kPlaceBits;
   std::vector<Box> boxes(capture.meshes.size());
   for (std::size_t m = 0; m < boxes.size(); ++m)
     visit_positions(capture.meshes[m], [&](const Vec3& p) { boxes[m].add(p); });
@@ -139,7 +140,8 @@ std::vector<PositionLattice> mesh_lattices(const Capture& capture, int bits) {
   for (std::size_t m = 0; m < boxes.size(); ++m) shared[sets.of(m)].add(boxes[m]);
   std::vector<PositionLattice> lattices(boxes.size());
   for (std::size_t m = 0; m < boxes.size(); ++m)
-    if (const Box& box = shared[sets.of(m)]; !box.empty()) lattices[m] = make_lattice(box.low, box.high, bits);
+    if (const Box& box = shared[sets.of(m)]; !box.empty())
+      lattices[m] = make_lattice(box.low, box.high, settings.bits, place_bits);
   return lattices;
 }
 

@@ -6,6 +6,7 @@
 
 #include "base/vec.h"
 #include "scene/capture.h"
+#include "scene/geometry_settings.h"
 
 namespace tessera::scene {
 
@@ -30,9 +31,13 @@ struct PositionLattice {
   Vec3 point(const LatticePoint& place) const;
 };
 
+// Places are at most 2^kPlaceBits from the origin, as fine as floats are there; of blocks of DGF, whose anchors have 24 bits
+// with the sign, half as many.
+inline constexpr int kPlaceBits = 24, kDgfPlaceBits = 23;
+
 // The finest lattice for a box whose corners are finite, on which its positions take `bits` bits, 8 to 16, along each axis;
-// not finer than the floats of its largest coordinate, nor than 2^-126.
-PositionLattice make_lattice(const Vec3& low, const Vec3& high, int bits);
+// not finer than 2^-126, nor than that its places are at most 2^place_bits, with 1 to kPlaceBits of them.
+PositionLattice make_lattice(const Vec3& low, const Vec3& high, int bits, int place_bits = kPlaceBits);
 
 // Whether the memory may hold encoded positions of a primitive: its vertices are the capture's own at all times.
 bool rests_always(const Primitive& primitive);
@@ -40,6 +45,6 @@ bool rests_always(const Primitive& primitive);
 // The lattice of each mesh, by number; of meshes without resting primitives nothing sensible. A mesh has one lattice for
 // all its primitives, so that its seams stay closed. Meshes that hold a vertex in the same place of nodes with the same
 // transform, when the capture rests, share theirs.
-std::vector<PositionLattice> mesh_lattices(const Capture& capture, int bits);
+std::vector<PositionLattice> mesh_lattices(const Capture& capture, const GeometrySettings& settings);
 
 }  // namespace tessera::scene

@@ -14,7 +14,8 @@ using hardware::Event;
 using memory::Purpose;
 using memory::Unit;
 
-constexpr const char *kQuantised = "geometry.encoding=quantised", *kMeshlet = "geometry.encoding=meshlet";
+constexpr const char *kQuantised = "geometry.encoding=quantised", *kMeshlet = "geometry.encoding=meshlet",
+                     *kDgf = "geometry.encoding=dgf";
 
 FrameResult rendered(const scene::Capture& capture, std::vector<const char*> settings, int frame = 3) {
   GpuConfiguration gpu;
@@ -78,6 +79,22 @@ TEST(GeometryEncoding, RawDecodesNothingAndMeshletsPayTheirDecoder) {
   EXPECT_LT(meshlet.model->energy.by_unit_nj.at("dram"), raw.model->energy.by_unit_nj.at("dram"));
 }
 
+// Vertices on the borders of blocks are decoded for each block.
+TEST(GeometryEncoding, BlocksOfDgfPayForTheVerticesThatTheyShare) {
+  const scene::Capture capture = mesh_capture();
+  const FrameResult raw = rendered(capture, {}, 0), meshlet = rendered(capture, {kMeshlet}, 0),
+                    dgf = rendered(capture, {kDgf}, 0),
+                    free = rendered(capture, {kDgf, "energy.decoded_element_pj=0"}, 0);
+  EXPECT_LT(records_read(dgf), records_read(raw));
+  EXPECT_GT(in_tiles(dgf, Event::kDecodedElements), in_tiles(meshlet, Event::kDecodedElements));
+  const double decoded =
+      static_cast<double>(in_tiles(dgf, Event::kDecodedElements) + in_tiles(dgf, Event::kDecodedForShading));
+  EXPECT_NEAR(dgf.model->energy.by_unit_nj.at("tessellator"),
+              free.model->energy.by_unit_nj.at("tessellator") + decoded * 5e-3, 1e-3);
+  // The same places in the same clusters.
+  EXPECT_GE(clipped_psnr(dgf.targets.color, meshlet.targets.color), 45.0);
+}
+
 TEST(GeometryEncoding, ASlowDecoderTakesTime) {
   const scene::Capture capture = mesh_capture();
   const char* const kSlow = "tessellator.decoded_per_clk=0.01";
@@ -121,18 +138,21 @@ TEST(GeometryEncoding, BitsOfRawGeometryAreRefused) {
 
 class EncodedCaptures : public testing::TestWithParam<const char*> {};
 
-// 16 bits move nothing by more than a fraction of a pixel; 8 bits do. Both encodings have the same lattice.
-TEST_P(EncodedCaptures, SixteenBitsAreNearTheFloatsAndTwoEncodingsAgree) {
+// 16 bits move nothing by more than a fraction of a pixel; 8 bits do. All encodings have the same lattice.
+TEST_P(EncodedCaptures, SixteenBitsAreNearTheFloatsAndEncodingsAgree) {
   const scene::Capture capture = scene::read_capture(test::shipped_capture(GetParam()));
   const FrameResult raw = rendered(capture, {}), quantised = rendered(capture, {kQuantised}),
-                    meshlet = rendered(capture, {kMeshlet}),
+                    meshlet = rendered(capture, {kMeshlet}), dgf = rendered(capture, {kDgf}),
                     coarse = rendered(capture, {kQuantised, "geometry.bits=8"});
   EXPECT_GE(clipped_psnr(quantised.targets.color, raw.targets.color), 45.0);
   EXPECT_GE(clipped_psnr(meshlet.targets.color, raw.targets.color), 45.0);
+  EXPECT_GE(clipped_psnr(dgf.targets.color, raw.targets.color), 45.0);
   EXPECT_LT(clipped_psnr(coarse.targets.color, raw.targets.color),
             clipped_psnr(quantised.targets.color, raw.targets.color));
   EXPECT_LT(records_read(quantised), records_read(raw));
   EXPECT_LT(records_read(meshlet), records_read(quantised));
+  EXPECT_LT(records_read(dgf), records_read(raw));
+  EXPECT_GE(records_read(dgf), records_read(meshlet));
 }
 INSTANTIATE_TEST_SUITE_P(Shipped, EncodedCaptures, testing::Values("eggs", "city"));
 
