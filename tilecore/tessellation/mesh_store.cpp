@@ -14,11 +14,18 @@ std::size_t MeshStore::KeyHash::operator()(const Key& key) const {
 }
 
 MeshStore::Node& MeshStore::make_room() {
-  if (bytes_ >= limit_bytes_ && !nodes_.empty()) {
+  if (unused_ > 0 && bytes_ < limit_bytes_) {
+    --unused_;
+    bytes_ -= nodes_.back().bytes;
+    nodes_.splice(nodes_.begin(), nodes_, std::prev(nodes_.end()));
+  } else if (bytes_ >= limit_bytes_ && !nodes_.empty()) {
     // Down to the limit; the last one to go leaves its arrays.
     while (true) {
       Node& oldest = nodes_.back();
-      index_.erase(oldest.key);
+      if (unused_ > 0)
+        --unused_;
+      else
+        index_.erase(oldest.key);
       bytes_ -= oldest.bytes;
       if (bytes_ < limit_bytes_ || nodes_.size() == 1) break;
       nodes_.pop_back();
@@ -35,7 +42,7 @@ const MeshStore::Item& MeshStore::get(const scene::FrameGeometry& frame, std::ui
   if (frame.identity != frame_identity_) {
     index_.clear();
     // Their memory serves the new frame.
-    for (Node& node : nodes_) node.key.patch = ~std::uint32_t{0};
+    unused_ = nodes_.size();
     frame_identity_ = frame.identity;
   }
   const Key key{patch, range, frame.part.whole() ? -1 : frame.part.first, effects, displaced};

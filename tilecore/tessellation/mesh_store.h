@@ -72,12 +72,14 @@ class MeshStore {
   };
   using List = std::list<Node>;
 
-  // A node at the front for a new mesh: that of the oldest one, whose arrays are used again, when memory is full.
+  // A node at the front for a new mesh: one of an earlier frame, or when memory is full the oldest one, whose arrays are used
+  // again; else a new one.
   Node& make_room();
 
   std::size_t limit_bytes_, bytes_ = 0;
   std::uint64_t frame_identity_ = 0;  // of the frame that all are from
   List nodes_;                        // last used first
+  std::size_t unused_ = 0;            // of the last ones, those of an earlier frame
   std::unordered_map<Key, List::iterator, KeyHash> index_;
   Tessellator tessellator_;
 };
