@@ -173,9 +173,11 @@ void check_modern(const std::vector<Loaded>& captures, const Done& done, std::ve
     saved.add(loaded.name, 100 * frame.saved);
     if (frame.saved < 0.13 || frame.saved > 0.82) {
       holds = false;
-      known = known && frame.lists < 0.26;
-      reason += fmt::format("{}lists and vertices of {} are {:.0f} % of its traffic, so that no more can be saved",
-                            reason.empty() ? "" : "; ", loaded.name, 100 * frame.lists);
+      const bool little = frame.saved < 0.13;
+      known = known && (little ? frame.lists < 0.26 : frame.lists > 0.82);
+      reason += fmt::format("{}lists and vertices of {} are {:.0f} % of its traffic, so that {}",
+                            reason.empty() ? "" : "; ", loaded.name, 100 * frame.lists,
+                            little ? "no more can be saved" : "more can be saved than of games' frames");
     }
     sharing += fmt::format("{}{} {:.1f}", sharing.empty() ? "" : ", ", loaded.name, 100 * frame.in_turn.share());
     sharing_by_tile +=

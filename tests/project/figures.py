@@ -68,7 +68,6 @@ def commands(name, out):
 
 # ---- docs/when_it_pays.md -------------------------------------------------------------------------------------------
 
-FINISHED_FRAME = 640 * 360 * 8  # bytes, of this machine and of the others alike
 SCHEMES = ["patch-whole", "post-tessellation", "post-position", "deferred-vertex", "visibility-stream", "control-list", "immediate", "tessellated-in-memory", "untiled", "mesh-shader-ring",
            "mesh-shader-compact", "mesh-shader-references"]
 DOUBTS = ["as it is", "constant costs", "set-up x4", "against ours", "for ours"]
@@ -80,8 +79,11 @@ def place_of(row):
 
 def costs_of(points, cost, scheme):
     """Triples of a triangle's size in px², what this machine costs and what another does."""
-    both = FINISHED_FRAME if cost == "traffic" else 0
-    return [(float(point["px2"]), float(point[f"{cost} tessera"]) - both, float(point[f"{cost} {scheme}"]) - both) for point in points]
+    found = []
+    for point in points:
+        both = float(point["finished"]) if cost == "traffic" else 0  # of this machine and of the others alike
+        found.append((float(point["px2"]), float(point[f"{cost} tessera"]) - both, float(point[f"{cost} {scheme}"]) - both))
+    return found
 
 
 def sizes_where_less(costs):
@@ -134,7 +136,7 @@ def replay_of(row):
 
 def contradictions(row, schemes):
     """Columns of a row of points.csv that a replay contradicts."""
-    measured = {"triangles": schemes["post-tessellation"]["primitives"]}
+    measured = {"triangles": schemes["post-tessellation"]["primitives"], "finished": schemes["tessera"]["frame_bytes_written"]}
     for scheme, value in schemes.items():
         measured |= {f"traffic {scheme}": value["dram_bytes"], f"evaluations {scheme}": value["position_evaluations"] + value["domain_evaluations_cached"],
                      f"cycles {scheme}": value["cycles"], f"energy {scheme}": value["energy_nj"]}

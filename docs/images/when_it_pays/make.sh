@@ -12,9 +12,8 @@ page=$root/docs/when_it_pays.md
 
 awk -v folder="$here" -f "$here/tables.awk" "$out/sweep.csv"
 awk -v folder="$here" -v doubts=1 -f "$here/tables.awk" "$out/doubts/sweep.csv"
-finished=$(awk -F, 'NR == 2 && $6 == "tessera" { print $10 }' "$here/parts.csv")
 for cost in traffic evaluations cycles energy; do
-  awk -v cost=$cost -v finished="$finished" -f "$here/plot.awk" "$here/points.csv" >"$here/$cost.svg"
+  awk -v cost=$cost -f "$here/plot.awk" "$here/points.csv" >"$here/$cost.svg"
 done
 
 # replace NAME FILE: what stands between the page's marks "<!-- NAME -->" and "<!-- end NAME -->"
@@ -27,7 +26,7 @@ replace() {
 }
 table=$(mktemp) new=$(mktemp)
 trap 'rm -f "$table" "$new"' EXIT
-awk -F, -v table=ranges -v finished="$finished" -f "$here/page.awk" "$here/points.csv" >"$table" && replace ranges "$table"
+awk -F, -v table=ranges -f "$here/page.awk" "$here/points.csv" >"$table" && replace ranges "$table"
 awk -F, -v table=traffic -f "$here/page.awk" "$here/break_even.csv" >"$table" && replace break-even "$table"
 awk -F, '{ n = NF; gsub(/,/, " | "); print "| " $0 " |" } NR == 1 { row = "|---|---|"; for (c = 3; c <= n; ++c) row = row "---:|"; print row }' "$here/doubts.csv" >"$table" && replace doubts "$table"
 for cost in cycles energy; do

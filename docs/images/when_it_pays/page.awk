@@ -1,16 +1,16 @@
-# The tables of docs/when_it_pays.md: awk -F, -v table=traffic|cycles|energy -f page.awk break_even.csv, with table=ranges and finished=BYTES of points.csv
+# The tables of docs/when_it_pays.md: awk -F, -v table=traffic|cycles|energy -f page.awk break_even.csv or, with table=ranges, points.csv
 function bars(   c, row) { row = "|"; for (c = 1; c <= n; ++c) row = row " " cell[c] " |"; return row }
 function rule(   c, row) { row = "|"; for (c = 1; c <= n; ++c) row = row "---" (c > 1 ? ":" : "") "|"; return row }
 table == "ranges" && NR == 1 {
   n = split("scheme,traffic,evaluations,cycles,energy", cell, ","); print bars(); print rule()
-  schemes = (NF - 6) / 4; last = 6 + schemes
+  schemes = (NF - 7) / 4; last = 6 + schemes
   for (c = 8; c <= last; ++c) { scheme[c] = $c; sub(/.* /, "", scheme[c]) }
   next
 }
 table == "ranges" {
   for (c = 8; c <= last; ++c)
     for (k = 0; k < 4; ++k) {
-      both = k ? 0 : finished; ratio = ($(c + schemes * k) - both) / ($(7 + schemes * k) - both)
+      both = k ? 0 : $NF; ratio = ($(c + schemes * k) - both) / ($(7 + schemes * k) - both)
       if (NR == 2 || ratio < least[c, k]) least[c, k] = ratio
       if (NR == 2 || ratio > most[c, k]) most[c, k] = ratio
     }

@@ -1,4 +1,4 @@
-# Cost of the other schemes over ours against triangle size as SVG, a panel for each case: awk -v cost=traffic|evaluations|cycles|energy -v finished=BYTES -f plot.awk points.csv
+# Cost of the other schemes over ours against triangle size as SVG, a panel for each case: awk -v cost=traffic|evaluations|cycles|energy -f plot.awk points.csv
 function px(size) { return left + 150 * log(size / 0.5) / log(128) }
 function py(ratio) { return top + 130 * (1 - log(ratio / low) / log(high / low)) }
 function text(x, y, anchor, words) { printf "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"%s\">%s</text>\n", x, y, anchor, words }
@@ -19,7 +19,7 @@ function panel(title, wanted,   s, r, path, v) {
 BEGIN { FS = ","; schemes = split("#000 #e69f00 #004d7a #0072b2 #d55e00 #009e73 #cc79a7 #7a7f87 #8b5a2b #b8a000 #56b4e9 #a05195 #665191", color, " ") }
 NR == 1 { split("traffic evaluations cycles energy", costs, " "); for (s = 1; s <= 4; ++s) if (costs[s] == cost) first = 7 + (s - 1) * schemes; for (s = 1; s <= schemes; ++s) { scheme[s] = $(first + s - 1); sub(/.* /, "", scheme[s]) } next }
 {
-  place[++rows] = $1 "," $2 "," $3 "," $4; px2[rows] = $5; both = cost == "traffic" ? finished : 0
+  place[++rows] = $1 "," $2 "," $3 "," $4; px2[rows] = $5; both = cost == "traffic" ? $NF : 0
   for (s = 2; s <= schemes; ++s) { v = ($(first + s - 1) - both) / ($first - both); ratio[rows, s] = v; if (!least || v < least) least = v; if (v > most) most = v }
 }
 END {

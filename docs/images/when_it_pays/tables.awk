@@ -27,7 +27,7 @@ BEGIN {
   head = "layers,attributes,blur,tile,px2,triangles"
   costs_count = split("traffic evaluations cycles energy", costs, " ")
   for (c = 1; c <= costs_count; ++c) for (s = 1; s <= schemes; ++s) head = head "," costs[c] " " scheme_of[s]
-  if (!doubts) print head > points
+  if (!doubts) print head ",finished" > points
   if (!doubts) print "layers,attributes,blur,tile,px2,scheme,lists_written,lists,records,frame,evaluations,bounding_operations,partial_render_at_half,spill_at_half,cycles,energy_nj" > parts
 }
 function doubt_of() {
@@ -63,7 +63,7 @@ at("status") != "ok" { print "a point failed: " $0 > "/dev/stderr"; failed = 1; 
     if (tile == 32 && blur != 8 && (px2 + 0 == 1 || px2 + 0 == 16))
       printf "%s,%s,%s,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f\n", place, px2, n, of(n, "queue_bytes_written"), all - frame - records, records, frame, evaluations, of(n, "bounding_operations"), of(n, "partial_render_bytes"), of(n, "spill_bytes"), of(n, "cycles"), of(n, "energy_nj") > parts
   }
-  print row more times energies > points
+  print row more times energies "," sprintf("%.0f", finished) > points
 }
 END {
   if (failed) exit 1
