@@ -46,8 +46,8 @@ int block_bytes(BlockFormat format, bool alpha) { return format == BlockFormat::
 struct BlockEncoder::Astc {
   Astc(unsigned side, bool srgb) {
     astcenc_config config{};
-    // Channels of normals and factors do not follow each other as those of colours do. They need two planes of weights, which
-    // the fast search hardly tries.
+    // The channels of normals and factors vary independently. They need two planes of weights, which the fast search hardly
+    // tries.
     check_astc(astcenc_config_init(srgb ? ASTCENC_PRF_LDR_SRGB : ASTCENC_PRF_LDR, side, side, 1,
                                    srgb ? ASTCENC_PRE_FAST : ASTCENC_PRE_THOROUGH, 0, &config));
     check_astc(astcenc_context_alloc(&config, threads, &context));

@@ -39,7 +39,7 @@ struct ShaderFeatures {
   Motion motion = Motion::kStill;
   // Derivatives of texture coordinates: differences within quads, by the texture unit, or the surface's own.
   bool quads = false;
-  // Of a pixel: the normal of triangles turned by the gradient of heights; of kOutputs: one without displacement.
+  // A pixel shader turns the normal of triangles by the gradient of heights; kOutputs gives one without displacement.
   bool height_normals = false;
   bool unlit = false, vertex_colors = false;
   bool base_color = false, metallic_roughness = false, occlusion = false, emissive = false;  // textures

@@ -47,7 +47,8 @@ constexpr std::uint32_t kLeastWidth = 3, kMaxWidth = 6;
 constexpr std::size_t kTrianglesPerRestart = 3;  // rarely fewer
 constexpr std::size_t kRefusals = 4;             // triangles that are too many before a block is held to be full
 
-// Grows blocks one after the other, each from a triangle at the rim of what is left, by what adds fewest bits.
+// Grows one block after another. Each begins at a triangle on the rim of those left and takes the neighbour that adds fewest
+// bits.
 class Partition {
  public:
   Partition(const PositionLattice& lattice, std::span<const LatticePoint> points, const TriangleAdjacency& triangles)
@@ -78,7 +79,7 @@ class Partition {
       larger.add(points_, triangles_[next]);
       const std::size_t count = some.size() + 1;
       some.push_back(next);
-      // Far from full it fits for certain, or almost; what is certain in the end is that block.
+      // A block far from full is not encoded at each step; the loop below encodes it, and gives triangles back if it must.
       const bool easily = larger.size(count, 1 + count / kTrianglesPerRestart, kMaxWidth).fits();
       std::optional<DgfBlock> found;
       if (!easily && larger.size(count, 1, kLeastWidth).fits())
@@ -125,7 +126,7 @@ class Partition {
   // The triangle with fewest neighbours that are left; on ties the one nearest to the last block.
   std::uint8_t next_seed() const { return best(left_, last_, 4096); }
 
-  // Of some triangles the one that makes least of the bits of a block with it, and a penalty for each free neighbour.
+  // The triangle with the least cost: bits of the block with it, and a penalty for each neighbour that is left.
   std::uint8_t best(const std::bitset<kMaxClusterTriangles>& some, const Growth& growth, std::size_t penalty) const {
     std::uint8_t best = kNobody;
     std::size_t least = 0;

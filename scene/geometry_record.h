@@ -48,7 +48,7 @@ struct EncodedRecord {
   std::vector<std::uint8_t> order;
   // The number in the header: cells, or blocks of dgf.
   std::size_t parts = 0;
-  // What a decoder gives: vertices, those of each block for themselves, and coded cells or triangles.
+  // Elements that a decoder gives: vertices, counted in each block that has them, and coded cells or triangles.
   std::size_t elements = 0;
 };
 // `settings` are not raw; `points` are places of `lattice`, at most 64 of them, with dgf at most 2^kDgfPlaceBits; cells have

@@ -17,7 +17,7 @@ struct Trial {
   bool in_double = false;
   Packing packing;
   bool stored = false;  // the image is what the frame buffer holds
-  bool timed = false;   // only times what was recorded of the frame: its host times are those of that
+  bool timed = false;   // times a record of the frame and renders nothing; host times are those of timing
   std::string hash;     // 32 digits: of everything that the result follows from; equal configurations are one trial
 };
 

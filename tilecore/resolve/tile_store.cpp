@@ -97,7 +97,6 @@ std::uint64_t TileStore::compressed_bytes(const FrameStore& how, const Tile& til
       memory::burst_bytes(static_cast<std::uint64_t>(inside.y0 - block.y0) * row_bytes,
                           static_cast<std::uint64_t>(inside.height()) * row_bytes, tile.burst_bytes);
   if (tile.open) return raw;
-  counters_.pixels_compressed += shape.pixels();
   std::array<std::uint16_t, 4 * kLargestBlockPixels> codes;
   auto out = codes.begin();
   for (int y = block.y0; y < block.y1; ++y)
@@ -162,6 +161,8 @@ TileStore::Outcome TileStore::store(const FrameStore& how, const Tile& tile, Ima
     ++counters_.tiles_not_written;
     return {false, keep_what_is_there(how, tile, color)};
   }
+  if (how.compressed && !tile.open)
+    counters_.pixels_compressed += transfers_.size() * stored_block(how.coder.format()).pixels();
   for (const Transfer& transfer : transfers_)
     ledger.write_at(memory::Unit::kResolve, memory::Purpose::kFrameBuffer, transfer.offset, transfer.bytes,
                     tile.burst_bytes);

@@ -134,7 +134,7 @@ inline constexpr auto kCounterFields<tilecore::StoreCounters> = std::to_array<Co
     {"resolve.pixels_coded", &tilecore::StoreCounters::pixels_coded, Combine::kSum, "pixels",
      "Finished pixels that were tone-mapped and coded for a frame buffer of rgba8 or rgb10a2.", ""},
     {"resolve.pixels_compressed", &tilecore::StoreCounters::pixels_compressed, Combine::kSum, "pixels",
-     "Pixels of blocks of the frame buffer that were compressed.", ""},
+     "Pixels of blocks of the frame buffer that were compressed and written.", ""},
 });
 TESSERA_COUNTERS_COVER(tilecore::StoreCounters);
 

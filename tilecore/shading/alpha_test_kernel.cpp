@@ -9,11 +9,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::tilecore::HWY_NAMESPACE {
 
-namespace hn = hwy::HWY_NAMESPACE;
-namespace stage = shaders::HWY_NAMESPACE;
-using tessera::HWY_NAMESPACE::FloatLanes;
-using tessera::HWY_NAMESPACE::IntLanes;
-using tessera::HWY_NAMESPACE::Vector3;
+#include "tilecore/shading/lane_names.inc"
 
 #include "tilecore/shading/lane_shader.inc"
 

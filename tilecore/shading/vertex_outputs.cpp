@@ -57,14 +57,14 @@ const TextureSlot* slot_of_tangents(const scene::Material& material) {
 }
 
 // The sets of coordinates have a bit each; those from 63 on share one.
-std::uint64_t bit_of_set(const TextureSlot& slot) { return std::uint64_t{1} << std::min(slot.texcoord, 63); }
+std::uint64_t bit_of_set(int texcoord) { return std::uint64_t{1} << std::min(texcoord, 63); }
 
 // Those that its shader reads.
 std::uint64_t coordinate_sets(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
   const scene::Material& material = *drawable.material;
   std::uint64_t sets = 0;
-  if (adds_height_normals(frame, drawable)) sets |= std::uint64_t{1} << std::min(material.displacement->texcoord, 63);
-  const auto add = [&](const TextureSlot& slot) { sets |= bit_of_set(slot); };
+  if (adds_height_normals(frame, drawable)) sets |= bit_of_set(material.displacement->texcoord);
+  const auto add = [&](const TextureSlot& slot) { sets |= bit_of_set(slot.texcoord); };
   each_texture(material, [&](scene::MaterialTexture, const TextureSlot& slot) { add(slot); });
   // Without tangents pixels derive them, from a coordinate that no texture may be read at.
   if (material.has(scene::MaterialEffect::kAnisotropy) && !has_vertex_tangents(material))
@@ -110,7 +110,8 @@ void VertexOutputs::begin(const scene::FrameGeometry& frame, const scene::PosedD
   patches_ = draw_constants(frame, drawable);
   patches_.half_attributes = false;
   height_normals_ = use == Use::kPixels && adds_height_normals(frame, drawable);
-  sets_ = use == Use::kPixels ? coordinate_sets(frame, drawable) : bit_of_set(drawable.material->base_color_texture);
+  sets_ = use == Use::kPixels ? coordinate_sets(frame, drawable)
+                              : bit_of_set(drawable.material->base_color_texture.texcoord);
   tangent_slot_ = use == Use::kPixels ? slot_of_tangents(*drawable.material) : nullptr;
   for (std::size_t key = 0; key < 2; ++key) positions_[key].clear(), normals_[key].clear(), tangents_[key].clear();
   const auto& from = drawable.primitive->vertices;
@@ -205,6 +206,7 @@ void VertexOutputs::set_mesh(DrawConstants& draw) {
   draw.drawable = &mesh_;
   draw.grid = false;
   draw.height_normals = height_normals_;
+  if (!height_normals_) return;
   for (std::size_t key = 0; key < 2; ++key) {
     const Mat3 to_world(mesh_.to_world[key]);
     draw.height_metric[key] = to_world * glm::transpose(to_world);

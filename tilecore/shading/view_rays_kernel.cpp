@@ -31,13 +31,9 @@ struct ViewRaysKernel {
 HWY_BEFORE_NAMESPACE();
 namespace tessera::tilecore::HWY_NAMESPACE {
 
-namespace hn = hwy::HWY_NAMESPACE;
-namespace stage = shaders::HWY_NAMESPACE;
-using tessera::HWY_NAMESPACE::FloatLanes;
-using tessera::HWY_NAMESPACE::IntLanes;
+#include "tilecore/shading/lane_names.inc"
 using tessera::HWY_NAMESPACE::real_max;
 using tessera::HWY_NAMESPACE::real_min;
-using tessera::HWY_NAMESPACE::Vector3;
 
 #include "tilecore/shading/lane_lookups.inc"
 

@@ -63,6 +63,27 @@ TEST(HistoryMemory, ACompressedOneByTheBlocksThatWereStored) {  // HM1
   EXPECT_EQ(frame.colors({7, 1, 12, 6}), 2u * (3 + 2) * 64 + 64);
 }
 
+// Decoding counts the pixels asked for, decompressing those of whole blocks: two columns and one row of 8x8 in rgba8, two
+// rows of 8x4 in half floats, which nothing decodes.
+TEST(HistoryMemory, PixelsThatAreDecodedAndDecompressed) {
+  const IntRect asked{7, 1, 12, 6};
+  for (const auto& [format, decoded, decompressed] :
+       {std::tuple{FrameFormat::kRgba8, 25u, 2u * 64}, {FrameFormat::kRgba16f, 0u, 4u * 32}}) {
+    Frame frame;
+    frame.how.coder = PixelCoder(format);
+    frame.how.compressed = true;
+    const auto counted = [&] {
+      const HistoryMemory memory(frame.how, frame.settings, frame.history.region);
+      return std::pair(memory.decoded_pixels(asked), memory.decompressed_pixels(asked));
+    };
+    EXPECT_EQ(counted(), std::pair(std::uint64_t{decoded}, std::uint64_t{decompressed}));
+    frame.how.compressed = false;
+    EXPECT_EQ(counted().second, 0u);
+    frame.settings.colors = HistoryColors::kApart;  // single precision is neither
+    EXPECT_EQ(counted(), std::pair(std::uint64_t{0}, std::uint64_t{0}));
+  }
+}
+
 // What the store leaves is what is read back: all of a frame is read for what it was written for.
 TEST(HistoryMemory, AllOfACompressedFrameIsReadForWhatItWasWrittenFor) {
   for (const FrameFormat format : {FrameFormat::kRgba8, FrameFormat::kRgb10a2, FrameFormat::kRgba16f}) {

@@ -164,6 +164,8 @@ TEST(TileStore, OnlyTilesThatChangedAreWritten) {  // PS3
       EXPECT_EQ(all.counters.tiles_not_written, 0u);
       const Stored none = store_all(how, region, same);
       EXPECT_EQ(none.counters.tiles_not_written, 12u);
+      EXPECT_EQ(none.counters.pixels_compressed, 0u);  // signatures come first
+      EXPECT_EQ(all.counters.pixels_compressed, compressed ? 64u * 48u : 0u);
       EXPECT_EQ(none.sum(), 0u);
       other.at(20, 20)[1] = 2.0f;
       const Stored one = store_all(how, region, other);
