@@ -280,13 +280,14 @@ void ReferenceScene::add_cluster(std::uint32_t patch, const std::array<DMat4, 2>
 
 ReferenceScene::Parameters ReferenceScene::grid_parameters(const Triangle& triangle, double b1, double b2) const {
   const scene::TessellationPattern& pattern = frame.pattern_of(triangle.patch);
-  const int cell = static_cast<int>(triangle.triangle / 2), i = cell % pattern.nu, j = cell / pattern.nu;
-  const bool lower = triangle.triangle % 2 == 0;
-  const auto mix = [&](auto&& at) {
-    return at(0, 0) * (1.0 - b1 - b2) + (lower ? at(1, 0) : at(1, 1)) * b1 + (lower ? at(1, 1) : at(0, 1)) * b2;
-  };
-  return {mix([&](int di, int dj) { return static_cast<double>(pattern.u(i + di, j + dj)); }),
-          mix([&](int di, int dj) { return static_cast<double>(pattern.v(i + di, j + dj)); })};
+  const std::array<double, 3> weight{1.0 - b1 - b2, b1, b2};
+  Parameters mean{0, 0};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto [i, j] = scene::grid_corner(pattern, triangle.triangle, k);
+    mean.u += static_cast<double>(pattern.u(i, j)) * weight[k],
+        mean.v += static_cast<double>(pattern.v(i, j)) * weight[k];
+  }
+  return mean;
 }
 
 // ---- The tree ---------------------------------------------------------------------------------------------------

@@ -46,6 +46,16 @@ struct GridPoint {
   std::uint32_t triangle = 0;
   float b1 = 0, b2 = 0;
 };
+// The grid vertex (i, j) that is corner `k`, 0 to 2, of a triangle.
+struct GridCorner {
+  int i, j;
+};
+inline GridCorner grid_corner(const TessellationPattern& pattern, std::uint32_t triangle, std::size_t k) {
+  const int cell = static_cast<int>(triangle / 2), i = cell % pattern.nu, j = cell / pattern.nu;
+  if (k == 0) return {i, j};
+  const bool along_u = triangle % 2 == 0;
+  return along_u ? GridCorner{i + 1, k == 1 ? j : j + 1} : GridCorner{k == 1 ? i + 1 : i, j + 1};
+}
 // The triangle of the grid that holds the parameters (u, v), both in [0, 1]. Where rounding leaves them outside of all, the
 // nearest one.
 GridPoint triangle_at(const TessellationPattern& pattern, float u, float v);

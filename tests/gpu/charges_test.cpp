@@ -3,6 +3,8 @@
 #include "gpu/device.h"
 #include "gpu/settings.h"
 #include "memory/ledger.h"
+#include "shaders_cpp/procedures/operation_count.h"
+#include "tests/support/procedures.h"
 #include "tests/support/tests.h"
 
 namespace tessera::gpu::charges_test {
@@ -273,6 +275,30 @@ TEST(Charges, VerticesThatPixelsInterpolateAreEvaluatedWrittenAndRead) {
   EXPECT_LT(shader_cycles(now), shader_cycles(before));
   EXPECT_EQ(rendered(seen(grid_mesh(scene::kNone), {})).counters.shading.vertex_outputs, 0u)
       << "a mesh has its vertices";
+}
+
+TEST(Charges, PixelsOfProceduresTakeTheirOperationsAndThoseOfTheGeometryWhereTheyEvaluateIt) {
+  scene::Capture capture;
+  shaders::ShapeInput sphere;
+  sphere.p = {0.5f, 0.5f, 0.5f};
+  test::add_procedure(capture, shaders::ShapeId::kSphere, sphere, {0, 0, 0}, test::add_material(capture, {}));
+  test::add_camera(capture, {0, 0, 2});
+  const char* const patches = "procedures.path=tessellated";
+  const FrameResult now = rendered(capture, {"shading.surface=interpolated", patches}),
+                    before = rendered(capture, {kEvaluated, patches}), sampled = rendered(capture);
+  using timing::WarpItem;
+  const auto geometry = static_cast<std::uint64_t>([&] {
+    const shaders::OperationCount count = shaders::count_geometry(shaders::ShapeId::kSphere, sphere);
+    return count.total() + 3 * (count.divides + count.square_roots);
+  }());
+  const std::uint64_t pixels = now.counters.shading.pixel_shader_invocations;
+  ASSERT_EQ(pixels, before.counters.shading.pixel_shader_invocations);
+  EXPECT_EQ(clocks_of(now, WarpItem::kVertices), now.counters.shading.vertex_outputs * geometry);
+  EXPECT_EQ(clocks_of(now, WarpItem::kEvaluating), 0u);
+  EXPECT_EQ(clocks_of(before, WarpItem::kEvaluating), clocks_of(now, WarpItem::kPixels) + pixels * geometry);
+  EXPECT_EQ(clocks_of(sampled, WarpItem::kEvaluating) / sampled.counters.shading.pixel_shader_invocations,
+            clocks_of(before, WarpItem::kEvaluating) / pixels)
+      << "samples keep parameters alone";
 }
 
 TEST(Charges, PlacesAtShutterOpenAreFoundWhereThingsMove) {

@@ -105,5 +105,21 @@ TEST(InterpolatedSurface, RatesQuadsAndDesamplingInterpolateAsWell) {
   }
 }
 
+// Procedures that are drawn as patches; sampled ones have no vertices.
+TEST(InterpolatedSurface, ProceduresDrawnAsPatchesInterpolateOnEveryMachine) {
+  const scene::Capture capture = scene::read_capture(test::shipped_capture("workshop"));
+  constexpr const char* kPatches = "procedures.path=tessellated";
+  const FrameResult usual = rendered(capture, {kInterpolated, kPatches}),
+                    evaluated = rendered(capture, {kEvaluated, kPatches}), sampled = rendered(capture, {kInterpolated});
+  EXPECT_EQ(usual.counters.shading.surface_evaluations, 0u);
+  EXPECT_GT(usual.counters.shading.vertex_outputs, 0u);
+  EXPECT_EQ(sampled.counters.shading.vertex_outputs, 0u);
+  EXPECT_GT(clipped_psnr(usual.targets.color, evaluated.targets.color), 30);
+  EXPECT_EQ(rendered(capture, {kFrame, kPatches}).targets.color.values, usual.targets.color.values);
+  for (const char* machine : {"tile.width=16", "tessellator.cache_bytes=0", "shader.warp_lanes=16"})
+    EXPECT_EQ(rendered(capture, {kInterpolated, kPatches, machine}).targets.color.values, usual.targets.color.values)
+        << machine;
+}
+
 }  // namespace
 }  // namespace tessera::gpu::interpolated_surface_test

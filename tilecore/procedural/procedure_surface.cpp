@@ -99,10 +99,28 @@ shaders::ProcedureLights procedure_lights(const FrameGeometry& frame) {
   return out;
 }
 
-// A point with its tangents by the patch's own parameters and its normal, in object space at a motion key.
-struct ObjectPoint {
-  Vec3 position{0.0f}, by_u{0.0f}, by_v{0.0f}, normal{0, 0, 1};
-};
+// Fills `s` from the points at both motion keys.
+void place_point(const ObjectPoint& open, const ObjectPoint& close, float t, Surface& s) {
+  const PosedDrawable& drawable = *s.drawable;
+  const auto mix = [&](auto&& value) { return value(std::size_t{0}) * (1.0f - t) + value(std::size_t{1}) * t; };
+  const auto point = [&](std::size_t key) -> const ObjectPoint& { return key == 0 ? open : close; };
+  s.corner_count = 0;
+  s.object = open.position;
+  s.object_normal = open.normal;
+  s.position = mix([&](std::size_t k) { return Vec3(drawable.to_world[k] * Vec4(point(k).position, 1.0f)); });
+  s.position_p = mix([&](std::size_t k) { return Mat3(drawable.to_world[k]) * point(k).by_u; });
+  s.position_q = mix([&](std::size_t k) { return Mat3(drawable.to_world[k]) * point(k).by_v; });
+  const Vec3 turned = mix([&](std::size_t k) { return drawable.normal_to_world[k] * point(k).normal; });
+  const float length2 = glm::dot(turned, turned);
+  s.normal = length2 > 1e-30f && std::isfinite(length2) ? turned / std::sqrt(length2) : Vec3(0, 0, 1);
+  s.geometric_normal = s.normal;
+  s.raster = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(point(k).position, 1.0f); });
+  s.raster_p = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(point(k).by_u, 0.0f); });
+  s.raster_q = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(point(k).by_v, 0.0f); });
+}
+
+}  // namespace
+
 ObjectPoint object_point(const ProcedurePatch& at, std::size_t key, float u, float v) {
   ObjectPoint out;
   shaders::with_shape(at.shape, [&](auto shape) {
@@ -120,8 +138,6 @@ ObjectPoint object_point(const ProcedurePatch& at, std::size_t key, float u, flo
   });
   return out;
 }
-
-}  // namespace
 
 shaders::SurfaceProgram surface_program(const FrameGeometry& frame, const PosedDrawable& drawable,
                                         const scene::Procedure::Piece& piece) {
@@ -146,25 +162,42 @@ shaders::SurfaceProgram surface_program(const FrameGeometry& frame, const PosedD
 }
 
 void fill_procedure(const FrameGeometry& frame, std::uint32_t patch, Vec2 parameters, float t, Surface& s) {
-  const PosedDrawable& drawable = *s.drawable;
   const ProcedurePatch at = scene::procedure_patch(frame, patch);
   const float u = at.u(parameters.x), v = at.v(parameters.y);
-  const ObjectPoint open = object_point(at, 0, u, v), close = drawable.deforming ? object_point(at, 1, u, v) : open;
-  const auto mix = [&](auto&& value) { return value(std::size_t{0}) * (1.0f - t) + value(std::size_t{1}) * t; };
-  const auto point = [&](std::size_t key) -> const ObjectPoint& { return key == 0 ? open : close; };
-  s.corner_count = 0;
-  s.object = open.position;
-  s.object_normal = open.normal;
-  s.position = mix([&](std::size_t k) { return Vec3(drawable.to_world[k] * Vec4(point(k).position, 1.0f)); });
-  s.position_p = mix([&](std::size_t k) { return Mat3(drawable.to_world[k]) * point(k).by_u; });
-  s.position_q = mix([&](std::size_t k) { return Mat3(drawable.to_world[k]) * point(k).by_v; });
-  const Vec3 turned = mix([&](std::size_t k) { return drawable.normal_to_world[k] * point(k).normal; });
-  const float length2 = glm::dot(turned, turned);
-  s.normal = length2 > 1e-30f && std::isfinite(length2) ? turned / std::sqrt(length2) : Vec3(0, 0, 1);
-  s.geometric_normal = s.normal;
-  s.raster = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(point(k).position, 1.0f); });
-  s.raster_p = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(point(k).by_u, 0.0f); });
-  s.raster_q = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(point(k).by_v, 0.0f); });
+  const ObjectPoint open = object_point(at, 0, u, v);
+  place_point(open, s.drawable->deforming ? object_point(at, 1, u, v) : open, t, s);
+}
+
+void fill_procedure_triangle(const FrameGeometry& frame, const SurfaceLocation& at, const VertexOutputs& vertices,
+                             const std::array<std::int32_t, 3>& corner, Surface& s) {
+  const scene::TessellationPattern& pattern = frame.pattern_of(at.patch);
+  std::array<Vec2, 3> parameters;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto [i, j] = scene::grid_corner(pattern, at.triangle, k);
+    parameters[k] = {pattern.u(i, j), pattern.v(i, j)};
+  }
+  const Vec2 along_1 = parameters[1] - parameters[0], along_2 = parameters[2] - parameters[0];
+  const float area = along_1.x * along_2.y - along_2.x * along_1.y;
+  const std::array<float, 3> weight{1.0f - at.b1 - at.b2, at.b1, at.b2};
+  const auto point = [&](std::size_t key) {
+    ObjectPoint out;
+    out.normal = Vec3(0.0f);
+    for (std::size_t k = 0; k < 3; ++k) {
+      out.position += vertices.position(key, corner[k]) * weight[k];
+      out.normal += vertices.normal(key, corner[k]) * weight[k];
+    }
+    const float length = glm::length(out.normal);
+    out.normal = length > 0.0f ? out.normal / length : vertices.normal(key, corner[0]);
+    const Vec3 edge_1 = vertices.position(key, corner[1]) - vertices.position(key, corner[0]),
+               edge_2 = vertices.position(key, corner[2]) - vertices.position(key, corner[0]);
+    if (area != 0.0f) {
+      out.by_u = (edge_1 * along_2.y - edge_2 * along_1.y) / area;
+      out.by_v = (edge_2 * along_1.x - edge_1 * along_2.x) / area;
+    }
+    return out;
+  };
+  const ObjectPoint open = point(0);
+  place_point(open, s.drawable->deforming ? point(1) : open, at.t, s);
 }
 
 ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting, const shaders::Lights& lights,

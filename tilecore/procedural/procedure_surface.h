@@ -1,10 +1,12 @@
 #pragma once
 
 #include "scene/frame_geometry.h"
+#include "scene/procedure_patch.h"
 #include "shaders_cpp/procedures/uniforms.h"
 #include "tilecore/shading/pixel_shader.h"
 #include "tilecore/shading/surface.h"
 #include "tilecore/shading/texture_unit.h"
+#include "tilecore/shading/vertex_outputs.h"
 
 namespace tessera::tilecore {
 
@@ -15,11 +17,23 @@ namespace tessera::tilecore {
 shaders::SurfaceProgram surface_program(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
                                         const scene::Procedure::Piece& piece);
 
+// A point with its tangents by the patch's own parameters and its unit normal, in object space at a motion key. (u, v) are
+// those of the piece.
+struct ObjectPoint {
+  Vec3 position{0.0f}, by_u{0.0f}, by_v{0.0f}, normal{0, 0, 1};
+};
+ObjectPoint object_point(const scene::ProcedurePatch& at, std::size_t key, float u, float v);
+
 // Fills position, tangents, normal, raster point and its derivatives; parameters are those of the base patch. No
 // attributes.
 void fill_procedure(const scene::FrameGeometry& frame, std::uint32_t patch, Vec2 parameters, float t, Surface& surface);
 
-// Texture and shading of a point that fill_procedure made. What it looks up is told as that of lane `lane`. With
+// The same of a point on a triangle of the patch's grid, between its vertices: `corner` are their numbers in `vertices`.
+void fill_procedure_triangle(const scene::FrameGeometry& frame, const SurfaceLocation& at,
+                             const VertexOutputs& vertices, const std::array<std::int32_t, 3>& corner,
+                             Surface& surface);
+
+// Texture and shading of a point that one of these made. What it looks up is told as that of lane `lane`. With
 // ShadingId::kMaterial the material's textures of base colour, normals, metalness and roughness, occlusion and emission
 // are read, where it blends that of base colour in any case, all of them at (u, v) of the whole procedure, whatever their sets of coordinates.
 ShadedPoint shade_procedure(const scene::FrameGeometry& frame, const Lighting& lighting, const shaders::Lights& lights,

@@ -112,10 +112,7 @@ MotionField::Step MotionField::step(std::uint32_t d, Vec2 rest, float z, const S
     case Kind::kDeforming:
       break;
   }
-  const Vec2 parameters = surface_parameters(now_, at);
-  const Vec4 here = surface_raster(now_, at, parameters, 0);
-  if (!(here.w > 0)) return {};
-  return step_to(Vec2(here.x, here.y) / here.w, surface_raster(then_, at, parameters, 0));
+  return step_between(places(at, surface_parameters(now_, at)));
 }
 
 // ---- The camera -------------------------------------------------------------------------------------------------

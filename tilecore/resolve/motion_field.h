@@ -19,7 +19,8 @@ namespace tessera::tilecore {
 //
 // Drawables whose vertices keep their places in object space (all but deforming ones) moved as a whole: one matrix on
 // the point's place in raster space is exact and needs no surface. The points of deforming ones are evaluated at both
-// poses.
+// poses; where pixels interpolate a patch's surface between the vertices of its grid, the vertices are, and their places
+// in both frames are interpolated likewise.
 //
 // Invariants (cited by the tests):
 //   MF1  A drawable of kind kStill looks the same in both frames through every sample: no motion between them, nor
@@ -27,6 +28,8 @@ namespace tessera::tilecore {
 //   MF2  A point with w <= 0 in either frame, or of a drawable without an inverse, is not usable.
 //   MF3  Where a drawable's shading is the same in both frames, the pixel shader is told the same of its points, but for
 //        the lights and where they are seen from.
+//   MF4  Where pixels interpolate a deforming patch's surface, a point's places are those of its triangle's vertices,
+//        weighed in raster space.
 class MotionField {
  public:
   enum class Kind : std::uint8_t { kStill, kRigid, kDeforming, kUnusable };
@@ -58,6 +61,18 @@ class MotionField {
     float depth = 0;      // in `then`
     bool usable = false;
   };
+  // Where a point of a deforming drawable is in both frames at shutter open: (xh, yh, depth, w).
+  struct Places {
+    Vec4 now{0.0f}, then{0.0f};
+  };
+  // By the surface's parameters in its patch or, of a cluster, in the triangle of `at`.
+  Places places(const SurfaceLocation& at, Vec2 parameters) const {
+    return {surface_raster(now_, at, parameters, 0), surface_raster(then_, at, parameters, 0)};
+  }
+  static Step step_between(const Places& places) {
+    if (!(places.now.w > 0)) return {};
+    return step_to(Vec2(places.now.x, places.now.y) / places.now.w, places.then);
+  }
   // Motion of the point of drawable `d` that a sample sees at `at`; `rest` is its pixel at shutter open, z its depth.
   Step step(std::uint32_t d, Vec2 rest, float z, const SurfaceLocation& at) const;
   // The same for a drawable of kind kRigid, which needs no surface.

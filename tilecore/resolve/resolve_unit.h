@@ -278,8 +278,9 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
      "Pixels shaded because the previous frame shows another surface or depth in their place.", ""},
     {"resolve.velocity_operations", &tilecore::DesamplingCounters::velocity_operations, Combine::kSum, "operations",
      "Operations of four channels for that: 5 for a point of a rigid drawable (a matrix and a division), 15 for one of "
-     "a "
-     "deforming triangle in both frames, 41 for one of a deforming patch.",
+     "a deforming triangle in both frames, 41 for one of a deforming patch, 120 more where it is displaced. Unless "
+     "shading.surface=evaluated, a patch's vertices that a tile's pixels see are evaluated, once each, and points are "
+     "those of triangles.",
      ""},
     {"resolve.highlight_tests", &tilecore::DesamplingCounters::highlight_tests, Combine::kSum, "tests",
      "Shaded pixels of blocks to be filled whose brightness was looked at, to find borders of highlights.", ""},

@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "tilecore/resolve/block_pixels.h"
+#include "tilecore/shading/vertex_outputs.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -32,8 +34,14 @@ float statistic_of(std::array<float, 16>& speeds, int count, BlockSpeed statisti
 }
 
 // Operations of four channels [by hand]. A rigid point: its matrix and a division. A triangle's: its vertices of both
-// frames weighed and projected. A patch's: the same of its sixteen control points.
-constexpr std::uint64_t kRigidOperations = 5, kTriangleOperations = 15, kPatchOperations = 41;
+// frames weighed and projected. A patch's: the same of its sixteen control points. A displaced one's more than that: two
+// derivatives of sixteen points, their cross product and its length, the coordinate, two bilinear heights and the step.
+constexpr std::uint64_t kRigidOperations = 5, kTriangleOperations = 15, kPatchOperations = 41,
+                        kDisplacementOperations = 2 * (32 + 2 + 3 + 16 + 6 + 1);
+
+std::uint64_t patch_operations(const scene::PosedDrawable& drawable) {
+  return kPatchOperations + (drawable.material->displacement ? kDisplacementOperations : 0);
+}
 
 }  // namespace
 
@@ -49,6 +57,30 @@ void VelocityBuffer::start(const scene::FrameGeometry& frame, const TileSamples&
   velocity_.assign(surfaces.depth.size(), Vec2(0.0f));
   usable_.assign(surfaces.depth.size(), 0);
   then_depth_.resize(surfaces.depth.size());
+  grid_vertices_.clear();
+  vertices_.clear();
+}
+
+SurfaceLocation VelocityBuffer::location(std::size_t pixel) const {
+  const std::size_t s = pixel * static_cast<std::size_t>(surfaces_->spp) + surfaces_->center_sample;
+  return {surfaces_->patch[pixel], state_->triangle[s], state_->b1[s], state_->b2[s], 0.0f};
+}
+
+std::array<std::int32_t, 3> VelocityBuffer::corners(const SurfaceLocation& at) {
+  const SurfaceLocation vertex{at.patch, SurfaceLocation::kWholePatch, 0, 0, 0};
+  return grid_vertices_.triangle(frame_->pattern_of(at.patch), at.patch, at.triangle, [&](float u, float v) {
+    vertices_.push_back({motion_->places(vertex, {u, v})});
+  });
+}
+
+void VelocityBuffer::count_vertices(const scene::PosedDrawable& drawable, const SurfaceLocation& at) {
+  work_.operations += kTriangleOperations;
+  for (const std::int32_t corner : corners(at)) {
+    Vertex& vertex = vertices_[static_cast<std::size_t>(corner)];
+    if (std::exchange(vertex.counted, true)) continue;
+    work_.operations += patch_operations(drawable);
+    if (std::exchange(read_patch_, at.patch) != at.patch) work_.vertex_bytes += 16 * sizeof(Vec3);
+  }
 }
 
 void VelocityBuffer::count_point(std::size_t pixel) {
@@ -59,10 +91,13 @@ void VelocityBuffer::count_point(std::size_t pixel) {
   if (motion_->kind(d) == MotionField::Kind::kRigid) work_.operations += kRigidOperations;
   if (!is_seen_at_rest(d)) ++work_.places;
   if (motion_->kind(d) != MotionField::Kind::kDeforming) return;
+  if (interpolates_surface(*frame_, drawable)) {
+    count_vertices(drawable, location(pixel));
+    return;
+  }
   const bool grid = has_grid(drawable);
-  work_.operations += grid ? kPatchOperations : kTriangleOperations;
-  const std::uint32_t triangle =
-      grid ? 0 : state_->triangle[pixel * static_cast<std::size_t>(surfaces_->spp) + surfaces_->center_sample];
+  work_.operations += grid ? patch_operations(drawable) : kTriangleOperations;
+  const std::uint32_t triangle = grid ? 0 : location(pixel).triangle;
   if (patch == read_patch_ && triangle == read_triangle_) return;
   read_patch_ = patch, read_triangle_ = triangle;
   work_.vertex_bytes += (grid ? 16 : 3) * sizeof(Vec3);
@@ -77,14 +112,24 @@ MotionField::Step VelocityBuffer::evaluate_pixel(std::size_t pixel) {
     last_drawable_ = frame_->assembly->patch_drawable[patch];
     last_rests_ = is_seen_at_rest(last_drawable_);
     last_rigid_ = motion_->kind(last_drawable_) == MotionField::Kind::kRigid;
+    last_interpolates_ = motion_->kind(last_drawable_) == MotionField::Kind::kDeforming &&
+                         interpolates_surface(*frame_, frame_->drawables[last_drawable_]);
   }
   const std::uint32_t drawable = last_drawable_;
   const std::size_t s = pixel * static_cast<std::size_t>(surfaces_->spp) + surfaces_->center_sample;
   // A still pinhole sample sees the surface where it is itself.
   const Vec2 rest = last_rests_ ? Vec2(samples_->x[s], samples_->y[s]) : Vec2(state_->rest_x[s], state_->rest_y[s]);
   if (last_rigid_) return motion_->rigid_step(drawable, rest, surfaces_->depth[pixel]);
-  return motion_->step(drawable, rest, surfaces_->depth[pixel],
-                       {patch, state_->triangle[s], state_->b1[s], state_->b2[s], 0.0f});
+  const SurfaceLocation at = location(pixel);
+  if (!last_interpolates_) return motion_->step(drawable, rest, surfaces_->depth[pixel], at);
+  const std::array<std::int32_t, 3> corner = corners(at);
+  const std::array<float, 3> weight{1.0f - at.b1 - at.b2, at.b1, at.b2};
+  MotionField::Places mean;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const MotionField::Places& places = vertices_[static_cast<std::size_t>(corner[k])].places;
+    mean.now += places.now * weight[k], mean.then += places.then * weight[k];
+  }
+  return MotionField::step_between(mean);
 }
 
 // All pixels at a time: MotionField::rigid_step() in the same order, element by element.

@@ -9,6 +9,7 @@
 #include "tilecore/resolve/advection.h"
 #include "tilecore/resolve/motion_field.h"
 #include "tilecore/resolve/pixel_surfaces.h"
+#include "tilecore/shading/grid_vertices.h"
 
 namespace tessera::tilecore {
 
@@ -16,7 +17,8 @@ namespace tessera::tilecore {
 enum class BlockSpeed { kMean, kMax, kMedian, kMin };
 
 // Screen-space motion of what the pixels of a tile see, from another frame to this one, in pixels. Evaluated block by
-// block, where it is asked for; pixels that see nothing opaque have velocity zero and no part in a block's speed.
+// block, where it is asked for; pixels that see nothing opaque have velocity zero and no part in a block's speed. Vertices
+// of deforming patches are evaluated once for the tile.
 class VelocityBuffer {
  public:
   struct Block {
@@ -52,8 +54,17 @@ class VelocityBuffer {
   Work take_work() { return std::exchange(work_, {}); }
 
  private:
+  struct Vertex {
+    MotionField::Places places;
+    bool counted = false;
+  };
+
   MotionField::Step evaluate_pixel(std::size_t pixel);
   void count_point(std::size_t pixel);
+  void count_vertices(const scene::PosedDrawable& drawable, const SurfaceLocation& at);
+  // Numbers of the corners, in vertices_, of the triangle of a patch's grid that `at` is on.
+  std::array<std::int32_t, 3> corners(const SurfaceLocation& at);
+  SurfaceLocation location(std::size_t pixel) const;
   // All of a whole block that sees one rigid drawable and nothing blended, where bit i of `usable` is pixel i; false:
   // it is another.
   bool evaluate_rigid(IntRect block, std::array<float, 16>& speeds, std::uint32_t& usable);
@@ -75,7 +86,9 @@ class VelocityBuffer {
   std::uint32_t last_patch_ = TileState::kNoPatch, last_drawable_ = 0;
   // Whose vertices of the other frame the machine has at hand.
   std::uint32_t read_patch_ = TileState::kNoPatch, read_triangle_ = 0;
-  bool last_rests_ = false, last_rigid_ = false;
+  bool last_rests_ = false, last_rigid_ = false, last_interpolates_ = false;
+  GridVertices grid_vertices_;
+  std::vector<Vertex> vertices_;
   Work work_;
 };
 

@@ -7,6 +7,7 @@
 
 #include "base/check.h"
 #include "base/random.h"
+#include "tilecore/procedural/procedure_costs.h"
 #include "tilecore/procedural/procedure_surface.h"
 #include "tilecore/shading/pixel_shader_kernel.h"
 #include "tilecore/shading/scalar_lanes.h"
@@ -28,11 +29,19 @@ Vec3 towards_viewer(const FrameGeometry& frame, const Surface& surface, float t)
       one_lane::towards_viewer<float>(draw_constants(frame, *surface.drawable), in, one_lane_surface(surface)));
 }
 
-// Its lookups are told as those of lane `lane`.
+// Between the vertices `corner` of `vertices`, or where these are null at the procedure's own point. Its lookups are told as
+// those of lane `lane`.
 ShadedPoint shade_procedure_point(const FrameGeometry& shutter, const Lighting& lighting, const Invocation& invocation,
+                                  const VertexOutputs* vertices, const std::array<std::int32_t, 3>& corner,
                                   const LookupArrays& lookups, std::size_t lane) {
   const auto [frame, at] = in_segment(shutter, invocation.at);
-  const Surface surface = evaluate_surface(frame, at);
+  Surface surface;
+  if (vertices == nullptr) {
+    surface = evaluate_surface(frame, at);
+  } else {
+    surface.drawable = &frame.drawable_of(at.patch);
+    fill_procedure_triangle(frame, at, *vertices, corner, surface);
+  }
   return shade_procedure(frame, lighting, shutter.lights_at(invocation.light_time), at, surface,
                          towards_viewer(frame, surface, at.t), lookups, lane);
 }
@@ -111,7 +120,11 @@ timing::WarpItem warp_item(const FrameGeometry& frame, const scene::PosedDrawabl
       has_vertex_tangents(*drawable.material))
     features.normals = hardware::ShaderFeatures::Normals::kMappedAlongTangents;
   features.environment_image = looks_around(lighting, *drawable.material);
-  const hardware::ShaderCost cost = hardware::shader_cost(features);
+  hardware::ShaderCost cost = hardware::shader_cost(features);
+  if (drawable.procedure != nullptr) {
+    const ProcedureClocks own = procedure_clocks(frame, drawable);
+    cost.vector_operations += static_cast<std::int32_t>(own.surface + (evaluates ? own.geometry : 0));
+  }
   timing::WarpItem item;
   item.kind = evaluates ? timing::WarpItem::kEvaluating : timing::WarpItem::kPixels;
   item.clocks = static_cast<std::uint32_t>(hardware::lane_clocks(cost));
@@ -121,7 +134,7 @@ timing::WarpItem warp_item(const FrameGeometry& frame, const scene::PosedDrawabl
 }
 
 timing::WarpItem vertex_warp_item(const FrameGeometry& frame, const scene::PosedDrawable& drawable) {
-  const hardware::ShaderCost cost = hardware::shader_cost(output_features(frame, drawable));
+  const hardware::ShaderCost cost = output_cost(frame, drawable);
   timing::WarpItem item;
   item.kind = timing::WarpItem::kVertices;
   item.clocks = static_cast<std::uint32_t>(hardware::lane_clocks(cost));
@@ -156,14 +169,20 @@ Vec4 look_up(const shaders::Texture& texture, const shaders::Sampler& sampler, V
 ShadedPoint shade_point(const FrameGeometry& shutter, const Lighting& lighting, const Invocation& invocation) {
   const auto [frame, at] = in_segment(shutter, invocation.at);
   const scene::PosedDrawable& drawable = frame.drawable_of(at.patch);
-  if (drawable.procedure != nullptr) return shade_procedure_point(shutter, lighting, invocation, LookupArrays(), 0);
+  const bool interpolates = at.triangle != SurfaceLocation::kWholePatch && interpolates_surface(frame, drawable);
+  VertexOutputs outputs;
+  std::array<std::int32_t, 3> corner{};
+  if (interpolates) {
+    outputs.begin(frame, drawable);
+    corner = outputs.triangle(at.patch, at.triangle);
+  }
+  if (drawable.procedure != nullptr)
+    return shade_procedure_point(shutter, lighting, invocation, interpolates ? &outputs : nullptr, corner,
+                                 LookupArrays(), 0);
   const int lights_in = light_segment(shutter, invocation.light_time);
   DrawConstants draw = lit_draw(shutter, frame, lights_in, drawable, lighting, invocation.partner_x != 0);
   one_lane::LaneInputs<float> in = lane_inputs(frame, drawable, at);
-  VertexOutputs outputs;
-  if (at.triangle != SurfaceLocation::kWholePatch && interpolates_surface(frame, drawable)) {
-    outputs.begin(frame, drawable);
-    const std::array<std::int32_t, 3> corner = outputs.triangle(at.patch, at.triangle);
+  if (interpolates) {
     std::copy(corner.begin(), corner.end(), in.vertex);
     outputs.set_mesh(draw);
   }
@@ -277,6 +296,7 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
   surface_work_.height_lookups += order.size() * heights;
   timing::WarpItem item = keep_warps_ ? warp_item(frame, drawable, lighting, quads) : timing::WarpItem();
   item.texels = heights;  // of a lane
+  if (interpolates) take_vertices(frame, drawable, invocations, order, textures != nullptr, warp_lanes);
   if (drawable.procedure != nullptr) {
     LookupArrays lookups;
     if (textures != nullptr && looks_around(lighting, *drawable.material))
@@ -290,14 +310,17 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
           for (auto& lines : lines_[slot]) std::fill_n(lines.begin(), count, -1);
       for (std::size_t lane = 0; lane < count; ++lane) {
         const std::uint32_t i = order[first + lane];
-        points[i] = shade_procedure_point(shutter, lighting, invocations[i], lookups, lane);
+        const std::array<std::int32_t, 3> corner =
+            interpolates ? corners_[first + lane] : std::array<std::int32_t, 3>{};
+        points[i] = shade_procedure_point(shutter, lighting, invocations[i], interpolates ? &vertex_outputs_ : nullptr,
+                                          corner, lookups, lane);
       }
     });
     return;
   }
 
   DrawConstants draw = lit_draw(shutter, frame, lights_in, drawable, lighting, quads);
-  if (interpolates) take_vertices(frame, drawable, invocations, order, textures != nullptr, warp_lanes, draw);
+  if (interpolates) vertex_outputs_.set_mesh(draw);
   LaneArrays in;
   for (std::size_t k = 0; k < 3; ++k) in.vertex[k] = vertex_[k].data();
   in.triangle = vertex_[3].data();
@@ -342,12 +365,11 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
 
 void PixelShader::take_vertices(const FrameGeometry& frame, const scene::PosedDrawable& drawable,
                                 std::span<const Invocation> invocations, std::span<const std::uint32_t> order,
-                                bool heights, std::size_t warp_lanes, DrawConstants& draw) {
+                                bool heights, std::size_t warp_lanes) {
   vertex_outputs_.begin(frame, drawable);
   corners_.clear();
   for (const std::uint32_t i : order)
     corners_.push_back(vertex_outputs_.triangle(invocations[i].at.patch, invocations[i].at.triangle));
-  vertex_outputs_.set_mesh(draw);
   const std::uint64_t vertices = vertex_outputs_.count(), bytes = vertex_output_bytes(frame, drawable);
   surface_work_.vertices += vertices;
   surface_work_.vertex_warps += (vertices + warp_lanes - 1) / warp_lanes;

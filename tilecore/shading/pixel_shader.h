@@ -107,11 +107,11 @@ class PixelShader {
   void shade_draw_of(const scene::FrameGeometry& frame, const Lighting& lighting,
                      std::span<const Invocation> invocations, std::span<std::uint32_t> order,
                      std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes);
-  // Evaluates the vertices that the invocations interpolate between, in warps of their own, and makes the draw's geometry
-  // the mesh of them. Numbers of vertices: corners_, by place in `order`.
+  // Evaluates the vertices that the invocations interpolate between, in warps of their own. Numbers of vertices: corners_,
+  // by place in `order`.
   void take_vertices(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
                      std::span<const Invocation> invocations, std::span<const std::uint32_t> order, bool heights,
-                     std::size_t warp_lanes, DrawConstants& draw);
+                     std::size_t warp_lanes);
   // Where what lanes look up in a slot is told.
   void tell(std::size_t slot, const TextureLayoutView& layout, LookupArrays& lookups);
   // Those that shade_procedure() reads.

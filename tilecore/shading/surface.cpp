@@ -124,13 +124,12 @@ std::array<std::uint64_t, 3> triangle_vertices(const FrameGeometry& frame, std::
   }
   // By their parameters: where an edge has fewer vertices than the grid, several grid points are one vertex.
   const scene::TessellationPattern& pattern = frame.pattern_of(patch);
-  const int cell = static_cast<int>(triangle / 2), i = cell % pattern.nu, j = cell / pattern.nu;
-  const auto vertex = [&](int di, int dj) {
-    return std::uint64_t{std::bit_cast<std::uint32_t>(pattern.u(i + di, j + dj))} << 32 |
-           std::bit_cast<std::uint32_t>(pattern.v(i + di, j + dj));
+  const auto vertex = [&](std::size_t k) {
+    const auto [i, j] = scene::grid_corner(pattern, triangle, k);
+    return std::uint64_t{std::bit_cast<std::uint32_t>(pattern.u(i, j))} << 32 |
+           std::bit_cast<std::uint32_t>(pattern.v(i, j));
   };
-  if (triangle % 2 == 0) return {vertex(0, 0), vertex(1, 0), vertex(1, 1)};
-  return {vertex(0, 0), vertex(1, 1), vertex(0, 1)};
+  return {vertex(0), vertex(1), vertex(2)};
 }
 
 Surface::Texcoord Surface::texcoord(int set, const shaders::TextureTransform& transform) const {

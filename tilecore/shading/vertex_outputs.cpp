@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <bit>
 
-#include "base/random.h"
 #include "scene/material.h"
+#include "scene/procedure_patch.h"
+#include "tilecore/procedural/procedure_costs.h"
+#include "tilecore/procedural/procedure_surface.h"
 #include "tilecore/shading/scalar_lanes.h"
 #include "tilecore/shading/shader_features.h"
 
@@ -72,94 +74,96 @@ std::uint64_t coordinate_sets(const scene::FrameGeometry& frame, const scene::Po
   return sets;
 }
 
+constexpr std::int32_t kProcedureRegisters = 32;  // [assumed]
+
+hardware::ShaderCost computed_cost(std::uint32_t clocks) {
+  hardware::ShaderCost cost;
+  cost.vector_operations = static_cast<std::int32_t>(clocks);
+  cost.registers = kProcedureRegisters;
+  return cost;
+}
+
 }  // namespace
 
 bool interpolates_surface(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
-  return frame.request.interpolated_surfaces && drawable.procedure == nullptr && has_grid(drawable);
+  return frame.request.interpolated_surfaces && has_grid(drawable) &&
+         (drawable.procedure == nullptr || !frame.request.sample_procedures);
 }
 
 bool adds_height_normals(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
-  return frame.request.height_normals && interpolates_surface(frame, drawable) && drawable.material->displacement &&
-         !drawable.material->unlit;
+  return frame.request.height_normals && interpolates_surface(frame, drawable) && drawable.procedure == nullptr &&
+         drawable.material->displacement && !drawable.material->unlit;
 }
 
 bool has_vertex_tangents(const scene::Material& material) { return slot_of_tangents(material) != nullptr; }
 
-hardware::ShaderFeatures output_features(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
+hardware::ShaderCost place_cost(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
+  if (drawable.procedure != nullptr) return computed_cost(procedure_clocks(frame, drawable).place);
+  return hardware::shader_cost(domain_features(drawable));
+}
+
+hardware::ShaderCost output_cost(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
   using Features = hardware::ShaderFeatures;
+  if (drawable.procedure != nullptr) return computed_cost(procedure_clocks(frame, drawable).geometry);
   Features f = domain_features(drawable);
   f.stage = Features::Stage::kOutputs;
   f.height_normals = adds_height_normals(frame, drawable);
   f.coordinates = static_cast<std::uint8_t>(std::popcount(coordinate_sets(frame, drawable)));
   f.vertex_colors = !drawable.primitive->vertices.colors.empty();
   if (has_vertex_tangents(*drawable.material)) f.normals = Features::Normals::kMappedAlongTangents;
-  return f;
+  return hardware::shader_cost(f);
 }
 
 std::uint64_t vertex_output_bytes(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
-  std::uint64_t attributes =
-      kCoordinateBytes * static_cast<std::uint64_t>(std::popcount(coordinate_sets(frame, drawable)));
-  if (!drawable.primitive->vertices.colors.empty()) attributes += kColorBytes;
   const std::uint64_t keys = drawable.moving ? 2 : 1;
-  attributes += keys * (kNormalBytes + (has_vertex_tangents(*drawable.material) ? kTangentBytes : 0));
+  std::uint64_t attributes = keys * kNormalBytes;
+  if (drawable.procedure != nullptr) {
+    attributes += kPlaceBytes + kNormalBytes;
+  } else {
+    attributes += kCoordinateBytes * static_cast<std::uint64_t>(std::popcount(coordinate_sets(frame, drawable)));
+    if (!drawable.primitive->vertices.colors.empty()) attributes += kColorBytes;
+    if (has_vertex_tangents(*drawable.material)) attributes += keys * kTangentBytes;
+  }
   return keys * (kPlaceBytes + kRasterBytes) + (frame.request.half_attributes ? attributes / 2 : attributes);
 }
 
 void VertexOutputs::begin(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable, Use use) {
   frame_ = &frame;
+  vertices_.clear();
+  for (std::size_t key = 0; key < 2; ++key) positions_[key].clear(), normals_[key].clear(), tangents_[key].clear();
+  mesh_ = drawable;
+  if (drawable.procedure != nullptr) return;
   patches_ = draw_constants(frame, drawable);
   patches_.half_attributes = false;
   height_normals_ = use == Use::kPixels && adds_height_normals(frame, drawable);
   sets_ = use == Use::kPixels ? coordinate_sets(frame, drawable)
                               : bit_of_set(drawable.material->base_color_texture.texcoord);
   tangent_slot_ = use == Use::kPixels ? slot_of_tangents(*drawable.material) : nullptr;
-  for (std::size_t key = 0; key < 2; ++key) positions_[key].clear(), normals_[key].clear(), tangents_[key].clear();
   const auto& from = drawable.primitive->vertices;
   mesh_primitive_.vertices.texcoords.resize(from.texcoords.size());
   for (auto& set : mesh_primitive_.vertices.texcoords) set.clear();
   mesh_primitive_.vertices.colors.clear();
-  mesh_ = drawable;
   mesh_drawable_ = *drawable.drawable;
   mesh_drawable_.kind = scene::Primitive::Kind::kTriangles;
-  if (++draw_ == 0) places_.clear(), ++draw_;
-}
-
-VertexOutputs::Place& VertexOutputs::place_of(std::uint64_t name) {
-  const std::size_t last = places_.size() - 1;
-  std::size_t at = hash32(static_cast<std::uint32_t>(name >> 32), static_cast<std::uint32_t>(name));
-  while (places_[at & last].draw == draw_ && places_[at & last].name != name) ++at;
-  return places_[at & last];
-}
-
-void VertexOutputs::grow() {
-  std::vector<Place> before(std::max<std::size_t>(1024, 2 * places_.size()));
-  std::swap(before, places_);
-  for (const Place& place : before)
-    if (place.draw == draw_) place_of(place.name) = place;
-}
-
-std::int32_t VertexOutputs::vertex(std::uint32_t patch, int i, int j, const scene::TessellationPattern& pattern) {
-  if (2 * (count() + 1) > places_.size()) grow();
-  // Grids have up to 255 cells along a side.
-  const std::uint64_t name = std::uint64_t{patch} << 32 | static_cast<std::uint32_t>(j << 16 | i);
-  Place& place = place_of(name);
-  if (place.draw != draw_) {
-    place = {name, draw_, static_cast<std::int32_t>(count())};
-    evaluate(patch, pattern.u(i, j), pattern.v(i, j));
-  }
-  return place.number;
 }
 
 std::array<std::int32_t, 3> VertexOutputs::triangle(std::uint32_t patch, std::uint32_t number) {
-  const scene::TessellationPattern& pattern = frame_->pattern_of(patch);
-  const int cell = static_cast<int>(number / 2), i = cell % pattern.nu, j = cell / pattern.nu;
-  const std::int32_t a = vertex(patch, i, j, pattern);
-  if (number % 2 == 0) {
-    const std::int32_t b = vertex(patch, i + 1, j, pattern);
-    return {a, b, vertex(patch, i + 1, j + 1, pattern)};
+  const bool computed = mesh_.procedure != nullptr;
+  return vertices_.triangle(frame_->pattern_of(patch), patch, number, [&](float u, float v) {
+    if (computed)
+      evaluate_procedure(patch, u, v);
+    else
+      evaluate(patch, u, v);
+  });
+}
+
+void VertexOutputs::evaluate_procedure(std::uint32_t patch, float u, float v) {
+  const scene::ProcedurePatch at = scene::procedure_patch(*frame_, patch);
+  for (std::size_t key = 0; key < (mesh_.deforming ? 2u : 1u); ++key) {
+    const ObjectPoint point = object_point(at, key, at.u(u), at.v(v));
+    positions_[key].push_back(point.position);
+    normals_[key].push_back(point.normal);
   }
-  const std::int32_t c = vertex(patch, i + 1, j + 1, pattern);
-  return {a, c, vertex(patch, i, j + 1, pattern)};
 }
 
 void VertexOutputs::evaluate(std::uint32_t patch, float u, float v) {

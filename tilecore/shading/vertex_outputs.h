@@ -9,6 +9,7 @@
 #include "hardware/shader_costs.h"
 #include "scene/frame_geometry.h"
 #include "tilecore/shading/draw_inputs.h"
+#include "tilecore/shading/grid_vertices.h"
 
 namespace tessera::tilecore {
 
@@ -16,22 +17,25 @@ namespace tessera::tilecore {
 bool adds_height_normals(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
 
 // Whether pixels interpolate what the vertices of the drawable's grids have (shading.surface=interpolated) instead of
-// evaluating its patches again.
+// evaluating its patches again, or its procedure, where that is drawn as patches.
 bool interpolates_surface(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
 
 // Bytes of one vertex in the tile memory, for pixels of the drawable: where it is in the world and in the image and its
 // normal, at each motion key where it moves, 40 bytes; its tangent likewise, 16, where a normal map is read along it;
-// texture coordinates that the material reads, 8 each, with those of heights that pixels look up, and colour, 16. Attributes take half of that with
+// texture coordinates that the material reads, 8 each, with those of heights that pixels look up, and colour, 16. A
+// procedure's textures are read at the place and the normal in object space, 24. Attributes take half of that with
 // shading.attributes=half.
 std::uint64_t vertex_output_bytes(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
 
 // Whether vertices have tangents for a material's normal maps and anisotropy: they read along one coordinate.
 bool has_vertex_tangents(const scene::Material& material);
 
-// The shader that evaluates such vertices of a drawable.
-hardware::ShaderFeatures output_features(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
+// Of the shaders that evaluate a vertex: its place alone, and as pixels need it. Those of procedures are not compiled; their
+// operations are counted (procedure_clocks()).
+hardware::ShaderCost place_cost(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
+hardware::ShaderCost output_cost(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
 
-// The vertices of Bezier patches that a tile's pixels see, as a mesh: a core evaluates each once for the tile, before its
+// The vertices of patches that a tile's pixels see, as a mesh: a core evaluates each once for the tile, before its
 // pixels, and keeps it in the tile memory. A vertex is a function of its patch and its place in the grid alone. Keeps its
 // scratch memory from draw to draw; one instance per thread.
 //
@@ -40,31 +44,29 @@ hardware::ShaderFeatures output_features(const scene::FrameGeometry& frame, cons
 //        shading.surface=frame the normal is that without displacement, and a pixel that turns it has the displaced one
 //        wherever the patch is flat.
 //   VO2  Each vertex of the triangles that were asked for is evaluated once.
+//   VO3  Vertices of a procedure drawn as patches are its points, and pixels between them have the plane's derivatives.
 class VertexOutputs {
  public:
   // kAlphaTest: vertices have what alpha tests read, the coordinates of the colour texture and colours, beside their places.
   enum class Use : std::uint8_t { kPixels, kAlphaTest };
-  // Starts a draw of a drawable of Bezier patches in a frame or a segment of it, which must stay.
+  // Starts a draw of a drawable of patches in a frame or a segment of it, which must stay.
   void begin(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable, Use use = Use::kPixels);
   // Vertices of a triangle of a patch's grid, by number in the mesh.
   std::array<std::int32_t, 3> triangle(std::uint32_t patch, std::uint32_t number);
-  std::size_t count() const { return positions_[0].size(); }
-  // Makes a draw's geometry the mesh as it is now; until the next call of another function.
+  std::size_t count() const { return vertices_.count(); }
+  // Makes a draw's geometry the mesh as it is now; until the next call of another function. Not of procedures.
   void set_mesh(DrawConstants& draw);
+  // A vertex' place and unit normal in object space at a motion key.
+  const Vec3& position(std::size_t key, std::int32_t number) const {
+    return positions_[mesh_.deforming ? key : 0][static_cast<std::size_t>(number)];
+  }
+  const Vec3& normal(std::size_t key, std::int32_t number) const {
+    return normals_[mesh_.deforming ? key : 0][static_cast<std::size_t>(number)];
+  }
 
  private:
-  // The number of the vertex `name`: its patch, and its place in the grid. Free where the draw is another one.
-  struct Place {
-    std::uint64_t name = 0;
-    std::uint32_t draw = 0;
-    std::int32_t number = 0;
-  };
-
-  std::int32_t vertex(std::uint32_t patch, int i, int j, const scene::TessellationPattern& pattern);
   void evaluate(std::uint32_t patch, float u, float v);
-  // Its place, or a free one for it.
-  Place& place_of(std::uint64_t name);
-  void grow();
+  void evaluate_procedure(std::uint32_t patch, float u, float v);
 
   const scene::FrameGeometry* frame_ = nullptr;
   DrawConstants patches_;  // attributes of vertices are not rounded
@@ -77,8 +79,7 @@ class VertexOutputs {
   scene::Primitive mesh_primitive_;
   std::array<std::vector<Vec3>, 2> positions_, normals_;
   std::array<std::vector<Vec4>, 2> tangents_;
-  std::vector<Place> places_;  // a power of two
-  std::uint32_t draw_ = 0;
+  GridVertices vertices_;
 };
 
 }  // namespace tessera::tilecore

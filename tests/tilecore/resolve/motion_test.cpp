@@ -143,6 +143,129 @@ TEST(MotionField, DeformingMeshesAreEvaluatedAtBothPoses) {
   EXPECT_NEAR(step.velocity.y, 0, 1e-4);
 }
 
+// Patches that a morph target bends, seen by the pixels of a tile through random places.
+struct BentTile : TestFrame {
+  explicit BentTile(bool displaced) {
+    scene::Material material;
+    if (displaced) material.displacement = test::displacement(4, 4, std::vector<float>(16, 0.5f), 0.2f, 0);
+    scene::Primitive patches = test::closed_patches(test::add_material(*capture, material));
+    Random random(9);
+    patches.vertices.texcoords.emplace_back(patches.vertices.count(), Vec2(0.5f));
+    patches.vertices.morph_targets.emplace_back();
+    for (std::size_t k = 0; k < patches.vertices.count(); ++k)
+      patches.vertices.morph_targets[0].positions.push_back(0.3f * random.in_box(1));
+    test::add_node(*capture, patches);
+    test::add_camera(*capture, {0, 0, 4});
+    capture->nodes[0].weights = {0.0f};
+    scene::AnimationChannel channel;
+    channel.node = 0;
+    channel.path = scene::AnimatedPath::kWeights;
+    channel.components = 1;
+    channel.times = {0.0f, 1.0f};
+    channel.values = {0.0f, 1.0f};
+    capture->animations.emplace_back();
+    capture->animations[0].channels.push_back(channel);
+    capture->played_animations = {0};
+    assembly = std::make_unique<scene::Assembly>(scene::assemble(*capture));
+
+    surfaces.pixels = samples.pixels = {0, 0, 32, 16};
+    surfaces.spp = samples.spp = 1;
+    const std::size_t count = samples.count = 32 * 16;
+    state.start(count, 32, 1);
+    samples.x.assign(count, 0), samples.y.assign(count, 0);
+    surfaces.depth.assign(count, 4), surfaces.surface.assign(count, 1);
+    surfaces.still.assign(count, 0), surfaces.layered.assign(count, 0);
+    const auto frame_then = at(0);
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto patch = static_cast<std::uint32_t>(random.integer(0, 2));
+      const scene::TessellationPattern& pattern = frame_then->pattern_of(patch);
+      surfaces.patch.push_back(patch);
+      state.triangle[i] = static_cast<std::uint32_t>(random.integer(0, 2 * pattern.nu * pattern.nv - 1));
+      const std::array<Vec2, 4> places{Vec2(0, 0), Vec2(1, 0), Vec2(0, 1), Vec2(0.25f, 0.625f)};
+      state.b1[i] = places[i % 4].x, state.b2[i] = places[i % 4].y;
+    }
+  }
+  std::unique_ptr<scene::FrameGeometry> at(double time, bool interpolated = true) const {
+    scene::FrameRequest request;
+    request.width = 96, request.height = 64;
+    request.open_time = request.close_time = time;
+    request.interpolated_surfaces = interpolated;
+    return scene::pose_frame(*assembly, scene::choose_camera(*capture, 96, 64), request);
+  }
+  // Of the blocks of the tile; the velocities are in `buffer`.
+  VelocityBuffer::Work evaluate(VelocityBuffer& buffer, bool counted) const {
+    for (int y = 0; y < 16; y += 4)
+      for (int x = 0; x < 32; x += 4) buffer.evaluate({x, y, x + 4, y + 4}, BlockSpeed::kMean, counted);
+    return buffer.take_work();
+  }
+
+  TileSamples samples;
+  TileState state;
+  PixelSurfaces surfaces;
+};
+
+TEST(MotionField, MF4PointsOfDeformingGridsMoveAsTheirTrianglesVertices) {
+  for (const bool displaced : {false, true}) {
+    const BentTile tile(displaced);
+    const auto now = tile.at(0.75), then = tile.at(0.25), whole_now = tile.at(0.75, false);
+    const MotionField field(*now, *then), whole(*whole_now, *then);
+    ASSERT_EQ(field.kind(0), MotionField::Kind::kDeforming);
+    VelocityBuffer buffer, of_patches;
+    buffer.start(*now, tile.samples, tile.state, tile.surfaces, &field);
+    of_patches.start(*whole_now, tile.samples, tile.state, tile.surfaces, &whole);
+    const VelocityBuffer::Work work = tile.evaluate(buffer, true), every = tile.evaluate(of_patches, true);
+
+    std::set<std::array<std::uint32_t, 3>> vertices;
+    float moved = 0, bent = 0;
+    for (std::size_t i = 0; i < tile.samples.count; ++i) {
+      const std::uint32_t patch = tile.surfaces.patch[i];
+      const scene::TessellationPattern& pattern = now->pattern_of(patch);
+      const double b1 = static_cast<double>(tile.state.b1[i]), b2 = static_cast<double>(tile.state.b2[i]);
+      const std::array<double, 3> weight{1 - b1 - b2, b1, b2};
+      DVec4 here(0), there(0);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto [ci, cj] = scene::grid_corner(pattern, tile.state.triangle[i], k);
+        vertices.insert({patch, static_cast<std::uint32_t>(ci), static_cast<std::uint32_t>(cj)});
+        const SurfaceLocation vertex{patch, SurfaceLocation::kWholePatch, 0, 0, 0};
+        const Vec2 at(pattern.u(ci, cj), pattern.v(ci, cj));
+        here += DVec4(surface_raster(*now, vertex, at, 0)) * weight[k];
+        there += DVec4(surface_raster(*then, vertex, at, 0)) * weight[k];
+      }
+      const DVec2 expected = DVec2(here) / here.w - DVec2(there) / there.w;
+      ASSERT_EQ(buffer.usable()[i], 1);
+      const Vec2 velocity = buffer.velocity()[i];
+      EXPECT_LT(glm::length(DVec2(velocity) - expected), 2e-4);
+      EXPECT_NEAR(buffer.then_depth()[i], there.z, 1e-5);
+      moved = std::max(moved, glm::length(velocity));
+      // At vertices, and near them elsewhere, points of patches move so as well.
+      const float difference = glm::length(velocity - of_patches.velocity()[i]);
+      if (i % 4 != 3) {
+        EXPECT_LT(difference, 2e-4f);
+      }
+      bent = std::max(bent, difference);
+    }
+    EXPECT_GT(moved, 1.0f);
+    EXPECT_GT(bent, 1e-3f);
+    EXPECT_LT(bent, 0.2f * moved);
+
+    const std::uint64_t patch_operations = displaced ? 161 : 41, pixels = tile.samples.count;
+    EXPECT_EQ(work.operations, 15 * pixels + patch_operations * vertices.size());
+    EXPECT_EQ(every.operations, patch_operations * pixels);
+    EXPECT_GT(work.vertex_bytes, 0u);
+    EXPECT_LT(work.vertex_bytes, every.vertex_bytes);
+    // Vertices that an image alone asked for first are charged to the machine when it needs them, once.
+    buffer.start(*now, tile.samples, tile.state, tile.surfaces, &field);
+    EXPECT_EQ(tile.evaluate(buffer, false).operations, 0u);
+    EXPECT_EQ(tile.evaluate(buffer, true).operations, work.operations);
+    EXPECT_EQ(tile.evaluate(buffer, true).operations, 15 * pixels);
+    // Where nothing moved velocities are zero exactly.
+    const MotionField still(*now, *tile.at(0.75));
+    buffer.start(*now, tile.samples, tile.state, tile.surfaces, &still);
+    tile.evaluate(buffer, true);
+    for (const Vec2& velocity : buffer.velocity()) EXPECT_EQ(velocity, Vec2(0.0f));
+  }
+}
+
 TEST(MotionField, PointsBehindTheEyeInEitherFrameAreNotUsable) {  // MF2
   // The camera passes through the scene between the frames.
   const TestFrame s = scene(DVec3(0.0), DVec3(0, 0, -10));

@@ -1,7 +1,9 @@
 // Vertices that pixels interpolate: what they are, how often they are evaluated, how near the surface is to the patch.
 #include "tilecore/shading/vertex_outputs.h"
+#include "tests/support/procedures.h"
 #include "tests/support/tests.h"
 #include "tests/tilecore/support.h"
+#include "tilecore/procedural/procedure_surface.h"
 #include "tilecore/shading/scalar_lanes.h"
 
 namespace tessera::tilecore::vertex_outputs_test {
@@ -201,6 +203,78 @@ TEST(VertexOutputs, TangentsAreThoseOfThePatch) {
   const auto derived = one_lane::derived_tangents(own, one_lane::lane_texcoord(patches, own, 0, slot.transform));
   EXPECT_LT(distance(given.tangent, {derived.tangent.x, derived.tangent.y, derived.tangent.z}), 1e-4f);
   EXPECT_GT(dot(given.bitangent, derived.bitangent), 0.9f);
+}
+
+// A sphere and a height field drawn as patches, the sphere moving.
+struct ProcedurePatches : TestFrame {
+  explicit ProcedurePatches(double edge) {
+    scene::Material material;
+    material.double_sided = true;
+    const int look = test::add_material(*capture, material);
+    shaders::ShapeInput sphere, field;
+    sphere.p = {0.8f, 0.6f, 0.7f};
+    field.p = {2, 2, 0.2f, 2, 2, 0.5f, 3};
+    const int node = test::add_procedure(*capture, shaders::ShapeId::kSphere, sphere, {-1, 0, 0}, look);
+    capture->nodes[static_cast<std::size_t>(node)].transform.scale = {1, 1.5, -1};
+    test::add_motion(*capture, node, {0.3, 0.1, 0});
+    test::add_procedure(*capture, shaders::ShapeId::kHeightField, field, {1, 0, 0}, look);
+    test::add_camera(*capture, {0, 1, 4});
+    assembly = std::make_unique<scene::Assembly>(scene::assemble(*capture));
+    scene::FrameRequest request;
+    request.width = 192, request.height = 128, request.close_time = 1;
+    request.tessellation.target_edge_pixels = edge;
+    request.interpolated_surfaces = true;
+    frame = scene::pose_frame(*assembly, scene::choose_camera(*capture, 192, 128), request);
+  }
+};
+
+TEST(VertexOutputs, VO3BetweenVerticesOfAProcedureIsItsTriangle) {
+  // Means of how far the place, the normal and the derivative by u are from the procedure's own.
+  const auto errors = [](double edge) {
+    const ProcedurePatches scene(edge);
+    std::array<double, 3> sum{};
+    int count = 0;
+    test::Random random(4);
+    for (const scene::PosedDrawable& drawable : scene.frame->drawables) {
+      EXPECT_TRUE(interpolates_surface(*scene.frame, drawable));
+      EXPECT_FALSE(adds_height_normals(*scene.frame, drawable));
+      EXPECT_EQ(vertex_output_bytes(*scene.frame, drawable), drawable.moving ? 104u : 64u);
+      VertexOutputs outputs;
+      outputs.begin(*scene.frame, drawable);
+      for (std::uint32_t k = 0; k < drawable.drawable->patch_count; ++k) {
+        const std::uint32_t patch = drawable.drawable->first_patch + k;
+        const scene::TessellationPattern& pattern = scene.frame->pattern_of(patch);
+        for (std::uint32_t triangle = 0; triangle < 2u * pattern.nu * pattern.nv; ++triangle)
+          for (int corner = 0; corner < 4; ++corner) {
+            SurfaceLocation at{patch, triangle, corner == 1 ? 1.0f : 0.0f, corner == 2 ? 1.0f : 0.0f, 0.25f};
+            if (corner == 3) at.b1 = random.uniform(0.1f, 0.5f), at.b2 = random.uniform(0.1f, 0.5f);
+            const Surface whole = evaluate_surface(*scene.frame, at);
+            Surface s;
+            s.drawable = &drawable;
+            fill_procedure_triangle(*scene.frame, at, outputs, outputs.triangle(patch, triangle), s);
+            if (corner < 3) {
+              EXPECT_LT(glm::length(s.position - whole.position), 2e-6f);
+              EXPECT_LT(glm::length(s.object - whole.object), 2e-6f);
+              EXPECT_LT(glm::length(s.normal - whole.normal), 2e-5f) << triangle;
+              EXPECT_LT(glm::length(s.object_normal - whole.object_normal), 2e-5f);
+              EXPECT_LT(glm::length(s.raster - whole.raster), 1e-3f);
+              continue;
+            }
+            sum[0] += static_cast<double>(glm::length(s.position - whole.position));
+            sum[1] += static_cast<double>(glm::length(s.normal - whole.normal));
+            sum[2] += static_cast<double>(glm::length(s.position_p - whole.position_p));
+            ++count;
+          }
+      }
+      EXPECT_GT(outputs.count(), 0u);
+    }
+    for (double& e : sum) e /= count;
+    return sum;
+  };
+  const std::array<double, 3> coarse = errors(16), fine = errors(4);
+  EXPECT_LT(fine[0], coarse[0] / 8) << "places: by the square of the edge";
+  EXPECT_LT(fine[1], coarse[1] / 5) << "normals nearly so: the height field's have kinks";
+  EXPECT_LT(fine[2], coarse[2] / 2.5) << "derivatives of the plane: by the edge";
 }
 
 TEST(VertexOutputs, BytesAreThoseOfWhatIsRead) {
