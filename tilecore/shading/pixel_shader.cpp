@@ -258,16 +258,8 @@ void PixelShader::sort_invocations(const FrameGeometry& shutter, std::span<const
   for (Bucket& b : buckets_) b.first -= b.count;
 }
 
-// All of `order`, which are of one draw.
-void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& lighting,
-                                std::span<const Invocation> invocations, std::span<std::uint32_t> order,
-                                std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes) {
-  const Invocation& leader = invocations[order.front()];
-  const FrameGeometry& frame = shutter.moment(leader.at.patch, leader.at.t).frame;
-  const scene::PosedDrawable& drawable = frame.drawable_of(leader.at.patch);
-  const int lights_in = light_segment(shutter, leader.light_time);
-  const bool quads = leader.partner_x != 0;
-  // Where each warp ends.
+void PixelShader::cut_warps(std::span<const Invocation> invocations, std::span<std::uint32_t> order, bool quads,
+                            std::size_t warp_lanes) {
   warp_ends_.clear();
   if (quads) {
     std::stable_sort(order.begin(), order.end(),
@@ -282,6 +274,18 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
     for (std::size_t i = warp_lanes; i < order.size(); i += warp_lanes) warp_ends_.push_back(i);
   }
   warp_ends_.push_back(order.size());
+}
+
+// All of `order`, which are of one draw.
+void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& lighting,
+                                std::span<const Invocation> invocations, std::span<std::uint32_t> order,
+                                std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes) {
+  const Invocation& leader = invocations[order.front()];
+  const FrameGeometry& frame = shutter.moment(leader.at.patch, leader.at.t).frame;
+  const scene::PosedDrawable& drawable = frame.drawable_of(leader.at.patch);
+  const int lights_in = light_segment(shutter, leader.light_time);
+  const bool quads = leader.partner_x != 0;
+  cut_warps(invocations, order, quads, warp_lanes);
   warps_ += warp_ends_.size();
   // The reference renderer asks for places of a patch that are of no triangle, for all of a draw.
   const bool interpolates = interpolates_surface(frame, drawable) &&

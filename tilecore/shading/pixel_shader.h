@@ -104,6 +104,9 @@ class PixelShader {
   // Fills buckets_, and order_ and rank_, sorted by draw and patch.
   void sort_invocations(const scene::FrameGeometry& frame, std::span<const Invocation> invocations);
   std::uint32_t bucket_of(std::uint64_t draw, std::uint32_t patch);
+  // Puts quads together in the `order` of a draw and says in warp_ends_ where each warp ends.
+  void cut_warps(std::span<const Invocation> invocations, std::span<std::uint32_t> order, bool quads,
+                 std::size_t warp_lanes);
   void shade_draw_of(const scene::FrameGeometry& frame, const Lighting& lighting,
                      std::span<const Invocation> invocations, std::span<std::uint32_t> order,
                      std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes);
