@@ -41,6 +41,27 @@ class BitReader {
   std::size_t at_ = 0;
 };
 
+// The same of bytes that nobody has checked: behind the end there are zeros, and overrun() says so.
+class BoundedBitReader {
+ public:
+  explicit BoundedBitReader(std::span<const std::uint8_t> bytes) : reader_(bytes), left_(8 * bytes.size()) {}
+  // At most 32 bits.
+  std::uint32_t get(std::uint32_t bits) {
+    if (overrun_ || bits > left_) {
+      overrun_ = true;
+      return 0;
+    }
+    left_ -= bits;
+    return reader_.get(bits);
+  }
+  bool overrun() const { return overrun_; }
+
+ private:
+  BitReader reader_;
+  std::size_t left_;
+  bool overrun_ = false;
+};
+
 // A number in groups of 7 bits, lowest first; the top bit is set on all bytes but the last.
 inline void put_number(std::uint64_t value, std::vector<std::uint8_t>& out) {
   for (; value >= 128; value >>= 7) out.push_back(static_cast<std::uint8_t>(value | 128u));

@@ -49,6 +49,18 @@ class PackCommand final : public Command {
     app.add_flag("--meshopt", meshopt_,
                  "Compress with meshoptimizer (EXT_meshopt_compression) instead of Draco, to gltfpack's number of bits")
         ->excludes(method_);
+    const auto choose_geometry = [this](const std::string& name) {
+      options_.geometry = from_word<scene::GeometryEncoding>(name);
+      if (!options_.geometry || *options_.geometry == scene::GeometryEncoding::kRaw)
+        throw CLI::ValidationError("--geometry", name + ": is not quantised, meshlet or dgf");
+    };
+    geometry_ =
+        app.add_option_function<std::string>(
+               "--geometry", choose_geometry,
+               "As --meshopt, but keep positions and triangles by clusters in the encoding of the emulated memory: "
+               "quantised, meshlet or dgf (TESSERA_clusters; other viewers cannot read it)")
+            ->type_name("ENCODING")
+            ->excludes(method_);
     app.add_option("--webp", webp_,
                    "Write images as WebP (EXT_texture_webp): a quality from 0 to 100 (default 80), or lossless")
         ->expected(0, 1)
@@ -127,7 +139,7 @@ class PackCommand final : public Command {
     if (options_.view.lens && (options_.aperture_radius || options_.focus_distance))
       throw UsageError("--lens is one camera's, --aperture and --focus are those of every camera: give one of them");
     read_surface_options();
-    if (meshopt_) read_meshopt_bits();
+    if (meshopt_ || options_.geometry) read_meshopt_bits();
     if (webp_option_->count() > 0) read_webp_quality();
     check_output_file(target_);
     inputs().check(target_);
@@ -141,6 +153,9 @@ class PackCommand final : public Command {
     print_surfaces(report.surfaces);
     if (report.webp_images > 0)
       fmt::print(beside_outputs({target_}), "{}: {} images as WebP\n", target_, report.webp_images);
+    if (options_.geometry)
+      fmt::print(beside_outputs({target_}), "{}: {} of {} primitives by clusters ({})\n", target_, report.in_clusters,
+                 report.primitives, word(*options_.geometry));
     fmt::print(beside_outputs({target_}), "{}: {} of {} primitives compressed, {} -> {}\n", target_, report.compressed,
                report.primitives, human_bytes(report.bytes_in), human_bytes(report.bytes_out));
   }
@@ -224,7 +239,7 @@ class PackCommand final : public Command {
 
   static constexpr double kLargest = static_cast<double>(std::numeric_limits<float>::max());
   std::string source_, target_, size_, frames_, levels_, displace_, webp_;
-  CLI::Option *subdivide_ = nullptr, *method_ = nullptr, *webp_option_ = nullptr;
+  CLI::Option *subdivide_ = nullptr, *method_ = nullptr, *webp_option_ = nullptr, *geometry_ = nullptr;
   std::vector<std::pair<CLI::Option*, int QuantizationBits::*>> bits_;
   std::vector<std::string> procedures_;
   bool meshopt_ = false;

@@ -64,6 +64,8 @@ struct Primitive {
   Kind kind = Kind::kTriangles;
   Wire wire = Wire::kSurface;
   bool in_cluster_order = false;  // kTriangles: as TESSERA_clusters says, which may be wrong
+  // kTriangles that TESSERA_clusters has encoded: triangles of each cluster, within the limits of scene/clusters.h.
+  std::vector<std::uint8_t> triangles_of_cluster;
   Vertices vertices;
   std::vector<std::uint32_t> indices;
   int material = kNone;  // kNone: the default material

@@ -1,6 +1,7 @@
 #include "scene/clusters.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -62,6 +63,21 @@ void pair_each_with_all(std::span<const LocalTriangle> triangles, std::vector<Cl
 
 // ---- Finding and cutting ----------------------------------------------------------------------------------------
 
+// Positions whose squares are finite, as meshoptimizer needs them: `positions`, or where they are too large `smaller`, which
+// then has them in units of a power of two.
+const Vec3* squarable(std::span<const Vec3> positions, std::vector<Vec3>& smaller) {
+  constexpr float kLargest = 0x1p48f;
+  float largest = 0;
+  for (const Vec3& p : positions)
+    for (int c = 0; c < 3; ++c)
+      if (std::isfinite(p[c])) largest = std::max(largest, std::abs(p[c]));
+  if (largest <= kLargest) return positions.data();
+  const int exponent = std::ilogb(largest);
+  for (const Vec3& p : positions)
+    smaller.emplace_back(std::ldexp(p.x, -exponent), std::ldexp(p.y, -exponent), std::ldexp(p.z, -exponent));
+  return smaller.data();
+}
+
 // Calls add(vertices, triangles) for each cluster that meshoptimizer finds in some of a primitive's triangles.
 template <class Add>
 void find_clusters(const Primitive& primitive, std::span<const std::uint32_t> indices, const Add& add) {
@@ -75,9 +91,11 @@ void find_clusters(const Primitive& primitive, std::span<const std::uint32_t> in
   std::vector<meshopt_Meshlet> meshlets(capacity);
   std::vector<unsigned int> vertices(capacity * kMaxClusterVertices);
   std::vector<unsigned char> triangles(capacity * kMaxClusterTriangles * 3);
-  const std::size_t count = meshopt_buildMeshlets(meshlets.data(), vertices.data(), triangles.data(), near.data(),
-                                                  near.size(), &primitive.vertices.positions[base].x, vertex_count,
-                                                  sizeof(Vec3), kMaxClusterVertices, kMaxClusterTriangles, 0.0f);
+  std::vector<Vec3> smaller;
+  const Vec3* const positions = squarable(std::span(primitive.vertices.positions).subspan(base, vertex_count), smaller);
+  const std::size_t count =
+      meshopt_buildMeshlets(meshlets.data(), vertices.data(), triangles.data(), near.data(), near.size(), &positions->x,
+                            vertex_count, sizeof(Vec3), kMaxClusterVertices, kMaxClusterTriangles, 0.0f);
   std::array<LocalTriangle, kMaxClusterTriangles> local;
   for (std::size_t m = 0; m < count; ++m) {
     const meshopt_Meshlet& meshlet = meshlets[m];
@@ -90,24 +108,28 @@ void find_clusters(const Primitive& primitive, std::span<const std::uint32_t> in
 
 // The same for clusters that are cut off one after the other. What fits is counted as meshoptimizer counts it: a corner
 // of a triangle that comes twice is two vertices.
+// Or, where `sizes` are not empty, clusters of so many triangles, which have no more vertices than a cluster may.
 template <class Add>
-void cut_clusters(std::span<const std::uint32_t> indices, const Add& add) {
+void cut_clusters(std::span<const std::uint32_t> indices, std::span<const std::uint8_t> sizes, const Add& add) {
   const auto [low, high] = std::minmax_element(indices.begin(), indices.end());
   const std::uint32_t base = *low;
   std::vector<std::uint8_t> number(*high - base + 1, kNoNumber);  // within the cluster, by vertex
   std::array<std::uint32_t, kMaxClusterVertices> vertices;
   std::array<LocalTriangle, kMaxClusterTriangles> triangles;
-  std::size_t vertex_count = 0, triangle_count = 0;
+  std::size_t vertex_count = 0, triangle_count = 0, cluster = 0;
   const auto finish = [&] {
     add(std::span<const std::uint32_t>(vertices).first(vertex_count),
         std::span<const LocalTriangle>(triangles).first(triangle_count));
     for (std::size_t v = 0; v < vertex_count; ++v) number[vertices[v] - base] = kNoNumber;
     vertex_count = triangle_count = 0;
+    ++cluster;
   };
   for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
     std::size_t fresh = 0;
     for (std::size_t k = 0; k < 3; ++k) fresh += number[indices[i + k] - base] == kNoNumber ? 1 : 0;
-    if (vertex_count + fresh > kMaxClusterVertices || triangle_count == kMaxClusterTriangles) finish();
+    if (sizes.empty() ? vertex_count + fresh > kMaxClusterVertices || triangle_count == kMaxClusterTriangles
+                      : triangle_count == sizes[cluster])
+      finish();
     for (std::size_t k = 0; k < 3; ++k) {
       std::uint8_t& local = number[indices[i + k] - base];
       if (local == kNoNumber) {
@@ -171,7 +193,7 @@ std::vector<std::uint32_t> range_order(const Primitive& primitive, std::span<con
     sizes.push_back(triangles.size());
   });
   // Corners that come twice in a triangle count by when they come: the order in which they were found always fits.
-  cut_clusters(ordered, [&](const auto&, const auto& triangles) { cut.push_back(triangles.size()); });
+  cut_clusters(ordered, {}, [&](const auto&, const auto& triangles) { cut.push_back(triangles.size()); });
   return cut == sizes ? ordered : found;
 }
 
@@ -211,6 +233,12 @@ void pair_triangles(std::span<const LocalTriangle> triangles, std::vector<Cluste
 }
 
 MeshClusters build_clusters(const Primitive& primitive) {
+  if (!primitive.triangles_of_cluster.empty()) {
+    MeshClusters out;
+    cut_clusters(primitive.indices, primitive.triangles_of_cluster,
+                 [&](const auto& vertices, const auto& triangles) { add_cluster(vertices, triangles, out); });
+    return out;
+  }
   // Ranges of their own, so that large meshes are cut on all threads.
   const std::size_t count = range_count(primitive.indices.size());
   if (count == 0) return {};
@@ -219,7 +247,7 @@ MeshClusters build_clusters(const Primitive& primitive) {
     const std::span<const std::uint32_t> indices = range_of(primitive.indices, r);
     const auto add = [&](const auto& vertices, const auto& triangles) { add_cluster(vertices, triangles, parts[r]); };
     if (primitive.in_cluster_order)
-      cut_clusters(indices, add);
+      cut_clusters(indices, {}, add);
     else
       find_clusters(primitive, indices, add);
   });

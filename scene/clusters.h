@@ -37,7 +37,8 @@ struct MeshClusters {
 };
 
 // Clusters of a primitive's triangles: found by meshoptimizer, or where the primitive says that its triangles lie in the
-// order of clusters, cut off one after the other where the next triangle does not fit.
+// order of clusters, cut off one after the other where the next triangle does not fit. Clusters that the file has encoded
+// stay as they are.
 //
 // Invariants (cited by the tests):
 //   CO1  Every triangle is in one cluster, once, with its winding; no cluster is larger than the limits above.

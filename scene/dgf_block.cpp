@@ -82,6 +82,19 @@ Offsets offsets_of(std::span<const LatticePoint> points, std::span<const std::ui
   return out;
 }
 
+}  // namespace
+
+bool fits_dgf(std::span<const LatticePoint> points) {
+  for (std::size_t axis = 0; axis < 3 && !points.empty(); ++axis) {
+    const auto [low, high] = std::minmax_element(points.begin(), points.end(),
+                                                 [&](const auto& a, const auto& b) { return a[axis] < b[axis]; });
+    if ((*high)[axis] - std::min((*low)[axis], kMaxAnchor) >= 1 << kMaxOffsetBits) return false;
+  }
+  return true;
+}
+
+namespace {
+
 // A section of so many bits ends on a byte.
 std::size_t whole_bytes(std::size_t bits) { return (bits + 7) / 8 * 8; }
 

@@ -49,6 +49,9 @@ struct DgfBlock {
   std::vector<std::uint8_t> triangles;  // in the block's order, each a number of the triangles that it was made of
 };
 
+// Whether blocks can have any of these vertices together: they differ by less than 2^16 steps along each axis.
+bool fits_dgf(std::span<const LatticePoint> points);
+
 // One block of `some` of a cluster's triangles, 1 to 64 and each once, as the first strip of theirs that fits; or nothing where
 // none does. `points`: places of `lattice`, at most 2^kDgfPlaceBits from the origin, by the triangles' corners.
 // `first_triangle`: below 2^29.

@@ -141,11 +141,17 @@ std::vector<Extension> own_extensions() {
       {"TESSERA_clusters",
        "mesh primitive",
        "The triangles lie in the order of clusters: a reader with the same limits cuts them off one after the other. A "
-       "wrong order gives worse clusters, never another image.",
+       "wrong order gives worse clusters, never another image. With an encoding (version 2) positions and triangles "
+       "are "
+       "in a buffer view, cluster by cluster, and the accessors of POSITION and of the indices have no data of their "
+       "own.",
        {{"maxVertices", "integer", "vertices", "required", "Most vertices of a cluster."},
         {"maxTriangles", "integer", "triangles", "required", "Most triangles of a cluster."},
-        {"range", "integer", "triangles", "required",
-         "A cluster ends after each so many triangles of the primitive."}}},
+        {"range", "integer", "triangles", "required", "A cluster ends after each so many triangles of the primitive."},
+        {"encoding", "string", "", "none", "How clusters are encoded: quantised, meshlet or dgf."},
+        {"bits", "integer", "", "with an encoding", "Bits of a quantised position along an axis, 1 to 24."},
+        {"clusters", "integer", "clusters", "with an encoding", "How many the buffer view has."},
+        {"bufferView", "integer", "", "with an encoding", "Their bytes."}}},
       {"TESSERA_displacement",
        "material",
        "Bezier patches of the material are displaced along their unit normal by scale * height + bias.",

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
+#include <cstdlib>
 #include <optional>
 #include <utility>
 
@@ -95,34 +97,40 @@ class CellEncoder {
 
 class CellDecoder {
  public:
-  explicit CellDecoder(BitReader& bits) : bits_(bits) {}
+  CellDecoder(BoundedBitReader& bits, std::size_t vertices) : bits_(bits), vertices_(vertices) {}
 
-  ClusterCell get() {
+  // Nothing where bits are no cell of the vertices.
+  std::optional<ClusterCell> get() {
     const std::size_t corners = bits_.get(1) != 0 ? 3 : 4;
     Corners corner{};
     const std::uint32_t edge = bits_.get(4);
     std::size_t shared = corners;
     if (edge != kNoEdge) {
-      TESSERA_CHECK(edge < edges_.count(), "cells share edges of cells before them");
       shared = bits_.get(2);
+      if (edge >= edges_.count() || shared >= corners) return std::nullopt;
       corner[shared] = edges_.at(edge).to;
       corner[(shared + 1) % corners] = edges_.at(edge).from;
     }
     const std::size_t known = edge != kNoEdge ? 2 : 0, first = edge != kNoEdge ? shared : 0;
-    for (std::size_t k = known; k < corners; ++k) corner[(first + k) % corners] = corner_number();
+    for (std::size_t k = known; k < corners; ++k) {
+      const std::uint32_t number = corner_number();
+      if (number >= vertices_ || bits_.overrun()) return std::nullopt;
+      corner[(first + k) % corners] = static_cast<std::uint8_t>(number);
+    }
     edges_.add(corner, corners, shared);
     if (corners == 3) corner[3] = corner[2];
-    return {corner};
+    return ClusterCell{corner};
   }
 
  private:
-  std::uint8_t corner_number() {
-    if (bits_.get(1) != 0) return static_cast<std::uint8_t>(known_++);
-    return static_cast<std::uint8_t>(bits_.get(bits_of_number(known_)));
+  std::uint32_t corner_number() {
+    if (bits_.get(1) != 0) return known_++;
+    return bits_.get(bits_of_number(known_));
   }
 
-  BitReader& bits_;
+  BoundedBitReader& bits_;
   RecentEdges edges_;
+  std::size_t vertices_;
   std::uint32_t known_ = 0;
 };
 
@@ -191,28 +199,45 @@ void pair_neighbours(std::span<const LocalTriangle> triangles, std::vector<Clust
   }
 }
 
-DecodedRecord decode_blocks(std::span<const std::uint8_t> bytes, std::size_t vertices, std::size_t blocks) {
+std::optional<DecodedRecord> read_blocks(std::span<const std::uint8_t> bytes, std::size_t vertices,
+                                         std::size_t blocks) {
   DecodedRecord out;
-  TESSERA_CHECK(bytes.size() >= blocks * kDgfBlockBytes, "blocks are whole");
-  BitReader bits(bytes.subspan(blocks * kDgfBlockBytes));
+  if (bytes.size() < blocks * kDgfBlockBytes) return std::nullopt;
+  BoundedBitReader bits(bytes.subspan(blocks * kDgfBlockBytes));
   for (std::size_t b = 0; b < blocks; ++b) {
     std::optional<DecodedDgfBlock> block = decode_dgf_block(bytes.subspan(b * kDgfBlockBytes, kDgfBlockBytes));
-    TESSERA_CHECK(block.has_value(), "blocks are sound");
+    if (!block) return std::nullopt;
     std::vector<std::uint8_t> number;
     for (const Vec3& position : block->positions) {
       const auto known = static_cast<std::uint32_t>(out.positions.size());
       const bool first = bits.get(1) != 0;
-      number.push_back(static_cast<std::uint8_t>(first ? known : bits.get(bits_of_number(known))));
+      if (first && known == vertices) return std::nullopt;
       if (first) out.positions.push_back(position);
-      TESSERA_CHECK(number.back() < out.positions.size(), "blocks share vertices of blocks before them");
-      TESSERA_CHECK(out.positions[number.back()] == position, "a vertex has one position");
+      const std::uint32_t at = first ? known : bits.get(bits_of_number(known));
+      if (at >= out.positions.size() || out.positions[at] != position) return std::nullopt;
+      number.push_back(static_cast<std::uint8_t>(at));
     }
     for (LocalTriangle& triangle : block->triangles)
       for (std::uint8_t& corner : triangle) corner = number[corner];
     pair_neighbours(block->triangles, out.cells);
   }
-  TESSERA_CHECK(out.positions.size() == vertices, "blocks have the cluster's vertices");
+  if (bits.overrun() || out.positions.size() != vertices) return std::nullopt;
   return out;
+}
+
+bool all_finite(std::span<const Vec3> positions) {
+  return std::all_of(positions.begin(), positions.end(),
+                     [](const Vec3& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); });
+}
+
+// The place at so many steps from the anchor, if floats can tell it from its neighbours.
+bool offset_place(const LatticePoint& anchor, const std::array<std::uint32_t, 3>& steps, LatticePoint& place) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::int64_t k = std::int64_t{anchor[axis]} + std::int64_t{steps[axis]};
+    if (std::abs(k) > std::int64_t{1} << kPlaceBits) return false;
+    place[axis] = static_cast<std::int32_t>(k);
+  }
+  return true;
 }
 
 }  // namespace
@@ -258,11 +283,15 @@ EncodedRecord encode_record(const GeometrySettings& settings, const PositionLatt
   return out;
 }
 
-DecodedRecord decode_record(const GeometrySettings& settings, std::span<const std::uint8_t> bytes, std::size_t vertices,
-                            std::size_t parts) {
-  if (settings.encoding == GeometryEncoding::kDgf) return decode_blocks(bytes, vertices, parts);
+std::optional<DecodedRecord> read_record(const GeometrySettings& settings, std::span<const std::uint8_t> bytes,
+                                         std::size_t vertices, std::size_t parts) {
+  if (vertices == 0 || vertices > kMaxClusterVertices) return std::nullopt;
+  if (settings.encoding == GeometryEncoding::kDgf) {
+    std::optional<DecodedRecord> out = read_blocks(bytes, vertices, parts);
+    return out && all_finite(out->positions) ? std::move(out) : std::nullopt;
+  }
   const bool meshlet = settings.encoding == GeometryEncoding::kMeshlet;
-  BitReader bits(bytes);
+  BoundedBitReader bits(bytes);
   PositionLattice lattice;
   lattice.exponent = sign_extended(bits.get(kExponentBits), kExponentBits);
   LatticePoint anchor;
@@ -273,22 +302,36 @@ DecodedRecord decode_record(const GeometrySettings& settings, std::span<const st
   DecodedRecord out;
   out.positions.reserve(vertices);
   for (std::size_t v = 0; v < vertices; ++v) {
+    std::array<std::uint32_t, 3> steps;
+    for (std::size_t axis = 0; axis < 3; ++axis) steps[axis] = bits.get(widths[axis]);
     LatticePoint place;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      place[axis] = anchor[axis] + static_cast<std::int32_t>(bits.get(widths[axis]));
+    if (!offset_place(anchor, steps, place)) return std::nullopt;
     out.positions.push_back(lattice.point(place));
   }
+  if (bits.overrun() || !all_finite(out.positions)) return std::nullopt;
   out.cells.reserve(parts);
-  CellDecoder decoder(bits);
+  CellDecoder decoder(bits, vertices);
   for (std::size_t c = 0; c < parts; ++c) {
     if (meshlet) {
-      out.cells.push_back(decoder.get());
+      const std::optional<ClusterCell> cell = decoder.get();
+      if (!cell) return std::nullopt;
+      out.cells.push_back(*cell);
       continue;
     }
     ClusterCell& cell = out.cells.emplace_back();
-    for (std::uint8_t& corner : cell.corner) corner = static_cast<std::uint8_t>(bits.get(kCornerBits));
+    for (std::uint8_t& corner : cell.corner) {
+      corner = static_cast<std::uint8_t>(bits.get(kCornerBits));
+      if (corner >= vertices) return std::nullopt;
+    }
   }
-  return out;
+  return bits.overrun() ? std::nullopt : std::optional(std::move(out));
+}
+
+DecodedRecord decode_record(const GeometrySettings& settings, std::span<const std::uint8_t> bytes, std::size_t vertices,
+                            std::size_t parts) {
+  std::optional<DecodedRecord> record = read_record(settings, bytes, vertices, parts);
+  TESSERA_CHECK(record.has_value(), "records that were encoded are sound");
+  return std::move(*record);
 }
 
 }  // namespace tessera::scene

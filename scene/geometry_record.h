@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -40,6 +41,7 @@ namespace tessera::scene {
 //   GR1  decode_record(encode_record(...)) gives the same lattice points and cells, in the order that encode_record() says;
 //        with dgf not the cells but their triangles, each with its winding.
 //   GR2  A vertex decodes to the same bits from each record of a lattice, whatever the encoding.
+//   GR3  read_record() reads any bytes.
 inline constexpr int kExponentBits = 8, kAnchorBits = 26, kWidthBits = 5;
 
 struct EncodedRecord {
@@ -60,7 +62,11 @@ struct DecodedRecord {
   std::vector<Vec3> positions;
   std::vector<ClusterCell> cells;
 };
-// Bytes that encode_record() made of so many vertices, and `parts`.
+// Any bytes as a record of so many vertices and parts: finite positions, at least one, and cells whose corners exist; or
+// nothing.
+std::optional<DecodedRecord> read_record(const GeometrySettings& settings, std::span<const std::uint8_t> bytes,
+                                         std::size_t vertices, std::size_t parts);
+// The same of bytes that encode_record() made.
 DecodedRecord decode_record(const GeometrySettings& settings, std::span<const std::uint8_t> bytes, std::size_t vertices,
                             std::size_t parts);
 

@@ -134,7 +134,8 @@ Lattices::Lattices(gltf::Document& document, const scene::Capture& capture, cons
     parents_.push_back(m);
     for (const json& primitive : meshes[m]["primitives"])
       if (primitive.value("mode", kTriangleMode) == kTriangleMode && primitive["attributes"].contains("POSITION") &&
-          gltf::find_extension(primitive, "KHR_draco_mesh_compression") == nullptr)
+          gltf::find_extension(primitive, "KHR_draco_mesh_compression") == nullptr &&
+          gltf::find_encoded_clusters(primitive) == nullptr)
         measure(document, primitive, skinned.contains(m) || primitive.contains("targets"), m, bits);
   }
   join_touching(document, capture);

@@ -209,10 +209,7 @@ MeshoptAttribute encode_attribute(const DracoAttribute& attribute, const Quantiz
   return verbatim(attribute, count);
 }
 
-namespace {
-
-// Moves every vertex to its new number and names it so. Vertices without one are dropped.
-void renumber(DracoInput& mesh, const std::vector<std::uint32_t>& place, std::size_t used) {
+void renumber_vertices(DracoInput& mesh, const std::vector<std::uint32_t>& place, std::size_t used) {
   for (DracoAttribute& attribute : mesh.attributes) {
     const auto components = static_cast<std::size_t>(attribute.components);
     std::vector<float> moved(used * components);
@@ -224,7 +221,15 @@ void renumber(DracoInput& mesh, const std::vector<std::uint32_t>& place, std::si
   mesh.vertex_count = used;
 }
 
-}  // namespace
+std::vector<Vec3> positions_of(const DracoInput& mesh) {
+  std::vector<Vec3> positions;
+  for (const DracoAttribute& attribute : mesh.attributes) {
+    if (attribute.name != "POSITION") continue;
+    for (std::size_t i = 0; i + 2 < attribute.values.size(); i += 3)
+      positions.emplace_back(attribute.values[i], attribute.values[i + 1], attribute.values[i + 2]);
+  }
+  return positions;
+}
 
 void order_for_meshopt(DracoInput& mesh) {
   constexpr std::size_t kMaxStreams = 16;  // that the library compares
@@ -235,23 +240,19 @@ void order_for_meshopt(DracoInput& mesh) {
   }
   std::vector<std::uint32_t> place(mesh.vertex_count);
   if (streams.size() <= kMaxStreams)
-    renumber(mesh, place,
-             meshopt_generateVertexRemapMulti(place.data(), mesh.indices.data(), mesh.indices.size(), mesh.vertex_count,
-                                              streams.data(), streams.size()));
+    renumber_vertices(mesh, place,
+                      meshopt_generateVertexRemapMulti(place.data(), mesh.indices.data(), mesh.indices.size(),
+                                                       mesh.vertex_count, streams.data(), streams.size()));
   std::vector<std::uint32_t> ordered(mesh.indices.size());
   meshopt_optimizeVertexCacheStrip(ordered.data(), mesh.indices.data(), mesh.indices.size(), mesh.vertex_count);
   scene::Primitive primitive;
-  for (const DracoAttribute& attribute : mesh.attributes) {
-    if (attribute.name != "POSITION") continue;
-    for (std::size_t i = 0; i + 2 < attribute.values.size(); i += 3)
-      primitive.vertices.positions.emplace_back(attribute.values[i], attribute.values[i + 1], attribute.values[i + 2]);
-  }
+  primitive.vertices.positions = positions_of(mesh);
   primitive.indices = std::move(ordered);
   mesh.indices = scene::cluster_order(primitive);
   place.resize(mesh.vertex_count);
   const std::size_t used =
       meshopt_optimizeVertexFetchRemap(place.data(), mesh.indices.data(), mesh.indices.size(), mesh.vertex_count);
-  renumber(mesh, place, used);
+  renumber_vertices(mesh, place, used);
 }
 
 }  // namespace tessera::replay

@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/vec.h"
 #include "replay/pack/draco_encoder.h"
 
 namespace tessera::replay {
@@ -51,6 +52,11 @@ MeshoptAttribute encode_attribute(const DracoAttribute& attribute, const Quantiz
 
 // Whether all vectors of normals or tangents have the length 1: what octahedra can hold.
 bool is_unit(const DracoAttribute& attribute);
+
+// Moves every vertex to its new number, of `used`, and names it so in the indices. Those whose number is ~0 are dropped.
+void renumber_vertices(DracoInput& mesh, const std::vector<std::uint32_t>& place, std::size_t used);
+
+std::vector<Vec3> positions_of(const DracoInput& mesh);
 
 // Joins vertices whose values are all equal, orders triangles cluster by cluster (scene::cluster_order) and vertices by
 // first use; vertices that no triangle has are dropped.

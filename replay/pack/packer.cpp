@@ -22,6 +22,7 @@
 #include "replay/pack/meshopt_encoder.h"
 #include "replay/pack/stored_view.h"
 #include "scene/capture_reader.h"
+#include "scene/cluster_stream.h"
 #include "scene/clusters.h"
 #include "scene/extensions.h"
 #include "scene/gltf/accessor_layout.h"
@@ -186,11 +187,47 @@ bool compress_primitive(gltf::Document& document, json& out, json& primitive, co
   return true;
 }
 
+// Streams of clusters by the extension that names their view; they come behind all accessors.
+using ClusterStreams = std::map<const json*, std::vector<std::uint8_t>>;
+
+// Positions and triangles as a stream of clusters; `input` has what is left to be compressed, in the stream's order of
+// vertices. Says false, and changes nothing, where positions do not lie on a grid, or blocks of dgf cannot hold them.
+bool encode_clusters(scene::GeometryEncoding encoding, DracoInput& input, json& out, json& primitive,
+                     ClusterStreams& streams) {
+  const auto position = std::find_if(input.attributes.begin(), input.attributes.end(),
+                                     [](const DracoAttribute& a) { return a.name == "POSITION"; });
+  if (!position->exponent) return false;
+  scene::Primitive mesh;
+  mesh.in_cluster_order = true;
+  mesh.vertices.positions = positions_of(input);
+  mesh.indices = input.indices;
+  const std::optional<scene::ClusterStream> made = scene::encode_cluster_stream(encoding, *position->exponent, mesh);
+  if (!made) return false;
+  const scene::ClusterStream& stream = *made;
+  std::vector<std::uint32_t> place(input.vertex_count, ~0u);
+  for (std::size_t v = 0; v < stream.order.size(); ++v) place[stream.order[v]] = static_cast<std::uint32_t>(v);
+  renumber_vertices(input, place, stream.order.size());
+  json accessor = described_accessor(*position, input.vertex_count);
+  set_range(accessor, position->values, 3);
+  primitive["attributes"]["POSITION"] = out["accessors"].size();
+  out["accessors"].push_back(std::move(accessor));
+  primitive["indices"] = out["accessors"].size();
+  out["accessors"].push_back(
+      {{"componentType", gltf::kUnsignedInt}, {"count", 3 * stream.triangles}, {"type", "SCALAR"}});
+  json& extension = primitive["extensions"][kClusters];
+  extension["encoding"] = word(encoding);
+  extension["bits"] = stream.bits;
+  extension["clusters"] = stream.clusters;
+  streams[&extension] = stream.bytes;
+  input.attributes.erase(position);
+  return true;
+}
+
 // As compress_primitive, with meshoptimizer: attributes and indices become compressed views, whose numbers `placed` has
 // by accessor. A primitive that is compressed so already keeps its streams.
 bool compress_with_meshopt(gltf::Document& document, json& out, json& primitive, const PackOptions& options,
                            const Lattices& lattices, std::size_t mesh, BinaryChunk& chunk,
-                           std::map<std::size_t, std::size_t>& placed) {
+                           std::map<std::size_t, std::size_t>& placed, ClusterStreams& streams) {
   if (primitive.value("mode", 4) != 4 || !primitive["attributes"].contains("POSITION")) return false;
   const json& position = document.json["accessors"][primitive["attributes"]["POSITION"].get<std::size_t>()];
   if (position.contains("bufferView") &&
@@ -205,6 +242,8 @@ bool compress_with_meshopt(gltf::Document& document, json& out, json& primitive,
                                           {"maxTriangles", scene::kMaxClusterTriangles},
                                           {"range", scene::kClusterRangeTriangles}};
   }
+  const bool in_clusters =
+      !ordered && options.geometry && encode_clusters(*options.geometry, input, out, primitive, streams);
   // Views in the order in which packing again comes across them.
   std::sort(input.attributes.begin(), input.attributes.end(),
             [](const DracoAttribute& a, const DracoAttribute& b) { return a.name < b.name; });
@@ -225,6 +264,7 @@ bool compress_with_meshopt(gltf::Document& document, json& out, json& primitive,
       for (const char* list : {"extensionsUsed", "extensionsRequired"}) add_extension(out, list, kQuantization);
     primitive["attributes"][attribute.name] = add(std::move(accessor), encoded.stream, AccessorUse::kVertices);
   }
+  if (in_clusters) return true;
   const bool small = input.vertex_count <= 65535;
   const std::size_t index_bytes = small ? 2 : 4;
   primitive["indices"] =
@@ -244,7 +284,7 @@ void describe_decoded(gltf::Document& document, json& out) {
     for (std::size_t p = 0; p < out["meshes"][m]["primitives"].size(); ++p) {
       const json& primitive = out["meshes"][m]["primitives"][p];
       if (gltf::find_extension(primitive, kDraco) == nullptr) continue;
-      const gltf::DracoMesh decoded =
+      const gltf::DecodedMesh decoded =
           gltf::read_draco(document, primitive, document.root.at("meshes").at(m).at("primitives").at(p));
       for (const auto& [name, id] : gltf::find_extension(primitive, kDraco)->at("attributes").items()) {
         json& accessor = out["accessors"][primitive["attributes"][name].get<std::size_t>()];
@@ -296,7 +336,7 @@ void for_each_accessor_use(json& d, const std::function<void(json&, AccessorUse)
 void add_missing_ranges(gltf::Document& document, json& out) {
   gltf::for_each_accessor_use(document.json, document.root, [&](const gltf::AccessorUsed& use, const gltf::Place&) {
     const bool positions = use.name == "POSITION" && use.role != gltf::AccessorRole::kInstances;
-    if ((!positions && use.role != gltf::AccessorRole::kKeyTimes) || use.in_draco) return;
+    if ((!positions && use.role != gltf::AccessorRole::kKeyTimes) || use.in_stream) return;
     json& accessor = out["accessors"][use.accessor];
     if (accessor.contains("min") && accessor.contains("max")) return;
     const DracoAttribute values = read_attribute(document, "", use.accessor);
@@ -391,11 +431,27 @@ void move_environment(gltf::Document& document, json& d, BinaryChunk& chunk) {
   d["extensions"]["TESSERA_capture"]["environment"] = std::move(environment);
 }
 
-bool any_in_cluster_order(const json& d) {
+template <class Is>
+bool any_primitive(const json& d, const Is& is) {
   for (const json& mesh : d["meshes"])
     for (const json& primitive : mesh["primitives"])
-      if (gltf::find_extension(primitive, kClusters) != nullptr) return true;
+      if (is(primitive)) return true;
   return false;
+}
+
+// Streams of clusters move into the chunk: those that were made, and those that the source has. Returns how many.
+std::size_t move_clusters(json& d, const ClusterStreams& streams, BinaryChunk& chunk) {
+  std::size_t count = 0;
+  for (json& mesh : d["meshes"])
+    for (json& primitive : mesh["primitives"]) {
+      if (gltf::find_encoded_clusters(primitive) == nullptr) continue;
+      ++count;
+      json& extension = *extension_of(primitive, kClusters);
+      const auto made = streams.find(&extension);
+      extension["bufferView"] =
+          made != streams.end() ? chunk.add(made->second) : chunk.copy_view(extension["bufferView"].get<std::size_t>());
+    }
+  return count;
 }
 
 // What the data now need: nothing that was unpacked, everything that was compressed.
@@ -408,10 +464,11 @@ void list_extensions(json& d, const BinaryChunk& chunk, bool draco, bool webp) {
       need(name);
     else
       drop_extension(d, name);
-  if (any_in_cluster_order(d))
+  drop_extension(d, kClusters);
+  if (any_primitive(d, [](const json& p) { return gltf::find_encoded_clusters(p) != nullptr; }))
+    need(kClusters);
+  else if (any_primitive(d, [](const json& p) { return gltf::find_extension(p, kClusters) != nullptr; }))
     add_extension(d, "extensionsUsed", kClusters);
-  else
-    drop_extension(d, kClusters);
   if (draco) need(kDraco);
   if (webp) need("EXT_texture_webp");
 }
@@ -497,6 +554,7 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   const bool meshopt = options.method == PackMethod::kMeshopt;
   BinaryChunk chunk(document, meshopt);
   std::map<std::size_t, std::size_t> placed;
+  ClusterStreams streams;
   std::size_t draco = 0;
   std::optional<Lattices> lattices;
   if (options.method != PackMethod::kNone) lattices.emplace(document, looked_at.capture, options.bits);
@@ -505,9 +563,11 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
       ++report.primitives;
       if (json* compressed = extension_of(primitive, kDraco))
         (*compressed)["bufferView"] = chunk.copy_view((*compressed)["bufferView"].get<std::size_t>());
+      else if (gltf::find_encoded_clusters(primitive) != nullptr)
+        continue;
       else if (meshopt)
         report.compressed +=
-            compress_with_meshopt(document, out, primitive, options, *lattices, m, chunk, placed) ? 1 : 0;
+            compress_with_meshopt(document, out, primitive, options, *lattices, m, chunk, placed, streams) ? 1 : 0;
       else if (options.method != PackMethod::kNone &&
                compress_primitive(document, out, primitive, options, *lattices, m, chunk))
         ++draco;
@@ -515,6 +575,7 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   report.compressed += draco;
   add_missing_ranges(document, out);
   move_accessors(out, chunk, placed);
+  report.in_clusters = move_clusters(out, streams, chunk);
   report.webp_images = move_images(document, out, chunk, options.webp, report.notices);
   list_extensions(out, chunk, draco > 0, report.webp_images > 0);
   attach_settings(out, options);

@@ -12,6 +12,7 @@
 #include "replay/pack/procedures.h"
 #include "replay/pack/surfaces.h"
 #include "replay/view_options.h"
+#include "scene/geometry_settings.h"
 
 namespace tessera::replay {
 
@@ -21,6 +22,8 @@ struct PackOptions {
   // kAuto: sequential where the order of vertices matters, edgebreaker elsewhere. kMeshopt: EXT_meshopt_compression.
   PackMethod method = PackMethod::kAuto;
   QuantizationBits bits;  // of kMeshopt at most kMaxMeshoptBits each
+  // With kMeshopt: clusters of triangles hold positions and triangles in this encoding (TESSERA_clusters), which is not raw.
+  std::optional<scene::GeometryEncoding> geometry;
   std::optional<WebpOptions> webp;
   // Members that replace those of the asset's TESSERA_capture extension; null: none.
   nlohmann::json capture_settings;
@@ -37,6 +40,7 @@ struct PackOptions {
 struct PackReport {
   std::uint64_t bytes_in = 0, bytes_out = 0;  // all files of the asset / the .glb
   std::size_t primitives = 0, compressed = 0;
+  std::size_t in_clusters = 0;  // of the primitives, those whose geometry is encoded, in the asset already or now
   std::size_t webp_images = 0;
   SurfaceReport surfaces;
   std::vector<std::string> notices;
@@ -51,6 +55,8 @@ struct PackReport {
 //   - With meshoptimizer all other accessors are compressed without loss. Where
 //     nothing counts on their order equal vertices are joined, and vertices and triangles ordered for its codec and in
 //     the order of clusters (TESSERA_clusters), so that reading the capture need not look for them.
+//   - With an encoding of geometry a primitive's positions and triangles lie in a stream of its clusters instead, where nothing
+//     counts on their order and positions lie on a grid.
 //   - Draco's sequential method where something counts on the order of vertices: Bezier patches, morph targets,
 //     application-specific attributes. What a stream cannot hold stays as it is.
 //   - Objects that hold no data are kept word for word, unknown extensions included; one that names accessors or buffer

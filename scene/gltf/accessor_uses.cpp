@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "scene/gltf/document.h"
 #include "scene/gltf/json_reader.h"
 
 namespace tessera::scene::gltf {
@@ -14,12 +15,13 @@ using Visit = std::function<void(const AccessorUsed&, const Place&)>;
 
 void visit_primitive(const json& d, const json& primitive, const Place& place, const Visit& visit) {
   const json* draco = find_extension(primitive, "KHR_draco_mesh_compression");
+  const bool clusters = find_encoded_clusters(primitive) != nullptr;
   for (const auto& [name, index] : primitive["attributes"].items())
     visit({index.get<std::size_t>(),
            AccessorRole::kVertices,
            name,
            {},
-           draco != nullptr && (*draco)["attributes"].contains(name)},
+           (draco != nullptr && (*draco)["attributes"].contains(name)) || (clusters && name == "POSITION")},
           place.at("attributes").at(name));
   if (const json* indices = find(primitive, "indices")) {
     const json* position = find(primitive["attributes"], "POSITION");
@@ -27,7 +29,7 @@ void visit_primitive(const json& d, const json& primitive, const Place& place, c
            AccessorRole::kIndices,
            {},
            {},
-           draco != nullptr,
+           draco != nullptr || clusters,
            position == nullptr ? std::size_t{0}
                                : d["accessors"][position->get<std::size_t>()]["count"].get<std::size_t>()},
           place.at("indices"));

@@ -267,7 +267,7 @@ std::set<std::size_t> spline_outputs(const json& d) {
 }
 
 void audit_use(Document& d, const AccessorUsed& use, const std::set<std::size_t>& splines, const Place& place) {
-  if (use.in_draco) return;
+  if (use.in_stream) return;
   const bool vertices = use.role == AccessorRole::kVertices;
   if (vertices && (use.name == "NORMAL" || use.name == "TANGENT"))
     audit_unit(d, use, 3, "ACCESSOR_VECTOR3_NON_UNIT", place);
@@ -369,7 +369,7 @@ void audit_contents(Document& d, const std::filesystem::path& file) {
   audit_images(d, folder);
   std::set<std::size_t> in_streams;
   for_each_accessor_use(d.json, d.root, [&](const AccessorUsed& use, const Place&) {
-    if (use.in_draco) in_streams.insert(use.accessor);
+    if (use.in_stream) in_streams.insert(use.accessor);
   });
   const std::set<std::size_t> splines = spline_outputs(d.json);
   try {

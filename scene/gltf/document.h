@@ -57,14 +57,15 @@ std::vector<std::uint32_t> read_unsigned(Document& document, std::size_t accesso
 // Value of a normalised integer (glTF 2.0 section 3.6.2.2).
 float dequantize(std::int64_t value, int component_type);
 
-// ---- Draco ------------------------------------------------------------------------------------------------------
+// ---- Streams of primitives --------------------------------------------------------------------------------------
 
-// A decoded KHR_draco_mesh_compression primitive: triangle list and attributes by glTF name, each with as many scalars
-// per vertex as its accessor says.
-struct DracoMesh {
+// A decoded KHR_draco_mesh_compression or TESSERA_clusters primitive: triangle list and attributes by glTF name, each with as
+// many scalars per vertex as its accessor says.
+struct DecodedMesh {
   std::vector<std::uint32_t> indices;
   std::size_t vertex_count = 0;
   std::vector<std::pair<std::string, std::vector<float>>> attributes;
+  std::vector<std::uint8_t> triangles_of_cluster;  // of TESSERA_clusters
 
   const std::vector<float>* find(const std::string& name) const;
 };
@@ -81,12 +82,17 @@ struct DracoRequest {
 };
 
 // Decodes a stream. Throws InputError at `place`, that of the extension, where it is broken or not what is asked for.
-DracoMesh decode_draco(Bytes stream, const DracoRequest& request, MemoryBudget& budget, const Place& place);
+DecodedMesh decode_draco(Bytes stream, const DracoRequest& request, MemoryBudget& budget, const Place& place);
 
 // What a primitive's extension asks of its stream.
 DracoRequest draco_request(const Document& document, const nlohmann::json& primitive);
 
 // `primitive` is the primitive's JSON; `place` its place.
-DracoMesh read_draco(Document& document, const nlohmann::json& primitive, const Place& place);
+DecodedMesh read_draco(Document& document, const nlohmann::json& primitive, const Place& place);
+
+// The TESSERA_clusters extension of a primitive, where it has encoded positions and triangles; else null.
+const nlohmann::json* find_encoded_clusters(const nlohmann::json& primitive);
+// The same of such a primitive. Throws InputError where the stream is broken or not what the accessors say.
+DecodedMesh read_clusters(Document& document, const nlohmann::json& primitive, const Place& place);
 
 }  // namespace tessera::scene::gltf

@@ -223,18 +223,18 @@ std::unique_ptr<draco::Mesh> decode(Bytes stream, std::uint64_t declared_faces, 
 
 }  // namespace
 
-const std::vector<float>* DracoMesh::find(const std::string& name) const {
+const std::vector<float>* DecodedMesh::find(const std::string& name) const {
   for (const auto& [key, values] : attributes)
     if (key == name) return &values;
   return nullptr;
 }
 
-DracoMesh decode_draco(Bytes stream, const DracoRequest& request, MemoryBudget& budget, const Place& place) {
+DecodedMesh decode_draco(Bytes stream, const DracoRequest& request, MemoryBudget& budget, const Place& place) {
   const std::unique_ptr<draco::Mesh> mesh = decode(stream, request.faces, request.points, budget, place);
   if (mesh->num_faces() == 0 || mesh->num_points() == 0) place.refuse("Draco stream holds no triangles");
 
   budget.charge(mesh->num_faces(), 12, place);
-  DracoMesh out;
+  DecodedMesh out;
   out.vertex_count = mesh->num_points();
   out.indices.reserve(std::size_t{mesh->num_faces()} * 3);
   for (std::uint32_t f = 0; f < mesh->num_faces(); ++f)
@@ -272,11 +272,11 @@ DracoRequest draco_request(const Document& document, const json& primitive) {
   return request;
 }
 
-DracoMesh read_draco(Document& document, const json& primitive, const Place& place) {
+DecodedMesh read_draco(Document& document, const json& primitive, const Place& place) {
   const json& extension = *find_extension(primitive, "KHR_draco_mesh_compression");
   const Bytes stream = document.resources.buffer_view(extension["bufferView"].get<std::size_t>());
   if (document.ahead != nullptr)
-    if (std::optional<DracoMesh> ready = document.ahead->draco.take(&primitive, document.budget))
+    if (std::optional<DecodedMesh> ready = document.ahead->draco.take(&primitive, document.budget))
       return std::move(*ready);
   return decode_draco(stream, draco_request(document, primitive), document.budget,
                       place.at("extensions").at("KHR_draco_mesh_compression"));

@@ -41,13 +41,13 @@ std::vector<Vec4> as_vec4(const std::vector<float>& scalars, int components) {
   return out;
 }
 
-// Attribute values of one primitive, from its Draco stream where that has them, from accessors otherwise.
+// Attribute values of one primitive, from its stream (Draco's, or of clusters) where that has them, from accessors otherwise.
 class AttributeSource {
  public:
   // `indices`: those of all vertices that are drawn; null: all are.
-  AttributeSource(Document& document, const json& primitive, const DracoMesh* draco,
+  AttributeSource(Document& document, const json& primitive, const DecodedMesh* stream,
                   const std::vector<std::uint32_t>* indices, const Place& place)
-      : document_(document), primitive_(primitive), draco_(draco), indices_(indices), place_(place) {}
+      : document_(document), primitive_(primitive), stream_(stream), indices_(indices), place_(place) {}
 
   bool has(const std::string& name) const { return primitive_["attributes"].contains(name); }
 
@@ -98,21 +98,21 @@ class AttributeSource {
  private:
   std::size_t accessor(const std::string& name) const { return primitive_["attributes"][name].get<std::size_t>(); }
 
-  // The attribute's scalars in the Draco stream, charged for a copy; null where it is not in one.
+  // The attribute's scalars in the stream, charged for a copy; null where it is not in one.
   const std::vector<float>* in_stream(const std::string& name) {
-    const std::vector<float>* values = draco_ != nullptr ? draco_->find(name) : nullptr;
+    const std::vector<float>* values = stream_ != nullptr ? stream_->find(name) : nullptr;
     if (values != nullptr) charge(values->size(), sizeof(float));
     return values;
   }
-  // Beside a Draco stream there must be as many elements as it has points.
+  // Beside a stream there must be as many elements as it has points.
   template <class Element>
   std::vector<Element> outside_stream(const std::string& name, std::vector<Element> values) const {
     const std::size_t count =
         values.size() * sizeof(Element) / sizeof(float) / static_cast<std::size_t>(components(name));
-    if (draco_ != nullptr && count != draco_->vertex_count)
+    if (stream_ != nullptr && count != stream_->vertex_count)
       place_.at("attributes")
           .at(name)
-          .refuse("has {} elements outside the Draco stream, which has {} points", count, draco_->vertex_count);
+          .refuse("has {} elements outside the stream, which has {} points", count, stream_->vertex_count);
     return values;
   }
 
@@ -133,7 +133,7 @@ class AttributeSource {
 
   Document& document_;
   const json& primitive_;
-  const DracoMesh* draco_;
+  const DecodedMesh* stream_;
   const std::vector<std::uint32_t>* indices_;
   std::vector<bool> drawn_;  // by vertex; empty until it matters
   const Place& place_;
@@ -223,9 +223,9 @@ std::vector<MorphTarget> build_targets(Document& document, AttributeSource& sour
   return targets;
 }
 
-Vertices build_vertices(Document& document, const json& primitive, const DracoMesh* draco,
+Vertices build_vertices(Document& document, const json& primitive, const DecodedMesh* stream,
                         const std::vector<std::uint32_t>* indices, const Place& place) {
-  AttributeSource source(document, primitive, draco, indices, place);
+  AttributeSource source(document, primitive, stream, indices, place);
   Vertices vertices;
   vertices.positions = source.vec3("POSITION");
   if (source.has("NORMAL")) vertices.normals = source.vec3("NORMAL");
@@ -394,9 +394,14 @@ std::optional<Primitive> build_primitive(Document& document, const json& json_pr
   primitive.material = json_primitive.value("material", kNone);
   if (find_extension(json_primitive, "KHR_draco_mesh_compression") != nullptr) {
     // Draco streams always hold triangle lists, whatever mode says.
-    DracoMesh draco = read_draco(document, json_primitive, place);
+    DecodedMesh draco = read_draco(document, json_primitive, place);
     primitive.vertices = build_vertices(document, json_primitive, &draco, nullptr, place);
     primitive.indices = std::move(draco.indices);
+  } else if (find_encoded_clusters(json_primitive) != nullptr) {
+    DecodedMesh clusters = read_clusters(document, json_primitive, place);
+    primitive.vertices = build_vertices(document, json_primitive, &clusters, nullptr, place);
+    primitive.indices = std::move(clusters.indices);
+    primitive.triangles_of_cluster = std::move(clusters.triangles_of_cluster);
   } else {
     const auto position = json_primitive["attributes"]["POSITION"].get<std::size_t>();
     const std::uint64_t vertex_count = document.layouts[position].count;

@@ -114,6 +114,26 @@ void check_draco(const json& primitive, const json& draco, const Place& place) {
   }
 }
 
+void check_clusters(const json& d, const json& primitive, const json& clusters, const Place& place, Notes& notes) {
+  const Place inner = place.at("extensions").at("TESSERA_clusters");
+  for (const char* member : {"bits", "clusters", "bufferView"})
+    if (!clusters.contains(member)) inner.refuse("has an encoding without {}", member);
+  if (primitive.value("mode", 4) != 4)
+    place.at("mode").refuse("is {}, clusters are triangles", primitive["mode"].dump());
+  if (!primitive.contains("indices") || !primitive["attributes"].contains("POSITION"))
+    place.refuse("encodes clusters without POSITION and indices");
+  for (const char* other : {"KHR_draco_mesh_compression", "TESSERA_bezier_patches", "TESSERA_subdivision"})
+    if (find_extension(primitive, other) != nullptr) inner.refuse("encodes what {} has as well", other);
+  const AccessorLayout positions = accessor_layout(d, primitive["attributes"]["POSITION"].get<std::size_t>()),
+                       indices = accessor_layout(d, primitive["indices"].get<std::size_t>());
+  if (positions.component_type != kFloat) inner.refuse("encodes positions that are no floats");
+  const json& required = list_of(d, "extensionsRequired");
+  if (std::find(required.begin(), required.end(), "TESSERA_clusters") == required.end())
+    notes.violation(inner, "positions are decoded",
+                    "encodes what other readers then take for zeros: extensionsRequired lacks it");
+  if (indices.count % 3 != 0) place.at("indices").refuse("are {}, three for each triangle of clusters", indices.count);
+}
+
 void check_indices(const json& d, const json& primitive, const Place& place, Notes& notes) {
   const json* indices = find(primitive, "indices");
   if (indices == nullptr) return;
@@ -152,10 +172,12 @@ void check_primitive(const json& d, const json& primitive, const Place& place, N
   check_numbered_sets(attributes, place.at("attributes"), notes);
   const json* draco = find_extension(primitive, "KHR_draco_mesh_compression");
   if (draco != nullptr) check_draco(primitive, *draco, place);
+  const json* clusters = find_encoded_clusters(primitive);
+  if (clusters != nullptr) check_clusters(d, primitive, *clusters, place, notes);
   for (const auto& [name, index] : attributes.items()) {
     const json& accessor = d["accessors"][index.get<std::size_t>()];
-    const bool inside_draco = draco != nullptr && (*draco)["attributes"].contains(name);
-    if (name == "POSITION" && !inside_draco && !accessor.contains("bufferView") && !accessor.contains("sparse"))
+    const bool inside_stream = clusters != nullptr || (draco != nullptr && (*draco)["attributes"].contains(name));
+    if (name == "POSITION" && !inside_stream && !accessor.contains("bufferView") && !accessor.contains("sparse"))
       notes.add(place.at("attributes").at(name), "all of its positions are zero", "has an accessor without data");
   }
   check_indices(d, primitive, place.at("indices"), notes);

@@ -57,7 +57,7 @@ class Shelf {
 struct ReadAhead {
   Shelf<std::string, std::vector<std::uint8_t>> uris;
   Shelf<std::size_t, std::vector<std::uint8_t>> views;
-  Shelf<const nlohmann::json*, DracoMesh> draco;  // by primitive
+  Shelf<const nlohmann::json*, DecodedMesh> draco;  // by primitive
   Shelf<std::pair<std::size_t, shaders::ColorSpace>, ColorImage> colors;
   Shelf<std::size_t, HeightImage> heights;
   Shelf<std::size_t, UnpackedBasis> basis_colors, basis_heights;

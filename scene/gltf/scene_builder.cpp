@@ -71,6 +71,12 @@ std::uint64_t deformed_bytes(const Primitive& primitive) {
   return primitive.vertices.count() * 2 * (2 * sizeof(Vec3) + sizeof(Vec4));
 }
 
+// The most that the primitive may have.
+std::size_t clusters_of(const Primitive& primitive) {
+  return primitive.triangles_of_cluster.empty() ? cluster_count_bound(primitive.indices.size())
+                                                : primitive.triangles_of_cluster.size();
+}
+
 // What posing keeps of a node or an instance, for each primitive of its mesh: the drawable before and after posing, and a
 // number for each base patch, of which a primitive has no more than it has triangles or patches.
 std::uint64_t posed_bytes(const Mesh& mesh) {
@@ -80,7 +86,7 @@ std::uint64_t posed_bytes(const Mesh& mesh) {
     if (primitive.wire != Primitive::Wire::kSurface) bytes += deformed_bytes(primitive);
     bytes += kDrawableBytes + (primitive.kind == Primitive::Kind::kBezierPatches
                                    ? primitive.vertices.count() / 16 * kGridBytes
-                                   : cluster_count_bound(primitive.indices.size()) * kPatchBytes);
+                                   : clusters_of(primitive) * kPatchBytes);
   }
   return bytes;
 }

@@ -300,7 +300,11 @@ Rule mesh_rule(const json& d) {
                {"TESSERA_bezier_patches", object({{"count", integer(1), kRequired}})},
                {"TESSERA_clusters", object({{"maxVertices", integer(3), kRequired},
                                             {"maxTriangles", integer(1), kRequired},
-                                            {"range", integer(1), kRequired}})},
+                                            {"range", integer(1), kRequired},
+                                            {"encoding", choice({"quantised", "meshlet", "dgf"})},
+                                            {"bits", integer(1, 24)},
+                                            {"clusters", integer(1)},
+                                            {"bufferView", index_of(d, "bufferViews")}})},
                {"TESSERA_subdivision", subdivision_rule()}})},
   });
   return object({{"name", name()}, {"primitives", list(primitive, 1), kRequired}, {"weights", list(number())}});

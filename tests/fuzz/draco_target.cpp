@@ -39,7 +39,7 @@ void run(Bytes input) {
   if (input.size() < kHead) return;
   scene::MemoryBudget budget(kMaxBytes);
   expect_answer([&] {
-    const scene::gltf::DracoMesh mesh =
+    const scene::gltf::DecodedMesh mesh =
         scene::gltf::decode_draco(input.subspan(kHead), request(input), budget, scene::gltf::Place("stream"));
     for (const std::uint32_t index : mesh.indices) require(index < mesh.vertex_count, "an index points at no vertex");
     for (const auto& [name, values] : mesh.attributes)

@@ -10,7 +10,7 @@ namespace tessera::test {
 namespace {
 
 using nlohmann::json;
-constexpr const char* kDraco = "KHR_draco_mesh_compression";
+constexpr const char *kDraco = "KHR_draco_mesh_compression", *kClusters = "TESSERA_clusters";
 constexpr const char* kMeshopt[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
 
 const json& list_of(const json& object, const char* name) {
@@ -114,6 +114,9 @@ class Rules {
   void primitive(const json& p, const std::string& where) {
     const json& extensions = p.contains("extensions") ? p["extensions"] : list_of(p, "extensions");
     const json* draco = extensions.contains(kDraco) ? &extensions[kDraco] : nullptr;
+    const json* clusters =
+        extensions.contains(kClusters) && extensions[kClusters].contains("encoding") ? &extensions[kClusters] : nullptr;
+    if (clusters != nullptr) users_[(*clusters)["bufferView"]].insert("clusters");
     std::set<std::size_t> counts;
     for (const auto& [name, index] : p["attributes"].items()) {
       use(index, "vertices");
@@ -121,7 +124,10 @@ class Rules {
       counts.insert(accessor["count"].get<std::size_t>());
       if (name == "POSITION" && (!accessor.contains("min") || !accessor.contains("max")))
         fault("{}: POSITION has no min and max", where);
-      if (!accessor.contains("bufferView") && (draco == nullptr || !(*draco)["attributes"].contains(name)))
+      const bool in_clusters = clusters != nullptr && name == "POSITION";
+      if (in_clusters && accessor.contains("bufferView")) fault("{}: POSITION has data twice", where);
+      if (!accessor.contains("bufferView") && !in_clusters &&
+          (draco == nullptr || !(*draco)["attributes"].contains(name)))
         fault("{}: {} has no data", where, name);
     }
     if (counts.size() != 1) fault("{}: attributes of different counts", where);

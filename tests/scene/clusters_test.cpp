@@ -1,6 +1,7 @@
 // Clusters, also those that are cut off triangles in the order of clusters.
 #include "scene/clusters.h"
 #include "scene/limits.h"
+#include "tests/support/captures.h"
 #include "tests/support/read_asset.h"
 #include "tests/support/tests.h"
 
@@ -55,6 +56,23 @@ Primitive turned(Primitive primitive) {
                 primitive.indices.begin() + static_cast<std::ptrdiff_t>(t + 1 + t / 3 % 2),
                 primitive.indices.begin() + static_cast<std::ptrdiff_t>(t + 3));
   return primitive;
+}
+
+// Squares of the largest floats are infinite; meshoptimizer then finds no clusters at all.
+TEST(Clusters, OfAMeshOfAnySizeAreThoseOfASmallOne) {
+  Primitive mesh = test::wavy_grid(40, 3);
+  const std::vector<std::multiset<Triangle>> small = contents(build_clusters(mesh));
+  for (const int exponent : {-120, -60, 47, 49, 90, 120}) {
+    Primitive large = mesh;
+    for (Vec3& p : large.vertices.positions) p *= std::ldexp(1.0f, exponent);
+    const std::vector<std::multiset<Triangle>> found = contents(build_clusters(large));
+    std::size_t triangles = 0;
+    for (const auto& cluster : found) triangles += cluster.size();
+    EXPECT_EQ(triangles, mesh.indices.size() / 3) << exponent;
+    if (exponent > 0) {
+      EXPECT_EQ(found, small) << exponent;
+    }
+  }
 }
 
 TEST(Clusters, HoldEveryTriangleOnceWithItsWinding) {

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "scene/capture.h"
+#include "scene/clusters.h"
+#include "scene/geometry_settings.h"
+#include "scene/position_lattice.h"
+
+namespace tessera::scene {
+
+// Positions and triangles of a primitive as TESSERA_clusters, version 2, keeps them in a buffer view: its clusters as records
+// of scene/geometry_record.h, and which vertices are the same in several of them. Little endian:
+//
+//   4 bytes a cluster   8 bits: its vertices, 1 to 64; 8 bits: its parts, 1 to 255: cells, or blocks of dgf; 16 bits: bytes of
+//                       its record
+//   records             one behind the other
+//   vertices            a stream of bits, the lowest of each byte first, filled up. Of each vertex of each record, in its order:
+//                       1 bit, whether it is the next vertex of the primitive; else its number in as few bits as hold those so
+//                       far
+//
+// Invariants (cited by the tests):
+//   CS1  decode_cluster_stream(encode_cluster_stream(...)) gives the same places, and the triangles of each cluster with their
+//        windings; vertices are those of `order`.
+//   CS2  decode_cluster_stream() reads any bytes. It gives clusters within the limits of scene/clusters.h, finite positions and
+//        triangles whose vertices exist, or a fault; and takes no more memory than the counts that are asked for.
+inline constexpr std::size_t kClusterHeaderBytes = 4;
+
+struct ClusterStream {
+  std::vector<std::uint8_t> bytes;
+  std::size_t clusters = 0;
+  int bits = 0;                      // of GeometrySettings, what quantised records have along an axis
+  std::vector<std::uint32_t> order;  // by vertex of the stream, the number of the primitive's
+  std::size_t triangles = 0;         // of cells: those without an area may be fewer than the primitive's
+};
+// `encoding` is not raw. Positions of the primitive that triangles name are points of a lattice with steps of 2^exponent, with
+// dgf at most 2^kDgfPlaceBits of them from the origin. Vertices that no triangle names are left out. Nothing where a cluster
+// is larger than a block of dgf can be.
+std::optional<ClusterStream> encode_cluster_stream(GeometryEncoding encoding, int exponent, const Primitive& primitive);
+
+// How many of each the stream has to have.
+struct ClusterStreamCounts {
+  std::size_t clusters = 0, vertices = 0, triangles = 0;
+};
+struct DecodedClusters {
+  std::vector<Vec3> positions;
+  std::vector<std::uint32_t> indices;  // three a triangle, cluster after cluster
+  std::vector<std::uint8_t> triangles_of_cluster;
+};
+// Nothing where bytes are no such stream; `fault` then says why.
+std::optional<DecodedClusters> decode_cluster_stream(const GeometrySettings& settings,
+                                                     std::span<const std::uint8_t> bytes,
+                                                     const ClusterStreamCounts& counts, std::string& fault);
+
+}  // namespace tessera::scene
