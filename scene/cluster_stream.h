@@ -24,9 +24,9 @@ namespace tessera::scene {
 //                       far
 //
 // Invariants (cited by the tests):
-//   GS1  decode_cluster_stream(encode_cluster_stream(...)) gives the same places, and the triangles of each cluster with their
+//   CLS1  decode_cluster_stream(encode_cluster_stream(...)) gives the same places, and the triangles of each cluster with their
 //        windings; vertices are those of `order`.
-//   GS2  decode_cluster_stream() reads any bytes. It gives clusters within the limits of scene/clusters.h, finite positions and
+//   CLS2  decode_cluster_stream() reads any bytes. It gives clusters within the limits of scene/clusters.h, finite positions and
 //        triangles whose vertices exist, or a fault; and takes no more memory than the counts that are asked for.
 inline constexpr std::size_t kClusterHeaderBytes = 4;
 

@@ -56,7 +56,7 @@ Primitive random_mesh(test::Random& random, int exponent) {
   return mesh;
 }
 
-TEST(ClusterStream, GS1AnyMeshComesBack) {
+TEST(ClusterStream, CLS1AnyMeshComesBack) {
   test::Random random(1);
   for (int trial = 0; trial < 300; ++trial) {
     const int exponent = random.integer(-100, 100);
@@ -107,7 +107,7 @@ void expect_sound(const DecodedClusters& clusters, const ClusterStreamCounts& co
   ASSERT_EQ(triangles, counts.triangles);
 }
 
-TEST(ClusterStream, GS2GR3AnyBytesAreSoundClustersOrAFault) {
+TEST(ClusterStream, CLS2GR3AnyBytesAreSoundClustersOrAFault) {
   test::Random random(2);
   int sound = 0, refused = 0;
   for (int trial = 0; trial < 2000; ++trial) {
