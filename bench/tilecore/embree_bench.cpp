@@ -6,6 +6,8 @@
 //   tessera_embree_baseline --frame [ROUNDS]           whole shaded frames, posing and resolve included, over Embree's
 //                                                  best time to the hits alone: 1 px^2 triangles, 32 px of blur; fails
 //                                                  above 1
+//   tessera_embree_baseline --capture FILE [FRAME [ROUNDS]]   whole shaded frames of a capture over Embree's best time to the
+//                                                  hits alone, masks included; one row of CSV; fails above 1
 //   tessera_embree_baseline --profile AREA BLUR LENS  Tessera alone, again and again, for a profiler
 //
 // Scene: bench/support/posed_scene.h at 1280x720. Four samples per pixel, two threads.
@@ -19,6 +21,7 @@
 #include <functional>
 #include <memory>
 #include <numeric>
+#include <set>
 #include <string>
 
 #include <fmt/format.h>
@@ -30,6 +33,8 @@
 #include "bench/support/timing.h"
 #include "gpu/device.h"
 #include "gpu/settings.h"
+#include "gpu/view_inputs.h"
+#include "scene/capture_reader.h"
 #include "tests/support/embree_scene.h"
 
 namespace tessera::bench {
@@ -125,28 +130,20 @@ constexpr EmbreeMode kBaselines[] = {
 
 // ---- Measuring --------------------------------------------------------------------------------------------------
 
-// A row's scene, posed, and the samples.
-struct Bench : PosedScene {
+// A posed frame's samples, in the order in which Embree gets them.
+struct Rays {
+  const binner::TileGrid& grid;
   std::vector<tilecore::TileSamples> samples;
   std::vector<std::vector<std::uint32_t>> order;
 
-  Bench(int width, int height, const Row& row) : PosedScene(width, height, row) {
-    const bool lens = frame->projection.lens_scale != 0;
-    samples.resize(grid.tile_count());
-    order.resize(grid.tile_count());
+  Rays(const scene::FrameGeometry& frame, const tilecore::SamplePattern& pattern, const binner::TileGrid& tiles)
+      : grid(tiles), samples(tiles.tile_count()), order(tiles.tile_count()) {
+    const bool lens = frame.projection.lens_scale != 0;
     parallel_for(grid.tile_count(), [&](std::size_t t) {
       samples[t].fill(pattern, grid.pixels(static_cast<binner::TileIndex>(t)),
-                      static_cast<float>(frame->projection.lens_scale), lens);
+                      static_cast<float>(frame.projection.lens_scale), lens);
       order[t] = block_order(samples[t]);
     });
-  }
-
-  test::EmbreeOptions options(const EmbreeMode& baseline) const {
-    test::EmbreeOptions o;
-    o.geometry = baseline.geometry;
-    o.robust = false;       // Embree's faster intersectors
-    o.obey_facing = false;  // the nearest hit of a closed surface faces the camera
-    return o;
   }
 
   void trace(const EmbreeScene& scene, bool packets, std::vector<TileHits>& hits) const {
@@ -160,6 +157,22 @@ struct Bench : PosedScene {
     for (std::size_t t = 0; t < hits.size(); ++t) hits[t].resize(samples[t].count);
     return hits;
   }
+};
+
+test::EmbreeOptions options_of(const EmbreeMode& baseline, bool masks = false) {
+  test::EmbreeOptions o;
+  o.geometry = baseline.geometry;
+  o.robust = false;       // Embree's faster intersectors
+  o.obey_facing = false;  // the nearest hit of a closed surface faces the camera
+  o.masks = masks;
+  return o;
+}
+
+// A row's scene, posed, and the samples.
+struct Bench : PosedScene {
+  Rays rays;
+
+  Bench(int width, int height, const Row& row) : PosedScene(width, height, row), rays(*frame, pattern, grid) {}
 
   test::Agreement compare(const EmbreeScene& scene, const std::vector<tilecore::TileState>& seen,
                           const std::vector<TileHits>& hits) const {
@@ -168,13 +181,13 @@ struct Bench : PosedScene {
     std::vector<test::Agreement> parts(grid.tile_count());
     parallel_for(grid.tile_count(), [&](std::size_t t) {
       const tilecore::TileState& state = seen[t];
-      for (std::size_t s = 0; s < samples[t].count; ++s) {
+      for (std::size_t s = 0; s < rays.samples[t].count; ++s) {
         const test::Claim tessera = state.patch[s] == tilecore::TileState::kNoPatch
                                         ? test::Claim{}
                                         : test::Claim{state.patch[s], state.triangle[s], state.z[s]};
         const test::Claim embree =
             scene.claim(hits[t].geometry[s], hits[t].primitive[s], hits[t].u[s], hits[t].v[s], hits[t].z[s]);
-        scene.compare(scene.ray(samples[t], s), tessera, embree, tolerance, parts[t]);
+        scene.compare(scene.ray(rays.samples[t], s), tessera, embree, tolerance, parts[t]);
       }
     });
     test::Agreement all;
@@ -191,33 +204,38 @@ struct BaselineTimes {
   std::vector<double> tessellate, build, trace, total;
 };
 
-// Checks a baseline against Tessera and finds out whether packets help it.
-void prepare(const Bench& bench, const std::vector<tilecore::TileState>& seen, BaselineTimes& r) {
-  r.device = std::make_unique<test::EmbreeDevice>(r.baseline->configuration);
-  EmbreeScene scene(*r.device, *bench.frame, bench.patches, bench.options(*r.baseline));
-  scene.commit();
-  scene.index_triangles();
-  std::vector<TileHits> hits = bench.room_for_hits();
+// Finds out whether packets help a baseline; calls check(hits) after each way.
+template <class Check>
+void prepare(const Rays& rays, const EmbreeScene& scene, BaselineTimes& r, const Check& check) {
+  std::vector<TileHits> hits = rays.room_for_hits();
   double seconds[2];
   for (const bool packets : {false, true}) {
     seconds[packets] = 1e300;
     for (int k = 0; k < 2; ++k) {
       const double start = now();
-      bench.trace(scene, packets, hits);
+      rays.trace(scene, packets, hits);
       seconds[packets] = std::min(seconds[packets], now() - start);
     }
-    r.agreement.add(bench.compare(scene, seen, hits));
+    check(hits);
   }
   r.packets = seconds[1] < seconds[0];
 }
 
-void run_round(const Bench& bench, BaselineTimes& r, std::vector<TileHits>& hits) {
+// What Embree gets of a frame.
+struct EmbreeWork {
+  const scene::FrameGeometry& frame;
+  const std::vector<std::uint32_t>& patches;
+  const Rays& rays;
+  bool masks = false;
+};
+
+void run_round(const EmbreeWork& work, BaselineTimes& r, std::vector<TileHits>& hits) {
   const double start = now();
-  EmbreeScene scene(*r.device, *bench.frame, bench.patches, bench.options(*r.baseline));
+  EmbreeScene scene(*r.device, work.frame, work.patches, options_of(*r.baseline, work.masks));
   const double tessellated = now();
   scene.commit();
   const double built = now();
-  bench.trace(scene, r.packets, hits);
+  work.rays.trace(scene, r.packets, hits);
   const double done = now();
   r.tessellate.push_back(tessellated - start);
   r.build.push_back(built - tessellated);
@@ -229,8 +247,14 @@ std::vector<BaselineTimes> baselines_of(Bench& bench, const Row& row, const std:
   std::vector<BaselineTimes> baselines;
   for (const EmbreeMode& baseline : kBaselines) {
     if (baseline.moving_only && row.blur == 0) continue;
-    baselines.emplace_back().baseline = &baseline;
-    prepare(bench, seen, baselines.back());
+    BaselineTimes& r = baselines.emplace_back();
+    r.baseline = &baseline;
+    r.device = std::make_unique<test::EmbreeDevice>(baseline.configuration);
+    EmbreeScene scene(*r.device, *bench.frame, bench.patches, options_of(baseline));
+    scene.commit();
+    scene.index_triangles();
+    prepare(bench.rays, scene, r,
+            [&](const std::vector<TileHits>& hits) { r.agreement.add(bench.compare(scene, seen, hits)); });
   }
   return baselines;
 }
@@ -250,14 +274,14 @@ Measured measure(const Row& row, int rounds, std::string& csv) {
                  r.agreement.samples, r.agreement.wrong_depth);
 
   std::vector<double> total, bound, bin, tiles;
-  std::vector<TileHits> hits = bench.room_for_hits();
+  std::vector<TileHits> hits = bench.rays.room_for_hits();
   for (int round = 0; round < rounds; ++round) {
     const auto stages = bench.machine.run(*bench.frame, bench.pyramids, false).stages;
     total.push_back(stages.total());
     bound.push_back(stages.bound_seconds);
     bin.push_back(stages.bin_seconds);
     tiles.push_back(stages.tile_seconds);
-    for (BaselineTimes& r : baselines) run_round(bench, r, hits);
+    for (BaselineTimes& r : baselines) run_round({*bench.frame, bench.patches, bench.rays}, r, hits);
   }
 
   Measured out{row, median(total), 1e300, 1e300};
@@ -345,19 +369,73 @@ int compare_frames(int rounds) {
   capture.settings.shutter_close = bench.frame->request.close_time;
   gpu::Device device(capture, bench.gpu, settings, {1280, 720, {0, 0, 1280, 720}, false});
   std::vector<double> frames;
-  std::vector<TileHits> hits = bench.room_for_hits();
+  std::vector<TileHits> hits = bench.rays.room_for_hits();
   std::uint64_t invocations = 0;
   for (int round = 0; round < rounds; ++round) {
     const double start = now();
     invocations = device.render(0).counters.shading.pixel_shader_invocations;
     frames.push_back(now() - start);
-    for (BaselineTimes& r : baselines) run_round(bench, r, hits);
+    for (BaselineTimes& r : baselines) run_round({*bench.frame, bench.patches, bench.rays}, r, hits);
   }
   double best = 1e300;
   for (const BaselineTimes& r : baselines) best = std::min(best, median(r.total));
   fmt::print("whole frame {:.1f} ms ({} invocations), Embree's best {:.1f} ms: {:.2f}\n", 1e3 * median(frames),
              invocations, 1e3 * best, median(frames) / best);
   return median(frames) < best ? 0 : 1;
+}
+
+// Motion between shutter open and close is a chord in Embree's hands, also where the machine has several segments.
+int compare_capture(const std::string& file, int number, int rounds) {
+  constexpr int kWidth = 1280, kHeight = 720;
+  const scene::Capture capture = scene::read_capture(file);
+  gpu::GpuConfiguration gpu;
+  gpu::RunSettings settings;
+  settings.output.machine_model = false;
+  const scene::Assembly assembly = scene::assemble(capture);
+  const frontend::PyramidLibrary pyramids(assembly);
+  const auto frame = scene::pose_frame(assembly, gpu::frame_camera(capture, settings, kWidth, kHeight),
+                                       gpu::frame_request(capture, gpu, settings, kWidth, kHeight, number));
+  std::set<std::uint32_t> kept;
+  for (const auto& piece : frontend::run_front_end(*frame, pyramids, gpu.front_end_spec()).sub_patches)
+    kept.insert(piece.base_patch);
+  const std::vector<std::uint32_t> patches(kept.begin(), kept.end());
+  const tilecore::SamplePattern pattern({settings.sampling.samples_per_pixel, 0, 0});
+  const binner::TileGrid grid(kWidth, kHeight, gpu.tile.width, gpu.tile.height);
+  const Rays rays(*frame, pattern, grid);
+  const EmbreeWork work{*frame, patches, rays, true};
+
+  std::vector<BaselineTimes> baselines;
+  std::uint64_t triangles = 0;
+  for (const EmbreeMode& baseline : kBaselines) {
+    BaselineTimes& r = baselines.emplace_back();
+    r.baseline = &baseline;
+    r.device = std::make_unique<test::EmbreeDevice>(baseline.configuration);
+    EmbreeScene scene(*r.device, *frame, patches, options_of(baseline, true));
+    scene.commit();
+    triangles = scene.triangle_count();
+    prepare(rays, scene, r, [](const std::vector<TileHits>&) {});
+  }
+  gpu::Device device(capture, gpu, settings, {kWidth, kHeight, {0, 0, kWidth, kHeight}, false});
+  device.render(number);
+  std::vector<double> frames;
+  std::vector<TileHits> hits = rays.room_for_hits();
+  for (int round = 0; round < rounds; ++round) {
+    const double start = now();
+    device.render(number);
+    frames.push_back(now() - start);
+    for (BaselineTimes& r : baselines) run_round(work, r, hits);
+  }
+  const BaselineTimes& best = *std::min_element(baselines.begin(), baselines.end(), [](const auto& a, const auto& b) {
+    return median(a.total) < median(b.total);
+  });
+  const auto ms = [](const std::vector<double>& seconds) { return 1e3 * median(seconds); };
+  fmt::print(
+      "capture,frame,segments,patches,triangles,frame_ms,embree,tessellate_ms,build_ms,trace_ms,embree_ms,ratio\n");
+  fmt::print("{},{},{},{},{},{:.1f},{}{},{:.1f},{:.1f},{:.1f},{:.1f},{:.2f}\n", file, number,
+             std::max<std::size_t>(1, frame->segments.size()), patches.size(), triangles, ms(frames),
+             best.baseline->name, best.packets ? "/8" : "/1", ms(best.tessellate), ms(best.build), ms(best.trace),
+             ms(best.total), median(frames) / median(best.total));
+  return median(frames) < median(best.total) ? 0 : 1;
 }
 
 void profile(const Row& row) {
@@ -381,16 +459,20 @@ void profile(const Row& row) {
 
 int main(int argc, char** argv) {
   const std::string first = argc > 1 ? argv[1] : "";
-  if (argc < 2 || (first == "--profile" && argc != 5)) {
+  if (argc < 2 || (first == "--profile" && argc != 5) || (first == "--capture" && argc < 3)) {
     fmt::print(
         stderr,
-        "usage: tessera_embree_baseline OUT_FOLDER [ROUNDS] | --check | --frame [ROUNDS] | --profile AREA BLUR LENS\n");
+        "usage: tessera_embree_baseline OUT_FOLDER [ROUNDS] | --check | --frame [ROUNDS] | --capture FILE [FRAME "
+        "[ROUNDS]] | --profile AREA BLUR LENS\n");
     return 2;
   }
   try {
     const tessera::ThreadLimit limit(tessera::bench::kThreads);
     if (first == "--check") return tessera::bench::check();
     if (first == "--frame") return tessera::bench::compare_frames(argc > 2 ? std::stoi(argv[2]) : 5);
+    if (first == "--capture" && argc > 2)
+      return tessera::bench::compare_capture(argv[2], argc > 3 ? std::stoi(argv[3]) : 5,
+                                             argc > 4 ? std::stoi(argv[4]) : 5);
     if (first == "--profile")
       tessera::bench::profile({std::stod(argv[2]), std::stod(argv[3]), std::stoi(argv[4]) != 0});
     else

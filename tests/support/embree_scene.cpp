@@ -3,6 +3,7 @@
 #include "base/vec.h"
 #include "tests/support/mesh_triangles.h"
 #include "tests/support/tests.h"
+#include "tilecore/shading/surface.h"
 #include "tilecore/tessellation/tessellator.h"
 
 namespace tessera::test {
@@ -28,6 +29,22 @@ PerThread<tilecore::Tessellator>& tessellators() {
 PerThread<MicroMesh>& meshes() {
   static PerThread<MicroMesh> instance;
   return instance;
+}
+
+// Where the mask of a patch is read, by vertex of its mesh.
+std::vector<Vec2> mask_coordinates(const FrameGeometry& frame, std::uint32_t number, const MicroMesh& mesh) {
+  const scene::PosedDrawable& drawable = frame.drawable_of(number);
+  const scene::TextureSlot& slot = drawable.material->base_color_texture;
+  std::vector<Vec2> out(mesh.vertex_count, Vec2(0.0f));
+  if (slot.texture == nullptr) return out;
+  for_each_triangle(mesh, [&](const Triangle& corners, std::uint32_t triangle) {
+    for (const std::size_t c : {0, 1, 2}) {
+      const tilecore::SurfaceLocation at{number, triangle, c == 1 ? 1.0f : 0.0f, c == 2 ? 1.0f : 0.0f, 0};
+      out[static_cast<std::size_t>(corners[c])] =
+          tilecore::evaluate_surface(frame, at).texcoord(slot.texcoord, slot.transform).value;
+    }
+  });
+  return out;
 }
 
 }  // namespace
@@ -73,7 +90,11 @@ void EmbreeScene::fill(const EmbreeDevice& device, Patch& patch, const EmbreeOpt
 
   // ---- Vertices: two motion keys when the patch moves. Grids run backwards along u, so that Embree cuts their cells along
   // the same diagonal as Tessera. ----
-  patch.grid = bezier && options.geometry == EmbreeOptions::Geometry::kGrids;
+  if (options.masks && drawable.material->alpha_mode == scene::AlphaMode::kMask) {
+    patch.mask = drawable.material;
+    patch.texcoords = mask_coordinates(frame_, patch.number, mesh);
+  }
+  patch.grid = bezier && options.geometry == EmbreeOptions::Geometry::kGrids && patch.mask == nullptr;
   patch.columns = static_cast<std::uint32_t>(cells.i1 - cells.i0);
   patch.rows = static_cast<std::uint32_t>(cells.j1 - cells.j0);
   const RTCGeometry geometry =
@@ -102,11 +123,14 @@ void EmbreeScene::fill(const EmbreeDevice& device, Patch& patch, const EmbreeOpt
   } else {
     fill_index(geometry, mesh, patch, options);
   }
-  if (options.obey_facing && !drawable.material->double_sided) {
+  patch.facing = options.obey_facing && !drawable.material->double_sided;
+  if (patch.facing) {
     patch.keep_positive = drawable.mirrored;
     patch.keep_negative = !drawable.mirrored;
+  }
+  if (patch.facing || patch.mask != nullptr) {
     rtcSetGeometryUserData(geometry, &patch);
-    rtcSetGeometryIntersectFilterFunction(geometry, obey_facing);
+    rtcSetGeometryIntersectFilterFunction(geometry, filter);
   }
   rtcCommitGeometry(geometry);
   rtcAttachGeometryByID(scene_, geometry, slot_[patch.number]);
@@ -135,10 +159,24 @@ void EmbreeScene::fill_index(RTCGeometry geometry, const MicroMesh& mesh, Patch&
 }
 
 // The raster-space area of a triangle seen from the origin has the sign of normal * direction.
-void EmbreeScene::obey_facing(const RTCFilterFunctionNArguments* arguments) {
+void EmbreeScene::filter(const RTCFilterFunctionNArguments* arguments) {
   const auto& patch = *static_cast<const Patch*>(arguments->geometryUserPtr);
   for (unsigned i = 0; i < arguments->N; ++i) {
     if (arguments->valid[i] != -1) continue;
+    if (patch.mask != nullptr) {
+      const std::uint32_t* const corner =
+          patch.index + 3 * std::size_t{RTCHitN_primID(arguments->hit, arguments->N, i)};
+      const float u = RTCHitN_u(arguments->hit, arguments->N, i), v = RTCHitN_v(arguments->hit, arguments->N, i);
+      const Vec2 at =
+          patch.texcoords[corner[0]] * (1.0f - u - v) + patch.texcoords[corner[1]] * u + patch.texcoords[corner[2]] * v;
+      const scene::TextureSlot& slot = patch.mask->base_color_texture;
+      const float texel = slot.texture == nullptr ? 1.0f : slot.texture->sample(slot.sampler, at, 0.0f).w;
+      if (patch.mask->base_color.w * texel < patch.mask->alpha_cutoff) {
+        arguments->valid[i] = 0;
+        continue;
+      }
+    }
+    if (!patch.facing) continue;
     const float facing =
         RTCHitN_Ng_x(arguments->hit, arguments->N, i) * RTCRayN_dir_x(arguments->ray, arguments->N, i) +
         RTCHitN_Ng_y(arguments->hit, arguments->N, i) * RTCRayN_dir_y(arguments->ray, arguments->N, i) +

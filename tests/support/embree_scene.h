@@ -41,6 +41,9 @@ struct EmbreeOptions {
   Geometry geometry = Geometry::kTriangles;
   bool robust = true;       // Embree's watertight intersectors
   bool obey_facing = true;  // single-sided materials are seen from their front only (costs a callback per hit)
+  // Hits where a mask cuts a surface out do not count (a callback and a bilinear lookup of the finest level per hit of such a
+  // material, whose patches are triangles also with kGrids). Colours of vertices have no part.
+  bool masks = false;
   // For broken twins: a triangle that Embree does not get.
   std::uint32_t missing_patch = 0xFFFFFFFFu, missing_triangle = 0xFFFFFFFFu;
 };
@@ -118,6 +121,9 @@ class EmbreeScene {
     std::vector<std::uint32_t> triangle;  // Tessera's number of each
     std::vector<std::uint32_t> place;     // by Tessera's number: place in `triangle`; see index_triangles
     std::uint32_t columns = 0, rows = 0;  // cells of the grid
+    const scene::Material* mask = nullptr;
+    std::vector<Vec2> texcoords;  // of its vertices, where the mask is read
+    bool facing = false;          // hits on the side that is not kept do not count
   };
   void fill(const EmbreeDevice& device, Patch& patch, const EmbreeOptions& options);
   static void fill_index(RTCGeometry geometry, const tilecore::MicroMesh& mesh, Patch& patch,
@@ -129,7 +135,7 @@ class EmbreeScene {
     double edge_pixels, slope;
   };
   Passage passage(const EmbreeRay& ray, const Claim& claim) const;
-  static void obey_facing(const RTCFilterFunctionNArguments* arguments);
+  static void filter(const RTCFilterFunctionNArguments* arguments);
 
   const scene::FrameGeometry& frame_;
   RTCScene scene_;
