@@ -179,7 +179,7 @@ class SettingsKeys(TypedDict, total=False):
     sampling__samples_per_pixel: int  # 1 to 64 samples. Visibility samples per pixel; the same as --spp.
     sampling__seed: int  # 0 to 4.29497e+09. Chooses among equally good sample patterns; the same as --seed.
     sampling__temporal_pattern: Literal["8x8", "32x32"]  # Pixels after which the pattern of sample times repeats; the larger one shows less of itself and is slower to replay.
-    sampling__time_bits: Literal["8", "16"]  # Precision of a sample's time; the stencil unit sees the upper 8 bits. A frame of more than 64 motion segments has 16.
+    sampling__time_bits: Literal["8", "16"]  # Precision of a sample's time; the stencil unit sees the upper 8 bits. A frame of more than 7 motion segments has 16.
     sampling__times: int  # 0 to 256 times. Distinct times of samples; few of them show a fast thing as often. 0: 16 with tilecore.visibility_method=interleaved, else as many as the pattern and the precision have.
     sampling__motion_segments: int  # 0 to 2048 segments. Straight pieces that the motion of a shutter consists of, where it is curved: what turns, bends or swings in between. Each is bounded, binned and tessellated for itself. 0: as many as sampling.motion_error asks; else no more than so many, where they leave the least error.
     sampling__motion_error: float  # 0.01 to 100 pixels. How far a piece of motion may be from the curve, with sampling.motion_segments=0.

@@ -254,11 +254,38 @@ struct DrawnCoordinates {
   }
 };
 
+// Which nodes are hidden for good: by KHR_node_visibility of their own or of one above them, which nothing animates.
+std::vector<bool> hidden_nodes(const json& document) {
+  const json& nodes = list_of(document, "nodes");
+  std::set<std::string> animated;  // pointers
+  for (const json& animation : list_of(document, "animations"))
+    for (const json& channel : animation["channels"])
+      if (const json* extension = find_extension(channel["target"], "KHR_animation_pointer"))
+        animated.insert(extension->value("pointer", ""));
+  std::vector<std::size_t> waiting;
+  for (std::size_t n = 0; n < nodes.size(); ++n)
+    if (const json* visibility = find_extension(nodes[n], "KHR_node_visibility");
+        visibility != nullptr && !visibility->value("visible", true) &&
+        !animated.contains("/nodes/" + std::to_string(n) + "/extensions/KHR_node_visibility/visible"))
+      waiting.push_back(n);
+  std::vector<bool> hidden(nodes.size(), false);
+  while (!waiting.empty()) {
+    const std::size_t n = waiting.back();
+    waiting.pop_back();
+    if (hidden[n]) continue;
+    hidden[n] = true;
+    for (const json& child : list_of(nodes[n], "children")) waiting.push_back(child.get<std::size_t>());
+  }
+  return hidden;
+}
+
 // By material; of the nodes of the scene that is drawn.
 std::map<std::size_t, DrawnCoordinates> drawn_coordinates(const json& document) {
   std::map<std::size_t, DrawnCoordinates> drawn;
   const json &nodes = list_of(document, "nodes"), &meshes = list_of(document, "meshes");
+  const std::vector<bool> hidden = hidden_nodes(document);
   for (const std::size_t n : drawn_nodes(document, kNone)) {
+    if (hidden[n]) continue;
     if (const json* procedure = find_extension(nodes[n], "TESSERA_procedure"))
       if (const json* material = find(*procedure, "material")) drawn[material->get<std::size_t>()].any = true;
     const json* mesh = find(nodes[n], "mesh");

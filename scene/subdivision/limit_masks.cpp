@@ -72,11 +72,13 @@ void LimitMasks::add_corner_masks(const Ring& ring) {
   for (std::size_t i = 0; i < ring.valence(); ++i) add_straight_edge(ring, i);
 }
 
+// The neighbours are added up before the point: so the sum is the same from whichever end a curve is walked, and a
+// wall's boundary has every bit of the crease that it stands on.
 void LimitMasks::add_crease_masks(const Ring& ring, std::size_t leading, std::size_t trailing) {
   begin(corner(ring.point));
-  add(ring.point, 4.0 / 6.0);
   add(ring.neighbour[leading], 1.0 / 6.0);
   add(ring.neighbour[trailing], 1.0 / 6.0);
+  add(ring.point, 4.0 / 6.0);
   add_straight_edge(ring, leading);
   add_straight_edge(ring, trailing);
   add_sector_masks(ring, leading, trailing - leading);

@@ -15,7 +15,7 @@ Keys<PatternSettings> pattern_keys() {
        "Pixels after which the pattern of sample times repeats; the larger one shows less of itself and is slower to "
        "replay."},
       {"sampling.time_bits", &S::time_bits,
-       "Precision of a sample's time; the stencil unit sees the upper 8 bits. A frame of more than 64 motion segments "
+       "Precision of a sample's time; the stencil unit sees the upper 8 bits. A frame of more than 7 motion segments "
        "has 16."},
       {"sampling.times", &S::times, "times", 0, 256,
        "Distinct times of samples; few of them show a fast thing as often. 0: 16 with "

@@ -60,8 +60,9 @@ std::vector<std::uint16_t> void_and_cluster_ranks(int n);
 //           stencil value, the lower are zero unless 16 bits are asked for. Stratified over a pixel's samples, and over
 //           a pattern of blue-noise ranks that repeats over the frame and is shifted from frame to frame. The samples
 //           of a pattern come in pairs at t and 1 - t: their mean is 1/2 for any number of samples and any precision.
-//           With more than kFewSegments of motion a pixel's samples lie differently within their strata, so that
-//           motion that repeats itself, however often, is not seen at a few of its phases alone
+//           With more than kFewSegments of motion, which may repeat itself, a pixel's strata are as many as the smallest
+//           prime above its number of samples, which take all but a few of them: then a pixel sees as many phases of a
+//           repetition as it has samples, unless the prime divides the number of repetitions (67 for 64 samples)
 //   u, v    point of the unit disc (concentric map, Shirley and Chiu 1997): the samples of a pattern share out a
 //           (0,2)-net, evenly within each pixel; inside its cell of the net a sample moves from block to block
 class SamplePattern {
@@ -121,8 +122,9 @@ class SamplePattern {
 
   friend struct TileSamples;
 };
-// Motion with more segments wants finer times than a stencil value: its samples have 16 bits.
-inline constexpr std::size_t kFewSegments = 64;
+// Fewer than eight segments are at most three repetitions, there and back, and regular strata blur them best. With more
+// segments times have 16 bits, as the phase of what repeats itself is finer than a stencil value.
+inline constexpr std::size_t kFewSegments = 7;
 
 // Samples of one tile as structure of arrays in natural order: pixel by pixel, row by row; sample k of pixel (x, y) is
 // (y * width + x) * spp + k, coordinates local to the tile.

@@ -292,6 +292,41 @@ TEST(ClearMeaning, AnImageThatNothingSamplesMayBeMissing) {
   elsewhere.document["scenes"].push_back({{"nodes", {8}}});
   elsewhere.document["scene"] = 0;
   expect_clear(elsewhere, "/images/1", "missing.png");
+  // Images of a node that is hidden, or is below one that is, unless an animation shows it.
+  for (const bool below : {false, true}) {
+    GltfAsset hidden = elsewhere;
+    hidden.document["scenes"].erase(hidden.document["scenes"].size() - 1);
+    json hides = {{"extensions", {{"KHR_node_visibility", {{"visible", false}}}}}};
+    if (below) {
+      hides["children"] = {8};
+      hidden.document["nodes"].push_back(hides);
+    } else {
+      hidden.document["nodes"][8].update(hides);
+    }
+    const std::size_t node = below ? 9 : 8;
+    hidden.document["scenes"][0]["nodes"].push_back(node);
+    hidden.document["extensionsUsed"].push_back("KHR_node_visibility");
+    expect_clear(hidden, "/images/1", "missing.png");
+    GltfAsset shown = hidden;
+    shown.document["nodes"][node]["extensions"]["KHR_node_visibility"]["visible"] = true;
+    EXPECT_THROW(test::read_asset(shown), InputError);
+    shown = hidden;
+    shown.document["extensionsUsed"].push_back("KHR_animation_pointer");
+    const json pointer = {{"pointer", fmt::format("/nodes/{}/extensions/KHR_node_visibility/visible", node)}};
+    json animation;
+    animation["samplers"][0] = {{"input", shown.add_accessor("SCALAR", std::vector<float>{0, 1})},
+                                {"output", shown.add_accessor("SCALAR", std::vector<std::uint8_t>{0, 1})},
+                                {"interpolation", "STEP"}};
+    animation["channels"][0] = {
+        {"sampler", 0}, {"target", {{"path", "pointer"}, {"extensions", {{"KHR_animation_pointer", pointer}}}}}};
+    shown.document["animations"].push_back(animation);
+    try {
+      test::read_asset(shown);
+      ADD_FAILURE() << "read";
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("missing.png"));
+    }
+  }
   // Without the coordinates that it needs.
   GltfAsset without = missing_image("/normalTexture");
   without.document["materials"][0]["normalTexture"]["texCoord"] = 3;

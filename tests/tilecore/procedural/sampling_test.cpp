@@ -1,3 +1,5 @@
+#include <complex>
+
 #include "tests/support/tests.h"
 #include "tilecore/visibility/sample_pattern.h"
 
@@ -184,6 +186,71 @@ TEST(SamplePattern, TheMeanTimeIsMidShutterForAnyNumberOfSamplesAndAnyPrecision)
             }
         EXPECT_NEAR(square / static_cast<double>(samples), 1.0 / 12, 1e-4);
       }
+}
+
+// As many segments of equal length as are needed for motion that may repeat itself.
+SamplingSettings of_many_segments(int spp, std::uint32_t seed, int side = 8) {
+  SamplingSettings settings = {spp, seed, 2, side, 16};
+  for (std::size_t k = 0; k <= kFewSegments; ++k) {
+    const int length = ShutterSegment::kCodes / static_cast<int>(kFewSegments + 1),
+              first = static_cast<int>(k) * length;
+    settings.segments.push_back({first, first + length});
+  }
+  return settings;
+}
+
+// |S(q)|^2 of a pixel's samples, S being the mean of exp(2 pi i q t): how unevenly they see phases of q repetitions.
+double unevenness(const SamplePattern& pattern, int x, int y, int spp, int q) {
+  std::complex<double> sum = 0;
+  for (int s = 0; s < spp; ++s)
+    sum += std::polar(1.0, 2 * 3.14159265358979 * q * static_cast<double>(pattern.t(x, y, s)));
+  return std::norm(sum / static_cast<double>(spp));
+}
+
+TEST(SamplePattern, ManySegmentsHaveSamplesAtEveryPhaseOfWhatRepeatsItself) {
+  for (const auto& [spp, prime] : {std::pair{4, 5}, {7, 11}, {16, 17}, {48, 53}, {64, 67}}) {
+    // Of the prime's phases all but prime - spp have a sample; which these are differs from pixel to pixel.
+    const double missing = static_cast<double>(prime - spp) / spp;
+    for (int q = 1; q <= 3 * prime; ++q) {
+      const double rounding = 2 * 3.14159265358979 * q * 0x1p-17;  // times are multiples of 2^-16
+      double mean = 0;
+      for (std::uint32_t seed = 0; seed < 4; ++seed) {
+        const SamplePattern pattern(of_many_segments(spp, seed));
+        for (int y = 0; y < 8; ++y)
+          for (int x = 0; x < 8; ++x) {
+            const double one = unevenness(pattern, x, y, spp, q);
+            if (q % prime != 0) {
+              ASSERT_LE(std::sqrt(one), missing + rounding + 1e-6) << spp << " " << q;
+            }
+            mean += one / 256;
+          }
+      }
+      if (q % prime == 0) {
+        EXPECT_GT(mean, 0.99) << "one phase";
+      } else {
+        EXPECT_LE(mean, 1.5 * missing / spp) << spp << " " << q;
+      }
+    }
+  }
+  // The twin: with few segments, 16 repetitions have 4 phases.
+  EXPECT_GT(unevenness(SamplePattern({64, 0, 2}), 3, 4, 64, 64), 0.99);
+}
+
+TEST(SamplePattern, ManySegmentsKeepTheMeanTimeAndEveryPartOfTheShutterAsOften) {
+  for (const int side : {8, 32})
+    for (int spp = 1; spp <= 64; spp += side == 8 ? 1 : 21) {
+      const SamplePattern pattern(of_many_segments(spp, 5, side));
+      EXPECT_EQ(time_sum(pattern, spp, 16), (std::int64_t{side} * side * spp) << 16) << side << " " << spp;
+    }
+  // Over frames no part of the shutter is left out more often than another.
+  std::array<int, 64> count{};
+  for (std::uint32_t seed = 0; seed < 64; ++seed) {
+    const SamplePattern pattern(of_many_segments(16, seed));
+    for (int y = 0; y < 8; ++y)
+      for (int x = 0; x < 8; ++x)
+        for (int s = 0; s < 16; ++s) ++count[pattern.time(x, y, s) >> 10];
+  }
+  for (const int each : count) EXPECT_NEAR(each, 1024, 60);
 }
 
 TEST(SamplePattern, ThePixelsSamplesCoverTheLensEvenly) {
