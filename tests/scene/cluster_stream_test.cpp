@@ -22,7 +22,7 @@ std::multiset<Triangle> triangles_of(std::span<const std::uint32_t> indices) {
   return out;
 }
 
-// Those of the cells.
+// Indices of the triangles that cells have.
 std::vector<std::uint32_t> indices_of(const MeshClusters& clusters) {
   std::vector<std::uint32_t> out;
   for (const Cluster& cluster : clusters.clusters)
@@ -75,7 +75,7 @@ TEST(ClusterStream, CLS1AnyMeshComesBack) {
       std::vector<std::uint32_t> indices = decoded->indices;
       for (std::uint32_t& index : indices) index = stream->order[index];
       ASSERT_EQ(triangles_of(indices), triangles_of(indices_of(clusters)));
-      // What is read is cut into the clusters that were encoded.
+      // A capture that is read is cut into the clusters that were encoded.
       Primitive read = test::triangles(decoded->positions, decoded->indices);
       read.triangles_of_cluster = decoded->triangles_of_cluster;
       const MeshClusters cut = build_clusters(read);

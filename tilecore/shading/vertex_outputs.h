@@ -30,7 +30,7 @@ std::uint64_t vertex_output_bytes(const scene::FrameGeometry& frame, const scene
 // Whether vertices have tangents for a material's normal maps and anisotropy: they read along one coordinate.
 bool has_vertex_tangents(const scene::Material& material);
 
-// Of the shaders that evaluate a vertex: its place alone, and as pixels need it. Those of procedures are not compiled; their
+// Costs of the shaders that evaluate a vertex: its place alone, and as pixels need it. Shaders of procedures are not compiled; their
 // operations are counted (procedure_clocks()).
 hardware::ShaderCost place_cost(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
 hardware::ShaderCost output_cost(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);

@@ -209,7 +209,7 @@ double unevenness(const SamplePattern& pattern, int x, int y, int spp, int q) {
 
 TEST(SamplePattern, ManySegmentsHaveSamplesAtEveryPhaseOfWhatRepeatsItself) {
   for (const auto& [spp, prime] : {std::pair{4, 5}, {7, 11}, {16, 17}, {48, 53}, {64, 67}}) {
-    // Of the prime's phases all but prime - spp have a sample; which these are differs from pixel to pixel.
+    // All but prime - spp of the prime's phases have a sample; which these are differs from pixel to pixel.
     const double missing = static_cast<double>(prime - spp) / spp;
     for (int q = 1; q <= 3 * prime; ++q) {
       const double rounding = 2 * 3.14159265358979 * q * 0x1p-17;  // times are multiples of 2^-16

@@ -192,7 +192,7 @@ struct BentTile : TestFrame {
     request.interpolated_surfaces = interpolated;
     return scene::pose_frame(*assembly, scene::choose_camera(*capture, 96, 64), request);
   }
-  // Of the blocks of the tile; the velocities are in `buffer`.
+  // Work for the blocks of the tile; the velocities are in `buffer`.
   VelocityBuffer::Work evaluate(VelocityBuffer& buffer, bool counted) const {
     for (int y = 0; y < 16; y += 4)
       for (int x = 0; x < 32; x += 4) buffer.evaluate({x, y, x + 4, y + 4}, BlockSpeed::kMean, counted);
