@@ -41,7 +41,7 @@ class BitReader {
   std::size_t at_ = 0;
 };
 
-// The same of bytes that nobody has checked: behind the end there are zeros, and overrun() says so.
+// A BitReader for unchecked bytes: a read past the end gives zero and sets overrun().
 class BoundedBitReader {
  public:
   explicit BoundedBitReader(std::span<const std::uint8_t> bytes) : reader_(bytes), left_(8 * bytes.size()) {}

@@ -181,7 +181,7 @@ void SchemeWork::take_shaders() {
     Shaders& of = shaders_.emplace_back();
     of.pixel = tilecore::warp_item(*job_.frame, drawable, job_.lighting, quads, false);
     of.masks = drawable.material->alpha_mode == scene::AlphaMode::kMask;
-    of.place = of.whole = tilecore::place_cost(*job_.frame, drawable);
+    of.place = of.whole = tilecore::place_cost(drawable);
     if (tilecore::has_grid(drawable)) of.whole = tilecore::output_cost(*job_.frame, drawable);
     of.displaced = of.place.texture_instructions > 0;
   }

@@ -13,21 +13,21 @@
 
 namespace tessera::scene {
 
-// Positions and triangles of a primitive as TESSERA_clusters, version 2, keeps them in a buffer view: its clusters as records
-// of scene/geometry_record.h, and which vertices are the same in several of them. Little endian:
+// TESSERA_clusters, version 2, keeps the positions and triangles of a primitive in a buffer view. Each cluster has a record of
+// scene/geometry_record.h, and a list says which vertices several records share. Little endian:
 //
 //   4 bytes a cluster   8 bits: its vertices, 1 to 64; 8 bits: its parts, 1 to 255: cells, or blocks of dgf; 16 bits: bytes of
 //                       its record
-//   records             one behind the other
-//   vertices            a stream of bits, the lowest of each byte first, filled up. Of each vertex of each record, in its order:
-//                       1 bit, whether it is the next vertex of the primitive; else its number in as few bits as hold those so
-//                       far
+//   records             one after another, in the order of the clusters
+//   vertices            a stream of bits, the lowest of each byte first, zeros at the end. For each vertex of each record: 1 bit,
+//                       1 for the next vertex of the primitive; after a 0 the number of an earlier one, in as few bits as
+//                       hold the numbers so far
 //
 // Invariants (cited by the tests):
-//   CLS1  decode_cluster_stream(encode_cluster_stream(...)) gives the same places, and the triangles of each cluster with their
-//        windings; vertices are those of `order`.
-//   CLS2  decode_cluster_stream() reads any bytes. It gives clusters within the limits of scene/clusters.h, finite positions and
-//        triangles whose vertices exist, or a fault; and takes no more memory than the counts that are asked for.
+//   CLS1  decode_cluster_stream() gives the places that encode_cluster_stream() was given, and the triangles of each cluster
+//         with their windings; `order` names the vertices.
+//   CLS2  decode_cluster_stream() reads any bytes. It returns clusters within the limits of scene/clusters.h, finite positions
+//         and triangles whose vertices exist, or a fault. It takes no more memory than the requested counts need.
 inline constexpr std::size_t kClusterHeaderBytes = 4;
 
 struct ClusterStream {

@@ -63,8 +63,8 @@ void pair_each_with_all(std::span<const LocalTriangle> triangles, std::vector<Cl
 
 // ---- Finding and cutting ----------------------------------------------------------------------------------------
 
-// Positions whose squares are finite, as meshoptimizer needs them: `positions`, or where they are too large `smaller`, which
-// then has them in units of a power of two.
+// meshoptimizer squares coordinates. Returns `positions` where the squares are finite; else fills `smaller` with the positions
+// over a power of two and returns those.
 const Vec3* squarable(std::span<const Vec3> positions, std::vector<Vec3>& smaller) {
   constexpr float kLargest = 0x1p48f;
   float largest = 0;
@@ -108,7 +108,7 @@ void find_clusters(const Primitive& primitive, std::span<const std::uint32_t> in
 
 // The same for clusters that are cut off one after the other. What fits is counted as meshoptimizer counts it: a corner
 // of a triangle that comes twice is two vertices.
-// Or, where `sizes` are not empty, clusters of so many triangles, which have no more vertices than a cluster may.
+// Where `sizes` are not empty, they state the triangles of each cluster instead; none may have too many vertices.
 template <class Add>
 void cut_clusters(std::span<const std::uint32_t> indices, std::span<const std::uint8_t> sizes, const Add& add) {
   const auto [low, high] = std::minmax_element(indices.begin(), indices.end());

@@ -187,11 +187,11 @@ bool compress_primitive(gltf::Document& document, json& out, json& primitive, co
   return true;
 }
 
-// Streams of clusters by the extension that names their view; they come behind all accessors.
+// New streams of clusters, each by the extension object that will name its view. The chunk has them behind all accessors.
 using ClusterStreams = std::map<const json*, std::vector<std::uint8_t>>;
 
-// Positions and triangles as a stream of clusters; `input` has what is left to be compressed, in the stream's order of
-// vertices. Says false, and changes nothing, where positions do not lie on a grid, or blocks of dgf cannot hold them.
+// Encodes positions and triangles as a stream of clusters. `input` keeps the other attributes, with its vertices in the
+// order of the stream. Returns false and changes nothing where positions lie on no grid, or blocks of dgf cannot hold them.
 bool encode_clusters(scene::GeometryEncoding encoding, DracoInput& input, json& out, json& primitive,
                      ClusterStreams& streams) {
   const auto position = std::find_if(input.attributes.begin(), input.attributes.end(),
@@ -439,7 +439,7 @@ bool any_primitive(const json& d, const Is& is) {
   return false;
 }
 
-// Streams of clusters move into the chunk: those that were made, and those that the source has. Returns how many.
+// Moves new streams of clusters, and those of the source, into the chunk. Returns how many there are.
 std::size_t move_clusters(json& d, const ClusterStreams& streams, BinaryChunk& chunk) {
   std::size_t count = 0;
   for (json& mesh : d["meshes"])

@@ -17,7 +17,7 @@ struct Trial {
   bool in_double = false;
   Packing packing;
   bool stored = false;  // the image is what the frame buffer holds
-  bool timed = false;   // times a record of the frame and renders nothing; host times are those of timing
+  bool timed = false;   // a record of the frame is timed and nothing is rendered; host times measure the timing
   std::string hash;     // 32 digits: of everything that the result follows from; equal configurations are one trial
 };
 

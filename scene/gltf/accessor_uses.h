@@ -17,7 +17,7 @@ struct AccessorUsed {
   std::size_t accessor = 0;
   AccessorRole role = AccessorRole::kVertices;
   std::string_view name{}, path{};
-  bool in_stream = false;    // its values are those of a stream
+  bool in_stream = false;    // a stream holds its values
   std::size_t vertices = 0;  // of indices: how many there are to name
 };
 

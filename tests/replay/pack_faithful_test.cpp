@@ -14,7 +14,8 @@ using test::GltfAsset;
 
 const std::vector<std::vector<std::string>>& codecs() {
   static const std::vector<std::vector<std::string>> kCodecs = {
-      {"--method", "edgebreaker"}, {"--method", "sequential"}, {"--meshopt"}, {"--method", "none"}, {}};
+      {"--method", "edgebreaker"}, {"--method", "sequential"}, {"--meshopt"},        {"--geometry", "quantised"},
+      {"--geometry", "meshlet"},   {"--geometry", "dgf"},      {"--method", "none"}, {}};
   return kCodecs;
 }
 

@@ -1,4 +1,4 @@
-// tessera pack --geometry: clusters in the encodings of the emulated memory.
+// tessera pack --geometry: clusters in the encodings of the emulated memory, and scene/gltf/clusters_reader.cpp, which reads them.
 #include "base/error.h"
 #include "gpu/device.h"
 #include "gpu/settings.h"

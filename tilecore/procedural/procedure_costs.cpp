@@ -10,17 +10,27 @@ std::uint32_t clocks(const shaders::OperationCount& count) {
   return static_cast<std::uint32_t>(count.total() + 3 * (count.divides + count.square_roots));
 }
 
+// Calls count(shape, input) for the first piece, at each motion key: pieces run the same code.
+template <class Count>
+std::uint32_t shape_clocks(const scene::PosedDrawable& drawable, const Count& count) {
+  const scene::Procedure& procedure = *drawable.procedure;
+  if (procedure.pieces.empty()) return 0;
+  return (drawable.deforming ? 2 : 1) * clocks(count(procedure.shape, procedure.pieces.front().input));
+}
+
 }  // namespace
 
-ProcedureClocks procedure_clocks(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
-  if (drawable.procedure->pieces.empty()) return {};
-  // Pieces run the same code.
-  const shaders::ShapeId shape = drawable.procedure->shape;
-  const scene::Procedure::Piece& piece = drawable.procedure->pieces.front();
-  const std::uint32_t keys = drawable.deforming ? 2 : 1;
-  return {keys * clocks(shaders::count_position(shape, piece.input)),
-          keys * clocks(shaders::count_geometry(shape, piece.input)),
-          clocks(shaders::count_surface(surface_program(frame, drawable, piece)))};
+std::uint32_t place_clocks(const scene::PosedDrawable& drawable) {
+  return shape_clocks(drawable, shaders::count_position);
+}
+
+std::uint32_t geometry_clocks(const scene::PosedDrawable& drawable) {
+  return shape_clocks(drawable, shaders::count_geometry);
+}
+
+std::uint32_t surface_clocks(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
+  if (frame.request.draw_lines || drawable.procedure->pieces.empty()) return 0;
+  return clocks(shaders::count_surface(surface_program(frame, drawable, drawable.procedure->pieces.front())));
 }
 
 }  // namespace tessera::tilecore

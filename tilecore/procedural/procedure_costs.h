@@ -6,13 +6,11 @@
 
 namespace tessera::tilecore {
 
-// Clocks of a lane for points of a procedure, by its operations (shaders_cpp/procedures/operation_count.h): one for each,
-// four for a division or a square root. What deforms is evaluated at both motion keys.
-struct ProcedureClocks {
-  std::uint32_t place = 0;     // a vertex' place
-  std::uint32_t geometry = 0;  // place and normal
-  std::uint32_t surface = 0;   // texture and shading of a pixel; the material's shading is compiled
-};
-ProcedureClocks procedure_clocks(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
+// Clocks of a lane for a point of a procedure, by its operations (shaders_cpp/procedures/operation_count.h): one for each,
+// four for a division or a square root. A procedure that deforms is evaluated at both motion keys. 0 where it has no pieces.
+std::uint32_t place_clocks(const scene::PosedDrawable& drawable);     // a vertex' place
+std::uint32_t geometry_clocks(const scene::PosedDrawable& drawable);  // place and normal
+// Texture and shading of a pixel. The material's shading is compiled and not counted here; drawn lines have none.
+std::uint32_t surface_clocks(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
 
 }  // namespace tessera::tilecore

@@ -29,8 +29,8 @@ Vec3 towards_viewer(const FrameGeometry& frame, const Surface& surface, float t)
       one_lane::towards_viewer<float>(draw_constants(frame, *surface.drawable), in, one_lane_surface(surface)));
 }
 
-// Between the vertices `corner` of `vertices`, or where these are null at the procedure's own point. Its lookups are told as
-// those of lane `lane`.
+// Shades the point between the vertices `corner` of `vertices`; without `vertices`, the procedure's own point. Lookups belong to
+// lane `lane`.
 ShadedPoint shade_procedure_point(const FrameGeometry& shutter, const Lighting& lighting, const Invocation& invocation,
                                   const VertexOutputs* vertices, const std::array<std::int32_t, 3>& corner,
                                   const LookupArrays& lookups, std::size_t lane) {
@@ -121,10 +121,9 @@ timing::WarpItem warp_item(const FrameGeometry& frame, const scene::PosedDrawabl
     features.normals = hardware::ShaderFeatures::Normals::kMappedAlongTangents;
   features.environment_image = looks_around(lighting, *drawable.material);
   hardware::ShaderCost cost = hardware::shader_cost(features);
-  if (drawable.procedure != nullptr) {
-    const ProcedureClocks own = procedure_clocks(frame, drawable);
-    cost.vector_operations += static_cast<std::int32_t>(own.surface + (evaluates ? own.geometry : 0));
-  }
+  if (drawable.procedure != nullptr)
+    cost.vector_operations +=
+        static_cast<std::int32_t>(surface_clocks(frame, drawable) + (evaluates ? geometry_clocks(drawable) : 0));
   timing::WarpItem item;
   item.kind = evaluates ? timing::WarpItem::kEvaluating : timing::WarpItem::kPixels;
   item.clocks = static_cast<std::uint32_t>(hardware::lane_clocks(cost));

@@ -97,14 +97,14 @@ bool adds_height_normals(const scene::FrameGeometry& frame, const scene::PosedDr
 
 bool has_vertex_tangents(const scene::Material& material) { return slot_of_tangents(material) != nullptr; }
 
-hardware::ShaderCost place_cost(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
-  if (drawable.procedure != nullptr) return computed_cost(procedure_clocks(frame, drawable).place);
+hardware::ShaderCost place_cost(const scene::PosedDrawable& drawable) {
+  if (drawable.procedure != nullptr) return computed_cost(place_clocks(drawable));
   return hardware::shader_cost(domain_features(drawable));
 }
 
 hardware::ShaderCost output_cost(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
   using Features = hardware::ShaderFeatures;
-  if (drawable.procedure != nullptr) return computed_cost(procedure_clocks(frame, drawable).geometry);
+  if (drawable.procedure != nullptr) return computed_cost(geometry_clocks(drawable));
   Features f = domain_features(drawable);
   f.stage = Features::Stage::kOutputs;
   f.height_normals = adds_height_normals(frame, drawable);

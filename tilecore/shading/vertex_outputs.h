@@ -30,9 +30,9 @@ std::uint64_t vertex_output_bytes(const scene::FrameGeometry& frame, const scene
 // Whether vertices have tangents for a material's normal maps and anisotropy: they read along one coordinate.
 bool has_vertex_tangents(const scene::Material& material);
 
-// Costs of the shaders that evaluate a vertex: its place alone, and as pixels need it. Shaders of procedures are not compiled; their
-// operations are counted (procedure_clocks()).
-hardware::ShaderCost place_cost(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
+// Costs of the shaders that evaluate a vertex: its place alone, and all that pixels need. A procedure's shaders are not
+// compiled; its operations are counted (tilecore/procedural/procedure_costs.h).
+hardware::ShaderCost place_cost(const scene::PosedDrawable& drawable);
 hardware::ShaderCost output_cost(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
 
 // The vertices of patches that a tile's pixels see, as a mesh: a core evaluates each once for the tile, before its

@@ -9,8 +9,20 @@
 namespace tessera::tilecore::vertex_outputs_test {
 namespace {
 
+// Grids of `edge` pixels a side, whose pixels interpolate.
+struct InterpolatedFrame : TestFrame {
+  void pose_interpolated(double edge) {
+    assembly = std::make_unique<scene::Assembly>(scene::assemble(*capture));
+    scene::FrameRequest request;
+    request.width = 192, request.height = 128, request.close_time = 1;
+    request.tessellation.target_edge_pixels = edge;
+    request.interpolated_surfaces = true;
+    frame = scene::pose_frame(*assembly, scene::choose_camera(*capture, 192, 128), request);
+  }
+};
+
 // A drawable of bent patches, in grids of `edge` pixels a side.
-struct BentPatches : TestFrame {
+struct BentPatches : InterpolatedFrame {
   explicit BentPatches(std::uint32_t seed, bool displaced = false, bool mapped = false, double edge = 8) {
     Random random(seed);
     scene::Material material;
@@ -35,12 +47,7 @@ struct BentPatches : TestFrame {
     if (seed % 2 == 1) capture->nodes[static_cast<std::size_t>(node)].transform.scale = {-1, 2, 1};
     if (seed % 3 == 1) test::add_motion(*capture, node, {0.3, 0.1, 0});
     test::add_camera(*capture, {0, 0, 4});
-    assembly = std::make_unique<scene::Assembly>(scene::assemble(*capture));
-    scene::FrameRequest request;
-    request.width = 192, request.height = 128, request.close_time = 1;
-    request.tessellation.target_edge_pixels = edge;
-    request.interpolated_surfaces = true;
-    frame = scene::pose_frame(*assembly, scene::choose_camera(*capture, 192, 128), request);
+    pose_interpolated(edge);
   }
   const scene::PosedDrawable& drawable() const { return frame->drawable_of(0); }
   std::uint32_t patches() const { return drawable().drawable->patch_count; }
@@ -206,7 +213,7 @@ TEST(VertexOutputs, TangentsAreThoseOfThePatch) {
 }
 
 // A sphere and a height field drawn as patches, the sphere moving.
-struct ProcedurePatches : TestFrame {
+struct ProcedurePatches : InterpolatedFrame {
   explicit ProcedurePatches(double edge) {
     scene::Material material;
     material.double_sided = true;
@@ -219,12 +226,7 @@ struct ProcedurePatches : TestFrame {
     test::add_motion(*capture, node, {0.3, 0.1, 0});
     test::add_procedure(*capture, shaders::ShapeId::kHeightField, field, {1, 0, 0}, look);
     test::add_camera(*capture, {0, 1, 4});
-    assembly = std::make_unique<scene::Assembly>(scene::assemble(*capture));
-    scene::FrameRequest request;
-    request.width = 192, request.height = 128, request.close_time = 1;
-    request.tessellation.target_edge_pixels = edge;
-    request.interpolated_surfaces = true;
-    frame = scene::pose_frame(*assembly, scene::choose_camera(*capture, 192, 128), request);
+    pose_interpolated(edge);
   }
 };
 
