@@ -465,7 +465,7 @@ class ReplayCommand final : public Command {
   }
 
   // [measured] With two threads, frames of one thread each are no faster than frames of both, one after the other.
-  static constexpr std::size_t kThreadsForTwoFrames = 4;
+  static constexpr std::size_t kThreadsForTwoFrames = 2;
   // Two frames at once, while the images of a third are written.
   bool renders_two_at_once(const scene::Capture& capture, const gpu::GpuConfiguration& gpu,
                            const gpu::RunSettings& settings, const gpu::RenderRequest& request, int frames,

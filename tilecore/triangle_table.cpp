@@ -1,6 +1,7 @@
 #include "tilecore/triangle_table.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace tessera::tilecore {
 
@@ -15,12 +16,14 @@ bool TriangleTable::sees_leaf(const MicroMesh& mesh, std::size_t leaf) const {
 }
 
 std::uint64_t TriangleTable::corners_of(const MicroMesh& mesh, std::size_t leaf) {
-  corners_.clear();
+  if (leaf_of_corner_.size() < mesh.x0.size()) leaf_of_corner_.resize(mesh.x0.size());
+  if (++leaves_ == 0) std::fill(leaf_of_corner_.begin(), leaf_of_corner_.end(), 0), ++leaves_;
+  std::uint64_t count = 0;
   const std::size_t first = leaf * kLeafCells;
   for (std::size_t cell = first; cell < first + mesh.leaves[leaf].cell_count; ++cell)
-    for (const auto& corner : mesh.corner) corners_.push_back(corner[cell]);
-  std::sort(corners_.begin(), corners_.end());
-  return static_cast<std::uint64_t>(std::unique(corners_.begin(), corners_.end()) - corners_.begin());
+    for (const auto& corner : mesh.corner)
+      if (std::exchange(leaf_of_corner_[static_cast<std::size_t>(corner[cell])], leaves_) != leaves_) ++count;
+  return count;
 }
 
 std::uint64_t TriangleTable::end_sub_patch(const MicroMesh& mesh, bool moves) {

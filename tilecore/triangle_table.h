@@ -36,12 +36,14 @@ class TriangleTable {
 
  private:
   bool sees_leaf(const MicroMesh& mesh, std::size_t leaf) const;
+  // Corners of a leaf, each once.
   std::uint64_t corners_of(const MicroMesh& mesh, std::size_t leaf);
 
   std::uint64_t bytes_ = 0;
-  std::vector<std::uint8_t> seen_;        // by triangle of the sub-patch in hand
-  std::vector<std::uint32_t> triangles_;  // those, each once
-  std::vector<std::int32_t> corners_;
+  std::vector<std::uint8_t> seen_;             // by triangle of the sub-patch in hand
+  std::vector<std::uint32_t> triangles_;       // those, each once
+  std::vector<std::uint32_t> leaf_of_corner_;  // the leaf that a corner was counted for last, by number in the mesh
+  std::uint32_t leaves_ = 0;                   // counted
 };
 
 }  // namespace tessera::tilecore

@@ -9,6 +9,8 @@
 //   tessera_embree_baseline --capture FILE [FRAME [ROUNDS]]   whole shaded frames of a capture over Embree's best time to the
 //                                                  hits alone, masks included; one row of CSV; fails above 1.25
 //   tessera_embree_baseline --profile AREA BLUR LENS  Tessera alone, again and again, for a profiler
+//   tessera_embree_baseline --profile-frame [ROUNDS [no-clock]]   the same of the whole shaded frames of --frame; without
+//                                                  the finest clock where asked
 //
 // Scene: bench/support/posed_scene.h at 1280x720. Four samples per pixel, two threads.
 //
@@ -356,18 +358,31 @@ int check() {
   return bad > 0 ? 1 : 0;
 }
 
-int compare_frames(int rounds) {
-  const Row row{1, 32, false};
-  Bench bench(1280, 720, row);
-  const auto seen = bench.machine.run(*bench.frame, bench.pyramids, true);
-  std::vector<BaselineTimes> baselines = baselines_of(bench, row, seen.tiles);
-  gpu::RunSettings settings;
-  settings.sampling.samples_per_pixel = row.samples_per_pixel;
-  settings.tessellation = bench.frame->request.tessellation;
+const Row kShadedRow{1, 32, false};
+
+// What of a bench's scene --frame shades: one frame.
+scene::Capture still_capture(const Bench& bench) {
   scene::Capture capture = bench.capture;
   capture.settings.frame_rate = 1;
   capture.settings.shutter_close = bench.frame->request.close_time;
-  gpu::Device device(capture, bench.gpu, settings, {1280, 720, {0, 0, 1280, 720}, false});
+  return capture;
+}
+
+// The machine that shades it, posing and resolve included; `machine_model`: with the finest clock.
+gpu::Device shading_device(const scene::Capture& capture, const Bench& bench, bool machine_model) {
+  gpu::RunSettings settings;
+  settings.sampling.samples_per_pixel = kShadedRow.samples_per_pixel;
+  settings.tessellation = bench.frame->request.tessellation;
+  settings.output.machine_model = machine_model;
+  return {capture, bench.gpu, settings, {1280, 720, {0, 0, 1280, 720}, false}};
+}
+
+int compare_frames(int rounds) {
+  Bench bench(1280, 720, kShadedRow);
+  const auto seen = bench.machine.run(*bench.frame, bench.pyramids, true);
+  std::vector<BaselineTimes> baselines = baselines_of(bench, kShadedRow, seen.tiles);
+  const scene::Capture capture = still_capture(bench);
+  gpu::Device device = shading_device(capture, bench, true);
   std::vector<double> frames;
   std::vector<TileHits> hits = bench.rays.room_for_hits();
   std::uint64_t invocations = 0;
@@ -382,6 +397,22 @@ int compare_frames(int rounds) {
   fmt::print("whole frame {:.1f} ms ({} invocations), Embree's best {:.1f} ms: {:.2f}\n", 1e3 * median(frames),
              invocations, 1e3 * best, median(frames) / best);
   return median(frames) < best ? 0 : 1;
+}
+
+// Whole shaded frames alone: their time, and processor time a shaded sample.
+void profile_frames(int rounds, bool machine_model) {
+  Bench bench(1280, 720, kShadedRow);
+  const scene::Capture capture = still_capture(bench);
+  gpu::Device device = shading_device(capture, bench, machine_model);
+  device.render(0);
+  std::uint64_t invocations = 0;
+  const double start = now();
+  const std::clock_t start_of_processors = std::clock();
+  for (int round = 0; round < rounds; ++round)
+    invocations += device.render(0).counters.shading.pixel_shader_invocations;
+  const double processors = static_cast<double>(std::clock() - start_of_processors) / CLOCKS_PER_SEC;
+  fmt::print("{:.1f} ms a frame, {:.0f} ns of processor time an invocation\n", 1e3 * (now() - start) / rounds,
+             1e9 * processors / static_cast<double>(invocations));
 }
 
 // Motion between shutter open and close is a chord in Embree's hands, also where the machine has several segments.
@@ -464,7 +495,7 @@ int main(int argc, char** argv) {
     fmt::print(
         stderr,
         "usage: tessera_embree_baseline OUT_FOLDER [ROUNDS] | --check | --frame [ROUNDS] | --capture FILE [FRAME "
-        "[ROUNDS]] | --profile AREA BLUR LENS\n");
+        "[ROUNDS]] | --profile AREA BLUR LENS | --profile-frame [ROUNDS [no-clock]]\n");
     return 2;
   }
   try {
@@ -474,6 +505,10 @@ int main(int argc, char** argv) {
     if (first == "--capture" && argc > 2)
       return tessera::bench::compare_capture(argv[2], argc > 3 ? std::stoi(argv[3]) : 5,
                                              argc > 4 ? std::stoi(argv[4]) : 5);
+    if (first == "--profile-frame") {
+      tessera::bench::profile_frames(argc > 2 ? std::stoi(argv[2]) : 10, argc < 4);
+      return 0;
+    }
     if (first == "--profile")
       tessera::bench::profile({std::stod(argv[2]), std::stod(argv[3]), std::stoi(argv[4]) != 0});
     else

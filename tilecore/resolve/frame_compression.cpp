@@ -32,7 +32,15 @@ std::uint16_t zigzag(std::uint32_t residual, unsigned bits) {
 }
 std::uint16_t unzigzag(std::uint16_t code) { return static_cast<std::uint16_t>((code >> 1) ^ (code & 1 ? 0xffff : 0)); }
 
-// From pixels before (x, y) in row order. All arithmetic is modulo 2^16.
+// Predictions from the pixels to the left, above, and above the left one. All arithmetic is modulo 2^16.
+template <Predictor kPredictor>
+std::uint16_t predicted(std::uint16_t left, std::uint16_t up, std::uint16_t corner) {
+  if constexpr (kPredictor == Predictor::kLeft) return left;
+  if constexpr (kPredictor == Predictor::kUp) return up;
+  if constexpr (kPredictor == Predictor::kPlane) return static_cast<std::uint16_t>(left + up - corner);
+  return static_cast<std::uint16_t>(std::clamp(left + up - corner, int{std::min(left, up)}, int{std::max(left, up)}));
+}
+
 std::uint16_t prediction(const Channel& codes, int width, int x, int y, Predictor predictor) {
   const auto at = [&](int i, int j) { return codes[static_cast<std::size_t>(j * width + i)]; };
   if (y == 0) return x == 0 ? std::uint16_t{0} : at(x - 1, 0);
@@ -44,10 +52,9 @@ std::uint16_t prediction(const Channel& codes, int width, int x, int y, Predicto
     case Predictor::kUp:
       return up;
     case Predictor::kPlane:
-      return static_cast<std::uint16_t>(left + up - corner);
+      return predicted<Predictor::kPlane>(left, up, corner);
     case Predictor::kGradient:
-      return static_cast<std::uint16_t>(
-          std::clamp(left + up - corner, int{std::min(left, up)}, int{std::max(left, up)}));
+      return predicted<Predictor::kGradient>(left, up, corner);
   }
   return 0;
 }
@@ -66,23 +73,31 @@ std::size_t group_of(const BlockShape& shape, int x, int y) {
   return static_cast<std::size_t>(y / 4 * (shape.width / 4) + x / 4);
 }
 
-CodedChannel code_channel(const Channel& codes, const BlockShape& shape, unsigned bits, Predictor predictor) {
-  CodedChannel out;
-  out.predictor = predictor;
-  std::array<std::uint16_t, 4> all{};  // the residuals of a group, or'ed
-  for (int y = 0; y < shape.height; ++y)
+// By group, the residuals of each predictor, or'ed: how wide they are.
+using Residuals = std::array<std::array<std::uint16_t, 4>, kPredictorCount>;
+
+Residuals all_residuals(const Channel& codes, const BlockShape& shape, unsigned bits) {
+  Residuals all{};
+  const auto add = [&](std::size_t group, std::uint16_t code, const std::array<std::uint16_t, kPredictorCount>& guess) {
+    for (std::size_t p = 0; p < kPredictorCount; ++p)
+      all[p][group] |= zigzag(static_cast<std::uint32_t>(code - guess[p]), bits);
+  };
+  for (int y = 0; y < shape.height; ++y) {
+    const std::uint16_t* row = &codes[static_cast<std::size_t>(y * shape.width)];
     for (int x = 0; x < shape.width; ++x) {
-      const auto i = static_cast<std::size_t>(y * shape.width + x);
-      const int difference = codes[i] - prediction(codes, shape.width, x, y, predictor);
-      out.residual[i] = zigzag(static_cast<std::uint32_t>(difference), bits);
-      if (i != 0) all[group_of(shape, x, y)] |= out.residual[i];
+      const std::size_t group = group_of(shape, x, y);
+      if (x > 0 && y > 0) {
+        const std::uint16_t left = row[x - 1], up = row[x - shape.width], corner = row[x - 1 - shape.width];
+        add(group, row[x],
+            {predicted<Predictor::kLeft>(left, up, corner), predicted<Predictor::kUp>(left, up, corner),
+             predicted<Predictor::kPlane>(left, up, corner), predicted<Predictor::kGradient>(left, up, corner)});
+      } else if (x > 0 || y > 0) {
+        const std::uint16_t before = x > 0 ? row[x - 1] : row[x - shape.width];
+        add(group, row[x], {before, before, before, before});
+      }
     }
-  out.bits = kPredictorBits + bits;
-  for (std::size_t g = 0; g < group_count(shape); ++g) {
-    out.width[g] = static_cast<std::size_t>(std::bit_width(all[g]));
-    out.bits += kWidthBits + pixels_coded(g) * out.width[g];
   }
-  return out;
+  return all;
 }
 
 CodedChannel shortest_code(std::span<const std::uint16_t> pixels, const BlockShape& shape, std::size_t channel,
@@ -90,11 +105,23 @@ CodedChannel shortest_code(std::span<const std::uint16_t> pixels, const BlockSha
   const unsigned bits = shape.bits[channel];
   for (std::size_t i = 0; i < shape.pixels(); ++i)
     codes[i] = bits == kHalfBits ? ordered_code(pixels[4 * i + channel]) : pixels[4 * i + channel];
-  CodedChannel best = code_channel(codes, shape, bits, Predictor{0});
-  for (std::uint8_t p = 1; p < kPredictorCount; ++p) {
-    const CodedChannel other = code_channel(codes, shape, bits, Predictor{p});
-    if (other.bits < best.bits) best = other;
+  const Residuals all = all_residuals(codes, shape, bits);
+  CodedChannel best;
+  for (std::uint8_t p = 0; p < kPredictorCount; ++p) {
+    std::array<std::size_t, 4> width{};
+    std::size_t length = kPredictorBits + bits;
+    for (std::size_t g = 0; g < group_count(shape); ++g) {
+      width[g] = static_cast<std::size_t>(std::bit_width(all[p][g]));
+      length += kWidthBits + pixels_coded(g) * width[g];
+    }
+    if (p == 0 || length < best.bits) best.predictor = Predictor{p}, best.width = width, best.bits = length;
   }
+  for (int y = 0; y < shape.height; ++y)
+    for (int x = 0; x < shape.width; ++x) {
+      const auto i = static_cast<std::size_t>(y * shape.width + x);
+      best.residual[i] =
+          zigzag(static_cast<std::uint32_t>(codes[i] - prediction(codes, shape.width, x, y, best.predictor)), bits);
+    }
   return best;
 }
 

@@ -204,7 +204,7 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
     Invocation& asked = add_invocation(job, patch, pixel);
     asked.at.patch = patch, asked.at.triangle = state.triangle[s];
     asked.at.b1 = state.b1[s], asked.at.b2 = state.b2[s];
-    asked.at.t = run.rests ? 0.0f : time_seen(*job.frame, patch, samples.t(s));
+    asked.at.t = run.moves && !run.rests ? samples.t(s) : 0.0f;
     asked.light_time = run.light_time;
     asked.quad = quads_ + run.quad;
     set_partners(job, samples, pixel, run.rests, asked);

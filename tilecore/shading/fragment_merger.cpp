@@ -53,7 +53,7 @@ void FragmentMerger::group(const TileJob& job, const TileSamples& samples, const
   if (fragments_.size() == 1) {
     // Samples have its number, which is its run's, too.
     const Fragment& f = fragments_.front();
-    runs_.push_back({f.sample, f.time_sum / static_cast<float>(f.samples), f.pixel, f.rests, 0});
+    runs_.push_back({f.sample, f.time_sum / static_cast<float>(f.samples), f.pixel, f.rests, f.moves, 0});
     quads_ = 1;
     return;
   }
@@ -63,9 +63,13 @@ void FragmentMerger::group(const TileJob& job, const TileSamples& samples, const
 }
 
 void FragmentMerger::know(const TileJob& job, std::uint32_t patch) {
-  if (patch == known_patch_ && job.frame->identity == known_frame_) return;
-  known_patch_ = patch, known_frame_ = job.frame->identity;
+  if (patch - known_first_ < known_count_ && job.frame->identity == known_frame_) return;
+  const scene::PosedDrawable& drawable = job.frame->drawable_of(patch);
+  known_first_ = drawable.drawable->first_patch, known_count_ = drawable.drawable->patch_count;
+  known_frame_ = job.frame->identity;
   known_rests_ = is_at_rest(*job.frame, patch);
+  known_moves_ = drawable.moving;
+  known_curved_ = drawable.curved && !job.frame->segments.empty();
 }
 
 bool FragmentMerger::group_alike(const TileJob& job, const TileSamples& samples, const TileState& state,
@@ -77,7 +81,7 @@ bool FragmentMerger::group_alike(const TileJob& job, const TileSamples& samples,
       return false;
   know(job, patch);
   if (!known_rests_) return false;
-  Run run{first, 0.0f, 0, true, 0};
+  Run run{first, 0.0f, 0, true, known_moves_, 0};
   float least = std::numeric_limits<float>::infinity();
   for (std::size_t s = first; s < first + spp_; ++s) {
     const float dx = samples.x[s] - floor_of_place(samples.x[s]) - 0.5f,
@@ -99,7 +103,7 @@ void FragmentMerger::add_sample(const TileJob& job, const TileSamples& samples, 
   know(job, patch);
   if (!known_rests_) ++places_;
   const float t = samples.t(s);
-  const int segment = known_rests_ ? 0 : job.frame->segment_at(patch, t);
+  const int segment = known_curved_ && !known_rests_ ? job.frame->segment_of(t) : 0;
   // A still pinhole sample sees the surface where it is itself.
   const float x = known_rests_ ? samples.x[s] : state.rest_x[s], y = known_rests_ ? samples.y[s] : state.rest_y[s];
   const float cell_x = floor_of_place(x), cell_y = floor_of_place(y);
@@ -116,7 +120,7 @@ void FragmentMerger::add_sample(const TileJob& job, const TileSamples& samples, 
     Fragment& fresh = fragments_.emplace_back();
     fresh.patch = patch, fresh.triangle = triangle, fresh.pixel = static_cast<std::uint32_t>(p);
     fresh.cell_x = cell_x, fresh.cell_y = cell_y, fresh.segment = segment;
-    fresh.right = right, fresh.positive = positive, fresh.rests = known_rests_;
+    fresh.right = right, fresh.positive = positive, fresh.rests = known_rests_, fresh.moves = known_moves_;
     fresh.sample = s, fresh.distance2 = distance2;
     fresh.parent = static_cast<std::uint32_t>(f);
   }
@@ -175,7 +179,7 @@ void FragmentMerger::make_runs() {
     while (first < f && (fragments_[first].pixel != fragment.pixel || root(first) != r)) ++first;
     if (first == f) {
       fragment.run = static_cast<std::uint32_t>(runs_.size());
-      runs_.push_back({fragment.sample, 0.0f, fragment.pixel, fragment.rests, fragments_[r].quad});
+      runs_.push_back({fragment.sample, 0.0f, fragment.pixel, fragment.rests, fragment.moves, fragments_[r].quad});
     } else {
       ++merged_;
       Fragment& leader = fragments_[first];

@@ -35,7 +35,8 @@ class FragmentMerger {
     float light_time;     // mean time of the samples that share it
     std::uint32_t pixel;  // which of the block's
     bool rests;           // what it shades is at rest and in focus
-    std::uint32_t quad;   // of the block's, see quads()
+    bool moves;
+    std::uint32_t quad;  // of the block's, see quads()
   };
   static constexpr std::uint32_t kNoRun = 0xFFFFFFFFu;
 
@@ -59,7 +60,7 @@ class FragmentMerger {
     std::uint32_t patch = 0, triangle = 0, pixel = 0;
     float cell_x = 0, cell_y = 0;
     int segment = 0;  // of motion
-    bool right = false, positive = false, rests = false, has_vertices = false;
+    bool right = false, positive = false, rests = false, moves = false, has_vertices = false;
     std::size_t sample = 0;
     float distance2 = 0, time_sum = 0;
     std::uint32_t samples = 0, parent = 0, run = 0, quad = 0;
@@ -67,6 +68,7 @@ class FragmentMerger {
   };
   // A pixel's samples, from `first` on, that all see one triangle at rest: one fragment. False: they do not.
   bool group_alike(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t first);
+  // Fills the known_ members.
   void know(const TileJob& job, std::uint32_t patch);
   void add_sample(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t p, std::size_t k,
                   std::size_t s, bool split, std::size_t first_of_pixel);
@@ -75,10 +77,10 @@ class FragmentMerger {
   std::uint32_t root(std::uint32_t f);
   void make_runs();
 
-  // Of the patch seen last.
+  // The drawable seen last, by its patches.
   std::uint64_t known_frame_ = 0;
-  std::uint32_t known_patch_ = 0;
-  bool known_rests_ = false;
+  std::uint32_t known_first_ = 0, known_count_ = 0;
+  bool known_rests_ = false, known_moves_ = false, known_curved_ = false;
 
   std::size_t spp_ = 0, visible_ = 0, merged_ = 0, quads_ = 0, places_ = 0;
   std::vector<Fragment> fragments_;

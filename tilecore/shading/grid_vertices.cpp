@@ -8,31 +8,35 @@
 namespace tessera::tilecore {
 
 void GridVertices::clear() {
-  count_ = 0;
-  if (++set_ == 0) places_.clear(), ++set_;
+  count_ = used_ = 0;
+  numbers_.clear();
+  last_name_ = kNoName;
+  if (++set_ == 0) blocks_.clear(), ++set_;
 }
 
-GridVertices::Place& GridVertices::place_of(std::uint64_t name) {
-  const std::size_t last = places_.size() - 1;
+GridVertices::Block& GridVertices::block_of(std::uint64_t name) {
+  const std::size_t last = blocks_.size() - 1;
   std::size_t at = hash32(static_cast<std::uint32_t>(name >> 32), static_cast<std::uint32_t>(name));
-  while (places_[at & last].set == set_ && places_[at & last].name != name) ++at;
-  return places_[at & last];
+  while (blocks_[at & last].set == set_ && blocks_[at & last].name != name) ++at;
+  return blocks_[at & last];
 }
 
 void GridVertices::grow() {
-  std::vector<Place> before(std::max<std::size_t>(1024, 2 * places_.size()));
-  std::swap(before, places_);
-  for (const Place& place : before)
-    if (place.set == set_) place_of(place.name) = place;
+  std::vector<Block> before(std::max<std::size_t>(256, 2 * blocks_.size()));
+  std::swap(before, blocks_);
+  for (const Block& block : before)
+    if (block.set == set_) block_of(block.name) = block;
 }
 
-GridVertices::Number GridVertices::number_of(std::uint32_t patch, int i, int j) {
-  if (2 * (count_ + 1) > places_.size()) grow();
-  const std::uint64_t name = std::uint64_t{patch} << 32 | static_cast<std::uint32_t>(j << 16 | i);
-  Place& place = place_of(name);
-  const bool is_new = place.set != set_;
-  if (is_new) place = {name, set_, static_cast<std::int32_t>(count_++)};
-  return {place.number, is_new};
+std::uint32_t GridVertices::first_of(std::uint64_t name) {
+  if (2 * (used_ + 1) > blocks_.size()) grow();
+  Block& block = block_of(name);
+  if (block.set != set_) {
+    block = {name, set_, static_cast<std::uint32_t>(numbers_.size())};
+    numbers_.resize(numbers_.size() + kSide * kSide, kNone);
+    ++used_;
+  }
+  return block.first;
 }
 
 }  // namespace tessera::tilecore

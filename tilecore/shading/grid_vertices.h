@@ -31,24 +31,40 @@ class GridVertices {
   }
 
  private:
-  // The number of the vertex `name`: its patch, and its place in the grid. Free where it is of another set.
-  struct Place {
+  static constexpr int kSide = 8;
+  static constexpr std::int32_t kNone = -1;
+  // The vertices [kSide i, kSide (i + 1)) by as many of a patch's grid, `name`: where their numbers are. Free where it is of
+  // another set.
+  struct Block {
     std::uint64_t name = 0;
-    std::uint32_t set = 0;
-    std::int32_t number = 0;
+    std::uint32_t set = 0, first = 0;
   };
   struct Number {
     std::int32_t number;
     bool is_new;
   };
-  Number number_of(std::uint32_t patch, int i, int j);
-  // Its place, or a free one for it.
-  Place& place_of(std::uint64_t name);
+  Number number_of(std::uint32_t patch, int i, int j) {
+    const std::uint64_t name = std::uint64_t{patch} << 32 | static_cast<std::uint32_t>((j / kSide) << 16 | i / kSide);
+    if (name != last_name_) last_first_ = first_of(name), last_name_ = name;
+    std::int32_t& number = numbers_[last_first_ + static_cast<std::size_t>(j % kSide * kSide + i % kSide)];
+    const bool is_new = number == kNone;
+    if (is_new) number = static_cast<std::int32_t>(count_++);
+    return {number, is_new};
+  }
+  // Where the numbers of a block are, which it gets if it has none.
+  std::uint32_t first_of(std::uint64_t name);
+  // Its block, or a free one for it.
+  Block& block_of(std::uint64_t name);
   void grow();
 
-  std::vector<Place> places_;  // a power of two
+  static constexpr std::uint64_t kNoName = ~std::uint64_t{0};
+  std::vector<Block> blocks_;  // a power of two
+  std::size_t used_ = 0;       // blocks of the set
+  std::vector<std::int32_t> numbers_;
   std::uint32_t set_ = 1;
   std::size_t count_ = 0;
+  std::uint64_t last_name_ = kNoName;
+  std::uint32_t last_first_ = 0;
 };
 
 }  // namespace tessera::tilecore

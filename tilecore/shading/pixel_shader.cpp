@@ -230,10 +230,15 @@ void PixelShader::sort_invocations(const FrameGeometry& shutter, std::span<const
   std::fill(table_.begin(), table_.end(), kFree);
   bucket_.resize(invocations.size());
   const bool parts = !shutter.segments.empty();
-  std::uint32_t last = 0;
+  std::uint32_t last = 0, drawable = 0, first_patch = 0, patch_count = 0;
   for (std::size_t i = 0; i < invocations.size(); ++i) {
     const Invocation& v = invocations[i];
-    std::uint64_t draw = shutter.assembly->patch_drawable[v.at.patch];
+    if (v.at.patch - first_patch >= patch_count) {
+      drawable = shutter.assembly->patch_drawable[v.at.patch];
+      first_patch = shutter.assembly->drawables[drawable].first_patch;
+      patch_count = shutter.assembly->drawables[drawable].patch_count;
+    }
+    std::uint64_t draw = drawable;
     if (parts) {
       static_assert(kMaxMotionSegments < 1 << 12, "two segments fit beside a drawable's number");
       draw |= static_cast<std::uint64_t>(shutter.segment_at(v.at.patch, v.at.t)) << 52;

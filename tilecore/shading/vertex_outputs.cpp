@@ -9,26 +9,15 @@
 #include "tilecore/procedural/procedure_surface.h"
 #include "tilecore/shading/scalar_lanes.h"
 #include "tilecore/shading/shader_features.h"
+#include "tilecore/shading/vertex_kernel.h"
 
 namespace tessera::tilecore {
 namespace {
 
-using one_lane::LaneInputs;
-using one_lane::LaneSurface;
-using one_lane::PatchPoint;
 using scene::TextureSlot;
 
 constexpr std::uint64_t kPlaceBytes = 12, kRasterBytes = 16, kNormalBytes = 12, kTangentBytes = 16,
                         kCoordinateBytes = 8, kColorBytes = 16;
-
-Vec3 shown(const Vector3<float>& a) { return {a.x, a.y, a.z}; }
-
-// As long as makes it a unit vector in the world: of a scaled or sheared object normals would else be mixed by how long
-// the matrix makes them, which a domain shader that writes unit normals does not do, nor a skin.
-Vec3 unit_in_the_world(const Mat3& normal_to_world, const Vec3& normal) {
-  const float length = glm::length(normal_to_world * normal);
-  return length > 0.0f ? normal / length : normal;
-}
 
 // Textures of a material that its shader reads.
 template <class Use>
@@ -129,7 +118,10 @@ std::uint64_t vertex_output_bytes(const scene::FrameGeometry& frame, const scene
 
 void VertexOutputs::begin(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable, Use use) {
   frame_ = &frame;
+  source_ = drawable.drawable;
   vertices_.clear();
+  asked_point_.clear();
+  for (std::vector<float>* values : {&asked_u_, &asked_v_, &asked_lod_}) values->clear();
   for (std::size_t key = 0; key < 2; ++key) positions_[key].clear(), normals_[key].clear(), tangents_[key].clear();
   mesh_ = drawable;
   if (drawable.procedure != nullptr) return;
@@ -149,11 +141,12 @@ void VertexOutputs::begin(const scene::FrameGeometry& frame, const scene::PosedD
 
 std::array<std::int32_t, 3> VertexOutputs::triangle(std::uint32_t patch, std::uint32_t number) {
   const bool computed = mesh_.procedure != nullptr;
-  return vertices_.triangle(frame_->pattern_of(patch), patch, number, [&](float u, float v) {
+  const scene::TessellationPattern& pattern = frame_->patterns[source_->first_grid + patch - source_->first_patch];
+  return vertices_.triangle(pattern, patch, number, [&](float u, float v) {
     if (computed)
       evaluate_procedure(patch, u, v);
     else
-      evaluate(patch, u, v);
+      ask_for(patch, u, v);
   });
 }
 
@@ -166,40 +159,61 @@ void VertexOutputs::evaluate_procedure(std::uint32_t patch, float u, float v) {
   }
 }
 
-void VertexOutputs::evaluate(std::uint32_t patch, float u, float v) {
+void VertexOutputs::ask_for(std::uint32_t patch, float u, float v) {
   const scene::PosedDrawable& drawable = *patches_.drawable;
-  LaneInputs<float> in = lane_inputs(*frame_, drawable, {patch, SurfaceLocation::kWholePatch, u, v, 0});
-  LaneSurface<float> s{};
-  one_lane::set_patch_weights(in, s);
+  const std::uint32_t number = patch - drawable.drawable->first_patch;
+  asked_point_.push_back(static_cast<std::int32_t>(16 * number));
+  asked_u_.push_back(u), asked_v_.push_back(v);
+  asked_lod_.push_back(
+      drawable.material->displacement ? frame_->displacement_lod[drawable.drawable->first_grid + number] : 0.0f);
+}
+
+void VertexOutputs::evaluate_asked() {
+  const std::size_t count = asked_point_.size();
+  if (count == 0) return;
+  // Lanes up to the next multiple of the widest vector.
+  const std::size_t lanes = (count + 15) / 16 * 16;
+  asked_point_.resize(lanes, asked_point_.back());
+  for (std::vector<float>* values : {&asked_u_, &asked_v_, &asked_lod_}) values->resize(lanes, values->back());
+  for (std::size_t first = 0; first < count; first += kBatch)
+    evaluate_batch(first, std::min<std::size_t>(count - first, kBatch));
+  asked_point_.clear();
+  for (std::vector<float>* values : {&asked_u_, &asked_v_, &asked_lod_}) values->clear();
+}
+
+void VertexOutputs::evaluate_batch(std::size_t first, std::size_t count) {
+  const scene::PosedDrawable& drawable = *patches_.drawable;
+  const VertexArrays in{&asked_point_[first], &asked_u_[first], &asked_v_[first], &asked_lod_[first]};
   auto& vertices = mesh_primitive_.vertices;
-  const shaders::TextureTransform plain;
+  const auto made = [&](std::size_t column) { return made_[column].data(); };
   for (std::size_t set = 0; set < vertices.texcoords.size(); ++set) {
     if ((sets_ >> std::min<std::size_t>(set, 63) & 1) == 0 || drawable.primitive->vertices.texcoords[set].empty())
       continue;
-    const one_lane::LaneTexcoord<float> at = one_lane::lane_texcoord(patches_, s, static_cast<int>(set), plain);
-    vertices.texcoords[set].emplace_back(at.u, at.v);
+    vertex_texcoords(patches_, in, count, static_cast<int>(set), {made(0), made(1)});
+    for (std::size_t i = 0; i < count; ++i) vertices.texcoords[set].emplace_back(made_[0][i], made_[1][i]);
   }
   if (!drawable.primitive->vertices.colors.empty()) {
-    const auto color = one_lane::lane_vertex_color(patches_, s);
-    vertices.colors.emplace_back(color.r, color.g, color.b, color.a);
+    vertex_colors(patches_, in, count, {made(0), made(1), made(2), made(3)});
+    for (std::size_t i = 0; i < count; ++i)
+      vertices.colors.emplace_back(made_[0][i], made_[1][i], made_[2][i], made_[3][i]);
   }
+  const VertexPlaces out{{made(0), made(1), made(2)},
+                         {made(3), made(4), made(5)},
+                         {made(6), made(7), made(8)},
+                         {made(9), made(10), made(11), made(12)}};
   for (std::size_t key = 0; key < (drawable.deforming ? 2u : 1u); ++key) {
-    const PatchPoint<float> point = height_normals_ ? one_lane::patch_point<float, true>(patches_, in, key)
-                                                    : one_lane::patch_point(patches_, in, key);
-    positions_[key].push_back(shown(point.position));
-    normals_[key].push_back(unit_in_the_world(drawable.normal_to_world[key], shown(point.normal)));
-    if (drawable.moving && !drawable.deforming)
-      normals_[1].push_back(unit_in_the_world(drawable.normal_to_world[1], shown(point.normal)));
-    if (tangent_slot_ == nullptr) continue;
-    s.position_p = point.derivative_u, s.position_q = point.derivative_v, s.normal = point.normal;
-    const auto frame = one_lane::derived_tangents(
-        s, one_lane::lane_texcoord(patches_, s, tangent_slot_->texcoord, tangent_slot_->transform));
-    const float side = dot(cross(s.normal, frame.tangent), frame.bitangent);
-    tangents_[key].push_back(frame.known ? Vec4(shown(frame.tangent), side < 0 ? -1.0f : 1.0f) : Vec4(0, 0, 0, 1));
+    place_vertices(patches_, in, count, key, height_normals_, tangent_slot_, out);
+    for (std::size_t i = 0; i < count; ++i) {
+      positions_[key].emplace_back(made_[0][i], made_[1][i], made_[2][i]);
+      normals_[key].emplace_back(made_[3][i], made_[4][i], made_[5][i]);
+      if (drawable.moving && !drawable.deforming) normals_[1].emplace_back(made_[6][i], made_[7][i], made_[8][i]);
+      if (tangent_slot_ != nullptr) tangents_[key].emplace_back(made_[9][i], made_[10][i], made_[11][i], made_[12][i]);
+    }
   }
 }
 
 void VertexOutputs::set_mesh(DrawConstants& draw) {
+  evaluate_asked();
   for (std::size_t key = 0; key < 2; ++key) {
     const std::size_t from = mesh_.deforming ? key : 0;
     mesh_.positions[key] = positions_[from], mesh_.tangents[key] = tangents_[from];

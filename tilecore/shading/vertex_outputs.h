@@ -54,7 +54,8 @@ class VertexOutputs {
   // Vertices of a triangle of a patch's grid, by number in the mesh.
   std::array<std::int32_t, 3> triangle(std::uint32_t patch, std::uint32_t number);
   std::size_t count() const { return vertices_.count(); }
-  // Makes a draw's geometry the mesh as it is now; until the next call of another function. Not of procedures.
+  // Makes a draw's geometry the mesh as it is now; until the next call of another function. Not of procedures. Evaluates
+  // what was asked for.
   void set_mesh(DrawConstants& draw);
   // A vertex' place and unit normal in object space at a motion key.
   const Vec3& position(std::size_t key, std::int32_t number) const {
@@ -65,11 +66,15 @@ class VertexOutputs {
   }
 
  private:
-  void evaluate(std::uint32_t patch, float u, float v);
+  // Vertices of Bezier patches are evaluated on lanes, all that were asked for since the last time together.
+  void ask_for(std::uint32_t patch, float u, float v);
+  void evaluate_asked();
+  void evaluate_batch(std::size_t first, std::size_t count);
   void evaluate_procedure(std::uint32_t patch, float u, float v);
 
   const scene::FrameGeometry* frame_ = nullptr;
-  DrawConstants patches_;  // attributes of vertices are not rounded
+  const scene::Drawable* source_ = nullptr;  // of the draw
+  DrawConstants patches_;                    // attributes of vertices are not rounded
   bool height_normals_ = false;
   std::uint64_t sets_ = 0;  // of coordinates that the material reads, a bit each
   // Which texture's coordinate tangents run along; null: there are none.
@@ -80,6 +85,10 @@ class VertexOutputs {
   std::array<std::vector<Vec3>, 2> positions_, normals_;
   std::array<std::vector<Vec4>, 2> tangents_;
   GridVertices vertices_;
+  static constexpr std::size_t kBatch = 64;
+  std::vector<std::int32_t> asked_point_;  // as VertexArrays
+  std::vector<float> asked_u_, asked_v_, asked_lod_;
+  std::array<std::array<float, kBatch>, 13> made_;
 };
 
 }  // namespace tessera::tilecore
