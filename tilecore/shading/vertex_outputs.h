@@ -45,6 +45,7 @@ hardware::ShaderCost output_cost(const scene::FrameGeometry& frame, const scene:
 //        wherever the patch is flat.
 //   VO2  Each vertex of the triangles that were asked for is evaluated once.
 //   VO3  Vertices of a procedure drawn as patches are its points, and pixels between them have the plane's derivatives.
+//   VO4  A vertex evaluated on lanes has the same bits for every SIMD target and on one lane.
 class VertexOutputs {
  public:
   // kAlphaTest: vertices have what alpha tests read, the coordinates of the colour texture and colours, beside their places.

@@ -1,10 +1,18 @@
 // Vertices that pixels interpolate: what they are, how often they are evaluated, how near the surface is to the patch.
 #include "tilecore/shading/vertex_outputs.h"
+#include "base/simd_targets.h"
 #include "tests/support/procedures.h"
 #include "tests/support/tests.h"
 #include "tests/tilecore/support.h"
 #include "tilecore/procedural/procedure_surface.h"
 #include "tilecore/shading/scalar_lanes.h"
+#include "tilecore/shading/vertex_kernel.h"
+
+namespace tessera::tilecore::one_lane {
+
+#include "tilecore/shading/lane_vertex.inc"
+
+}  // namespace tessera::tilecore::one_lane
 
 namespace tessera::tilecore::vertex_outputs_test {
 namespace {
@@ -103,6 +111,81 @@ TEST(VertexOutputs, VO2EachVertexIsEvaluatedOnce) {
     EXPECT_EQ(outputs.count(), vertices);
     EXPECT_GT(vertices, 100u);
   }
+}
+
+// Vertices of a scene's patches at random places, lane by lane.
+struct VertexLanes {
+  static constexpr std::size_t kCount = 37, kLanes = 48;
+  VertexLanes(const BentPatches& scene, Random& random) {
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      // All of one patch, and several mixed.
+      const int last = random.integer(0, 1) == 0 ? 0 : static_cast<int>(scene.patches()) - 1;
+      at.push_back({static_cast<std::uint32_t>(random.integer(0, last)), SurfaceLocation::kWholePatch,
+                    random.uniform(0, 1), random.uniform(0, 1), 0});
+      point.push_back(static_cast<std::int32_t>(16 * at[i].patch));
+      u.push_back(at[i].b1), v.push_back(at[i].b2);
+      lod.push_back(lane_inputs(*scene.frame, scene.drawable(), at[i]).lod);
+    }
+  }
+  VertexArrays arrays() const { return {point.data(), u.data(), v.data(), lod.data()}; }
+  std::vector<SurfaceLocation> at;
+  std::vector<std::int32_t> point;
+  std::vector<float> u, v, lod;
+};
+
+// Numbers of a vertex in the order of the kernel's columns.
+std::vector<float> on_one_lane(const BentPatches& scene, const DrawConstants& draw, const SurfaceLocation& at,
+                               bool base_normals, const scene::TextureSlot& tangents) {
+  const scene::PosedDrawable& drawable = scene.drawable();
+  const one_lane::LaneInputs<float> in = lane_inputs(*scene.frame, drawable, at);
+  const auto point =
+      base_normals ? one_lane::patch_point<float, true>(draw, in, 0) : one_lane::patch_point<float, false>(draw, in, 0);
+  std::vector<float> out;
+  const auto add = [&](const Vector3<float>& a) { out.insert(out.end(), {a.x, a.y, a.z}); };
+  add(point.position);
+  add(one_lane::unit_in_the_world(drawable.normal_to_world[0], point.normal));
+  add(one_lane::unit_in_the_world(drawable.normal_to_world[1], point.normal));
+  const auto tangent = one_lane::vertex_tangent(draw, in, point, tangents);
+  out.insert(out.end(), {tangent.x, tangent.y, tangent.z, tangent.w});
+  const auto s = one_lane::vertex_surface(in);
+  const auto uv = one_lane::lane_texcoord(draw, s, 0, shaders::TextureTransform());
+  const auto color = one_lane::lane_vertex_color(draw, s);
+  out.insert(out.end(), {uv.u, uv.v, color.r, color.g, color.b, color.a});
+  return out;
+}
+
+// Invariant VO4. The twin, normals of the other kind, is another vertex.
+TEST(VertexOutputs, VO4VerticesOnLanesHaveTheBitsOfOneLane) {
+  bool twin_differs = false;
+  for (std::uint32_t seed = 0; seed < 12; ++seed) {
+    const BentPatches scene(seed, seed % 4 >= 2, true);
+    const DrawConstants draw = draw_constants(*scene.frame, scene.drawable());
+    const scene::TextureSlot& tangents = scene.drawable().material->normal_texture;
+    Random random(seed);
+    const VertexLanes lanes(scene, random);
+    std::array<std::array<float, VertexLanes::kLanes>, 19> columns{};
+    const auto c = [&](std::size_t k) { return columns[k].data(); };
+    for (const std::string& target : simd_target_names()) {
+      force_simd_target(target);
+      for (const bool base : {false, true}) {
+        place_vertices(draw, lanes.arrays(), VertexLanes::kCount, 0, base, &tangents,
+                       {{c(0), c(1), c(2)}, {c(3), c(4), c(5)}, {c(6), c(7), c(8)}, {c(9), c(10), c(11), c(12)}});
+        vertex_texcoords(draw, lanes.arrays(), VertexLanes::kCount, 0, {c(13), c(14)});
+        vertex_colors(draw, lanes.arrays(), VertexLanes::kCount, {c(15), c(16), c(17), c(18)});
+        for (std::size_t i = 0; i < VertexLanes::kCount; ++i) {
+          const std::vector<float> one = on_one_lane(scene, draw, lanes.at[i], base, tangents);
+          const bool moves = scene.drawable().moving;
+          for (std::size_t k = 0; k < one.size(); ++k)
+            if (moves || k < 6 || k > 8) {
+              EXPECT_EQ(columns[k][i], one[k]) << target << " column " << k;
+            }
+          twin_differs = twin_differs || on_one_lane(scene, draw, lanes.at[i], !base, tangents) != one;
+        }
+      }
+    }
+    force_simd_target("");
+  }
+  EXPECT_TRUE(twin_differs);
 }
 
 // Means over points of the patches: how far the interpolated surface and its normal are from the patch's own.
