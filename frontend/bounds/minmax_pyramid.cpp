@@ -312,18 +312,27 @@ HeightSlopes SlopePyramid::query(const shaders::Sampler& sampler, Vec2 low, Vec2
 
 namespace {
 
-// What a lookup at texel coordinates (x, y) reads, continued beyond the edge as repeating or as other textures do.
-double bilinear(const shaders::ScalarTexture::Level& level, double x, double y, bool repeat) {
-  const auto wrap = [&](std::int64_t i, int size) {
-    return shaders::wrap_texel(repeat ? shaders::Wrap::kRepeat : shaders::Wrap::kClampToEdge, i, size);
-  };
-  const std::int64_t column = floor_to_integer(x - 0.5), row = floor_to_integer(y - 0.5);
-  const double s = x - 0.5 - static_cast<double>(column), t = y - 0.5 - static_cast<double>(row);
-  const auto at = [&](std::int64_t i, std::int64_t j) {
-    return static_cast<double>(texel(level, wrap(i, level.width), wrap(j, level.height)));
-  };
-  return (at(column, row) * (1 - s) + at(column + 1, row) * s) * (1 - t) +
-         (at(column, row + 1) * (1 - s) + at(column + 1, row + 1) * s) * t;
+// Along an axis, where lookups at the two ends of a texel of the finer level and at its middle read in a level with `ratio`
+// times as many texels, continued beyond the edge as repeating or as other textures do: texels, and the second one's share.
+struct HalfTexels {
+  HalfTexels(int texel, double ratio, int size, bool repeat) {
+    const shaders::Wrap wrap = repeat ? shaders::Wrap::kRepeat : shaders::Wrap::kClampToEdge;
+    for (int k = 0; k < 3; ++k) {
+      const double at = (texel + 0.5 * k) * ratio - 0.5;
+      const std::int64_t below = floor_to_integer(at);
+      first[k] = shaders::wrap_texel(wrap, below, size), second[k] = shaders::wrap_texel(wrap, below + 1, size);
+      share[k] = at - static_cast<double>(below);
+    }
+  }
+  int first[3], second[3];
+  double share[3];
+};
+
+double bilinear(const shaders::ScalarTexture::Level& level, const HalfTexels& x, int i, const HalfTexels& y, int j) {
+  const auto at = [&](int column, int row) { return static_cast<double>(texel(level, column, row)); };
+  const double s = x.share[i], t = y.share[j];
+  return (at(x.first[i], y.first[j]) * (1 - s) + at(x.second[i], y.first[j]) * s) * (1 - t) +
+         (at(x.first[i], y.second[j]) * (1 - s) + at(x.second[i], y.second[j]) * s) * t;
 }
 
 // Over one texel of the finer level. Halved exactly, both levels are bilinear between half texels of the finer one, so
@@ -336,14 +345,16 @@ ValueRange level_difference(const shaders::ScalarTexture::Level& fine, const sha
   const bool edge = x == 0 || y == 0 || x == fine.width - 1 || y == fine.height - 1;
   ValueRange range{1e30f, -1e30f};
   if (exact(fine.width, coarse.width) && exact(fine.height, coarse.height)) {
-    for (int repeat = edge ? 0 : 1; repeat < 2; ++repeat)
+    for (int repeat = edge ? 0 : 1; repeat < 2; ++repeat) {
+      const HalfTexels fine_x(x, 1, fine.width, repeat != 0), fine_y(y, 1, fine.height, repeat != 0),
+          coarse_x(x, ratio_x, coarse.width, repeat != 0), coarse_y(y, ratio_y, coarse.height, repeat != 0);
       for (int j = 0; j <= 2; ++j)
         for (int i = 0; i <= 2; ++i) {
-          const double at_x = x + 0.5 * i, at_y = y + 0.5 * j;
-          const auto difference = static_cast<float>(bilinear(fine, at_x, at_y, repeat != 0) -
-                                                     bilinear(coarse, at_x * ratio_x, at_y * ratio_y, repeat != 0));
+          const auto difference =
+              static_cast<float>(bilinear(fine, fine_x, i, fine_y, j) - bilinear(coarse, coarse_x, i, coarse_y, j));
           range = range.hull({difference, difference});
         }
+    }
     return range;
   }
   const auto values = [&](const shaders::ScalarTexture::Level& level, double from_x, double from_y, double to_x,
