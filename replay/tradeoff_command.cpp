@@ -32,6 +32,8 @@ namespace fs = std::filesystem;
 
 // Where --joint is given without knobs: those that trade most.
 constexpr const char* kUsualJoint = "samples,edge,shading";
+// What a question is answered by, where no knobs are named.
+constexpr const char* kSearchedKnobs = "samples,edge,shading,surface";
 
 std::vector<std::string> listed_names(const std::string& text) {
   std::vector<std::string> names;
@@ -77,16 +79,20 @@ class TradeoffCommand final : public Command {
         ->type_name("N")
         ->check(CLI::Range(1, 1000000))
         ->capture_default_str();
-    app.add_option("--max-flip", max_flip_, "Print the cheapest setting whose mean FLIP error is at most this")
+    app.add_option(
+           "--max-flip", max_flip_,
+           fmt::format("Find the cheapest setting whose mean FLIP error is at most this: combinations of {}, or "
+                       "of --knobs, are searched",
+                       kSearchedKnobs))
         ->type_name("X");
-    app.add_option("--min-psnr", min_psnr_, "Print the cheapest setting whose PSNR is at least this")->type_name("DB");
+    app.add_option("--min-psnr", min_psnr_, "The same for a PSNR of at least this")->type_name("DB");
     app.add_option("--cost", cost_, fmt::format("What is cheap: {}", fmt::join(kCostNames, ", ")))
         ->type_name("COST")
         ->capture_default_str();
-    app.add_option("--rounds", rounds_, "Times that everything is run; host times are medians")
+    app.add_option("--rounds", rounds_,
+                   "Times that everything is run; host times are medians (default: 3; 1 for --max-flip and --min-psnr)")
         ->type_name("N")
-        ->check(CLI::Range(1, 1000))
-        ->capture_default_str();
+        ->check(CLI::Range(1, 1000));
     app.add_option("--reference-samples", samples_,
                    "Samples per pixel of the reference: plain random numbers, all shaded, in double precision")
         ->type_name("N")
@@ -107,9 +113,9 @@ class TradeoffCommand final : public Command {
     app.footer(
         "What accuracy costs: every knob that buys accuracy is turned, one at a time, and each setting's error against "
         "a converged\n"
-        "reference (PSNR, SSIM, FLIP, largest difference of what a display shows) stands beside its cycles, memory "
-        "traffic, energy\n"
-        "and the host's time (median and spread of --rounds; CPU is processor time of all threads).\n"
+        "reference (PSNR, SSIM, FLIP, largest difference of what a display shows) stands beside its time in ms, "
+        "memory traffic,\n"
+        "energy and the host's time (median and spread of --rounds; CPU is processor time of all threads).\n"
         "Knobs of timing (timing, memory_model, shader_costs, warps, requests) time one record of the frame by coarser "
         "models:\n"
         "cycles and energy against the finest (machine.timing=events, memory.model=banks, shader.costs=compiled), host "
@@ -118,7 +124,8 @@ class TradeoffCommand final : public Command {
         "Writes tradeoff.json, tradeoff.csv and report.html. Killed at any moment, the same command goes on.\n\n"
         "Examples:\n"
         "  tessera tradeoff captures/eggs.glb --out out/accuracy\n"
-        "  tessera tradeoff captures/eggs.glb --out out/accuracy --joint samples,edge,shading --max-flip 0.05");
+        "  tessera tradeoff captures/eggs.glb --out out/accuracy --joint samples,edge,shading\n"
+        "  tessera tradeoff captures/eggs.glb --out out/accuracy --min-psnr 35   what is the cheapest at 35 dB?");
   }
 
   void run() override {
@@ -127,6 +134,11 @@ class TradeoffCommand final : public Command {
     if (max_flip_) check_number("--max-flip", *max_flip_, 0, 1);
     if (min_psnr_) check_number("--min-psnr", *min_psnr_, 0, 1000);
     const CheapestWanted wanted{read_cost(), max_flip_, min_psnr_};
+    const bool asks = max_flip_ || min_psnr_;
+    if (asks && options.joint.empty()) {
+      options.search = wanted;
+      if (options.knobs.empty()) options.knobs = listed_names(kSearchedKnobs);
+    }
     const std::vector<std::string> results = {"tradeoff.json",    "tradeoff.csv",    "report.html",
                                               "reference/*.json", "reference/*.exr", "points/*.json"};
     InputFiles inputs;
@@ -141,14 +153,15 @@ class TradeoffCommand final : public Command {
     const OutputLock lock(out_);
     const TradeoffResult result = run_tradeoff(options);
     std::optional<CheapestAnswer> answer;
-    if (max_flip_ || min_psnr_) answer = {wanted, cheapest(result.knobs, wanted)};
+    if (asks) answer = {wanted, cheapest(result.knobs, wanted), nearest_miss(result.knobs, wanted)};
     write_tradeoff(out_, result, answer);
     if (const std::string missing = missing_for_reports(); missing.empty())
       write_report(out_);
     else if (!quiet_)
       std::fprintf(stderr, "note: no report.html: %s\n", missing.c_str());
-    if (!quiet_) say(result);
-    if (answer) say_cheapest(*answer);
+    // A question without more is answered in a few lines.
+    if (!quiet_ && (!answer || !knobs_.empty() || !joint_.empty())) say(result);
+    if (answer) fmt::print("{}", cheapest_text(result, *answer));
     if (!quiet_) fmt::print("results are in {}\n", (fs::path(out_) / "tradeoff.csv").string());
     if (result.stopped) throw stopped("stopped; the same command goes on from here");
   }
@@ -178,7 +191,7 @@ class TradeoffCommand final : public Command {
     options.height = size.height;
     if (frame_) options.frame = static_cast<int>(check_number("--frame", *frame_, 0, 1e8));
     options.run = run_;
-    options.rounds = rounds_;
+    options.rounds = rounds_.value_or(max_flip_ || min_psnr_ ? 1 : 3);
     options.reference_samples = samples_;
     options.reference_edge_pixels = edge_ == 0 ? 0.0 : check_number("--reference-edge", edge_, 0.25, 64);
     options.knobs = listed_names(knobs_);
@@ -208,23 +221,13 @@ class TradeoffCommand final : public Command {
     fmt::print("\n{}", tradeoff_table(result));
   }
 
-  void say_cheapest(const CheapestAnswer& answer) const {
-    if (!answer.found) {
-      fmt::print("\nno setting that was tried is as good as that; --joint tries combinations\n");
-      return;
-    }
-    const SettingResult& setting = answer.found->setting;
-    const ImageError& error = *setting.measured.error;
-    fmt::print("\ncheapest by {}: {} ({}), FLIP {:.5f}, PSNR {}\n  {}\n", cost_, setting.label, answer.found->knob,
-               error.flip, error.psnr_db ? fmt::format("{:.2f} dB", *error.psnr_db) : "equal", setting.arguments);
-  }
-
-  std::string capture_, out_, size_ = "640x360", gpu_ = "mid-mobile", knobs_, joint_, cost_ = "cycles";
+  std::string capture_, out_, size_ = "640x360", gpu_ = "mid-mobile", knobs_, joint_, cost_ = "ms";
   std::vector<std::string> sets_;
   std::optional<double> frame_, max_flip_, min_psnr_;
   std::optional<std::string> variant_;
   ViewChoices view_;
-  int run_ = 6, rounds_ = 3, samples_ = 1024, max_points_ = 400;
+  std::optional<int> rounds_;
+  int run_ = 6, samples_ = 1024, max_points_ = 400;
   double edge_ = 1.0, max_memory_gib_ = 4;
   unsigned threads_ = 0;
   bool quiet_ = false, strict_ = false;

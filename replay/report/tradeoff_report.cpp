@@ -45,7 +45,7 @@ void check_reference(const JsonValue& reference) {
 void check_setting(const JsonValue& setting, bool timed) {
   expect_texts(setting, {"label", "says", "arguments"});
   setting.member("base").flag();
-  expect_numbers_or_nulls(setting, {"cycles", "dram_bytes", "energy_nj", "watched"});
+  expect_numbers_or_nulls(setting, {"ms", "cycles", "dram_bytes", "energy_nj", "watched"});
   expect_objects(setting, {"front"});
   const JsonValue error = setting.member("error"), host = setting.member("host");
   if (!timed) {
@@ -77,8 +77,9 @@ void check_tradeoff(const JsonValue& root) {
   if (!cheapest) return;
   expect_texts(*cheapest, {"cost"});
   expect_numbers_or_nulls(*cheapest, {"max_flip", "min_psnr"});
-  if (const JsonValue setting = cheapest->member("setting"); !setting.is_null())
-    expect_texts(setting, {"label", "knob", "arguments"});
+  for (const char* name : {"setting", "missed"})
+    if (const JsonValue setting = cheapest->member(name); !setting.is_null())
+      expect_texts(setting, {"label", "knob", "arguments"});
 }
 
 }  // namespace

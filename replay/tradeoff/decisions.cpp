@@ -1,9 +1,11 @@
 #include "replay/tradeoff/decisions.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <tuple>
+#include <utility>
 
 #include "replay/tradeoff/tradeoff_files.h"
 
@@ -41,11 +43,12 @@ void compare_times(KnobResult& knob, const Measurement& finest) {
 
 }  // namespace
 
-Measurement measurement_of(const TrialResult& trial, const std::string& watched) {
+Measurement measurement_of(const TrialResult& trial, const std::string& watched, double clock_mhz) {
   Measurement out;
   out.error = trial.error;
   out.image_sha256 = trial.image_sha256;
   out.cycles = whole_figure(trial, "timing.cycles");
+  if (out.cycles) out.ms = static_cast<double>(*out.cycles) / (1e3 * clock_mhz);
   const auto read_bytes = whole_figure(trial, "dram.read_bytes"), written = whole_figure(trial, "dram.written_bytes");
   if (read_bytes || written) out.dram_bytes = read_bytes.value_or(0) + written.value_or(0);
   if (const auto energy = trial.figures.find("energy.total_nj"); energy != trial.figures.end())
@@ -61,12 +64,12 @@ Measurement measurement_of(const TrialResult& trial, const std::string& watched)
 
 std::optional<double> cost_of(const Measurement& measured, Cost cost) {
   switch (cost) {
-    case Cost::kCycles:
-      return measured.cycles;
+    case Cost::kMs:
+      return measured.ms;
     case Cost::kDramBytes:
       return measured.dram_bytes;
-    case Cost::kEnergyNj:
-      return measured.energy_nj;
+    case Cost::kMj:
+      return measured.energy_nj ? std::optional(*measured.energy_nj * 1e-6) : std::nullopt;
     case Cost::kWallSeconds:
       return measured.wall_seconds.median;
     case Cost::kProcessorSeconds:
@@ -112,24 +115,49 @@ void judge(KnobResult& knob) {
   }
 }
 
-std::optional<CheapestSetting> cheapest(const std::vector<KnobResult>& knobs, const CheapestWanted& wanted) {
+double shortfall_db(const ImageError& error, const CheapestWanted& wanted) {
+  double missing = 0;
+  if (wanted.min_psnr_db && error.psnr_db) missing = *wanted.min_psnr_db - *error.psnr_db;
+  if (wanted.max_flip && error.flip > *wanted.max_flip)
+    missing = std::max(missing, *wanted.max_flip > 0 ? 20 * std::log10(error.flip / *wanted.max_flip)
+                                                     : std::numeric_limits<double>::infinity());
+  return std::max(missing, 0.0);
+}
+
+namespace {
+
+// The first of the machine's settings, in the order of `rank`, of those that have one.
+template <class Rank>
+std::optional<CheapestSetting> first_by(const std::vector<KnobResult>& knobs, Cost cost, const Rank& rank) {
   std::optional<CheapestSetting> best;
-  double least = std::numeric_limits<double>::infinity(), error = least;
+  std::optional<std::pair<double, double>> least;
   for (const KnobResult& knob : knobs) {
     if (knob.timed) continue;  // one machine, whoever times it
     for (const SettingResult& setting : knob.settings) {
-      const auto cost = cost_of(setting.measured, wanted.cost);
-      if (!cost || setting.in_double) continue;
-      const ImageError& of = *setting.measured.error;
-      if (wanted.max_flip && of.flip > *wanted.max_flip) continue;
-      if (wanted.min_psnr_db && of.psnr_db && *of.psnr_db < *wanted.min_psnr_db) continue;
-      if (*cost > least || (*cost == least && of.flip >= error)) continue;
+      const auto of = cost_of(setting.measured, cost);
+      if (!of || setting.in_double) continue;
+      const std::optional<std::pair<double, double>> at = rank(*setting.measured.error, *of);
+      if (!at || (least && *at >= *least)) continue;
       best = {knob.name, setting};
-      least = *cost;
-      error = of.flip;
+      least = at;
     }
   }
   return best;
+}
+
+}  // namespace
+
+std::optional<CheapestSetting> cheapest(const std::vector<KnobResult>& knobs, const CheapestWanted& wanted) {
+  return first_by(knobs, wanted.cost, [&](const ImageError& error, double cost) {
+    return shortfall_db(error, wanted) > 0 ? std::nullopt : std::optional(std::pair(cost, error.flip));
+  });
+}
+
+std::optional<CheapestSetting> nearest_miss(const std::vector<KnobResult>& knobs, const CheapestWanted& wanted) {
+  return first_by(knobs, wanted.cost, [&](const ImageError& error, double cost) {
+    const double missing = shortfall_db(error, wanted);
+    return missing > 0 ? std::optional(std::pair(missing, cost)) : std::nullopt;
+  });
 }
 
 }  // namespace tessera::replay

@@ -8,9 +8,9 @@
 
 namespace tessera::replay {
 
-// What a setting is judged by, from its trial. `watched`: a name among the figures; "" for none. A figure that is not
-// there is 0.
-Measurement measurement_of(const TrialResult& trial, const std::string& watched);
+// What a setting is judged by, from its trial on a machine of that clock. `watched`: a name among the figures; "" for none.
+// A figure that is not there is 0.
+Measurement measurement_of(const TrialResult& trial, const std::string& watched, double clock_mhz);
 
 // Nothing where there is none (cycles of what ran in double). Of host times the median.
 std::optional<double> cost_of(const Measurement& measured, Cost cost);
@@ -28,5 +28,11 @@ void judge(KnobResult& knob);
 // The setting of the machine with the least cost among those that are good enough; nothing when none is. Ties: the
 // smaller error, then the first.
 std::optional<CheapestSetting> cheapest(const std::vector<KnobResult>& knobs, const CheapestWanted& wanted);
+
+// Decibels by which an error is too large, 0 where it is good enough: FLIP counts as an amplitude.
+double shortfall_db(const ImageError& error, const CheapestWanted& wanted);
+
+// The setting with the least shortfall among those that are not good enough. Ties: the smaller cost, then the first.
+std::optional<CheapestSetting> nearest_miss(const std::vector<KnobResult>& knobs, const CheapestWanted& wanted);
 
 }  // namespace tessera::replay

@@ -45,22 +45,22 @@ struct Spread {
   double median = 0, low = 0, high = 0;
 };
 
-// What a setting is judged by. Cycles, bytes and energy are the machine's: what runs in double has none.
+// What a setting is judged by. Time, bytes and energy are the machine's: what runs in double has none.
 struct Measurement {
   std::optional<ImageError> error;
   std::string image_sha256;
   std::optional<std::uint64_t> cycles, dram_bytes;
-  std::optional<double> energy_nj;
-  std::optional<Figure> watched;  // what the knob is about, where it names something
+  std::optional<double> ms, energy_nj;  // ms: of the cycles, at the machine's clock
+  std::optional<Figure> watched;        // what the knob is about, where it names something
   Spread wall_seconds, processor_seconds;
 };
 
 // What a setting may be cheap by, in the order of kCostNames.
-enum class Cost : std::uint8_t { kCycles, kDramBytes, kEnergyNj, kWallSeconds, kProcessorSeconds };
-inline constexpr std::array<Cost, 5> kCosts = {Cost::kCycles, Cost::kDramBytes, Cost::kEnergyNj, Cost::kWallSeconds,
+enum class Cost : std::uint8_t { kMs, kDramBytes, kMj, kWallSeconds, kProcessorSeconds };
+inline constexpr std::array<Cost, 5> kCosts = {Cost::kMs, Cost::kDramBytes, Cost::kMj, Cost::kWallSeconds,
                                                Cost::kProcessorSeconds};
-inline constexpr std::array<std::string_view, kCosts.size()> kCostNames = {"cycles", "dram_bytes", "energy_nj",
-                                                                           "seconds", "processor_seconds"};
+inline constexpr std::array<std::string_view, kCosts.size()> kCostNames = {"ms", "dram_bytes", "mj", "seconds",
+                                                                           "processor_seconds"};
 
 struct SettingResult {
   std::string label, arguments;
@@ -104,7 +104,7 @@ struct TradeoffResult {
 
 // What --max-flip and --min-psnr ask for, and the answer.
 struct CheapestWanted {
-  Cost cost = Cost::kCycles;
+  Cost cost = Cost::kMs;
   std::optional<double> max_flip, min_psnr_db;
 };
 struct CheapestSetting {

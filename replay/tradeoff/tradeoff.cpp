@@ -15,6 +15,7 @@
 #include "replay/progress.h"
 #include "replay/sweep/capture_library.h"
 #include "replay/sweep/points.h"
+#include "replay/tradeoff/combination_search.h"
 #include "replay/tradeoff/decisions.h"
 #include "replay/tradeoff/trial.h"
 #include "replay/tradeoff/trial_file.h"
@@ -39,6 +40,8 @@ struct Block {
 
 // Trials whose rounds take turns, and that are kept together.
 constexpr std::ptrdiff_t kTakingTurns = 16;
+// Combinations that a search tries at most.
+constexpr std::size_t kSearched = 32;
 
 class Tradeoff {
  public:
@@ -92,6 +95,7 @@ class Tradeoff {
       progress.update(done, block.knob.title);
     }
     if (!options_.joint.empty() && !stop_requested()) add_joint(captures, color, base.hash, out.knobs);
+    if (options_.search && !stop_requested()) add_search(captures, color, base.hash, out.knobs);
     out.stopped = stop_requested();
     return out;
   }
@@ -212,19 +216,19 @@ class Tradeoff {
             fmt::format("(pack {}){}{}", packing, setting.arguments.empty() ? "" : " ", setting.arguments);
       setting.is_base = row.trial.hash == base;
       setting.in_double = row.trial.in_double;
-      setting.measured = measurement_of(results_.at(row.trial.hash), block.knob.watched);
+      setting.measured = measurement_of(results_.at(row.trial.hash), block.knob.watched, row.trial.gpu.clock_mhz);
     }
     judge(out);
     return out;
   }
 
-  // The settings of a knob that a joint search tries: those on its own front of error against cycles, and the one asked
+  // The settings of a knob that a joint search tries: those on its own front of error against time, and the one asked
   // for.
   static std::vector<KnobSetting> joint_axis(const Knob& knob, const KnobResult& result) {
     std::vector<KnobSetting> axis;
     for (std::size_t s = 0; s < knob.settings.size(); ++s) {
       const SettingResult& measured = result.settings[s];
-      if (measured.in_double || !(measured.on_front(Cost::kCycles).value_or(false) || measured.is_base)) continue;
+      if (measured.in_double || !(measured.on_front(Cost::kMs).value_or(false) || measured.is_base)) continue;
       KnobSetting setting = knob.settings[s];
       setting.values.insert(setting.values.begin(), knob.context.begin(), knob.context.end());
       axis.push_back(setting);
@@ -280,6 +284,43 @@ class Tradeoff {
     }
     if (!measure(captures, block, reference)) return;
     results.push_back(result_of(block, base));
+  }
+
+  Row row_of(const std::vector<std::size_t>& settings, const std::vector<KnobResult>& knobs) const {
+    std::string label;
+    KeyValues values;
+    for (std::size_t k = 0; k < knobs.size(); ++k) {
+      const Knob& knob = knob_named(knobs[k].name);
+      const KnobSetting& setting = knob.settings[settings[k]];
+      label += (label.empty() ? "" : " | ") + setting.label;
+      values.insert(values.end(), knob.context.begin(), knob.context.end());
+      values.insert(values.end(), setting.values.begin(), setting.values.end());
+    }
+    return make_row(label, values, {label, {}, false, {}}, {});
+  }
+
+  // Tries combinations of settings: the cheapest of those that should be good enough, by what was measured so far, until none
+  // that is left should be cheaper than the best; before one is good enough, what should come nearest.
+  void add_search(PackedCaptures& captures, const Image* reference, const std::string& base,
+                  std::vector<KnobResult>& results) {
+    std::vector<KnobResult> searched;
+    for (const KnobResult& knob : results)
+      if (knob.skipped.empty() && !knob.timed && !knob.settings.empty()) searched.push_back(knob);
+    if (searched.empty()) return;
+    Block block{{}, "", {}};
+    block.knob.name = "search";
+    block.knob.title = "combinations that were tried";
+    CombinationSearch search(searched, *options_.search);
+    while (block.rows.size() < kSearched) {
+      const auto next = search.next();
+      if (!next) break;
+      Block one{block.knob, "", {row_of(*next, searched)}};
+      if (!measure(captures, one, reference)) break;
+      const Trial& trial = one.rows.front().trial;
+      search.add(*next, measurement_of(results_.at(trial.hash), "", trial.gpu.clock_mhz));
+      block.rows.push_back(one.rows.front());
+    }
+    if (!block.rows.empty()) results.push_back(result_of(block, base));
   }
 
   const TradeoffOptions& options_;

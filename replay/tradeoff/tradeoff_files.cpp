@@ -10,6 +10,7 @@
 
 #include "base/atomic_file.h"
 #include "base/json_text.h"
+#include "replay/tradeoff/decisions.h"
 #include "replay/tradeoff/trial_file.h"
 
 namespace tessera::replay {
@@ -46,6 +47,7 @@ json setting_json(const SettingResult& setting) {
               {"in_double", setting.in_double},
               {"error", error_json(m.error)},
               {"picture", m.image_sha256},
+              {"ms", or_null(m.ms)},
               {"cycles", or_null(m.cycles)},
               {"dram_bytes", or_null(m.dram_bytes)},
               {"energy_nj", or_null(m.energy_nj)},
@@ -68,16 +70,19 @@ json knob_json(const KnobResult& knob) {
       {"timed", knob.timed},   {"idle", knob.idle},       {"settings", settings}};
 }
 
+json named_setting_json(const std::optional<CheapestSetting>& named) {
+  if (!named) return {};
+  json setting = setting_json(named->setting);
+  setting["knob"] = named->knob;
+  return setting;
+}
+
 json cheapest_json(const CheapestAnswer& answer) {
-  json setting;
-  if (answer.found) {
-    setting = setting_json(answer.found->setting);
-    setting["knob"] = answer.found->knob;
-  }
   return {{"cost", kCostNames[static_cast<std::size_t>(answer.wanted.cost)]},
           {"max_flip", or_null(answer.wanted.max_flip)},
           {"min_psnr", or_null(answer.wanted.min_psnr_db)},
-          {"setting", setting}};
+          {"setting", named_setting_json(answer.found)},
+          {"missed", named_setting_json(answer.missed)}};
 }
 
 std::string csv_row(const KnobResult& knob, const SettingResult& setting) {
@@ -91,13 +96,13 @@ std::string csv_row(const KnobResult& knob, const SettingResult& setting) {
                              of_error([](const ImageError& e) { return e.ssim; }),
                              of_error([](const ImageError& e) { return e.flip; }),
                              of_error([](const ImageError& e) { return e.max_error; }),
+                             or_null(m.ms),
                              or_null(m.cycles),
                              or_null(m.dram_bytes),
-                             or_null(m.energy_nj),
+                             or_null(cost_of(m, Cost::kMj)),
                              knob.watched,
                              figure_or_null(m.watched)};
-  for (const Cost cost : {Cost::kCycles, Cost::kDramBytes, Cost::kEnergyNj})
-    cells.push_back(or_null(setting.on_front(cost)));
+  for (const Cost cost : {Cost::kMs, Cost::kDramBytes, Cost::kMj}) cells.push_back(or_null(setting.on_front(cost)));
   cells.emplace_back(setting.says);
   for (const Spread& times : {m.wall_seconds, m.processor_seconds})
     for (const double seconds : {times.median, times.low, times.high}) cells.emplace_back(seconds);
@@ -134,8 +139,8 @@ json tradeoff_json(const TradeoffResult& tradeoff, const std::optional<CheapestA
 
 std::string tradeoff_csv(const TradeoffResult& tradeoff) {
   std::string text =
-      "knob,setting,arguments,base,psnr_db,ssim,flip,max_error,cycles,dram_bytes,energy_nj,watched,watched_value,front_"
-      "cycles,front_dram_bytes,front_energy_nj,says,seconds_median,seconds_low,seconds_high,processor_seconds_median,"
+      "knob,setting,arguments,base,psnr_db,ssim,flip,max_error,ms,cycles,dram_bytes,mj,watched,watched_value,front_"
+      "ms,front_dram_bytes,front_mj,says,seconds_median,seconds_low,seconds_high,processor_seconds_median,"
       "processor_seconds_low,processor_seconds_high,cycles_error,energy_error\n";
   for (const KnobResult& knob : tradeoff.knobs)
     for (const SettingResult& setting : knob.settings) text += csv_row(knob, setting);
@@ -183,15 +188,19 @@ std::string error_change(const SettingResult& setting, const SettingResult& agai
 
 std::string whole_or_dash(const std::optional<std::uint64_t>& value) { return value ? std::to_string(*value) : "-"; }
 
+std::string number_or_dash(const std::optional<double>& value, int decimals) {
+  return value ? fmt::format("{:.{}f}", *value, decimals) : "-";
+}
+
 std::string table_row(const SettingResult& setting) {
   const Measurement& m = setting.measured;
   return fmt::format(
-      "{}{}{:<36} {:>8} {:>8.5f} {:>8.5f} {:>7.4f} {:>11} {:>12} {:>12} {:>9.3f} {:>7.3f} ({:.2f}-{:.2f})\n",
-      setting.is_base ? '>' : ' ', setting.on_front(Cost::kCycles).value_or(false) ? '*' : ' ', setting.label,
+      "{}{}{:<36} {:>8} {:>8.5f} {:>8.5f} {:>7.4f} {:>9} {:>12} {:>9} {:>9.3f} {:>7.3f} ({:.2f}-{:.2f})\n",
+      setting.is_base ? '>' : ' ', setting.on_front(Cost::kMs).value_or(false) ? '*' : ' ', setting.label,
       m.error->psnr_db ? fmt::format("{:.2f}", *m.error->psnr_db) : "equal", m.error->ssim, m.error->flip,
-      m.error->max_error, whole_or_dash(m.cycles), whole_or_dash(m.dram_bytes),
-      m.energy_nj ? fmt::format("{:.1f}", *m.energy_nj * 1e-3) : "-", m.processor_seconds.median, m.wall_seconds.median,
-      m.wall_seconds.low, m.wall_seconds.high);
+      m.error->max_error, number_or_dash(m.ms, 3), whole_or_dash(m.dram_bytes),
+      number_or_dash(cost_of(m, Cost::kMj), 4), m.processor_seconds.median, m.wall_seconds.median, m.wall_seconds.low,
+      m.wall_seconds.high);
 }
 
 std::string percent_or_dash(const std::optional<double>& share) {
@@ -224,14 +233,53 @@ std::string setting_in_words(const SettingResult& setting, const SettingResult& 
     return fmt::format("{}: what the others are compared with", setting.label);
   std::vector<std::string> costs;
   if (!watched_as.empty()) costs.push_back(change(as_number(now.watched), as_number(before.watched), watched_as));
-  costs.push_back(change(now.cycles, before.cycles, "cycles"));
+  costs.push_back(change(now.ms, before.ms, "time"));
   costs.push_back(change(now.dram_bytes, before.dram_bytes, "memory traffic"));
   costs.push_back(change(now.energy_nj, before.energy_nj, "energy"));
   std::erase(costs, "");
   return fmt::format("{}: {}; {}", setting.label, error_change(setting, against),
-                     !now.cycles     ? "no machine, no cycles"
+                     !now.ms         ? "no machine, no time"
                      : costs.empty() ? "costs the same"
                                      : fmt::format("{}", fmt::join(costs, ", ")));
+}
+
+namespace {
+
+const SettingResult* base_of(const TradeoffResult& tradeoff) {
+  for (const KnobResult& knob : tradeoff.knobs)
+    for (const SettingResult& setting : knob.settings)
+      if (setting.is_base && !knob.timed) return &setting;
+  return nullptr;
+}
+
+std::string line_of(const std::string& name, const Measurement& m) {
+  return fmt::format("  {:<11} {:>8} {:>8.5f} {:>9} {:>9} {:>12} {:>8.3f}\n", name,
+                     m.error->psnr_db ? fmt::format("{:.2f}", *m.error->psnr_db) : "equal", m.error->flip,
+                     number_or_dash(m.ms, 3), number_or_dash(cost_of(m, Cost::kMj), 4), whole_or_dash(m.dram_bytes),
+                     m.wall_seconds.median);
+}
+
+}  // namespace
+
+std::string cheapest_text(const TradeoffResult& tradeoff, const CheapestAnswer& answer) {
+  std::string wanted;
+  if (answer.wanted.min_psnr_db) wanted = fmt::format("PSNR of at least {:g} dB", *answer.wanted.min_psnr_db);
+  if (answer.wanted.max_flip)
+    wanted += fmt::format("{}FLIP of at most {:g}", wanted.empty() ? "" : " and ", *answer.wanted.max_flip);
+  const char* const cost = kCostNames[static_cast<std::size_t>(answer.wanted.cost)].data();
+  std::string text;
+  if (answer.found)
+    text = fmt::format("{}: least {} with {}\n  {}\n", wanted, cost, answer.found->setting.label,
+                       answer.found->setting.arguments.empty() ? "(as asked for)" : answer.found->setting.arguments);
+  else
+    text = fmt::format("no setting that was tried has a {}\n", wanted);
+  text += fmt::format("  {:<11} {:>8} {:>8} {:>9} {:>9} {:>12} {:>8}\n", "", "PSNR dB", "FLIP", "ms", "mJ",
+                      "DRAM bytes", "host s");
+  if (answer.found) text += line_of("this", answer.found->setting.measured);
+  if (const SettingResult* base = base_of(tradeoff)) text += line_of("as asked", base->measured);
+  if (!answer.missed) return text;
+  text += line_of("nearest", answer.missed->setting.measured);
+  return text + fmt::format("  nearest to being good enough of those that are not: {}\n", answer.missed->setting.label);
 }
 
 std::string tradeoff_table(const TradeoffResult& tradeoff) {
@@ -250,12 +298,12 @@ std::string tradeoff_table(const TradeoffResult& tradeoff) {
       text += timed_table(knob);
       continue;
     }
-    text += fmt::format("  {:<36} {:>8} {:>8} {:>8} {:>7} {:>11} {:>12} {:>12} {:>9} {:>15}\n", "setting", "PSNR dB",
-                        "SSIM", "FLIP", "max", "cycles", "DRAM bytes", "energy uJ", "CPU s", "wall s (spread)");
+    text += fmt::format("  {:<36} {:>8} {:>8} {:>8} {:>7} {:>9} {:>12} {:>9} {:>9} {:>15}\n", "setting", "PSNR dB",
+                        "SSIM", "FLIP", "max", "ms", "DRAM bytes", "mJ", "CPU s", "wall s (spread)");
     for (const SettingResult& setting : knob.settings) text += table_row(setting);
     for (const SettingResult& setting : knob.settings) text += fmt::format("    {}\n", setting.says);
   }
-  return text + "\n> the configuration asked for   * on the front of error (FLIP) against cycles\n";
+  return text + "\n> the configuration asked for   * on the front of error (FLIP) against ms\n";
 }
 
 }  // namespace tessera::replay

@@ -10,10 +10,10 @@
 
 namespace tessera::replay {
 
-// The question of --max-flip and --min-psnr with its answer.
+// The question of --max-flip and --min-psnr with its answer, and the setting that is nearest to being good enough.
 struct CheapestAnswer {
   CheapestWanted wanted;
-  std::optional<CheapestSetting> found;
+  std::optional<CheapestSetting> found, missed;
 };
 
 // {"schema": "tessera.tradeoff/1", "capture", "frame", "first_frame", "size", "rounds", "arguments", "settings", "gpu",
@@ -22,11 +22,11 @@ struct CheapestAnswer {
 //     "timed": whether it is about how a frame is timed; its settings have "cycles_error" and "energy_error" against the
 //     finest, no fronts, and null for "error", "idle": whether all settings gave the same image at the same cost, "settings": [
 //     {"label", "arguments", "base": whether this is the configuration that was asked for, "in_double", "error",
-//      "picture", "cycles", "dram_bytes", "energy_nj", "watched", "same_picture": as `against`, "front": {"cycles",
-//      "dram_bytes", "energy_nj"}, "says": one line, "host": {"seconds": {"median", "low", "high"},
+//      "picture", "ms", "cycles", "dram_bytes", "energy_nj", "watched", "same_picture": as `against`, "front": {"ms",
+//      "dram_bytes", "mj"}, "says": one line, "host": {"seconds": {"median", "low", "high"},
 //      "processor_seconds": {...}, "front_seconds", "front_processor_seconds"}}]}],
 //  "stopped": whether a signal ended it early,
-//  "cheapest": {"cost", "max_flip", "min_psnr", "setting": as above with its "knob", or null}}   where it was asked for
+//  "cheapest": {"cost", "max_flip", "min_psnr", "setting": as above with its "knob", or null, "missed": likewise}}   where it was asked for
 // The last knob is "joint" where knobs were turned together.
 nlohmann::json tradeoff_json(const TradeoffResult& tradeoff, const std::optional<CheapestAnswer>& cheapest);
 
@@ -42,6 +42,9 @@ void write_tradeoff(const std::filesystem::path& folder, const TradeoffResult& t
 // emulated machine alone: host times differ from run to run.
 //   "bilinear: costs 0.58 dB against cubic; saves 1.0 % of resolve cycles"
 std::string setting_in_words(const SettingResult& setting, const SettingResult& against, const std::string& watched_as);
+
+// The answer in at most ten lines: the cheapest setting beside the configuration that was asked for, and the nearest miss.
+std::string cheapest_text(const TradeoffResult& tradeoff, const CheapestAnswer& answer);
 
 // All knobs for people, after judge().
 std::string tradeoff_table(const TradeoffResult& tradeoff);

@@ -172,7 +172,7 @@ TEST_F(TradeoffReportInBrowser, ThePlottedFrontIsTheOneOfTheResult) {
   std::set<std::string> expected, all;
   for (const json& row : rows) {
     all.insert(row["label"].get<std::string>());
-    if (row["front"]["cycles"] == true) expected.insert(row["label"].get<std::string>());
+    if (row["front"]["ms"] == true) expected.insert(row["label"].get<std::string>());
   }
   ASSERT_FALSE(expected.empty());
   ASSERT_LT(expected.size(), all.size());
@@ -225,7 +225,7 @@ TEST_F(TradeoffReportInBrowser, AnAxisOfErrorsOrCostsIsWhatTheAddressSays) {
       to += (to.empty() ? "" : ";") + x.dump() + " " + y.dump();
     };
     add(expected, row["dram_bytes"], row["error"]["max_error"]);
-    add(wrong, row["cycles"], row["error"]["flip"]);
+    add(wrong, row["ms"], row["error"]["flip"]);
   }
   const std::string points = shown("front.knob=samples&front.across=dram_bytes&front.up=max_error");
   EXPECT_EQ(points, expected);

@@ -1,12 +1,12 @@
 // The report of a tradeoff: data.tradeoff as tradeoff.json has it (replay/tradeoff/tradeoff.h).
 
-const kTradeoffCosts = { cycles: 'cycles', dram_bytes: 'DRAM bytes', energy_nj: 'energy, nJ', seconds: 'host seconds, median', processor_seconds: 'processor seconds, median' };
+const kTradeoffCosts = { ms: 'ms', dram_bytes: 'DRAM bytes', mj: 'energy, mJ', seconds: 'host seconds, median', processor_seconds: 'processor seconds, median' };
 const kTradeoffErrors = { flip: 'mean FLIP', mse: 'mean square error (from PSNR)', dissimilarity: '1 - SSIM', max_error: 'largest difference' };
 
 function tradeoffReport() {
   const tradeoff = data.tradeoff, reference = tradeoff.reference;
   const errorOf = (row, name) => (name === 'mse' ? (row.error.psnr_db === null ? 0 : 10 ** (-row.error.psnr_db / 10)) : name === 'dissimilarity' ? 1 - row.error.ssim : row.error[name]);
-  const costOf = (row, name) => (name.endsWith('seconds') ? row.host[name].median : row[name]);
+  const costOf = (row, name) => (name.endsWith('seconds') ? row.host[name].median : name === 'mj' ? (row.energy_nj === null ? null : row.energy_nj * 1e-6) : row[name]);
   const knobs = tradeoff.knobs.filter((knob) => knob.settings.length > 0 && !knob.timed);
   const rows = knobs.flatMap((knob) => knob.settings.map((row) => ({ knob, row })));
 
@@ -16,9 +16,9 @@ function tradeoffReport() {
   if (reference && reference.psnr_db !== null) part.append(make('p', { class: 'note' }, `The reference's own noise, from the difference of its halves: ${reference.psnr_db.toFixed(1)} dB. Errors near it mean little.`));
   if (tradeoff.stopped) part.append(make('p', { class: 'note' }, 'Stopped before its end; the same command goes on.'));
   if (tradeoff.cheapest) {
-    const { setting, cost, max_flip: flip, min_psnr: psnr } = tradeoff.cheapest;
+    const { setting, missed, cost, max_flip: flip, min_psnr: psnr } = tradeoff.cheapest;
     const asked = [flip === null ? '' : `FLIP at most ${flip}`, psnr === null ? '' : `PSNR at least ${psnr} dB`].filter(Boolean).join(' and ');
-    part.append(make('p', {}, setting === null ? `No setting that was tried has ${asked}.` : `Cheapest by ${kTradeoffCosts[cost]} with ${asked}: ${setting.label} (${setting.knob}).`));
+    part.append(make('p', {}, setting === null ? `No setting that was tried has ${asked}.` + (missed === null ? '' : ` The nearest is ${missed.label} (${missed.knob}).`) : `Cheapest by ${kTradeoffCosts[cost]} with ${asked}: ${setting.label} (${setting.knob}).`));
     if (setting !== null) part.append(make('pre', {}, setting.arguments || '(as asked for)'));
   }
   if (rows.length > 0) tradeoffScatter(rows, errorOf, costOf);
@@ -40,7 +40,8 @@ function tradeoffColumns(knob) {
   return [{ title: 'setting', of: (row) => (row.base ? `${row.label} (as asked)` : row.label) }, { title: 'PSNR, dB', of: (row) => (row.error.psnr_db === null ? 'equal' : Number(row.error.psnr_db.toFixed(2))) },
     { title: 'SSIM', of: (row) => Number(row.error.ssim.toFixed(5)) }, { title: 'FLIP', of: (row) => Number(row.error.flip.toFixed(5)) }, { title: 'largest', of: (row) => Number(row.error.max_error.toFixed(4)) },
     { title: 'front', of: (row) => Object.keys(kTradeoffCosts).filter((cost) => (cost.endsWith('seconds') ? row.host['front_' + cost] : row.front[cost])).map((cost) => kTradeoffCosts[cost].split(',')[0]).join(', '), wide: true },
-    { title: 'cycles', of: (row) => row.cycles ?? '' }, { title: 'DRAM bytes', of: (row) => row.dram_bytes ?? '' }, { title: 'energy, nJ', of: (row) => (row.energy_nj === null ? '' : Math.round(row.energy_nj)) },
+    { title: 'ms', of: (row) => (row.ms === null ? '' : Number(row.ms.toPrecision(4))) }, { title: 'cycles', of: (row) => row.cycles ?? '' }, { title: 'DRAM bytes', of: (row) => row.dram_bytes ?? '' },
+    { title: 'energy, mJ', of: (row) => (row.energy_nj === null ? '' : Number((row.energy_nj * 1e-6).toPrecision(4))) },
     ...(knob.watched ? [{ title: knob.watched_as, of: (row) => row.watched ?? '' }] : []),
     { title: 'processor s', of: (row) => Number(row.host.processor_seconds.median.toPrecision(4)) }, { title: 'host s', of: (row) => Number(row.host.seconds.median.toPrecision(4)) },
     { title: 'spread, s', of: (row) => `${row.host.seconds.low.toPrecision(3)} to ${row.host.seconds.high.toPrecision(3)}` }];
@@ -50,7 +51,7 @@ function tradeoffScatter(rows, errorOf, costOf) {
   const part = section('front', 'Error against cost');
   part.append(make('p', { class: 'note' }, 'All settings of the chosen knobs. The line joins those that no other beats in both (less is better). A press on a point says what it is.'));
   const names = [...new Set(rows.map((entry) => entry.knob.name))];
-  const state = { x: wantedOf('front.across', Object.keys(kTradeoffCosts), 'cycles'), y: wantedOf('front.up', Object.keys(kTradeoffErrors), 'flip'), knob: wantedOf('front.knob', names, ''), log: wanted.get('front.log') === 'on' };
+  const state = { x: wantedOf('front.across', Object.keys(kTradeoffCosts), 'ms'), y: wantedOf('front.up', Object.keys(kTradeoffErrors), 'flip'), knob: wantedOf('front.knob', names, ''), log: wanted.get('front.log') === 'on' };
   const draw = (key) => (value) => { state[key] = value; shown.draw(); };
   const log = make('input', { type: 'checkbox', checked: state.log, change: () => { state.log = log.checked; shown.draw(); } });
   part.append(make('div', { class: 'controls' }, chooser('Cost', Object.entries(kTradeoffCosts), state.x, draw('x')).label, chooser('Error', Object.entries(kTradeoffErrors), state.y, draw('y')).label,
@@ -91,8 +92,8 @@ function knobSection(knob, errorOf, costOf) {
     part.append(table(timedColumns(), knob.settings));
     return;
   }
-  const points = () => markFront(knob.settings.filter((row) => row.cycles !== null).map((row, index) => ({ index, x: costOf(row, 'cycles'), y: errorOf(row, 'flip'), series: row.label, says: row.says })));
-  plot(part, `${knob.title}: mean FLIP against cycles, one point per setting`, () => scatter(points(), { x: 'cycles', y: 'mean FLIP', series: 'setting' }));
+  const points = () => markFront(knob.settings.filter((row) => row.ms !== null).map((row, index) => ({ index, x: costOf(row, 'ms'), y: errorOf(row, 'flip'), series: row.label, says: row.says })));
+  plot(part, `${knob.title}: mean FLIP against time, one point per setting`, () => scatter(points(), { x: 'ms', y: 'mean FLIP', series: 'setting' }));
   part.append(table(tradeoffColumns(knob), knob.settings), make('details', {}, make('summary', {}, 'As arguments'), table([{ title: 'setting', of: (row) => row.label }, { title: 'arguments', of: (row) => row.arguments || '(as asked for)', wide: true }], knob.settings)));
 }
 

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "replay/tradeoff/results.h"
+
+namespace tessera::replay {
+
+// Finds the cheapest combination of settings that is good enough without trying all of them. What an untried one costs and
+// errs by is guessed from the measured ones that share most settings with it: costs by the ratios, squared errors and FLIP by
+// the differences that the settings make alone.
+//
+// Invariants (cited by the tests):
+//   CS1  No combination is proposed twice, nor one whose settings were all measured alone.
+//   CS2  Where costs multiply and squared errors add up, what is found is the cheapest that is good enough.
+class CombinationSearch {
+ public:
+  // Knobs whose settings were measured alone, the others as `against`. Those in double are left out.
+  CombinationSearch(const std::vector<KnobResult>& knobs, const CheapestWanted& wanted);
+
+  using Combination = std::vector<std::size_t>;  // of each knob, the number of its setting
+
+  // What to try next: the cheapest that should be good enough and cheaper than the best; while none was good enough, what
+  // should miss by least. Nothing when no such is left.
+  std::optional<Combination> next() const;
+  void add(const Combination& tried, const Measurement& measured);
+
+ private:
+  // Squared error, FLIP and cost.
+  struct Outcome {
+    double squared = 0, flip = 0, cost = 0;
+  };
+  struct Tried {
+    Combination settings;
+    Outcome outcome;
+  };
+  Outcome outcome_of(const Measurement& measured) const;
+  Outcome guess(const Combination& settings) const;
+  double shortfall(const Outcome& outcome) const;
+
+  CheapestWanted wanted_;
+  std::vector<std::vector<Outcome>> alone_;  // by knob and setting
+  std::vector<Combination> all_;
+  std::vector<Tried> tried_;
+  std::optional<double> best_;  // cost of what is good enough
+};
+
+}  // namespace tessera::replay
