@@ -10,6 +10,7 @@
 #include "base/check.h"
 #include "base/parallel.h"
 #include "reference/reference_kernel.h"
+#include "scene/limits.h"
 #include "tilecore/shading/alpha_test.h"
 #include "tilecore/shading/transmission.h"
 
@@ -249,32 +250,39 @@ std::vector<int> sample_numbers(const ReferenceRequest& request) {
   return numbers;
 }
 
+Sums no_samples(const scene::FrameGeometry& frame, const ReferenceRequest& request) {
+  const auto pixels = static_cast<std::size_t>(frame.request.width) * static_cast<std::size_t>(frame.request.height);
+  return Sums(sample_numbers(request).size(), std::vector<DVec3>(pixels, DVec3(0.0)));
+}
+
 // A scene and the part of the shutter that is its whole one.
 struct ScenePart {
   const ReferenceScene& scene;
   PixelRenderer::Part part;
 };
 
+// All scenes have the pixels of the first one's region.
 void add_samples(std::span<const ScenePart> scenes, const ReferenceRequest& request, Sums& sums) {
   const ReferenceScene& scene = scenes.front().scene;
-  const int width = scene.frame.request.width, height = scene.frame.request.height;
+  const IntRect pixels = scene.region.pixels();
+  const auto width = static_cast<std::size_t>(scene.frame.request.width);
   const std::vector<int> numbers = sample_numbers(request);
-  sums.resize(numbers.size(), std::vector<DVec3>(static_cast<std::size_t>(width * height), DVec3(0.0)));
   const PacketOrder order(scene, static_cast<std::size_t>(numbers.back()));
   PerThread<PixelRenderer> renderers;
   constexpr int kRun = 16;  // pixels that a thread takes at a time
-  const std::size_t runs = static_cast<std::size_t>((width + kRun - 1) / kRun);
-  parallel_for(runs * static_cast<std::size_t>(height), [&](std::size_t run) {
+  const std::size_t runs = static_cast<std::size_t>((pixels.width() + kRun - 1) / kRun);
+  parallel_for(runs * static_cast<std::size_t>(pixels.height()), [&](std::size_t run) {
     PixelRenderer& renderer = renderers.local();
-    const int y = static_cast<int>(run / runs), x0 = static_cast<int>(run % runs) * kRun;
-    for (int x = x0; x < std::min(x0 + kRun, width); ++x) {
+    const int y = pixels.y0 + static_cast<int>(run / runs), x0 = pixels.x0 + static_cast<int>(run % runs) * kRun;
+    for (int x = x0; x < std::min(x0 + kRun, pixels.x1); ++x) {
+      const std::size_t pixel = static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x);
       for (const ScenePart& one : scenes) {
         renderer.render(one.scene, one.part, request, order, x, y, static_cast<std::size_t>(numbers.back()));
         DVec3 sum(0.0);
         std::size_t k = 0;
         for (std::size_t n = 0; n < numbers.size(); ++n) {
           for (; k < static_cast<std::size_t>(numbers[n]); ++k) sum += DVec3(renderer.color()[k]);
-          sums[n][static_cast<std::size_t>(y * width + x)] += sum;
+          sums[n][pixel] += sum;
         }
       }
     }
@@ -296,33 +304,90 @@ std::vector<Image> means(const scene::FrameGeometry& frame, const ReferenceReque
   return images;
 }
 
+// Calls add(pixels) for all of an image or, where the scene of so many pixels needs more memory than there is, for halves
+// of it. Pixels share nothing, so that the sums are the same.
+template <class Add>
+void add_in_parts(const IntRect& pixels, int width, Sums& sums, const Add& add) {
+  constexpr int kLeast = 16;  // pixels along a side
+  try {
+    add(pixels);
+    return;
+  } catch (const scene::BudgetError&) {
+    if (pixels.width() <= kLeast && pixels.height() <= kLeast) throw;
+  }
+  for (std::vector<DVec3>& image : sums)
+    for (int y = pixels.y0; y < pixels.y1; ++y) {
+      const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(y) * width;
+      std::fill(image.begin() + row + pixels.x0, image.begin() + row + pixels.x1, DVec3(0.0));
+    }
+  IntRect first = pixels, second = pixels;
+  if (pixels.width() > pixels.height())
+    first.x1 = second.x0 = (pixels.x0 + pixels.x1) / 2;
+  else
+    first.y1 = second.y0 = (pixels.y0 + pixels.y1) / 2;
+  add_in_parts(first, width, sums, add);
+  add_in_parts(second, width, sums, add);
+}
+
 std::vector<Image> render_segments(const scene::FrameGeometry& frame, const ReferenceRequest& request, bool behind) {
-  Sums sums;
-  const int count = static_cast<int>(frame.segments.size());
-  for (int segment = count == 0 ? 0 : 1; segment <= count; ++segment)
-    add_scene(ReferenceScene(frame, segment, behind), request, sums);
+  Sums sums = no_samples(frame, request);
+  const int width = frame.request.width, count = static_cast<int>(frame.segments.size());
+  add_in_parts({0, 0, width, frame.request.height}, width, sums, [&](const IntRect& pixels) {
+    for (int segment = count == 0 ? 0 : 1; segment <= count; ++segment) {
+      const SampleRegion region(frame.segment(segment).projection, pixels);
+      add_scene(ReferenceScene(frame, {.segment = segment, .behind = behind, .region = region}), request, sums);
+    }
+  });
   return means(frame, request, sums);
 }
 
+// An estimate of the memory that a posed slice takes: deformed vertices above all.
+std::uint64_t posed_bytes(const scene::FrameGeometry& frame) {
+  std::uint64_t bytes = frame.drawables.size() * sizeof(scene::PosedDrawable) +
+                        frame.patterns.size() * (sizeof(scene::TessellationPattern) + sizeof(float));
+  for (const scene::DrawnPrimitive& drawn : frame.assembly->drawn) {
+    const scene::PosedDrawable& drawable = frame.drawables[drawn.first_drawable];
+    if (drawable.deforming) bytes += 2 * drawable.positions[0].size() * (2 * sizeof(Vec3) + sizeof(Vec4));
+  }
+  return bytes;
+}
+
 // Slices are posed and drawn together, as many as fit kTogetherBytes: each looks at all of a pixel's samples.
-std::vector<Image> render_slices(const ShutterSlices& slices, const ReferenceRequest& request, bool behind) {
-  constexpr std::size_t kTogether = 64, kTogetherBytes = std::size_t{256} << 20;
-  Sums sums;
+void add_slices(const ShutterSlices& slices, const ReferenceRequest& request, bool behind, const IntRect& pixels,
+                Sums& sums) {
+  constexpr std::size_t kTogether = 64;
+  constexpr std::uint64_t kTogetherBytes = std::uint64_t{256} << 20;
+  const scene::Assembly& assembly = *slices.common().assembly;
+  const scene::Capture& capture = *assembly.capture;
   for (std::size_t next = 0; next < slices.count();) {
+    scene::MemoryBudget budget(capture.max_bytes, capture.file.string(), assembly.charged_bytes());
+    const std::uint64_t used = budget.used_bytes(), enough = std::min(kTogetherBytes, budget.left_bytes() / 4);
     std::vector<std::unique_ptr<scene::FrameGeometry>> frames;
     std::vector<std::unique_ptr<ReferenceScene>> scenes;
     std::vector<ScenePart> parts;
-    for (std::size_t bytes = 0; next < slices.count() && parts.size() < kTogether && bytes < kTogetherBytes; ++next) {
+    for (; next < slices.count() && parts.size() < kTogether && (parts.empty() || budget.used_bytes() - used < enough);
+         ++next) {
       frames.push_back(slices.pose(next));
-      scenes.push_back(std::make_unique<ReferenceScene>(*frames.back(), 0, behind));
+      budget.charge(1, posed_bytes(*frames.back()), "a posed slice of the reference's shutter");
+      scenes.push_back(std::make_unique<ReferenceScene>(
+          *frames.back(),
+          ReferenceScene::Options{
+              .behind = behind, .region = SampleRegion(frames.back()->projection, pixels), .budget = &budget}));
       // The last one holds the end of the shutter.
       const bool last = next + 1 == slices.count();
       parts.push_back({*scenes.back(), {slices.at(next), last ? 1.0 + 0x1p-52 : slices.at(next + 1)}});
-      bytes += 3 * scenes.back()->vertices.size() * sizeof(scenes.back()->vertices[0]);
     }
     add_samples(parts, request, sums);
   }
-  return means(slices.common(), request, sums);
+}
+
+std::vector<Image> render_slices(const ShutterSlices& slices, const ReferenceRequest& request, bool behind) {
+  const scene::FrameGeometry& frame = slices.common();
+  const int width = frame.request.width;
+  Sums sums = no_samples(frame, request);
+  add_in_parts({0, 0, width, frame.request.height}, width, sums,
+               [&](const IntRect& pixels) { add_slices(slices, request, behind, pixels, sums); });
+  return means(frame, request, sums);
 }
 
 shaders::RadianceImage levels_of(const Image& pixels) {
@@ -338,7 +403,7 @@ shaders::RadianceImage levels_of(const Image& pixels) {
 }  // namespace
 
 std::vector<Image> render_reference(const ReferenceScene& scene, const ReferenceRequest& request) {
-  Sums sums;
+  Sums sums = no_samples(scene.frame, request);
   add_scene(scene, request, sums);
   return means(scene.frame, request, sums);
 }

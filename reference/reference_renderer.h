@@ -32,6 +32,8 @@ struct ReferenceRequest {
 // for any number of threads and any instruction set.
 // A scene of a motion segment gives what the samples in its part of the shutter add to the mean. What transmits shows
 // request.lighting.behind; of a frame, an image of what is behind it that is made first, of as many samples.
+// A frame or a shutter whose scene needs more memory than the capture left of its limit is rendered in parts of the
+// image, and refused with BudgetError where the smallest part needs too much. A scene renders the pixels of its region.
 std::vector<Image> render_reference(const ReferenceScene& scene, const ReferenceRequest& request);
 // Of a frame, segment by segment where its motion has some.
 std::vector<Image> render_reference(const scene::FrameGeometry& frame, const ReferenceRequest& request);
