@@ -116,7 +116,7 @@ ReferenceScene::ReferenceScene(const FrameGeometry& frame_in, const Options& opt
   if (options.segment != 0) place_drawables(posed);
   const scene::Capture& capture = *frame.assembly->capture;
   scene::MemoryBudget own(capture.max_bytes, capture.file.string(), frame.assembly->charged_bytes());
-  add_patches(options.behind, options.budget != nullptr ? *options.budget : own);
+  add_patches(options, options.budget != nullptr ? *options.budget : own);
   build_tree();
   measure_blur();
   leaf_boxes_ = {};
@@ -206,14 +206,14 @@ void ReferenceScene::charge(const Amount& amount, const FrameGeometry& frame, sc
     throw scene::BudgetError(what("more than 2^31 vertices or triangles")());
 }
 
-void ReferenceScene::add_patches(bool behind, scene::MemoryBudget& budget) {
+void ReferenceScene::add_patches(const Options& options, scene::MemoryBudget& budget) {
   const std::size_t count = frame.assembly->patch_count();
   PerThread<PatchWork> work;
   std::vector<Amount> first(count + 1);
   budget.charge(first.size(), sizeof(Amount), "amounts of the reference's patches");
   parallel_for(count, [&](std::size_t p) {
     const auto patch = static_cast<std::uint32_t>(p);
-    if (!left_out(patch, behind)) first[p] = find_seen(patch, work.local());
+    if (!left_out(patch, options.behind)) first[p] = find_seen(patch, work.local());
   });
   Amount sum;
   for (Amount& one : first) {
@@ -221,6 +221,8 @@ void ReferenceScene::add_patches(bool behind, scene::MemoryBudget& budget) {
     one = sum;
     sum = {sum.vertices + own.vertices, sum.triangles + own.triangles, sum.leaves + own.leaves};
   }
+  triangle_count = sum.triangles;
+  if (options.count_only) return;
   charge(sum, frame, budget);
   vertices.resize(sum.vertices);
   triangles.resize(sum.triangles);

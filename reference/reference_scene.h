@@ -60,6 +60,7 @@ struct ReferenceScene {
     bool behind = false;  // only what is seen behind surfaces that transmit, which is neither these nor what blends
     std::optional<SampleRegion> region;     // what is to be seen; unset: the whole image
     scene::MemoryBudget* budget = nullptr;  // nullptr: what the capture has left of its limit
+    bool count_only = false;                // triangle_count alone
   };
 
   // `frame_in` must outlive it, and is posed with grids as fine as the reference is wanted. Throws BudgetError before it
@@ -83,7 +84,8 @@ struct ReferenceScene {
   std::vector<std::array<double, 6>> vertices;  // at open, at close; leaf by leaf
   std::vector<Triangle> triangles;
   std::vector<Leaf> leaves;
-  std::vector<Node> nodes;           // the root first; empty without triangles
+  std::vector<Node> nodes;  // the root first; empty without triangles
+  std::uint64_t triangle_count = 0;
   double mean_travel_pixels = 0;     // of leaves on screen, from open to close
   double mean_confusion_pixels = 0;  // radius of the circle of confusion
 
@@ -97,7 +99,7 @@ struct ReferenceScene {
 
   void find_reach();
   void place_drawables(const scene::FrameGeometry& by);
-  void add_patches(bool behind, scene::MemoryBudget& budget);
+  void add_patches(const Options& options, scene::MemoryBudget& budget);
   static void charge(const Amount& amount, const scene::FrameGeometry& frame, scene::MemoryBudget& budget);
   bool left_out(std::uint32_t patch, bool behind) const;
   // Which leaves of a patch are seen, and how much they are.
