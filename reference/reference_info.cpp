@@ -33,6 +33,8 @@ Convergence read_convergence(const JsonValue& value) {
 
 json reference_info_json(const ReferenceInfo& info) {
   return {{"samples", info.samples},
+          {"asked_samples", info.asked_samples},
+          {"enough_db", number_or_null(info.enough_db)},
           {"edge_pixels", info.edge_pixels},
           {"triangles", info.triangles},
           {"rms_error", number_or_null(info.rms_error)},
@@ -53,6 +55,8 @@ ReferenceInfo read_reference_info(const std::filesystem::path& file) {
   const JsonValue root(document, file.string());
   ReferenceInfo info;
   info.samples = root.member("samples").whole();
+  info.asked_samples = root.member("asked_samples").whole();
+  info.enough_db = root.member("enough_db").number_or_null();
   info.edge_pixels = root.member("edge_pixels").number();
   info.triangles = root.member("triangles").count();
   info.rms_error = root.member("rms_error").number_or_null();

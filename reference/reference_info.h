@@ -20,9 +20,10 @@ struct Convergence {
 
 // What is said of a reference beside its image.
 struct ReferenceInfo {
-  int samples = 0;  // per pixel
+  int samples = 0, asked_samples = 0;  // per pixel: those taken, and the most that were to be taken
+  std::optional<double> enough_db;     // it ends where psnr_db is at least this; nothing: it takes all samples
   double edge_pixels = 0;
-  std::uint64_t triangles = 0;
+  std::uint64_t triangles = 0;               // those that samples may see
   std::optional<double> rms_error, psnr_db;  // what is left of its own noise, from the difference of its two halves
   Convergence convergence;
   struct Host {
@@ -32,8 +33,8 @@ struct ReferenceInfo {
   bool operator==(const ReferenceInfo&) const = default;
 };
 
-// {"samples", "edge_pixels", "triangles", "rms_error", "psnr_db", "convergence": {"size", "samples", "rms_error",
-// "slope"}, "host": {"seconds", "processor_seconds", "convergence_processor_seconds"}}
+// {"samples", "asked_samples", "enough_db", "edge_pixels", "triangles", "rms_error", "psnr_db", "convergence": {"size",
+// "samples", "rms_error", "slope"}, "host": {"seconds", "processor_seconds", "convergence_processor_seconds"}}
 nlohmann::json reference_info_json(const ReferenceInfo& info);
 
 // Reads it back, to the last bit. Throws InputError with the file and the byte or the JSON pointer.

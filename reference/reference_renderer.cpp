@@ -10,6 +10,7 @@
 #include "base/check.h"
 #include "base/parallel.h"
 #include "reference/reference_kernel.h"
+#include "scene/limits.h"
 #include "tilecore/shading/alpha_test.h"
 #include "tilecore/shading/transmission.h"
 
@@ -77,13 +78,13 @@ class PixelRenderer {
     double begin = 0, end = 1;
   };
   void render(const ReferenceScene& scene, const Part& part, const ReferenceRequest& request, const PacketOrder& order,
-              int px, int py, std::size_t count) {
+              int px, int py, std::size_t from, std::size_t count) {
     samples_.resize(count);
     color_.resize(count);
     order_.clear();
     const auto pixel = static_cast<std::uint64_t>(py) * static_cast<std::uint64_t>(scene.frame.request.width) +
                        static_cast<std::uint64_t>(px);
-    for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t k = from; k < count; ++k) {
       samples_[k] = request.pattern == nullptr ? random_sample(request.seed, pixel, k)
                                                : pattern_sample(*request.pattern, px, py, static_cast<int>(k));
       color_[k] = Vec3(0.0f);
@@ -109,7 +110,7 @@ class PixelRenderer {
     shader_.shade(scene.frame, request.lighting, invocations_, points_);
     for (std::size_t i = 0; i < seen_.size(); ++i) color_[order_[i].second] = composed(seen_[i]);
   }
-  // Per sample; black where it is outside the scene's part of the shutter.
+  // Per sample from `from` on; black where it is outside the scene's part of the shutter.
   const std::vector<Vec3>& color() const { return color_; }
 
  private:
@@ -238,9 +239,6 @@ class PixelRenderer {
   std::vector<RayPacket::Crossing> layers_;
 };
 
-// Adds the colours of the first so many samples of every pixel, image by image.
-using Sums = std::vector<std::vector<DVec3>>;
-
 std::vector<int> sample_numbers(const ReferenceRequest& request) {
   std::vector<int> numbers =
       request.pattern == nullptr ? request.samples : std::vector<int>{request.pattern->samples_per_pixel()};
@@ -249,35 +247,99 @@ std::vector<int> sample_numbers(const ReferenceRequest& request) {
   return numbers;
 }
 
+// Images in the making: the sum of the first so many colours of every pixel, image by image. They are made in rounds,
+// each of the samples that follow those of the round before.
+class Sums {
+ public:
+  Sums(const scene::FrameGeometry& frame, const ReferenceRequest& request)
+      : numbers_(sample_numbers(request)), width_(frame.request.width), height_(frame.request.height) {}
+
+  // Begins a round that makes `count` more images.
+  void begin_round(std::size_t count) {
+    first_ = images_.size();
+    const auto pixels = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
+    images_.resize(first_ + count, first_ > 0 ? images_.back() : std::vector<DVec3>(pixels, DVec3(0.0)));
+  }
+  std::size_t from() const { return first_ == 0 ? 0 : static_cast<std::size_t>(numbers_[first_ - 1]); }
+  std::size_t to() const { return static_cast<std::size_t>(numbers_[images_.size() - 1]); }
+  IntRect pixels() const { return {0, 0, width_, height_}; }
+  // Images that are made, or that all of the rounds make.
+  std::size_t count() const { return images_.size(); }
+  const std::vector<int>& numbers() const { return numbers_; }
+
+  // Adds colours of samples from() on.
+  void add(int x, int y, const std::vector<Vec3>& color) {
+    for (std::size_t n = first_; n < images_.size(); ++n) {
+      DVec3& sum = images_[n][pixels().index(x, y)];
+      for (std::size_t k = from(); k < static_cast<std::size_t>(numbers_[n]); ++k) sum += DVec3(color[k]);
+    }
+  }
+  // Takes back what the round added to some pixels.
+  void take_back(const IntRect& area) {
+    for (std::size_t n = first_; n < images_.size(); ++n)
+      for (int y = area.y0; y < area.y1; ++y)
+        for (int x = area.x0; x < area.x1; ++x) {
+          const std::size_t pixel = pixels().index(x, y);
+          images_[n][pixel] = first_ > 0 ? images_[first_ - 1][pixel] : DVec3(0.0);
+        }
+  }
+
+  Image mean(std::size_t n) const {
+    Image image(width_, height_, 3);
+    for (std::size_t pixel = 0; pixel < images_[n].size(); ++pixel)
+      for (std::size_t c = 0; c < 3; ++c)
+        image.values[3 * pixel + c] = static_cast<float>(images_[n][pixel][static_cast<int>(c)] / numbers_[n]);
+    return image;
+  }
+
+ private:
+  std::vector<int> numbers_;
+  int width_, height_;
+  std::size_t first_ = 0;  // image of the round
+  std::vector<std::vector<DVec3>> images_;
+};
+
+// Makes all images at once or, where somebody may say that it is enough, one after the other. add(sums) adds a round.
+template <class Add>
+std::vector<Image> make_images(const scene::FrameGeometry& frame, const ReferenceRequest& request, const Add& add) {
+  Sums sums(frame, request);
+  std::vector<Image> images;
+  const std::size_t count = sums.numbers().size();
+  while (images.size() < count) {
+    sums.begin_round(request.enough ? 1 : count);
+    add(sums);
+    while (images.size() < sums.count()) images.push_back(sums.mean(images.size()));
+    if (request.enough && request.enough(images)) break;
+  }
+  return images;
+}
+
 // A scene and the part of the shutter that is its whole one.
 struct ScenePart {
   const ReferenceScene& scene;
   PixelRenderer::Part part;
 };
 
+// All scenes have the pixels of the first one's region.
 void add_samples(std::span<const ScenePart> scenes, const ReferenceRequest& request, Sums& sums) {
   const ReferenceScene& scene = scenes.front().scene;
-  const int width = scene.frame.request.width, height = scene.frame.request.height;
-  const std::vector<int> numbers = sample_numbers(request);
-  sums.resize(numbers.size(), std::vector<DVec3>(static_cast<std::size_t>(width * height), DVec3(0.0)));
-  const PacketOrder order(scene, static_cast<std::size_t>(numbers.back()));
+  const IntRect pixels = scene.region.pixels();
+  const PacketOrder order(scene, sums.to() - sums.from());
+  double shutter = 0;
+  for (const ScenePart& one : scenes) shutter += one.part.end - one.part.begin;
   PerThread<PixelRenderer> renderers;
   constexpr int kRun = 16;  // pixels that a thread takes at a time
-  const std::size_t runs = static_cast<std::size_t>((width + kRun - 1) / kRun);
-  parallel_for(runs * static_cast<std::size_t>(height), [&](std::size_t run) {
+  const std::size_t runs = static_cast<std::size_t>((pixels.width() + kRun - 1) / kRun);
+  parallel_for(runs * static_cast<std::size_t>(pixels.height()), [&](std::size_t run) {
     PixelRenderer& renderer = renderers.local();
-    const int y = static_cast<int>(run / runs), x0 = static_cast<int>(run % runs) * kRun;
-    for (int x = x0; x < std::min(x0 + kRun, width); ++x) {
+    const int y = pixels.y0 + static_cast<int>(run / runs), x0 = pixels.x0 + static_cast<int>(run % runs) * kRun,
+              x1 = std::min(x0 + kRun, pixels.x1);
+    for (int x = x0; x < x1; ++x)
       for (const ScenePart& one : scenes) {
-        renderer.render(one.scene, one.part, request, order, x, y, static_cast<std::size_t>(numbers.back()));
-        DVec3 sum(0.0);
-        std::size_t k = 0;
-        for (std::size_t n = 0; n < numbers.size(); ++n) {
-          for (; k < static_cast<std::size_t>(numbers[n]); ++k) sum += DVec3(renderer.color()[k]);
-          sums[n][static_cast<std::size_t>(y * width + x)] += sum;
-        }
+        renderer.render(one.scene, one.part, request, order, x, y, sums.from(), sums.to());
+        sums.add(x, y, renderer.color());
       }
-    }
+    if (request.finished) request.finished((x1 - x0) * static_cast<double>(sums.to() - sums.from()) * shutter);
   });
 }
 
@@ -286,43 +348,84 @@ void add_scene(const ReferenceScene& scene, const ReferenceRequest& request, Sum
   add_samples(std::span(&whole, 1), request, sums);
 }
 
-std::vector<Image> means(const scene::FrameGeometry& frame, const ReferenceRequest& request, const Sums& sums) {
-  const std::vector<int> numbers = sample_numbers(request);
-  std::vector<Image> images(numbers.size(), Image(frame.request.width, frame.request.height, 3));
-  for (std::size_t n = 0; n < numbers.size(); ++n)
-    for (std::size_t pixel = 0; pixel < sums[n].size(); ++pixel)
-      for (std::size_t c = 0; c < 3; ++c)
-        images[n].values[3 * pixel + c] = static_cast<float>(sums[n][pixel][static_cast<int>(c)] / numbers[n]);
-  return images;
+// Calls add(pixels) for all of an image or, where the scene of so many pixels needs more memory than there is, for halves
+// of it. Pixels share nothing, so that the sums are the same.
+template <class Add>
+void add_in_parts(const IntRect& pixels, Sums& sums, const Add& add) {
+  constexpr int kLeast = 16;  // pixels along a side
+  try {
+    add(pixels);
+    return;
+  } catch (const scene::BudgetError&) {
+    if (pixels.width() <= kLeast && pixels.height() <= kLeast) throw;
+  }
+  sums.take_back(pixels);
+  IntRect first = pixels, second = pixels;
+  if (pixels.width() > pixels.height())
+    first.x1 = second.x0 = (pixels.x0 + pixels.x1) / 2;
+  else
+    first.y1 = second.y0 = (pixels.y0 + pixels.y1) / 2;
+  add_in_parts(first, sums, add);
+  add_in_parts(second, sums, add);
 }
 
 std::vector<Image> render_segments(const scene::FrameGeometry& frame, const ReferenceRequest& request, bool behind) {
-  Sums sums;
   const int count = static_cast<int>(frame.segments.size());
-  for (int segment = count == 0 ? 0 : 1; segment <= count; ++segment)
-    add_scene(ReferenceScene(frame, segment, behind), request, sums);
-  return means(frame, request, sums);
+  return make_images(frame, request, [&](Sums& sums) {
+    add_in_parts(sums.pixels(), sums, [&](const IntRect& pixels) {
+      for (int segment = count == 0 ? 0 : 1; segment <= count; ++segment) {
+        const SampleRegion region(frame.segment(segment).projection, pixels);
+        add_scene(ReferenceScene(frame, {.segment = segment, .behind = behind, .region = region}), request, sums);
+      }
+    });
+  });
+}
+
+// An estimate of the memory that a posed slice takes: deformed vertices above all.
+std::uint64_t posed_bytes(const scene::FrameGeometry& frame) {
+  std::uint64_t bytes = frame.drawables.size() * sizeof(scene::PosedDrawable) +
+                        frame.patterns.size() * (sizeof(scene::TessellationPattern) + sizeof(float));
+  for (const scene::DrawnPrimitive& drawn : frame.assembly->drawn) {
+    const scene::PosedDrawable& drawable = frame.drawables[drawn.first_drawable];
+    if (drawable.deforming) bytes += 2 * drawable.positions[0].size() * (2 * sizeof(Vec3) + sizeof(Vec4));
+  }
+  return bytes;
 }
 
 // Slices are posed and drawn together, as many as fit kTogetherBytes: each looks at all of a pixel's samples.
-std::vector<Image> render_slices(const ShutterSlices& slices, const ReferenceRequest& request, bool behind) {
-  constexpr std::size_t kTogether = 64, kTogetherBytes = std::size_t{256} << 20;
-  Sums sums;
+void add_slices(const ShutterSlices& slices, const ReferenceRequest& request, bool behind, const IntRect& pixels,
+                Sums& sums) {
+  constexpr std::size_t kTogether = 64;
+  constexpr std::uint64_t kTogetherBytes = std::uint64_t{256} << 20;
+  const scene::Assembly& assembly = *slices.common().assembly;
+  const scene::Capture& capture = *assembly.capture;
   for (std::size_t next = 0; next < slices.count();) {
+    scene::MemoryBudget budget(capture.max_bytes, capture.file.string(), assembly.charged_bytes());
+    const std::uint64_t used = budget.used_bytes(), enough = std::min(kTogetherBytes, budget.left_bytes() / 4);
     std::vector<std::unique_ptr<scene::FrameGeometry>> frames;
     std::vector<std::unique_ptr<ReferenceScene>> scenes;
     std::vector<ScenePart> parts;
-    for (std::size_t bytes = 0; next < slices.count() && parts.size() < kTogether && bytes < kTogetherBytes; ++next) {
+    for (; next < slices.count() && parts.size() < kTogether && (parts.empty() || budget.used_bytes() - used < enough);
+         ++next) {
       frames.push_back(slices.pose(next));
-      scenes.push_back(std::make_unique<ReferenceScene>(*frames.back(), 0, behind));
+      budget.charge(1, posed_bytes(*frames.back()), "a posed slice of the reference's shutter");
+      scenes.push_back(std::make_unique<ReferenceScene>(
+          *frames.back(),
+          ReferenceScene::Options{
+              .behind = behind, .region = SampleRegion(frames.back()->projection, pixels), .budget = &budget}));
       // The last one holds the end of the shutter.
       const bool last = next + 1 == slices.count();
       parts.push_back({*scenes.back(), {slices.at(next), last ? 1.0 + 0x1p-52 : slices.at(next + 1)}});
-      bytes += 3 * scenes.back()->vertices.size() * sizeof(scenes.back()->vertices[0]);
     }
     add_samples(parts, request, sums);
   }
-  return means(slices.common(), request, sums);
+}
+
+std::vector<Image> render_slices(const ShutterSlices& slices, const ReferenceRequest& request, bool behind) {
+  return make_images(slices.common(), request, [&](Sums& sums) {
+    add_in_parts(sums.pixels(), sums,
+                 [&](const IntRect& pixels) { add_slices(slices, request, behind, pixels, sums); });
+  });
 }
 
 shaders::RadianceImage levels_of(const Image& pixels) {
@@ -338,28 +441,41 @@ shaders::RadianceImage levels_of(const Image& pixels) {
 }  // namespace
 
 std::vector<Image> render_reference(const ReferenceScene& scene, const ReferenceRequest& request) {
-  Sums sums;
-  add_scene(scene, request, sums);
-  return means(scene.frame, request, sums);
+  return make_images(scene.frame, request, [&](Sums& sums) { add_scene(scene, request, sums); });
+}
+
+namespace {
+
+// render(request, behind) renders a frame or a shutter that looks like `frame`.
+template <class Render>
+std::vector<Image> render_over_what_is_behind(const scene::FrameGeometry& frame, const ReferenceRequest& request,
+                                              const Render& render) {
+  if (!shows_what_is_behind(frame)) return render(request, false);
+  ReferenceRequest first = request;
+  first.enough = {};
+  if (request.pattern == nullptr) first.samples = {request.samples.back()};
+  const shaders::RadianceImage behind = levels_of(render(first, true).back());
+  ReferenceRequest lit = request;
+  lit.lighting.behind = &behind;
+  return render(lit, false);
+}
+
+}  // namespace
+
+bool shows_what_is_behind(const scene::FrameGeometry& frame) {
+  return std::ranges::any_of(frame.drawables, [](const auto& drawable) { return tilecore::transmits(drawable); });
 }
 
 std::vector<Image> render_reference(const ShutterSlices& slices, const ReferenceRequest& request) {
-  if (std::ranges::none_of(slices.common().drawables,
-                           [](const auto& drawable) { return tilecore::transmits(drawable); }))
-    return render_slices(slices, request, false);
-  const shaders::RadianceImage behind = levels_of(render_slices(slices, request, true).back());
-  ReferenceRequest lit = request;
-  lit.lighting.behind = &behind;
-  return render_slices(slices, lit, false);
+  return render_over_what_is_behind(slices.common(), request, [&](const ReferenceRequest& asked, bool behind) {
+    return render_slices(slices, asked, behind);
+  });
 }
 
 std::vector<Image> render_reference(const scene::FrameGeometry& frame, const ReferenceRequest& request) {
-  if (std::ranges::none_of(frame.drawables, [](const auto& drawable) { return tilecore::transmits(drawable); }))
-    return render_segments(frame, request, false);
-  const shaders::RadianceImage behind = levels_of(render_segments(frame, request, true).back());
-  ReferenceRequest lit = request;
-  lit.lighting.behind = &behind;
-  return render_segments(frame, lit, false);
+  return render_over_what_is_behind(frame, request, [&](const ReferenceRequest& asked, bool behind) {
+    return render_segments(frame, asked, behind);
+  });
 }
 
 double rms_difference(const Image& a, const Image& b) {

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "base/image.h"
@@ -24,7 +26,15 @@ struct ReferenceRequest {
   // Instead of random numbers: the samples of the machine's own pattern, whose number they then are. What is left to
   // differ from the machine is its arithmetic.
   const tilecore::SamplePattern* pattern = nullptr;
+  // Asked after each image, with all of them so far; true ends it. With it the scene is built once for each image.
+  std::function<bool(std::span<const Image>)> enough{};
+  // Told, from any thread, how many samples are finished since it was last told, in pixels times samples. An image of
+  // what is behind surfaces that transmit counts as well.
+  std::function<void(double)> finished{};
 };
+
+// Whether an image of what is behind surfaces that transmit is made first.
+bool shows_what_is_behind(const scene::FrameGeometry& frame);
 
 // Renders the scene in double precision: visibility sample by sample, and every sample shaded. Colour is linear light,
 // three channels, the mean over a pixel's samples. The pixel shader is the machine's (a stage is part of the scene), in
@@ -32,6 +42,8 @@ struct ReferenceRequest {
 // for any number of threads and any instruction set.
 // A scene of a motion segment gives what the samples in its part of the shutter add to the mean. What transmits shows
 // request.lighting.behind; of a frame, an image of what is behind it that is made first, of as many samples.
+// A frame or a shutter whose scene needs more memory than the capture left of its limit is rendered in parts of the
+// image, and refused with BudgetError where the smallest part needs too much. A scene renders the pixels of its region.
 std::vector<Image> render_reference(const ReferenceScene& scene, const ReferenceRequest& request);
 // Of a frame, segment by segment where its motion has some.
 std::vector<Image> render_reference(const scene::FrameGeometry& frame, const ReferenceRequest& request);

@@ -3,8 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <span>
 #include <utility>
 
+#include <fmt/format.h>
+
+#include "base/check.h"
+#include "base/parallel.h"
+#include "reference/bezier_extent.h"
 #include "scene/domain_shader.h"
 #include "scene/procedure_patch.h"
 #include "scene/wires.h"
@@ -18,36 +25,53 @@ namespace {
 using scene::FrameGeometry;
 using scene::PosedDrawable;
 
-// A point of a patch in object space at a key: the domain shader's formula on doubles.
-DVec3 patch_point(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, double u, double v,
-                  std::size_t key) {
-  const auto points = frame.control_points(drawable, patch, static_cast<int>(key));
-  shaders::ControlPoints<double> c;
-  for (std::size_t i = 0; i < 16; ++i)
-    c[i] = {static_cast<double>(points[i].x), static_cast<double>(points[i].y), static_cast<double>(points[i].z)};
-  const shaders::SurfacePoint<double> p = shaders::bicubic_point<double>(shaders::bicubic_row(c, v), u);
-  Vector3<double> at = p.position;
-  if (drawable.material->displacement) {
-    const double offset = static_cast<double>(
-        scene::patch_displacement(frame, drawable, patch).offset(static_cast<float>(u), static_cast<float>(v)));
-    at = at + shaders::bicubic_normal(c, u, v, p) * offset;
+// A patch in object space at a key: the domain shader's formula on doubles.
+class PatchSurface {
+ public:
+  PatchSurface(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, std::size_t key) {
+    const auto points = frame.control_points(drawable, patch, static_cast<int>(key));
+    for (std::size_t i = 0; i < 16; ++i)
+      points_[i] = {static_cast<double>(points[i].x), static_cast<double>(points[i].y),
+                    static_cast<double>(points[i].z)};
+    if (drawable.material->displacement) displacement_ = scene::patch_displacement(frame, drawable, patch);
   }
-  return {at.x, at.y, at.z};
-}
 
-// A vertex of a grid, by the patch that owns it: neighbours meet without cracks here, too.
-DVec3 grid_vertex(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, int i, int j,
-                  std::size_t key) {
+  DVec3 point(double u, double v) const {
+    const shaders::SurfacePoint<double> p = shaders::bicubic_point<double>(shaders::bicubic_row(points_, v), u);
+    Vector3<double> at = p.position;
+    if (displacement_) {
+      const auto offset = static_cast<double>(displacement_->offset(static_cast<float>(u), static_cast<float>(v)));
+      at = at + shaders::bicubic_normal(points_, u, v, p) * offset;
+    }
+    return {at.x, at.y, at.z};
+  }
+
+ private:
+  shaders::ControlPoints<double> points_;
+  std::optional<scene::PatchDisplacement> displacement_;
+};
+
+// A vertex of a grid, by the patch that owns it: neighbours meet without cracks here, too. `own`: of `patch` itself.
+DVec3 bezier_vertex(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch,
+                    const PatchSurface& own, int i, int j, std::size_t key) {
   const scene::TessellationPattern& pattern = frame.pattern_of(patch);
   const std::uint32_t first = drawable.drawable->first_patch;
   if (i == 0 || j == 0 || i == pattern.nu || j == pattern.nv) {
     const scene::OwnedVertex owned =
         scene::boundary_vertex(pattern, frame.assembly->neighbours[drawable.drawable->geometry][patch - first], i, j);
-    return patch_point(frame, drawable, owned.patch + first, static_cast<double>(owned.u), static_cast<double>(owned.v),
-                       key);
+    const PatchSurface owner(frame, drawable, owned.patch + first, key);
+    return owner.point(static_cast<double>(owned.u), static_cast<double>(owned.v));
   }
-  return patch_point(frame, drawable, patch, static_cast<double>(pattern.u(i, j)), static_cast<double>(pattern.v(i, j)),
-                     key);
+  return own.point(static_cast<double>(pattern.u(i, j)), static_cast<double>(pattern.v(i, j)));
+}
+
+// The farthest that a displacement whose heights are from `low` to `high` moves a vertex.
+double displacement_reach(const scene::Displacement& displacement, float low, float high) {
+  const auto scale = static_cast<double>(displacement.scale), bias = static_cast<double>(displacement.bias);
+  const double a = scale * static_cast<double>(low), b = scale * static_cast<double>(high);
+  // Single precision adds them up.
+  const double rounding = 0x1p-20 * (std::max(std::abs(a), std::abs(b)) + std::abs(bias));
+  return std::max(std::abs(a + bias), std::abs(b + bias)) + rounding;
 }
 
 DVec3 procedure_vertex(const FrameGeometry& frame, std::uint32_t patch, int i, int j, std::size_t key) {
@@ -64,73 +88,55 @@ std::array<double, 3> place(const DMat4& to_raster, const DVec3& p) {
   return {r.x, r.y, r.z};
 }
 
-void grow(ReferenceScene::Box& box, const double* p, double slack) {
-  for (std::size_t a = 0; a < 3; ++a) {
-    box.low[a] = std::min(box.low[a],
-                          std::nextafterf(static_cast<float>(p[a] - slack), -std::numeric_limits<float>::infinity()));
-    box.high[a] = std::max(box.high[a],
-                           std::nextafterf(static_cast<float>(p[a] + slack), std::numeric_limits<float>::infinity()));
-  }
-}
-
-ReferenceScene::Box empty_box() {
-  ReferenceScene::Box box;
-  box.low.fill(std::numeric_limits<float>::infinity());
-  box.high.fill(-std::numeric_limits<float>::infinity());
-  return box;
-}
-
-void grow(ReferenceScene::Box& box, const ReferenceScene::Box& other) {
-  for (std::size_t a = 0; a < 3; ++a) {
-    box.low[a] = std::min(box.low[a], other.low[a]);
-    box.high[a] = std::max(box.high[a], other.high[a]);
-  }
-}
-
-float middle(const std::array<ReferenceScene::Box, 2>& boxes, std::size_t axis) {
-  return 0.25f * ((boxes[0].low[axis] + boxes[0].high[axis]) + (boxes[1].low[axis] + boxes[1].high[axis]));
-}
-
-// Rays run along the depth: what a node costs is its area across it, in pixels when it is in perspective.
-double cost_of(const std::array<ReferenceScene::Box, 2>& boxes, bool orthographic) {
-  double cost = 0;
-  for (const ReferenceScene::Box& box : boxes) {
-    const double z = orthographic ? 1.0 : std::max(0.5 * static_cast<double>(box.low[2] + box.high[2]), 1e-6);
-    cost += static_cast<double>(box.high[0] - box.low[0]) * static_cast<double>(box.high[1] - box.low[1]) / (z * z);
-  }
-  return cost;
-}
-
 }  // namespace
 
-ReferenceScene::ReferenceScene(const FrameGeometry& frame_in, int segment, bool behind)
+struct ReferenceScene::PatchWork {
+  std::vector<std::uint8_t> seen;  // by leaf: rows of a grid's, or a cluster's in order
+  // Vertices of a grid, those that are known.
+  std::vector<std::array<double, 6>> grid;
+  std::vector<std::uint8_t> known;
+  std::array<std::optional<PatchSurface>, 2> surface;  // of a Bezier patch at both keys
+};
+
+ReferenceScene::ReferenceScene(const FrameGeometry& frame_in, const Options& options)
     : frame(frame_in),
-      posed(frame_in.segment(segment)),
+      posed(frame_in.segment(options.segment)),
       center_x(posed.projection.center_x),
       center_y(posed.projection.center_y),
       near(posed.projection.near),
       far(posed.projection.far > 0 ? posed.projection.far : std::numeric_limits<double>::infinity()),
       orthographic(posed.projection.orthographic),
       lens_scale(posed.projection.lens_scale),
-      inverse_focus(posed.projection.inverse_focus) {
-  const scene::Assembly& assembly = *frame.assembly;
+      inverse_focus(posed.projection.inverse_focus),
+      region(options.region.value_or(
+          SampleRegion(posed.projection, {0, 0, frame_in.request.width, frame_in.request.height}))) {
   drawable_to_raster_.resize(frame.drawables.size());
   place_drawables(frame);
-  if (segment != 0) place_drawables(posed);
-  for (std::uint32_t patch = 0; patch < assembly.patch_count(); ++patch) {
-    const PosedDrawable& drawable = frame.drawable_of(patch);
-    if (behind && (tilecore::transmits(drawable) || drawable.material->alpha_mode == scene::AlphaMode::kBlend))
-      continue;
-    add_patch(patch);
-  }
-  for (const Leaf& leaf : leaves) leaf_boxes_.push_back(leaf_boxes(leaf));
-  if (!leaves.empty()) {
-    std::vector<std::uint32_t> order(leaves.size());
-    for (std::size_t l = 0; l < order.size(); ++l) order[l] = static_cast<std::uint32_t>(l);
-    nodes.reserve(2 * leaves.size());
-    build(order, 0, order.size());
-  }
+  find_reach();
+  if (options.segment != 0) place_drawables(posed);
+  const scene::Capture& capture = *frame.assembly->capture;
+  scene::MemoryBudget own(capture.max_bytes, capture.file.string(), frame.assembly->charged_bytes());
+  add_patches(options, options.budget != nullptr ? *options.budget : own);
+  build_tree();
   measure_blur();
+  leaf_boxes_ = {};
+}
+
+void ReferenceScene::find_reach() {
+  std::map<const shaders::ScalarTexture*, std::pair<float, float>> heights;
+  for (const PosedDrawable& drawable : frame.drawables) {
+    double& reach = reach_.emplace_back(0.0);
+    if (!drawable.material->displacement) continue;
+    const scene::Displacement& displacement = *drawable.material->displacement;
+    const auto [range, first] = heights.try_emplace(displacement.texture.get());
+    if (first) {
+      // Other levels are means of the first.
+      const std::span<const float> all = displacement.texture->levels().front().values;
+      const auto [low, high] = std::minmax_element(all.begin(), all.end());
+      range->second = {*low, *high};
+    }
+    reach = displacement_reach(displacement, range->second.first, range->second.second);
+  }
 }
 
 void ReferenceScene::place_drawables(const FrameGeometry& by) {
@@ -177,105 +183,298 @@ ReferenceScene::Triangle ReferenceScene::triangle_of(std::uint32_t patch) const 
   return t;
 }
 
-void ReferenceScene::add_patch(std::uint32_t patch) {
-  const std::array<DMat4, 2>& to_raster = drawable_to_raster_[frame.assembly->patch_drawable[patch]];
-  if (!frame.drawable_of(patch).visible) return;
-  if (scene::has_grid(*frame.drawable_of(patch).drawable))
-    add_grid(patch, to_raster);
-  else
-    add_cluster(patch, to_raster);
+bool ReferenceScene::left_out(std::uint32_t patch, bool behind) const {
+  const PosedDrawable& drawable = frame.drawable_of(patch);
+  return !drawable.visible ||
+         (behind && (tilecore::transmits(drawable) || drawable.material->alpha_mode == scene::AlphaMode::kBlend));
 }
 
-void ReferenceScene::finish_leaf(bool moving) {
-  if (triangles.size() > leaf_first_triangle_)
-    leaves.push_back({leaf_first_vertex_, leaf_first_triangle_,
-                      static_cast<std::uint16_t>(vertices.size() - leaf_first_vertex_),
-                      static_cast<std::uint16_t>(triangles.size() - leaf_first_triangle_), moving});
-  leaf_first_vertex_ = static_cast<std::uint32_t>(vertices.size());
-  leaf_first_triangle_ = static_cast<std::uint32_t>(triangles.size());
+void ReferenceScene::charge(const Amount& amount, const FrameGeometry& frame, scene::MemoryBudget& budget) {
+  constexpr std::uint64_t kLeafBytes =
+      sizeof(Leaf) + sizeof(std::array<Box, 2>) + sizeof(std::uint32_t) + 2 * sizeof(Node);
+  const auto what = [&](const char* of) {
+    return [&frame, of] {
+      return fmt::format("the reference at {}x{} (smaller with a larger --reference-edge): {}", frame.request.width,
+                         frame.request.height, of);
+    };
+  };
+  budget.charge(amount.vertices, sizeof(std::array<double, 6>), what("vertices"));
+  budget.charge(amount.triangles, sizeof(Triangle), what("triangles"));
+  budget.charge(amount.leaves, kLeafBytes, what("leaves of the tree"));
+  constexpr std::uint64_t kMost = std::numeric_limits<std::int32_t>::max();
+  if (amount.vertices > kMost || amount.triangles > kMost)
+    throw scene::BudgetError(what("more than 2^31 vertices or triangles")());
 }
 
-void ReferenceScene::add_grid(std::uint32_t patch, const std::array<DMat4, 2>& to_raster) {
-  constexpr int kSide = 3;
+void ReferenceScene::add_patches(const Options& options, scene::MemoryBudget& budget) {
+  const std::size_t count = frame.assembly->patch_count();
+  PerThread<PatchWork> work;
+  std::vector<Amount> first(count + 1);
+  budget.charge(first.size(), sizeof(Amount), "amounts of the reference's patches");
+  parallel_for(count, [&](std::size_t p) {
+    const auto patch = static_cast<std::uint32_t>(p);
+    if (!left_out(patch, options.behind)) first[p] = find_seen(patch, work.local());
+  });
+  Amount sum;
+  for (Amount& one : first) {
+    const Amount own = one;
+    one = sum;
+    sum = {sum.vertices + own.vertices, sum.triangles + own.triangles, sum.leaves + own.leaves};
+  }
+  triangle_count = sum.triangles;
+  if (options.count_only) return;
+  charge(sum, frame, budget);
+  vertices.resize(sum.vertices);
+  triangles.resize(sum.triangles);
+  leaves.resize(sum.leaves);
+  parallel_for(count, [&](std::size_t p) {
+    if (first[p].leaves == first[p + 1].leaves) return;
+    const auto patch = static_cast<std::uint32_t>(p);
+    find_seen(patch, work.local());
+    if (scene::has_grid(*frame.drawable_of(patch).drawable))
+      fill_grid(patch, first[p], work.local());
+    else
+      fill_cluster(patch, first[p], work.local());
+  });
+}
+
+// ---- What is seen of a patch ------------------------------------------------------------------------------------
+
+namespace {
+
+constexpr int kSide = 3;  // cells of a grid's leaf
+
+int leaves_along(int cells) { return (cells + kSide - 1) / kSide; }
+
+// The cells of leaf (column, row) of a grid, or of a block of leaves.
+scene::CellRange leaf_cells(const scene::TessellationPattern& pattern, const IntRect& block) {
+  return {static_cast<std::uint8_t>(block.x0 * kSide), static_cast<std::uint8_t>(block.y0 * kSide),
+          static_cast<std::uint8_t>(std::min<int>(block.x1 * kSide, pattern.nu)),
+          static_cast<std::uint8_t>(std::min<int>(block.y1 * kSide, pattern.nv))};
+}
+
+// Marks the leaves of a block that the region may see, in quarters.
+void mark_seen(const SampleRegion& region, const BezierExtent& patch, const scene::TessellationPattern& pattern,
+               const IntRect& block, std::vector<std::uint8_t>& seen) {
+  if (block.empty()) return;
+  const SampleRegion::Extent extent = patch.over(scene::parameter_range(pattern, leaf_cells(pattern, block)));
+  if (region.misses(extent)) return;
+  const int columns = leaves_along(pattern.nu);
+  if (region.holds(extent) || (block.width() == 1 && block.height() == 1)) {
+    for (int y = block.y0; y < block.y1; ++y)
+      std::fill_n(seen.begin() + y * columns + block.x0, block.width(), std::uint8_t{1});
+    return;
+  }
+  const int x = (block.x0 + block.x1) / 2, y = (block.y0 + block.y1) / 2;
+  for (const IntRect& quarter : {IntRect{block.x0, block.y0, x, y}, IntRect{x, block.y0, block.x1, y},
+                                 IntRect{block.x0, y, x, block.y1}, IntRect{x, y, block.x1, block.y1}})
+    mark_seen(region, patch, pattern, quarter, seen);
+}
+
+// Calls visit(corners) for the triangles of a cluster in order: numbers of the cluster's vertices.
+template <class Visit>
+void visit_triangles(const scene::MeshClusters& clusters, const scene::Cluster& cluster, const Visit& visit) {
+  for (std::uint32_t c = 0; c < cluster.cell_count; ++c) {
+    const scene::ClusterCell& cell = clusters.cells[cluster.first_cell + c];
+    for (std::uint32_t half = 0; half < (cell.single() ? 1u : 2u); ++half)
+      visit(2 * c + half, std::array<std::uint8_t, 3>{cell.corner[0], cell.corner[half == 0 ? 1 : 2],
+                                                      cell.corner[half == 0 ? 2 : 3]});
+  }
+}
+
+constexpr std::size_t kClusterLeaf = ReferenceScene::kLeafVertices / 3;  // triangles of a cluster's leaf
+
+}  // namespace
+
+ReferenceScene::Amount ReferenceScene::find_seen(std::uint32_t patch, PatchWork& work) const {
+  Amount amount;
+  if (!scene::has_grid(*frame.drawable_of(patch).drawable)) {
+    find_seen_of_cluster(patch, work);
+    const PosedDrawable& drawable = posed_drawable(patch);
+    const scene::MeshClusters& clusters = frame.assembly->clusters[drawable.drawable->geometry];
+    std::size_t number = 0;
+    visit_triangles(clusters, clusters.clusters[patch - drawable.drawable->first_patch],
+                    [&](std::uint32_t, const auto&) { amount.triangles += work.seen[number++ / kClusterLeaf]; });
+    amount.vertices = 3 * amount.triangles;
+    for (const std::uint8_t seen : work.seen) amount.leaves += seen;
+    return amount;
+  }
+  find_seen_of_grid(patch, work);
+  const scene::TessellationPattern& pattern = frame.pattern_of(patch);
+  const int columns = leaves_along(pattern.nu);
+  for (std::size_t leaf = 0; leaf < work.seen.size(); ++leaf) {
+    if (work.seen[leaf] == 0) continue;
+    const int x = static_cast<int>(leaf) % columns, y = static_cast<int>(leaf) / columns;
+    const scene::CellRange cells = leaf_cells(pattern, {x, y, x + 1, y + 1});
+    const auto across = static_cast<std::uint64_t>(cells.i1 - cells.i0),
+               down = static_cast<std::uint64_t>(cells.j1 - cells.j0);
+    amount.vertices += (across + 1) * (down + 1);
+    amount.triangles += 2 * across * down;
+    ++amount.leaves;
+  }
+  return amount;
+}
+
+void ReferenceScene::find_seen_of_grid(std::uint32_t patch, PatchWork& work) const {
   const PosedDrawable& drawable = posed_drawable(patch);
   const scene::TessellationPattern& pattern = frame.pattern_of(patch);
-  const bool moving = drawable.moving;
-  std::vector<std::array<double, 6>> grid;
-  for (int j = 0; j <= pattern.nv; ++j)
-    for (int i = 0; i <= pattern.nu; ++i) {
-      std::array<double, 6> vertex;
-      DVec3 p(0.0);
-      for (std::size_t key = 0; key < 2; ++key) {
-        const FrameGeometry& by = drawable.curved ? posed : frame;
-        if (drawable.procedure != nullptr && (key == 0 || drawable.deforming))
-          p = procedure_vertex(by, patch, i, j, key);
-        else if (key == 0 || drawable.deforming)
-          p = grid_vertex(by, drawable, patch, i, j, key);
-        const std::array<double, 3> r = place(to_raster[moving ? key : 0], p);
-        std::copy(r.begin(), r.end(), vertex.begin() + static_cast<std::ptrdiff_t>(3 * key));
-      }
-      cut_off(vertex, drawable);
-      grid.push_back(vertex);
+  const int columns = leaves_along(pattern.nu), rows = leaves_along(pattern.nv);
+  work.seen.assign(static_cast<std::size_t>(columns * rows), 0);
+  if (drawable.procedure == nullptr) {
+    const FrameGeometry& by = drawable.curved ? posed : frame;
+    const std::array<DMat4, 2>& to_raster = drawable_to_raster_[frame.assembly->patch_drawable[patch]];
+    std::array<BezierExtent::Points, 2> points;
+    for (std::size_t key = 0; key < 2; ++key) {
+      const auto own = by.control_points(drawable, patch, drawable.deforming ? static_cast<int>(key) : 0);
+      for (std::size_t k = 0; k < 16; ++k) points[key][k] = DVec3(own[k]);
     }
-  const Triangle form = triangle_of(patch);
-  const std::size_t columns = std::size_t{pattern.nu} + 1;
-  for (int lj = 0; lj < pattern.nv; lj += kSide)
-    for (int li = 0; li < pattern.nu; li += kSide) {
-      const int i1 = std::min<int>(li + kSide, pattern.nu), j1 = std::min<int>(lj + kSide, pattern.nv),
-                width = i1 - li + 1;
-      for (int j = lj; j <= j1; ++j)
-        for (int i = li; i <= i1; ++i)
-          vertices.push_back(grid[static_cast<std::size_t>(j) * columns + static_cast<std::size_t>(i)]);
-      for (int j = lj; j < j1; ++j)
-        for (int i = li; i < i1; ++i) {
-          const auto corner = [&](int di, int dj) {
-            return static_cast<std::uint8_t>((j + dj - lj) * width + (i + di - li));
-          };
-          Triangle t = form;
-          t.corner = {corner(0, 0), corner(1, 0), corner(1, 1)};
-          t.triangle = 2u * static_cast<std::uint32_t>(j * pattern.nu + i);
-          triangles.push_back(t);
-          t.corner = {corner(0, 0), corner(1, 1), corner(0, 1)};
-          ++t.triangle;
-          triangles.push_back(t);
+    const BezierExtent extent(region, points, {to_raster[0], to_raster[drawable.moving ? 1 : 0]},
+                              reach_[frame.assembly->patch_drawable[patch]]);
+    mark_seen(region, extent, pattern, {0, 0, columns, rows}, work.seen);
+    return;
+  }
+  begin_grid(patch, work);
+  for (int y = 0; y < rows; ++y)
+    for (int x = 0; x < columns; ++x) {
+      SampleRegion::Extent extent;
+      const scene::CellRange cells = leaf_cells(pattern, {x, y, x + 1, y + 1});
+      for (int j = cells.j0; j <= cells.j1; ++j)
+        for (int i = cells.i0; i <= cells.i1; ++i) {
+          const std::array<double, 6>& vertex = grid_vertex(patch, i, j, work);
+          region.add(extent, &vertex[0]);
+          region.add(extent, &vertex[3]);
         }
-      finish_leaf(moving);
+      work.seen[static_cast<std::size_t>(y * columns + x)] = region.misses(extent) ? 0 : 1;
     }
 }
+void ReferenceScene::find_seen_of_cluster(std::uint32_t patch, PatchWork& work) const {
+  const PosedDrawable& drawable = posed_drawable(patch);
+  const scene::MeshClusters& clusters = frame.assembly->clusters[drawable.drawable->geometry];
+  const scene::Cluster& cluster = clusters.clusters[patch - drawable.drawable->first_patch];
+  work.seen.clear();
+  std::size_t in_leaf = 0;
+  SampleRegion::Extent extent;
+  visit_triangles(clusters, cluster, [&](std::uint32_t, const std::array<std::uint8_t, 3>& corner) {
+    if (in_leaf == kClusterLeaf) {
+      work.seen.push_back(region.misses(extent) ? 0 : 1);
+      extent = {};
+      in_leaf = 0;
+    }
+    ++in_leaf;
+    for (const std::uint8_t c : corner) {
+      const std::array<double, 6> vertex = cluster_vertex(patch, clusters.vertices[cluster.first_vertex + c]);
+      region.add(extent, &vertex[0]);
+      region.add(extent, &vertex[3]);
+    }
+  });
+  if (in_leaf > 0) work.seen.push_back(region.misses(extent) ? 0 : 1);
+}
 
-void ReferenceScene::add_cluster(std::uint32_t patch, const std::array<DMat4, 2>& to_raster) {
-  constexpr std::uint32_t kLeafTriangles = kLeafVertices / 3;
+// ---- Vertices and triangles -------------------------------------------------------------------------------------
+
+void ReferenceScene::begin_grid(std::uint32_t patch, PatchWork& work) const {
+  const PosedDrawable& drawable = posed_drawable(patch);
+  const scene::TessellationPattern& pattern = frame.pattern_of(patch);
+  const std::size_t count = (std::size_t{pattern.nu} + 1) * (std::size_t{pattern.nv} + 1);
+  work.known.assign(count, 0);
+  work.grid.resize(count);
+  if (drawable.procedure != nullptr) return;
+  for (std::size_t key = 0; key < (drawable.deforming ? 2u : 1u); ++key)
+    work.surface[key].emplace(drawable.curved ? posed : frame, drawable, patch, key);
+}
+
+const std::array<double, 6>& ReferenceScene::grid_vertex(std::uint32_t patch, int i, int j, PatchWork& work) const {
+  const std::size_t number =
+      static_cast<std::size_t>(j) * (std::size_t{frame.pattern_of(patch).nu} + 1) + static_cast<std::size_t>(i);
+  std::array<double, 6>& vertex = work.grid[number];
+  if (work.known[number] != 0) return vertex;
+  work.known[number] = 1;
+  const PosedDrawable& drawable = posed_drawable(patch);
+  const FrameGeometry& by = drawable.curved ? posed : frame;
+  const std::array<DMat4, 2>& to_raster = drawable_to_raster_[frame.assembly->patch_drawable[patch]];
+  DVec3 p(0.0);
+  for (std::size_t key = 0; key < 2; ++key) {
+    if (key == 0 || drawable.deforming)
+      p = drawable.procedure != nullptr ? procedure_vertex(by, patch, i, j, key)
+                                        : bezier_vertex(by, drawable, patch, *work.surface[key], i, j, key);
+    const std::array<double, 3> r = place(to_raster[drawable.moving ? key : 0], p);
+    std::copy(r.begin(), r.end(), vertex.begin() + static_cast<std::ptrdiff_t>(3 * key));
+  }
+  cut_off(vertex, drawable);
+  return vertex;
+}
+
+void ReferenceScene::fill_grid(std::uint32_t patch, Amount at, PatchWork& work) {
+  const scene::TessellationPattern& pattern = frame.pattern_of(patch);
+  const int columns = leaves_along(pattern.nu);
+  const bool moving = posed_drawable(patch).moving;
+  Triangle t = triangle_of(patch);
+  begin_grid(patch, work);
+  for (std::size_t leaf = 0; leaf < work.seen.size(); ++leaf) {
+    if (work.seen[leaf] == 0) continue;
+    const int x = static_cast<int>(leaf) % columns, y = static_cast<int>(leaf) / columns;
+    const scene::CellRange cells = leaf_cells(pattern, {x, y, x + 1, y + 1});
+    const Amount first = at;
+    for (int j = cells.j0; j <= cells.j1; ++j)
+      for (int i = cells.i0; i <= cells.i1; ++i) vertices[at.vertices++] = grid_vertex(patch, i, j, work);
+    const int width = cells.i1 - cells.i0 + 1;
+    for (int j = cells.j0; j < cells.j1; ++j)
+      for (int i = cells.i0; i < cells.i1; ++i) {
+        const auto corner = [&](int di, int dj) {
+          return static_cast<std::uint8_t>((j + dj - cells.j0) * width + (i + di - cells.i0));
+        };
+        t.corner = {corner(0, 0), corner(1, 0), corner(1, 1)};
+        t.triangle = 2u * static_cast<std::uint32_t>(j * pattern.nu + i);
+        triangles[at.triangles++] = t;
+        t.corner = {corner(0, 0), corner(1, 1), corner(0, 1)};
+        ++t.triangle;
+        triangles[at.triangles++] = t;
+      }
+    leaves[at.leaves++] = leaf_between(first, at, moving);
+  }
+}
+
+std::array<double, 6> ReferenceScene::cluster_vertex(std::uint32_t patch, std::uint32_t number) const {
+  const PosedDrawable& drawable = posed_drawable(patch);
+  const std::array<DMat4, 2>& to_raster = drawable_to_raster_[frame.assembly->patch_drawable[patch]];
+  std::array<double, 6> vertex;
+  for (std::size_t key = 0; key < 2; ++key) {
+    const std::size_t by = drawable.moving ? key : 0;
+    const std::array<double, 3> r = place(to_raster[by], DVec3(drawable.positions[by][number]));
+    std::copy(r.begin(), r.end(), vertex.begin() + static_cast<std::ptrdiff_t>(3 * key));
+  }
+  cut_off(vertex, drawable);
+  return vertex;
+}
+
+void ReferenceScene::fill_cluster(std::uint32_t patch, Amount at, PatchWork& work) {
   const PosedDrawable& drawable = posed_drawable(patch);
   const scene::MeshClusters& clusters = frame.assembly->clusters[drawable.drawable->geometry];
   const scene::Cluster& cluster = clusters.clusters[patch - drawable.drawable->first_patch];
   Triangle t = triangle_of(patch);
-  std::uint32_t in_leaf = 0;
-  for (std::uint32_t c = 0; c < cluster.cell_count; ++c) {
-    const scene::ClusterCell& cell = clusters.cells[cluster.first_cell + c];
-    for (std::size_t half = 0; half < (cell.single() ? 1u : 2u); ++half) {
-      const std::array<std::uint8_t, 3> corner = {cell.corner[0], cell.corner[half == 0 ? 1 : 2],
-                                                  cell.corner[half == 0 ? 2 : 3]};
-      for (std::size_t k = 0; k < 3; ++k) {
-        std::array<double, 6> vertex;
-        for (std::size_t key = 0; key < 2; ++key) {
-          const Vec3& p =
-              drawable.positions[drawable.moving ? key : 0][clusters.vertices[cluster.first_vertex + corner[k]]];
-          const std::array<double, 3> r = place(to_raster[drawable.moving ? key : 0], DVec3(p));
-          std::copy(r.begin(), r.end(), vertex.begin() + static_cast<std::ptrdiff_t>(3 * key));
-        }
-        cut_off(vertex, drawable);
-        t.corner[k] = static_cast<std::uint8_t>(vertices.size() - leaf_first_vertex_);
-        vertices.push_back(vertex);
-      }
-      t.triangle = 2 * c + static_cast<std::uint32_t>(half);
-      triangles.push_back(t);
-      if (++in_leaf == kLeafTriangles) {
-        finish_leaf(drawable.moving);
-        in_leaf = 0;
-      }
+  Amount first = at;
+  std::size_t number = 0;
+  const auto finish_leaf = [&] {
+    if (at.triangles > first.triangles) leaves[at.leaves++] = leaf_between(first, at, drawable.moving);
+    first = at;
+  };
+  visit_triangles(clusters, cluster, [&](std::uint32_t triangle, const std::array<std::uint8_t, 3>& corner) {
+    if (number % kClusterLeaf == 0) finish_leaf();
+    if (work.seen[number++ / kClusterLeaf] == 0) return;
+    t.triangle = triangle;
+    for (std::size_t k = 0; k < 3; ++k) {
+      t.corner[k] = static_cast<std::uint8_t>(at.vertices - first.vertices);
+      vertices[at.vertices++] = cluster_vertex(patch, clusters.vertices[cluster.first_vertex + corner[k]]);
     }
-  }
-  finish_leaf(drawable.moving);
+    triangles[at.triangles++] = t;
+  });
+  finish_leaf();
+}
+
+ReferenceScene::Leaf ReferenceScene::leaf_between(const Amount& begin, const Amount& end, bool moving) {
+  return {static_cast<std::uint32_t>(begin.vertices), static_cast<std::uint32_t>(begin.triangles),
+          static_cast<std::uint16_t>(end.vertices - begin.vertices),
+          static_cast<std::uint16_t>(end.triangles - begin.triangles), moving};
 }
 
 ReferenceScene::Parameters ReferenceScene::grid_parameters(const Triangle& triangle, double b1, double b2) const {
@@ -288,115 +487,6 @@ ReferenceScene::Parameters ReferenceScene::grid_parameters(const Triangle& trian
         mean.v += static_cast<double>(pattern.v(i, j)) * weight[k];
   }
   return mean;
-}
-
-// ---- The tree ---------------------------------------------------------------------------------------------------
-
-std::array<ReferenceScene::Box, 2> ReferenceScene::leaf_boxes(const Leaf& leaf) const {
-  std::array<Box, 2> boxes = {empty_box(), empty_box()};
-  for (std::size_t v = leaf.first_vertex; v < std::size_t{leaf.first_vertex} + leaf.vertex_count; ++v) {
-    // What the walk through the tree rounds in single precision: 16 units in the last place of everything that it adds
-    // up there.
-    double size = lens_scale;
-    for (std::size_t key = 0; key < 2; ++key)
-      for (std::size_t a = 0; a < 3; ++a)
-        size = std::max(size, std::abs(vertices[v][3 * key + a]) * (a == 2 ? std::max(center_x, center_y) : 1.0));
-    for (std::size_t key = 0; key < 2; ++key) grow(boxes[key], &vertices[v][3 * key], size * 0x1p-20);
-  }
-  return boxes;
-}
-
-std::int32_t ReferenceScene::build(std::vector<std::uint32_t>& order, std::size_t begin, std::size_t end) {
-  constexpr std::size_t kBins = 16;
-  const auto number = static_cast<std::int32_t>(nodes.size());
-  Node node;
-  node.box = {empty_box(), empty_box()};
-  for (std::size_t k = begin; k < end; ++k) {
-    for (std::size_t key = 0; key < 2; ++key) grow(node.box[key], leaf_boxes_[order[k]][key]);
-    node.moving = node.moving || leaves[order[k]].moving;
-  }
-  nodes.push_back(node);
-  if (end - begin == 1) {
-    nodes.back().right = static_cast<std::int32_t>(order[begin]);
-    return number;
-  }
-  // Binned surface-area heuristic over the middles of the leaves.
-  std::size_t best_axis = 3, best_bin = 0;
-  double best_cost = std::numeric_limits<double>::infinity();
-  std::array<float, 3> low, high;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    low[axis] = std::numeric_limits<float>::infinity(), high[axis] = -low[axis];
-    for (std::size_t k = begin; k < end; ++k) {
-      const float m = middle(leaf_boxes_[order[k]], axis);
-      low[axis] = std::min(low[axis], m), high[axis] = std::max(high[axis], m);
-    }
-  }
-  const auto bin_of = [&](std::uint32_t leaf, std::size_t axis) {
-    const float share = (middle(leaf_boxes_[leaf], axis) - low[axis]) / (high[axis] - low[axis]);
-    return std::min<std::size_t>(static_cast<std::size_t>(share * static_cast<float>(kBins)), kBins - 1);
-  };
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (!(high[axis] > low[axis])) continue;
-    std::array<std::array<Box, 2>, kBins> box;
-    std::array<std::size_t, kBins> count{};
-    for (auto& b : box) b = {empty_box(), empty_box()};
-    for (std::size_t k = begin; k < end; ++k) {
-      const std::size_t bin = bin_of(order[k], axis);
-      ++count[bin];
-      for (std::size_t key = 0; key < 2; ++key) grow(box[bin][key], leaf_boxes_[order[k]][key]);
-    }
-    std::array<double, kBins> below{};  // of the bins up to here
-    for (const bool up : {true, false}) {
-      std::array<Box, 2> sum = {empty_box(), empty_box()};
-      std::size_t total = 0;
-      for (std::size_t step = 0; step + 1 < kBins; ++step) {
-        const std::size_t bin = up ? step : kBins - 1 - step;
-        total += count[bin];
-        for (std::size_t key = 0; key < 2; ++key) grow(sum[key], box[bin][key]);
-        const double cost = total == 0 ? 0 : cost_of(sum, orthographic) * static_cast<double>(total);
-        if (up) {
-          below[bin] = total == 0 ? std::numeric_limits<double>::infinity() : cost;
-        } else if (total > 0 && below[bin - 1] + cost < best_cost) {
-          best_cost = below[bin - 1] + cost;
-          best_axis = axis;
-          best_bin = bin;  // the first one of the right side
-        }
-      }
-    }
-  }
-  std::size_t split = begin + (end - begin) / 2;
-  if (best_axis < 3) {
-    const auto at = std::stable_partition(order.begin() + static_cast<std::ptrdiff_t>(begin),
-                                          order.begin() + static_cast<std::ptrdiff_t>(end),
-                                          [&](std::uint32_t leaf) { return bin_of(leaf, best_axis) < best_bin; });
-    split = static_cast<std::size_t>(at - order.begin());
-  }
-  if (split == begin || split == end) split = begin + (end - begin) / 2;
-  const std::int32_t left = build(order, begin, split), right = build(order, split, end);
-  nodes[static_cast<std::size_t>(number)].left = left;
-  nodes[static_cast<std::size_t>(number)].right = right;
-  return number;
-}
-
-void ReferenceScene::measure_blur() {
-  double travel = 0, confusion = 0;
-  std::size_t count = 0;
-  for (const std::array<Box, 2>& boxes : leaf_boxes_) {
-    std::array<double, 2> x, y, z;
-    for (std::size_t key = 0; key < 2; ++key) {
-      z[key] = 0.5 * static_cast<double>(boxes[key].low[2] + boxes[key].high[2]);
-      const double w = orthographic ? 1.0 : z[key];
-      x[key] = 0.5 * static_cast<double>(boxes[key].low[0] + boxes[key].high[0]) / w;
-      y[key] = 0.5 * static_cast<double>(boxes[key].low[1] + boxes[key].high[1]) / w;
-    }
-    if (!(z[0] > near) || !(z[1] > near) || std::abs(x[0]) > center_x || std::abs(y[0]) > center_y) continue;
-    travel += std::hypot(x[1] - x[0], y[1] - y[0]);
-    confusion += lens_scale * std::abs(orthographic ? 1.0 - z[0] * inverse_focus : 1.0 / z[0] - inverse_focus);
-    ++count;
-  }
-  if (count == 0) return;
-  mean_travel_pixels = travel / static_cast<double>(count);
-  mean_confusion_pixels = confusion / static_cast<double>(count);
 }
 
 }  // namespace tessera::reference

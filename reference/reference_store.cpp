@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
+#include <span>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -26,6 +28,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr std::uint64_t kSeed = 20240607, kOtherSeed = 77, kSliceSeed = 4711;
+constexpr std::uint64_t kSeries = 4;  // independent ones, for the convergence
 
 // A frame posed as finely as the reference is wanted.
 struct PosedReference {
@@ -51,26 +54,54 @@ struct PosedReference {
   std::unique_ptr<ShutterSlices> slices;
 };
 
-ReferenceRequest request_of(const scene::Capture& capture, std::uint64_t seed, std::vector<int> samples) {
+ReferenceRequest request_of(const scene::Capture& capture, std::uint64_t seed, std::vector<int> samples,
+                            const std::function<void(double)>& finished) {
   ReferenceRequest request;
   request.lighting = gpu::frame_lighting(capture);
   request.background = gpu::frame_background(capture);
   request.seed = seed;
   request.samples = std::move(samples);
+  request.finished = finished;
   return request;
+}
+
+// Numbers of samples after which a reference may be enough, each half of the next. Fewer say too little of its noise.
+std::vector<int> halvings(int samples) {
+  constexpr int kFewest = 32;
+  std::vector<int> numbers = {samples};
+  do numbers.insert(numbers.begin(), std::max(1, numbers.front() / 2));
+  while (numbers.front() >= 2 * kFewest);
+  if (numbers[0] == numbers[1]) numbers.erase(numbers.begin());
+  return numbers;
+}
+
+// The noise that is left in an image of `all` samples, from that of its first half.
+struct Noise {
+  double rms_error;
+  double psnr_db;  // on display values; infinity where the halves are the same
+};
+Noise noise_of(const Image& first_half, int half, const Image& image, int all, float exposure) {
+  Image second = first_half;
+  const auto count = static_cast<float>(all), first = static_cast<float>(half);
+  for (std::size_t i = 0; i < second.values.size(); ++i)
+    second.values[i] = (image.values[i] * count - second.values[i] * first) / (count - first);
+  // The mean of two halves errs by half of their difference.
+  return {0.5 * rms_difference(first_half, second),
+          psnr(display_values(first_half, exposure), display_values(second, exposure)) + 20 * std::log10(2.0)};
 }
 
 // The error of an image of n samples: the spread of images of n samples that share none. Each of four series of
 // independent seeds gives two, its first n and its next n.
 Convergence measure_convergence(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
-                                const gpu::RunSettings& settings, const ReferenceSettings& wanted) {
+                                const gpu::RunSettings& settings, const ReferenceSettings& wanted, int most,
+                                const std::function<void(double)>& finished) {
   Convergence out{std::max(1, wanted.width / 4), std::max(1, wanted.height / 4), {}, {}, {}};
   const PosedReference posed(prepared, gpu, settings, wanted, out.width, out.height);
   std::vector<int>& samples = out.samples;
-  for (int n = std::min(16, wanted.samples); n <= wanted.samples; n *= 2) samples.push_back(n);
+  for (int n = std::min(16, most); n <= most; n *= 2) samples.push_back(n);
   std::vector<std::vector<Image>> series;
-  for (std::uint64_t k = 0; k < 4; ++k)
-    series.push_back(posed.render(request_of(prepared.capture, kOtherSeed + k, samples)));
+  for (std::uint64_t k = 0; k < kSeries; ++k)
+    series.push_back(posed.render(request_of(prepared.capture, kOtherSeed + k, samples, finished)));
   std::vector<double>& errors = out.rms_error;
   for (std::size_t n = 0; n < samples.size(); ++n) {
     double squares = 0;
@@ -94,36 +125,50 @@ Convergence measure_convergence(const gpu::PreparedCapture& prepared, const gpu:
 }
 
 Reference make_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
-                         const gpu::RunSettings& settings, const ReferenceSettings& wanted) {
+                         const gpu::RunSettings& settings, const ReferenceSettings& wanted,
+                         ReferenceProgress& progress) {
   const auto start = std::chrono::steady_clock::now();
   const double processor = process_seconds();
   const PosedReference posed(prepared, gpu, settings, wanted, wanted.width, wanted.height);
-  const int half = std::max(1, wanted.samples / 2);
-  std::vector<Image> images = posed.render(
-      request_of(prepared.capture, kSeed,
-                 half < wanted.samples ? std::vector<int>{half, wanted.samples} : std::vector<int>{wanted.samples}));
+  const auto finished = [&progress](double samples) { progress.done += samples; };
+  const double images = shows_what_is_behind(posed.slices->common()) ? 2 : 1;
+  // Samples of the convergence's series, which are a quarter as wide and as high.
+  const double own_pixels = static_cast<double>(wanted.width) * wanted.height * images,
+               series_pixels =
+                   kSeries * std::max(1.0, wanted.width / 4.0) * std::max(1.0, wanted.height / 4.0) * images;
+  progress.done = 0;
+  progress.all = (own_pixels + series_pixels) * wanted.samples;
+  const float exposure =
+      settings.output.exposure > 0 ? static_cast<float>(settings.output.exposure) : prepared.capture.settings.exposure;
+  const std::vector<int> numbers = halvings(wanted.samples);
+  const auto noise = [&](std::span<const Image> made) {
+    const std::size_t last = made.size() - 1;
+    return noise_of(made[last - 1], numbers[last - 1], made[last], numbers[last], exposure);
+  };
+  ReferenceRequest request = request_of(prepared.capture, kSeed, numbers, finished);
+  if (wanted.enough_db > 0)
+    request.enough = [&](std::span<const Image> made) {
+      return made.size() > 1 && noise(made).psnr_db >= wanted.enough_db;
+    };
+  std::vector<Image> made = posed.render(request);
   Reference reference;
-  reference.color = std::move(images.back());
-  reference.info.samples = wanted.samples;
-  reference.info.edge_pixels = wanted.edge_pixels;
-  reference.info.triangles = ReferenceScene(posed.slices->common()).triangles.size();
-  if (images.size() > 1) {
-    Image second = images.front();
-    const float all = static_cast<float>(wanted.samples), first = static_cast<float>(half);
-    for (std::size_t i = 0; i < second.values.size(); ++i)
-      second.values[i] = (reference.color.values[i] * all - second.values[i] * first) / (all - first);
-    // The mean of two halves errs by half of their difference.
-    reference.info.rms_error = 0.5 * rms_difference(images.front(), second);
-    const float exposure = settings.output.exposure > 0 ? static_cast<float>(settings.output.exposure)
-                                                        : prepared.capture.settings.exposure;
-    const double db =
-        psnr(display_values(images.front(), exposure), display_values(second, exposure)) + 20 * std::log10(2.0);
-    if (std::isfinite(db)) reference.info.psnr_db = db;
+  ReferenceInfo& info = reference.info;
+  info.samples = numbers[made.size() - 1];
+  info.asked_samples = wanted.samples;
+  if (wanted.enough_db > 0) info.enough_db = wanted.enough_db;
+  info.edge_pixels = wanted.edge_pixels;
+  info.triangles = ReferenceScene(posed.slices->common(), {.region = {}, .count_only = true}).triangle_count;
+  if (made.size() > 1) {
+    const Noise left = noise(made);
+    info.rms_error = left.rms_error;
+    if (std::isfinite(left.psnr_db)) info.psnr_db = left.psnr_db;
   }
+  reference.color = std::move(made.back());
   const double own = process_seconds() - processor,
                seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  reference.info.convergence = measure_convergence(prepared, gpu, settings, wanted);
-  reference.info.host = {seconds, own, process_seconds() - processor - own};
+  progress.all = progress.done + series_pixels * info.samples;
+  info.convergence = measure_convergence(prepared, gpu, settings, wanted, info.samples, finished);
+  info.host = {seconds, own, process_seconds() - processor - own};
   return reference;
 }
 
@@ -131,7 +176,7 @@ Reference make_reference(const gpu::PreparedCapture& prepared, const gpu::GpuCon
 
 Reference get_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
                         const gpu::RunSettings& settings, const ReferenceSettings& wanted, const fs::path& folder,
-                        const std::string& inputs) {
+                        const std::string& inputs, ReferenceProgress* progress) {
   const json key = {
       {"inputs", inputs},
       {"width", wanted.width},
@@ -139,6 +184,7 @@ Reference get_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConf
       {"frame", wanted.frame},
       {"shutter", "true curve at random times"},
       {"samples", wanted.samples},
+      {"enough_db", wanted.enough_db},
       {"edge", wanted.edge_pixels},
       {"grids", wanted.edge_pixels > 0 ? json()
                                        : json({settings.tessellation.target_edge_pixels,
@@ -161,7 +207,8 @@ Reference get_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConf
       throw InputError(image.string(), "", "is not the image that its name stands for");
     return reference;
   }
-  reference = make_reference(prepared, gpu, settings, wanted);
+  ReferenceProgress unread;
+  reference = make_reference(prepared, gpu, settings, wanted, progress != nullptr ? *progress : unread);
   std::vector<ExrChannel> channels;
   for (std::size_t c = 0; c < 3; ++c)
     channels.push_back({std::string(1, "RGB"[c]), ExrChannel::Type::kFloat, reference.color.values.data() + c,

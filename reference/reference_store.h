@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <atomic>
 #include <filesystem>
 #include <string>
 
@@ -14,6 +16,16 @@ struct ReferenceSettings {
   int width = 640, height = 360, frame = 0;
   int samples = 1024;        // per pixel, plain random ones
   double edge_pixels = 1.0;  // target edge length of its grids; 0: the machine's own grids, heights and attributes
+  // Decibels of PSNR on display values at which its own noise is small enough to take no more samples; 0: it takes all.
+  // The default is 9 dB below the smallest error that a setting of the shipped captures shows (50.7 dB, docs/accuracy.md):
+  // an eighth of its square.
+  double enough_db = 60.0;
+};
+
+// How far a reference is. It may be read while another thread makes it.
+struct ReferenceProgress {
+  std::atomic<double> done = 0, all = 1;  // samples
+  double share() const { return std::min(1.0, done / all); }
 };
 
 struct Reference {
@@ -28,7 +40,8 @@ inline constexpr int kReferenceMaxFactor = 255;
 // written there. `inputs` is what else it follows from (the capture's and the program's fingerprints).
 Reference get_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
                         const gpu::RunSettings& settings, const ReferenceSettings& wanted,
-                        const std::filesystem::path& folder, const std::string& inputs);
+                        const std::filesystem::path& folder, const std::string& inputs,
+                        ReferenceProgress* progress = nullptr);
 
 // An image as a display shows it: exposure, tone map and sRGB curve as write_png's images have them, not rounded to
 // 8 bits. What all errors are measured on. First three channels.

@@ -74,7 +74,8 @@ void Progress::show(const std::string& note, double share) {
     return;
   }
   constexpr std::size_t kWidth = 30;
-  const std::size_t filled = total_ > 0 ? std::min(kWidth, done_ * kWidth / total_) : kWidth;
+  const std::size_t filled =
+      total_ > 0 ? std::min(kWidth, static_cast<std::size_t>(done / all * static_cast<double>(kWidth))) : kWidth;
   std::fprintf(stderr, "%s",
                fmt::format("\r\033[K[{}{}] {}/{}  {}  {}", std::string(filled, '#'), std::string(kWidth - filled, '.'),
                            done_, total_, note, time_left)

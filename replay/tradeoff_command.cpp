@@ -94,9 +94,14 @@ class TradeoffCommand final : public Command {
         ->type_name("N")
         ->check(CLI::Range(1, 1000));
     app.add_option("--reference-samples", samples_,
-                   "Samples per pixel of the reference: plain random numbers, all shaded, in double precision")
+                   "Most samples per pixel of the reference: plain random numbers, all shaded, in double precision")
         ->type_name("N")
         ->check(CLI::Range(1, 1 << 20))
+        ->capture_default_str();
+    app.add_option("--reference-noise", noise_,
+                   "The reference takes no more samples once its own noise, as PSNR of displayed values, is at least "
+                   "this; 0: it takes all")
+        ->type_name("DB")
         ->capture_default_str();
     app.add_option("--reference-edge", edge_,
                    "Wanted length of the sides of the reference's cells on screen, in pixels; 0: the machine's own "
@@ -193,6 +198,7 @@ class TradeoffCommand final : public Command {
     options.run = run_;
     options.rounds = rounds_.value_or(max_flip_ || min_psnr_ ? 1 : 3);
     options.reference_samples = samples_;
+    options.reference_enough_db = check_number("--reference-noise", noise_, 0, 1000);
     options.reference_edge_pixels = edge_ == 0 ? 0.0 : check_number("--reference-edge", edge_, 0.25, 64);
     options.knobs = listed_names(knobs_);
     options.joint = listed_names(joint_ == "usual" ? kUsualJoint : joint_);
@@ -208,7 +214,8 @@ class TradeoffCommand final : public Command {
 
   static void say_reference(const reference::ReferenceInfo& reference) {
     fmt::print(
-        "; reference: {} samples per pixel, {}, {} triangles", reference.samples,
+        "; reference: {} samples per pixel{}, {}, {} triangles", reference.samples,
+        reference.samples < reference.asked_samples ? fmt::format(" of {}", reference.asked_samples) : "",
         reference.edge_pixels == 0 ? "the machine's own grids" : fmt::format("cells of {} px", reference.edge_pixels),
         reference.triangles);
     if (reference.psnr_db) fmt::print(", its own noise {:.1f} dB", *reference.psnr_db);
@@ -228,7 +235,7 @@ class TradeoffCommand final : public Command {
   ViewChoices view_;
   std::optional<int> rounds_;
   int run_ = 6, samples_ = 1024, max_points_ = 400;
-  double edge_ = 1.0, max_memory_gib_ = 4;
+  double noise_ = TradeoffOptions().reference_enough_db, edge_ = 1.0, max_memory_gib_ = 4;
   unsigned threads_ = 0;
   bool quiet_ = false, strict_ = false;
 };

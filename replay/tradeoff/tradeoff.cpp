@@ -1,6 +1,7 @@
 #include "replay/tradeoff/tradeoff.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -60,16 +61,11 @@ class Tradeoff {
     // Models of timing draw nothing.
     const bool draws = std::any_of(blocks.begin(), blocks.end(),
                                    [](const Block& block) { return !block.knob.timed && !block.rows.empty(); });
-    std::size_t steps = draws ? 1 : 0, done = steps;
+    std::optional<reference::Reference> reference;
+    if (draws) reference = make_reference(prepared);
+    std::size_t steps = 0, done = 0;
     for (const Block& block : blocks) steps += block.rows.size();
     Progress progress(steps, options_.quiet);
-    std::optional<reference::Reference> reference;
-    if (draws) {
-      const reference::ReferenceSettings wanted{options_.width, options_.height, place_.frame,
-                                                options_.reference_samples, options_.reference_edge_pixels};
-      reference = get_reference(prepared, options_.gpu, options_.settings, wanted, options_.folder, place_.inputs);
-      progress.update(done, "reference");
-    }
     const Image* const color = reference ? &reference->color : nullptr;
     TradeoffResult out{.capture = options_.capture.filename().string(),
                        .variant = options_.variant,
@@ -131,6 +127,25 @@ class Tradeoff {
     place_.inputs = capture_fingerprint(options_.capture) + program_fingerprint();
     if (options_.variant) place_.inputs += " variant " + *options_.variant;
     place_.inputs += view_arguments(options_.view);
+    place_.reference = fmt::format("{} samples, {} dB, cells of {}", options_.reference_samples,
+                                   options_.reference_enough_db, options_.reference_edge_pixels);
+  }
+
+  reference::Reference make_reference(const gpu::PreparedCapture& prepared) const {
+    const reference::ReferenceSettings wanted{options_.width,
+                                              options_.height,
+                                              place_.frame,
+                                              options_.reference_samples,
+                                              options_.reference_edge_pixels,
+                                              options_.reference_enough_db};
+    reference::ReferenceProgress made;
+    Progress progress(1, options_.quiet, [&] {
+      return StepProgress(fmt::format("reference, {:.0f} %", std::floor(100 * made.share())), made.share());
+    });
+    reference::Reference out =
+        get_reference(prepared, options_.gpu, options_.settings, wanted, options_.folder, place_.inputs, &made);
+    progress.update(1, "reference");
+    return out;
   }
 
   Row make_row(const std::string& label, const KeyValues& values, const KnobSetting& how, const Knob& of) const {

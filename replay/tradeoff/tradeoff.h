@@ -23,6 +23,7 @@ struct TradeoffOptions {
   int rounds = 3;
   int reference_samples = 1024;
   double reference_edge_pixels = 1.0;
+  double reference_enough_db = 60.0;     // reference::ReferenceSettings::enough_db
   std::vector<std::string> knobs;        // empty: all
   std::vector<std::string> joint;        // knobs that are turned together as well
   std::size_t max_points = 400;          // of the joint search

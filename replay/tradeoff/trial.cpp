@@ -208,7 +208,10 @@ void name_trial(Trial& trial, const TrialPlace& place) {
                  {"gpu", gpu::gpu_json(trial.gpu)},
                  {"settings", gpu::settings_json(trial.settings)}};
   if (trial.settings.resolve.desampling == tilecore::Desampling::kAdaptive) inputs["first_frame"] = place.first_frame;
-  if (trial.timed) inputs["timed"] = true;
+  if (trial.timed)
+    inputs["timed"] = true;
+  else
+    inputs["reference"] = place.reference;
   if (trial.stored) inputs["stored"] = true;
   if (trial.packing.bits > 0) inputs["packing"] = trial.packing.arguments();
   trial.hash = sha256_name(json_text(inputs));

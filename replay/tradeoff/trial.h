@@ -27,7 +27,8 @@ struct TrialPlace {
   int frame = 0;        // the one that is compared
   int first_frame = 0;  // with resolve.desampling=adaptive the frames from here on come first
   int rounds = 3;
-  std::string inputs;  // fingerprints of capture and program
+  std::string inputs;     // fingerprints of capture and program
+  std::string reference;  // what the reference that images are compared with is made with
 };
 
 // What timed trials time: each frame is rendered once, whatever machines time it.

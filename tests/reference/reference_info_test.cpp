@@ -8,7 +8,8 @@ namespace {
 
 ReferenceInfo example() {
   ReferenceInfo info;
-  info.samples = 1024, info.edge_pixels = 0.1, info.triangles = 18446744073709551615u;
+  info.samples = 512, info.asked_samples = 1024, info.enough_db = 47.7, info.edge_pixels = 0.1,
+  info.triangles = 18446744073709551615u;
   info.rms_error = 1.0 / 3, info.psnr_db = 48.123456789012345;
   info.convergence = {40, 30, {4, 16}, {0.1, 0.05}, -0.5};
   info.host = {1.25, 2.5, 0.125};
@@ -30,7 +31,7 @@ std::string fault_of(const std::string& text) {
 TEST(ReferenceInfo, ComesBackToTheLastBit) {
   for (const bool measured : {true, false}) {
     ReferenceInfo info = example();
-    if (!measured) info.rms_error = info.psnr_db = info.convergence.slope = std::nullopt;
+    if (!measured) info.enough_db = info.rms_error = info.psnr_db = info.convergence.slope = std::nullopt;
     const test::TemporaryFolder folder;
     test::write_text(folder / "r.json", reference_info_json(info).dump());
     EXPECT_EQ(read_reference_info(folder / "r.json"), info);
@@ -52,9 +53,10 @@ TEST(ReferenceInfo, IsRefusedWithoutAnyOfItsMembers) {
 
 TEST(ReferenceInfo, IsRefusedAtTheMemberOfAnotherType) {
   const json whole = reference_info_json(example());
-  for (const char* pointer : {"/samples", "/edge_pixels", "/triangles", "/rms_error", "/psnr_db", "/convergence",
-                              "/convergence/size", "/convergence/size/1", "/convergence/samples/0",
-                              "/convergence/rms_error", "/convergence/slope", "/host", "/host/seconds"})
+  for (const char* pointer :
+       {"/samples", "/asked_samples", "/enough_db", "/edge_pixels", "/triangles", "/rms_error", "/psnr_db",
+        "/convergence", "/convergence/size", "/convergence/size/1", "/convergence/samples/0", "/convergence/rms_error",
+        "/convergence/slope", "/host", "/host/seconds"})
     for (const json& wrong : {json("text"), json(true), json(json::object())}) {
       if (wrong.is_object() && whole[json::json_pointer(pointer)].is_object()) continue;
       json damaged = whole;

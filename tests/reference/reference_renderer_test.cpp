@@ -409,6 +409,44 @@ TEST(ReferenceStore, AnEffectThatIsTurnedOffIsAnotherReference) {
   }
 }
 
+TEST(ReferenceStore, EndsWhereItsNoiseIsSmallEnough) {
+  const test::TemporaryFolder folder;
+  const Capture capture = shipped("eggs");
+  const auto made = [&](int samples, double enough_db) {
+    return get_reference(
+        gpu::PreparedCapture(capture), {}, {},
+        {.width = 48, .height = 27, .frame = 14, .samples = samples, .edge_pixels = 0, .enough_db = enough_db},
+        folder.path(), "inputs");
+  };
+  const Reference all = made(512, 0);
+  EXPECT_EQ(all.info.samples, 512);
+  EXPECT_EQ(all.info.enough_db, std::nullopt);
+  ASSERT_TRUE(all.info.psnr_db);
+  // What four times as many samples give less 6 dB, a quarter of them has.
+  const double enough = *all.info.psnr_db - 5;
+  const Reference ended = made(512, enough);
+  EXPECT_EQ(ended.info.asked_samples, 512);
+  EXPECT_EQ(ended.info.enough_db, enough);
+  EXPECT_LT(ended.info.samples, 512);
+  EXPECT_GE(ended.info.samples, 64);
+  EXPECT_GE(ended.info.psnr_db.value(), enough);
+  EXPECT_EQ(ended.color.values, made(ended.info.samples, 0).color.values) << "the first samples of the same";
+  // The twin: noise that it never comes down to.
+  EXPECT_EQ(made(512, 200).info.samples, 512);
+  EXPECT_EQ(made(512, 200).color.values, all.color.values);
+}
+
+TEST(ReferenceStore, SaysHowFarItIs) {
+  const test::TemporaryFolder folder;
+  const Capture capture = shipped("eggs");
+  ReferenceProgress progress;
+  get_reference(gpu::PreparedCapture(capture), {}, {},
+                {.width = 48, .height = 28, .frame = 14, .samples = 4, .edge_pixels = 0}, folder.path(), "inputs",
+                &progress);
+  EXPECT_NEAR(progress.done, 48 * 28 * 4 * (1 + 4.0 / 16), 1e-6);
+  EXPECT_NEAR(progress.share(), 1, 1e-9);
+}
+
 TEST(ReferenceStore, RefusesAnImageOfAnotherSize) {
   const test::TemporaryFolder folder;
   const Capture capture = shipped("eggs");
