@@ -13,8 +13,8 @@ namespace tessera::replay {
 // the differences that the settings make alone.
 //
 // Invariants (cited by the tests):
-//   CS1  No combination is proposed twice, nor one whose settings were all measured alone.
-//   CS2  Where costs multiply and squared errors add up, what is found is the cheapest that is good enough.
+//   CSE1  No combination is proposed twice, nor one whose settings were all measured alone.
+//   CSE2  Where costs multiply and squared errors add up, what is found is the cheapest that is good enough.
 class CombinationSearch {
  public:
   // Knobs whose settings were measured alone, the others as `against`. Those in double are left out.

@@ -208,7 +208,7 @@ struct SeparableMachine {
   double squared[3][5], cost[3][5];
 };
 
-TEST(CombinationSearch, CS2FindsTheCheapestWithFewTrials) {
+TEST(CombinationSearch, CSE2FindsTheCheapestWithFewTrials) {
   test::Random random(3);
   std::size_t trials = 0;
   int blind = 0;  // the failing twin: the cheapest of single settings
@@ -227,8 +227,8 @@ TEST(CombinationSearch, CS2FindsTheCheapestWithFewTrials) {
     std::optional<double> best = alone;
     std::set<CombinationSearch::Combination> seen;
     while (const auto next = search.next()) {
-      EXPECT_TRUE(seen.insert(*next).second) << "CS1: proposed twice";
-      EXPECT_GT(std::count_if(next->begin(), next->end(), [](std::size_t s) { return s != 2; }), 1) << "CS1: measured";
+      EXPECT_TRUE(seen.insert(*next).second) << "CSE1: proposed twice";
+      EXPECT_GT(std::count_if(next->begin(), next->end(), [](std::size_t s) { return s != 2; }), 1) << "CSE1: measured";
       const Measurement m = machine.measured(*next);
       if (shortfall_db(*m.error, wanted) == 0 && (!best || *m.ms < *best)) best = *m.ms;
       search.add(*next, m);
@@ -248,7 +248,7 @@ TEST(CombinationSearch, CS2FindsTheCheapestWithFewTrials) {
 TEST(Cheapest, TheNearestMissLacksTheFewestDecibels) {
   KnobResult a;
   a.name = "a";
-  a.settings = {setting("far", 0.2, 20, 10), setting("near", 0.04, 32, 50), setting("as near, dearer", 0.04, 32, 60),
+  a.settings = {setting("far", 0.2, 20, 10), setting("near", 0.04, 32, 50), setting("as near, expensive", 0.04, 32, 60),
                 setting("good", 0.01, 40, 90)};
   const auto missed = nearest_miss({a}, {Cost::kMs, {}, 35});
   ASSERT_TRUE(missed);
