@@ -4,7 +4,7 @@
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$here/../../..
-out=${1:-$(mktemp -d)} size=${2:-640x360} samples=${3:-256}
+out=${1:-$(mktemp -d)} size=${2:-320x180} samples=${3:-256}
 for capture in eggs vases stroll flyby serpent city garden workshop; do
   # NAME ARGUMENTS: measures and keeps the result as NAME.json.
   measure() {
