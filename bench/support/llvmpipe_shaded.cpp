@@ -1,214 +1,123 @@
 #include "bench/support/llvmpipe_shaded.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <stdexcept>
-#include <string>
 
+#include "bench/support/llvmpipe_glsl.h"
 #include "bench/support/osmesa_objects.h"
 #include "shaders_cpp/environment.h"
 
 namespace tessera::bench {
 namespace {
 
-constexpr const char* kVertex = R"(#version 450
-layout(location = 0) in vec3 projected;  // image times depth, depth
-layout(location = 1) in vec3 position;
-layout(location = 2) in vec3 normal;
-layout(location = 3) in vec2 texcoord;
-uniform vec2 depth;
-out vec3 world, world_normal;
-out vec2 uv;
-void main() {
-  gl_Position = vec4(projected.xy, depth.x * projected.z + depth.y, projected.z);
-  world = position;
-  world_normal = normal;
-  uv = texcoord;
-})";
+// ---- Images -----------------------------------------------------------------------------------------------------
 
-// After shaders_cpp/studio_light.inc and metallic_roughness.inc, and tilecore/shading/lane_shader.inc.
-constexpr const char* kFragment = R"(#version 450
-in vec3 world, world_normal;
-in vec2 uv;
-layout(location = 0) out vec4 color;
-layout(binding = 0) uniform sampler2D base_image;
-layout(binding = 1) uniform sampler2D metallic_roughness_image;
-uniform vec3 eye, sun_color, sun_direction, lamp_color, lamp_position;
-uniform float metallic_factor, roughness_factor;
-uniform vec3 ceiling_light, floor_light, box_axis[3], box_amplitude[3];
-uniform vec4 horizon_widths;
-// A row: weights of the horizon; slope and sharpness; narrow, broad, constant, linear, quadratic.
-layout(std140, binding = 0) uniform Lobes { vec4 lobes[18 * 7]; };
-
-vec3 studio(vec3 d, int row, int next, float share) {
-  vec4 lobe[7];
-  for (int k = 0; k < 7; ++k) lobe[k] = mix(lobes[7 * row + k], lobes[7 * next + k], share);
-  vec4 t = clamp(0.5 + 0.5 * d.y / horizon_widths, 0.0, 1.0);
-  float above = 0.5 + lobe[1].x * d.y + dot(lobe[0], t * t * (3.0 - 2.0 * t) - 0.5);
-  vec3 sum = mix(floor_light, ceiling_light, above);
-  vec3 c = vec3(dot(d, box_axis[0]), dot(d, box_axis[1]), dot(d, box_axis[2]));
-  vec3 e = exp(lobe[1].yzw * (c - 1.0));
-  vec3 boxes = max(e * (lobe[3].xyz + e * lobe[2].xyz) + lobe[4].xyz + c * (lobe[5].xyz + c * lobe[6].xyz), 0.0);
-  return sum + box_amplitude[0] * boxes.x + box_amplitude[1] * boxes.y + box_amplitude[2] * boxes.z;
-}
-
-vec3 reflect_light(vec3 base, float metallic, float given_roughness, vec3 n, vec3 v, vec3 l) {
-  float towards = dot(n, l), n_l = max(towards, 1e-30), n_v = max(dot(n, v), 1e-4);
-  vec3 sum = v + l, h = sum * inversesqrt(max(dot(sum, sum), 1e-12));
-  float n_h = clamp(dot(n, h), 0.0, 1.0), v_h = clamp(dot(v, h), 0.0, 1.0);
-  float roughness = max(given_roughness, 0.045), alpha = roughness * roughness, alpha2 = alpha * alpha;
-  float spread = n_h * n_h * (alpha2 - 1.0) + 1.0;
-  float distribution = alpha2 / (3.14159265 * spread * spread);
-  float visibility = 0.5 / (n_l * sqrt(n_v * n_v * (1.0 - alpha2) + alpha2) +
-                            n_v * sqrt(n_l * n_l * (1.0 - alpha2) + alpha2));
-  float grazing = 1.0 - v_h, grazing2 = grazing * grazing;
-  vec3 f0 = mix(vec3(0.04), base, metallic), fresnel = f0 + (1.0 - f0) * (grazing2 * grazing2 * grazing);
-  vec3 diffuse = (1.0 - fresnel) * (1.0 - metallic) * base * 0.318309886;
-  return (diffuse + fresnel * (distribution * visibility)) * (towards > 0.0 ? n_l : 0.0);
-}
-
-// Albedo and grazing share.
-vec2 environment_reflectance(float r, float m) {
-  float mm = m * m, rr = r * r, mr = m * r;
-  float albedo = (1.116464 - 6.831859 * r + 24.478816 * rr - 6.443647 * rr * r + 24.041413 * m - 11.348127 * mr -
-                  23.488263 * mr * r - 3.610450 * mm + 10.800048 * mm * r - 2.912097 * mm * m) /
-                 (1.0 - 4.382400 * r + 16.758996 * rr + 24.428288 * m - 11.459734 * mr - 5.802704 * mm);
-  float grazing = (0.939250 - 0.334970 * r - 0.162989 * rr - 2.130829 * m + 0.633539 * mr + 1.142693 * mm) /
-                  (1.0 - 0.595692 * r + 13.782813 * rr + 1.118732 * m - 10.554743 * mr + 13.333790 * mm);
-  float all = clamp(albedo, 0.0, 1.0);
-  return vec2(all, min(clamp(grazing, 0.0, 1.0), all));
-}
-
-// Single and multiple reflection.
-void environment_shares(vec2 r, vec3 f0, out vec3 single, out vec3 multiple) {
-  single = f0 * (r.x - r.y) + r.y;
-  vec3 mean = f0 + (1.0 - f0) * (1.0 / 21.0);
-  float lost = 1.0 - r.x;
-  multiple = single * mean * lost / (1.0 - mean * lost);
-}
-
-vec3 shade_by_environment(vec3 base, float metallic, float roughness, vec3 n, vec3 v) {
-  float n_v = max(dot(n, v), 1e-4), plain = 1.0 - metallic;
-  vec2 reflectance = environment_reflectance(roughness, n_v);
-  vec3 coat_single, coat_multiple, single, multiple;
-  environment_shares(reflectance, vec3(0.04), coat_single, coat_multiple);
-  float under = plain * (1.0 - coat_single.x - coat_multiple.x);
-  vec3 mirror = n * (2.0 * dot(n, v)) - v, bent = mirror + (n - mirror) * (roughness * roughness * roughness);
-  float length2 = dot(bent, bent), at = clamp(roughness, 0.0, 1.0) * 16.0, row = floor(at);
-  vec3 around = studio(length2 > 1e-12 ? bent * inversesqrt(length2) : n, int(row), min(int(row) + 1, 16), at - row);
-  vec3 diffuse = studio(n, 17, 17, 0.0);
-  environment_shares(reflectance, 0.04 * plain + base * metallic, single, multiple);
-  return single * around + (multiple + base * under) * diffuse;
-}
-
-void main() {
-  vec3 base = texture(base_image, uv).rgb;
-  vec2 mr = texture(metallic_roughness_image, uv).bg;
-  float metallic = metallic_factor * mr.x, roughness = roughness_factor * mr.y;
-  vec3 n = normalize(world_normal), v = normalize(eye - world);
-  n = dot(n, v) < 0.0 ? -n : n;
-  float facing = dot(n, v);
-  if (facing < 1e-3) n = normalize(n + v * (1e-3 - facing));
-  vec3 offset = lamp_position - world;
-  float distance2 = max(dot(offset, offset), 1e-8);
-  color = vec4(shade_by_environment(base, metallic, roughness, n, v) +
-                   sun_color * reflect_light(base, metallic, roughness, n, v, -sun_direction) +
-                   lamp_color / distance2 *
-                       reflect_light(base, metallic, roughness, n, v, offset * inversesqrt(distance2)), 1.0);
-})";
-
-// All levels of a texture, bound to a unit.
-void load_texture(unsigned unit, const shaders::Texture& from, bool srgb) {
-  glActiveTexture(GL_TEXTURE0 + unit);
-  texture(GL_TEXTURE_2D);
+// All levels of a texture.
+GLuint load_texture(const shaders::Texture& from) {
+  const GLuint name = texture(GL_TEXTURE_2D);
+  const bool srgb = from.color_space() == shaders::ColorSpace::kSrgb;
   glTexStorage2D(GL_TEXTURE_2D, from.level_count(), srgb ? GL_SRGB8_ALPHA8 : GL_RGBA8, from.width(), from.height());
-  const shaders::TextureView view = from.view();
-  for (int level = 0; level < from.level_count(); ++level) {
-    const int width = from.width(level), height = from.height(level);
-    std::vector<std::int32_t> texels;
-    for (int y = 0; y < height; ++y)
-      for (int x = 0; x < width; ++x)  // squares of 4 x 4 texels
-        texels.push_back(
-            view.texels[view.first[level] + (y / 4 * view.squares_across[level] + x / 4) * 16 + y % 4 * 4 + x % 4]);
-    glTexSubImage2D(GL_TEXTURE_2D, level, 0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, texels.data());
-  }
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  for (int level = 0; level < from.level_count(); ++level)
+    glTexSubImage2D(GL_TEXTURE_2D, level, 0, 0, from.width(level), from.height(level), GL_RGBA, GL_UNSIGNED_BYTE,
+                    from.stored_level(level).rgba.data());
+  return name;
 }
+
+GLuint sampler(const shaders::Sampler& from) {
+  const auto wrap = [](shaders::Wrap w) {
+    return w == shaders::Wrap::kRepeat           ? GL_REPEAT
+           : w == shaders::Wrap::kMirroredRepeat ? GL_MIRRORED_REPEAT
+                                                 : GL_CLAMP_TO_EDGE;
+  };
+  constexpr GLint kMinify[3][2] = {{GL_NEAREST, GL_LINEAR},
+                                   {GL_NEAREST_MIPMAP_NEAREST, GL_LINEAR_MIPMAP_NEAREST},
+                                   {GL_NEAREST_MIPMAP_LINEAR, GL_LINEAR_MIPMAP_LINEAR}};
+  GLuint name = 0;
+  glGenSamplers(1, &name);
+  glSamplerParameteri(name, GL_TEXTURE_WRAP_S, wrap(from.wrap_s));
+  glSamplerParameteri(name, GL_TEXTURE_WRAP_T, wrap(from.wrap_t));
+  glSamplerParameteri(name, GL_TEXTURE_MAG_FILTER, from.magnify_linear ? GL_LINEAR : GL_NEAREST);
+  glSamplerParameteri(name, GL_TEXTURE_MIN_FILTER,
+                      kMinify[static_cast<std::size_t>(from.mip)][from.minify_linear ? 1 : 0]);
+  return name;
+}
+
+float half_value(std::uint16_t half) {
+  const int exponent = half >> 10 & 31, fraction = half & 1023;
+  const float size = exponent == 0 ? std::ldexp(static_cast<float>(fraction), -24)
+                                   : std::ldexp(static_cast<float>(1024 + fraction), exponent - 25);
+  return half >> 15 != 0 ? -size : size;
+}
+
+// ---- Light ------------------------------------------------------------------------------------------------------
 
 // The table of studio.h by row, boxes side by side.
-std::vector<float> lobe_vectors() {
-  std::vector<float> out;
+std::vector<Vec4> lobe_vectors() {
+  std::vector<Vec4> out;
   for (const shaders::EnvironmentLobes& row : shaders::kEnvironmentLobes) {
-    out.insert(out.end(), row.horizon.begin(), row.horizon.end());
-    out.push_back(row.slope);
-    for (const shaders::LobeFit& box : row.box) out.push_back(box.sharpness);
+    const auto of_boxes = [&](float shaders::LobeFit::*part) {
+      return Vec3(row.box[0].*part, row.box[1].*part, row.box[2].*part);
+    };
+    out.emplace_back(row.horizon[0], row.horizon[1], row.horizon[2], row.horizon[3]);
+    out.emplace_back(row.slope, of_boxes(&shaders::LobeFit::sharpness));
     for (const auto part : {&shaders::LobeFit::narrow, &shaders::LobeFit::broad, &shaders::LobeFit::constant,
-                            &shaders::LobeFit::linear, &shaders::LobeFit::quadratic}) {
-      for (const shaders::LobeFit& box : row.box) out.push_back(box.*part);
-      out.push_back(0);
-    }
+                            &shaders::LobeFit::linear, &shaders::LobeFit::quadratic})
+      out.emplace_back(of_boxes(part), 0.0f);
   }
   return out;
 }
 
 }  // namespace
 
-ShadedLlvmpipe::ShadedLlvmpipe(const PosedScene& scene, const TriangleList& triangles, int threads, float roughness)
-    : context_(threads), width_(scene.frame->request.width), height_(scene.frame->request.height) {
-  program_ = link(kVertex, kFragment);
-  glUseProgram(program_);
+// ---- What is there before ---------------------------------------------------------------------------------------
+
+ShadedLlvmpipe::ShadedLlvmpipe(const ShadedFrame& frame, int threads, float roughness)
+    : context_(threads),
+      width_(frame.geometry.request.width),
+      height_(frame.geometry.request.height),
+      roughness_(roughness) {
+  const ShadedTriangles triangles = list_shaded_triangles(frame.geometry, frame.patches);
+  triangle_count_ = triangles.triangle_count();
   make_vertices(triangles);
   make_targets();
-  set_uniforms(scene, roughness);
-  // A little room, so that nothing is clipped by rounding.
-  const float near = 0.9f * triangles.near_depth, far = 1.1f * triangles.far_depth;
-  glUniform2f(glGetUniformLocation(program_, "depth"), (far + near) / (far - near), -2 * far * near / (far - near));
+  make_constants(frame);
+  make_background(frame);
+  for (const ShadedTriangles::Draw& d : triangles.draws)
+    draws_.push_back(make_draw(d, frame.geometry.lights[0].size()));
   glViewport(0, 0, width_, height_);
-  glDepthFunc(GL_LESS);
-  glEnable(GL_DEPTH_TEST);
-  glEnable(GL_CULL_FACE);
+  // The library exports no name of it.
+  reinterpret_cast<PFNGLCLIPCONTROLPROC>(OSMesaGetProcAddress("glClipControl"))(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
   glFrontFace(GL_CW);  // rows run downwards
+  glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  glEnable(GL_DEPTH_TEST);
   image_.resize(4 * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
   expect_no_error();
 }
 
-void ShadedLlvmpipe::make_vertices(const TriangleList& triangles) {
-  if (triangles.attributes.size() != triangles.patch.size()) throw std::runtime_error("vertices have no attributes");
-  struct Vertex {
-    float projected[3];
-    TriangleList::Attributes attributes;
-  };
-  static_assert(sizeof(Vertex) == 11 * sizeof(float));
-  std::vector<Vertex> vertices(triangles.patch.size());
-  for (std::size_t v = 0; v < vertices.size(); ++v) {
-    const TriangleList::Vertex& from = triangles.keys[0][v];
-    const double x = 2.0 * static_cast<double>(from.x) / width_ - 1.0,
-                 y = 2.0 * static_cast<double>(from.y) / height_ - 1.0, z = static_cast<double>(from.z);
-    vertices[v] = {{static_cast<float>(x * z), static_cast<float>(y * z), from.z}, triangles.attributes[v]};
-  }
-  std::vector<std::uint32_t> indices = triangles.indices;
-  std::reverse(indices.begin(), indices.end());
-  // Of each triangle backwards again.
-  for (std::size_t t = 0; t < indices.size(); t += 3) std::swap(indices[t], indices[t + 2]);
-  index_count_ = static_cast<int>(indices.size());
-
+void ShadedLlvmpipe::make_vertices(const ShadedTriangles& triangles) {
+  using Vertex = ShadedTriangles::Vertex;
   glGenVertexArrays(1, &vertices_);
   glBindVertexArray(vertices_);
   GLuint buffers[2];
   glGenBuffers(2, buffers);
-  glBindBuffer(GL_ARRAY_BUFFER, buffers[0]);
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(Vertex)), vertices.data(),
-               GL_STATIC_DRAW);
-  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffers[1]);
-  glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size() * sizeof(std::uint32_t)), indices.data(),
-               GL_STATIC_DRAW);
-  std::size_t at = 0;
-  for (GLuint attribute = 0; attribute < 4; ++attribute) {
-    const int numbers = attribute < 3 ? 3 : 2;
+  const auto fill = [](GLenum kind, GLuint buffer, const auto& values) {
+    glBindBuffer(kind, buffer);
+    glBufferData(kind, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(), GL_STATIC_DRAW);
+  };
+  fill(GL_ARRAY_BUFFER, buffers[0], triangles.vertices);
+  fill(GL_ELEMENT_ARRAY_BUFFER, buffers[1], triangles.indices);
+  GLuint attribute = 0;
+  const auto add = [&](int numbers, std::size_t at) {
     glVertexAttribPointer(attribute, numbers, GL_FLOAT, GL_FALSE, sizeof(Vertex), reinterpret_cast<const void*>(at));
-    glEnableVertexAttribArray(attribute);
-    at += static_cast<std::size_t>(numbers) * sizeof(float);
-  }
+    glEnableVertexAttribArray(attribute++);
+  };
+  add(4, offsetof(Vertex, clip));
+  add(3, offsetof(Vertex, position));
+  add(3, offsetof(Vertex, normal));
+  add(2, offsetof(Vertex, texcoord));
+  add(4, offsetof(Vertex, color));
 }
 
 void ShadedLlvmpipe::make_targets() {
@@ -224,41 +133,138 @@ void ShadedLlvmpipe::make_targets() {
   expect_complete(4);
 }
 
-void ShadedLlvmpipe::set_uniforms(const PosedScene& scene, float roughness) {
-  const auto set = [&](const std::string& name, const Vec3& v) {
-    glUniform3f(glGetUniformLocation(program_, name.c_str()), v.x, v.y, v.z);
-  };
-  const scene::Material& material = scene.capture.materials.at(0);
-  load_texture(0, *material.base_color_texture.texture, true);
-  load_texture(1, *material.metallic_roughness_texture.texture, false);
-  glUniform1f(glGetUniformLocation(program_, "metallic_factor"), material.metallic);
-  glUniform1f(glGetUniformLocation(program_, "roughness_factor"), roughness * material.roughness);
-  set("eye", Vec3(DVec3(scene.frame->views[0].camera_to_world[3])));
-  for (const shaders::Light& light : scene.frame->lights[0]) {
-    const bool sun = light.type == shaders::Light::Type::kDirectional;
-    set(sun ? "sun_color" : "lamp_color", light.color);
-    set(sun ? "sun_direction" : "lamp_position", sun ? light.direction : light.position);
+// The block that all programs share.
+void ShadedLlvmpipe::make_constants(const ShadedFrame& frame) {
+  if (frame.around.kind != shaders::Surroundings::Kind::kStudio)
+    throw std::runtime_error("llvmpipe has the studio alone");
+  const float intensity = frame.around.intensity;
+  std::vector<Vec4> block = lobe_vectors();
+  const auto add = [&](const Vec3& v, float w) { block.push_back({v.x, v.y, v.z, w}); };
+  const auto& widths = shaders::kHorizonWidths;
+  block.push_back({widths[0], widths[1], widths[2], widths[3]});
+  add(shaders::kCeiling * intensity, 0), add(shaders::kFloor * intensity, 0);
+  for (const Vec3& axis : shaders::soft_box_axes()) add(axis, 0);
+  for (const shaders::SoftBox& box : shaders::kSoftBoxes) add(box.amplitude * intensity, 0);
+  add(Vec3(DVec3(frame.geometry.views[0].camera_to_world[3])), 0);
+  for (const shaders::Light& light : frame.geometry.lights[0]) {
+    if (light.type == shaders::Light::Type::kSpot) throw std::runtime_error("llvmpipe has no spot lights");
+    const bool point = light.type == shaders::Light::Type::kPoint;
+    add(point ? light.position : -light.direction, point ? 1 : 0);
+    add(light.color, point && light.range > 0 ? 1 / (light.range * light.range) : 0);
   }
-  set("ceiling_light", shaders::kCeiling), set("floor_light", shaders::kFloor);
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::string at = "[" + std::to_string(k) + "]";
-    set("box_axis" + at, shaders::soft_box_axes()[k]);
-    set("box_amplitude" + at, shaders::kSoftBoxes[k].amplitude);
-  }
-  glUniform4fv(glGetUniformLocation(program_, "horizon_widths"), 1, shaders::kHorizonWidths.data());
-  const std::vector<float> lobes = lobe_vectors();
+  add(Vec3(0), 0);
   GLuint buffer = 0;
   glGenBuffers(1, &buffer);
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, buffer);
-  glBufferData(GL_UNIFORM_BUFFER, static_cast<GLsizeiptr>(lobes.size() * sizeof(float)), lobes.data(), GL_STATIC_DRAW);
+  glBufferData(GL_UNIFORM_BUFFER, static_cast<GLsizeiptr>(block.size() * sizeof(Vec4)), block.data(), GL_STATIC_DRAW);
+}
+
+void ShadedLlvmpipe::make_background(const ShadedFrame& frame) {
+  clear_color_ = frame.background.value_or(Vec3(0));
+  if (frame.background || !frame.studio_is_seen) return;
+  background_program_ = link(kBackgroundVertex, kBackgroundFragment);
+  glUseProgram(background_program_);
+  const scene::Projection& p = frame.geometry.projection;
+  // Rows run downwards, the camera looks along -z.
+  const DMat3 ray = DMat3(frame.geometry.views[0].camera_to_world) *
+                    DMat3(DVec3(1, 0, 0), DVec3(0, -1, 0), DVec3(-p.center_x, p.center_y, -p.scale));
+  const Mat3 numbers(ray);
+  glUniformMatrix3fv(0, 1, GL_FALSE, &numbers[0][0]);
+  for (const int k : {0, 1}) {
+    const auto light = shaders::studio_background(k == 0 ? -1.0f : 1.0f, frame.around.intensity);
+    glUniform3f(1 + k, light.x, light.y, light.z);
+  }
+}
+
+ShadedLlvmpipe::Draw ShadedLlvmpipe::make_draw(const ShadedTriangles::Draw& from, std::size_t lights) {
+  const scene::Material& m = *from.material;
+  const bool masked = m.alpha_mode == scene::AlphaMode::kMask;
+  Draw out{&m, 0, 0, {}, {}, from.first, from.count};
+  std::string macros = "#version 450\n#define LIGHTS " + std::to_string(lights) + "\n";
+  const auto define = [&](bool wanted, const char* name) {
+    if (wanted) macros += std::string("#define ") + name + "\n";
+  };
+  define(m.alpha_mode == scene::AlphaMode::kBlend, "BLEND");
+  define(m.double_sided, "DOUBLE_SIDED");
+  define(m.unlit, "UNLIT");
+  define(from.colored, "COLORS");
+  const std::pair<const scene::TextureSlot*, const char*> images[] = {
+      {&m.base_color_texture, "BASE_IMAGE"},
+      {&m.metallic_roughness_texture, "METALLIC_ROUGHNESS_IMAGE"},
+      {&m.emissive_texture, "EMISSIVE_IMAGE"}};
+  for (std::size_t unit = 0; unit < 3; ++unit) {
+    const auto& [slot, name] = images[unit];
+    const bool read = slot->texture != nullptr && (unit == 0 || !m.unlit);
+    define(read, name);
+    if (read) out.textures[unit] = texture_of(*slot->texture), out.samplers[unit] = sampler(slot->sampler);
+  }
+  out.program = program_of(macros);
+  define(masked, "MASK_ALONE");
+  if (masked) out.mask_program = program_of(macros);
+  return out;
+}
+
+unsigned ShadedLlvmpipe::program_of(const std::string& macros) {
+  unsigned& program = programs_[macros];
+  if (program == 0) program = link((macros + kShadedVertex).c_str(), (macros + kShadedFragment).c_str());
+  return program;
+}
+
+unsigned ShadedLlvmpipe::texture_of(const shaders::Texture& from) {
+  unsigned& name = textures_[&from];
+  if (name == 0) name = load_texture(from);
+  return name;
+}
+
+// ---- The frame --------------------------------------------------------------------------------------------------
+
+void ShadedLlvmpipe::draw(const Draw& draw, unsigned program) const {
+  const scene::Material& m = *draw.material;
+  (m.double_sided ? glDisable : glEnable)(GL_CULL_FACE);
+  glUseProgram(program);
+  glUniform4f(0, m.base_color.x, m.base_color.y, m.base_color.z, m.base_color.w);
+  glUniform3f(1, m.emissive.x, m.emissive.y, m.emissive.z);
+  glUniform3f(2, m.metallic, roughness_ * m.roughness, m.alpha_cutoff);
+  for (GLuint unit = 0; unit < 3; ++unit)
+    if (draw.textures[unit] != 0) {
+      glActiveTexture(GL_TEXTURE0 + unit);
+      glBindTexture(GL_TEXTURE_2D, draw.textures[unit]);
+      glBindSampler(unit, draw.samplers[unit]);
+    }
+  glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(draw.count), GL_UNSIGNED_INT,
+                 reinterpret_cast<const void*>(draw.first * sizeof(std::uint32_t)));
+}
+
+void ShadedLlvmpipe::draw_all(scene::AlphaMode mode, bool masks) const {
+  const bool blended = mode == scene::AlphaMode::kBlend, again = mode == scene::AlphaMode::kMask && !masks;
+  (blended ? glEnable : glDisable)(GL_BLEND);
+  glColorMask(!masks, !masks, !masks, !masks);
+  glDepthMask(!blended && !again);
+  glDepthFunc(again ? GL_EQUAL : GL_GREATER);
+  for (const Draw& d : draws_)
+    if (d.material->alpha_mode == mode) draw(d, masks ? d.mask_program : d.program);
+}
+
+// Where nothing has been drawn.
+void ShadedLlvmpipe::draw_background() const {
+  if (background_program_ == 0) return;
+  glDisable(GL_CULL_FACE);
+  glDepthFunc(GL_EQUAL);
+  glUseProgram(background_program_);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
 const std::vector<std::uint16_t>& ShadedLlvmpipe::render() {
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, multisample_target_);
-  const GLfloat nothing[4] = {}, farthest = 1;
-  glClearBufferfv(GL_COLOR, 0, nothing);
+  const GLfloat clear[4] = {clear_color_.x, clear_color_.y, clear_color_.z, 1}, farthest = 0;
+  glDepthMask(GL_TRUE);
+  glClearBufferfv(GL_COLOR, 0, clear);
   glClearBufferfv(GL_DEPTH, 0, &farthest);
-  glDrawElements(GL_TRIANGLES, index_count_, GL_UNSIGNED_INT, nullptr);
+  draw_all(scene::AlphaMode::kOpaque, false);
+  draw_all(scene::AlphaMode::kMask, true);
+  draw_all(scene::AlphaMode::kMask, false);
+  draw_background();
+  draw_all(scene::AlphaMode::kBlend, false);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, multisample_target_);
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved_target_);
   glBlitFramebuffer(0, 0, width_, height_, 0, 0, width_, height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
@@ -266,6 +272,12 @@ const std::vector<std::uint16_t>& ShadedLlvmpipe::render() {
   glReadPixels(0, 0, width_, height_, GL_RGBA, GL_HALF_FLOAT, image_.data());
   expect_no_error();
   return image_;
+}
+
+Image ShadedLlvmpipe::image() const {
+  Image out(width_, height_, 4);
+  std::transform(image_.begin(), image_.end(), out.values.begin(), half_value);
+  return out;
 }
 
 }  // namespace tessera::bench

@@ -8,10 +8,11 @@
 
 #include "base/parallel.h"
 #include "base/random.h"
+#include "gpu/view_inputs.h"
+#include "scene/capture_reader.h"
 #include "shaders_cpp/texture.h"
 #include "tests/support/captures.h"
 #include "tests/support/mesh_triangles.h"
-#include "tilecore/shading/surface.h"
 #include "tilecore/tessellation/tessellator.h"
 
 namespace tessera::bench {
@@ -132,18 +133,11 @@ scene::Capture make_capture(int width, int height, const SceneSettings& settings
 // One patch of a list, with vertices numbered from 0.
 struct Piece {
   std::array<std::vector<TriangleList::Vertex>, 2> keys;
-  std::vector<TriangleList::Attributes> attributes;
   std::vector<std::uint32_t> indices;
 };
 
-TriangleList::Attributes attributes_at(const scene::FrameGeometry& frame, const tilecore::SurfaceLocation& at) {
-  const tilecore::Surface surface = tilecore::evaluate_surface(frame, at);
-  const scene::TextureSlot& slot = surface.drawable->material->base_color_texture;
-  return {surface.position, surface.normal, surface.texcoord(slot.texcoord, slot.transform).value};
-}
-
-Piece list_patch(const scene::FrameGeometry& frame, std::uint32_t patch, bool attributes,
-                 tilecore::Tessellator& tessellator, tilecore::MicroMesh& mesh) {
+Piece list_patch(const scene::FrameGeometry& frame, std::uint32_t patch, tilecore::Tessellator& tessellator,
+                 tilecore::MicroMesh& mesh) {
   const scene::PosedDrawable& drawable = frame.drawable_of(patch);
   if (drawable.material->double_sided) throw std::runtime_error("a list of triangles knows no double-sided material");
   tessellator.tessellate(frame, patch, scene::patch_cells(frame, patch), {drawable.moving, false}, mesh);
@@ -154,14 +148,9 @@ Piece list_patch(const scene::FrameGeometry& frame, std::uint32_t patch, bool at
     piece.keys[1].push_back(drawable.moving ? TriangleList::Vertex{mesh.x1[v], mesh.y1[v], mesh.z1[v]}
                                             : piece.keys[0].back());
   }
-  if (attributes) piece.attributes.resize(mesh.vertex_count);
-  test::for_each_triangle(mesh, [&](const std::array<std::int32_t, 3>& corners, std::uint32_t triangle) {
-    for (const std::size_t c : {0, 1, 2}) {
+  test::for_each_triangle(mesh, [&](const std::array<std::int32_t, 3>& corners, std::uint32_t) {
+    for (const std::size_t c : {0, 1, 2})
       piece.indices.push_back(static_cast<std::uint32_t>(corners[drawable.mirrored ? 2 - c : c]));
-      if (attributes)
-        piece.attributes[static_cast<std::size_t>(corners[c])] =
-            attributes_at(frame, {patch, triangle, c == 1 ? 1.0f : 0.0f, c == 2 ? 1.0f : 0.0f, 0});
-    }
   });
   return piece;
 }
@@ -185,12 +174,32 @@ PosedScene::PosedScene(int width, int height, const SceneSettings& settings)
   for (int attempt = 0; attempt < 3; ++attempt) {
     if (attempt > 0) request.tessellation.target_edge_pixels *= std::sqrt(settings.area / mean_area);
     frame = scene::pose_frame(assembly, scene::choose_camera(capture, width, height), request);
-    std::set<std::uint32_t> kept;
-    for (const auto& piece : frontend::run_front_end(*frame, pyramids, gpu.front_end_spec()).sub_patches)
-      kept.insert(piece.base_patch);
-    patches.assign(kept.begin(), kept.end());
+    patches = kept_patches(*frame, pyramids, gpu);
     mean_area = list_triangles(*frame, patches).mean_area();
   }
+}
+
+std::vector<std::uint32_t> kept_patches(const scene::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids,
+                                        const gpu::GpuConfiguration& gpu) {
+  std::set<std::uint32_t> kept;
+  for (const auto& piece : frontend::run_front_end(frame, pyramids, gpu.front_end_spec()).sub_patches)
+    kept.insert(piece.base_patch);
+  return {kept.begin(), kept.end()};
+}
+
+PosedCapture::PosedCapture(const std::string& file, const gpu::RunSettings& run_settings, int number, int width,
+                           int height)
+    : settings(run_settings),
+      capture(scene::read_capture(file)),
+      assembly(scene::assemble(capture)),
+      pyramids(assembly),
+      frame(scene::pose_frame(assembly, gpu::frame_camera(capture, settings, width, height),
+                              gpu::frame_request(capture, gpu, settings, width, height, number))),
+      patches(kept_patches(*frame, pyramids, gpu)) {}
+
+gpu::Device PosedCapture::device() const {
+  const int width = frame->request.width, height = frame->request.height;
+  return {capture, gpu, settings, {width, height, {0, 0, width, height}, false}};
 }
 
 double TriangleList::front_area(std::size_t triangle) const {
@@ -207,14 +216,12 @@ double TriangleList::mean_area() const {
   return area / static_cast<double>(std::max<std::size_t>(triangle_count(), 1));
 }
 
-TriangleList list_triangles(const scene::FrameGeometry& frame, const std::vector<std::uint32_t>& patches,
-                            bool attributes) {
+TriangleList list_triangles(const scene::FrameGeometry& frame, const std::vector<std::uint32_t>& patches) {
   std::vector<Piece> pieces(patches.size());
   PerThread<tilecore::Tessellator> tessellators;
   PerThread<tilecore::MicroMesh> meshes;
-  parallel_for(patches.size(), [&](std::size_t p) {
-    pieces[p] = list_patch(frame, patches[p], attributes, tessellators.local(), meshes.local());
-  });
+  parallel_for(patches.size(),
+               [&](std::size_t p) { pieces[p] = list_patch(frame, patches[p], tessellators.local(), meshes.local()); });
 
   TriangleList list;
   list.near_depth = std::numeric_limits<float>::infinity();
@@ -222,7 +229,6 @@ TriangleList list_triangles(const scene::FrameGeometry& frame, const std::vector
     const auto first = static_cast<std::uint32_t>(list.patch.size());
     for (const std::uint32_t i : pieces[p].indices) list.indices.push_back(first + i);
     list.patch.resize(list.patch.size() + pieces[p].keys[0].size(), patches[p]);
-    list.attributes.insert(list.attributes.end(), pieces[p].attributes.begin(), pieces[p].attributes.end());
     for (std::size_t key = 0; key < 2; ++key)
       for (const TriangleList::Vertex& v : pieces[p].keys[key]) {
         list.keys[key].push_back(v);

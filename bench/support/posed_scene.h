@@ -3,9 +3,12 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "gpu/configuration.h"
+#include "gpu/device.h"
+#include "gpu/settings.h"
 #include "scene/frame_geometry.h"
 #include "tests/support/machine_visibility.h"
 
@@ -42,6 +45,28 @@ struct PosedScene {
   double mean_area = 0;                // reached, at shutter open
 };
 
+// Patches that the front end keeps, in order.
+std::vector<std::uint32_t> kept_patches(const scene::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids,
+                                        const gpu::GpuConfiguration& gpu);
+
+// Frame `number` of a capture's file, posed for one image as a device of the machine as it comes poses it.
+struct PosedCapture {
+  PosedCapture(const std::string& file, const gpu::RunSettings& settings, int number, int width, int height);
+  PosedCapture(const PosedCapture&) = delete;
+  PosedCapture& operator=(const PosedCapture&) = delete;
+
+  // That renders it whole.
+  gpu::Device device() const;
+
+  gpu::RunSettings settings;
+  gpu::GpuConfiguration gpu;
+  scene::Capture capture;
+  scene::Assembly assembly;
+  frontend::PyramidLibrary pyramids;
+  std::unique_ptr<scene::FrameGeometry> frame;
+  std::vector<std::uint32_t> patches;  // that the front end keeps, in order
+};
+
 // Triangles of a posed frame for renderers that take vertices: one indexed list, patch after patch.
 struct TriangleList {
   struct Vertex {
@@ -50,13 +75,7 @@ struct TriangleList {
   std::array<std::vector<Vertex>, 2> keys;  // shutter open and close; the same where nothing moves
   std::vector<std::uint32_t> patch;         // base patch of each vertex
   std::vector<std::uint32_t> indices;       // three per triangle; a front face is counter-clockwise with y up
-  // Of each vertex at shutter open, where they are asked for: world, and in the base colour's image.
-  struct Attributes {
-    Vec3 position, normal;
-    Vec2 texcoord;
-  };
-  std::vector<Attributes> attributes;
-  float near_depth = 0, far_depth = 0;  // of all vertices
+  float near_depth = 0, far_depth = 0;      // of all vertices
 
   std::size_t triangle_count() const { return indices.size() / 3; }
   // At shutter open, pixels^2.
@@ -66,7 +85,6 @@ struct TriangleList {
 
 // Tessellates `patches` whole. Throws std::runtime_error for a vertex in front of the near plane or far beside the
 // image, and for a double-sided material: the list can say neither.
-TriangleList list_triangles(const scene::FrameGeometry& frame, const std::vector<std::uint32_t>& patches,
-                            bool attributes = false);
+TriangleList list_triangles(const scene::FrameGeometry& frame, const std::vector<std::uint32_t>& patches);
 
 }  // namespace tessera::bench

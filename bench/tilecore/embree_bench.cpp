@@ -23,7 +23,6 @@
 #include <functional>
 #include <memory>
 #include <numeric>
-#include <set>
 #include <string>
 
 #include <fmt/format.h>
@@ -35,8 +34,6 @@
 #include "bench/support/timing.h"
 #include "gpu/device.h"
 #include "gpu/settings.h"
-#include "gpu/view_inputs.h"
-#include "scene/capture_reader.h"
 #include "tests/support/embree_scene.h"
 
 namespace tessera::bench {
@@ -418,20 +415,13 @@ void profile_frames(int rounds, bool machine_model) {
 // Motion between shutter open and close is a chord in Embree's hands, also where the machine has several segments.
 int compare_capture(const std::string& file, int number, int rounds) {
   constexpr int kWidth = 1280, kHeight = 720;
-  const scene::Capture capture = scene::read_capture(file);
-  gpu::GpuConfiguration gpu;
   gpu::RunSettings settings;
   settings.output.machine_model = false;
-  const scene::Assembly assembly = scene::assemble(capture);
-  const frontend::PyramidLibrary pyramids(assembly);
-  const auto frame = scene::pose_frame(assembly, gpu::frame_camera(capture, settings, kWidth, kHeight),
-                                       gpu::frame_request(capture, gpu, settings, kWidth, kHeight, number));
-  std::set<std::uint32_t> kept;
-  for (const auto& piece : frontend::run_front_end(*frame, pyramids, gpu.front_end_spec()).sub_patches)
-    kept.insert(piece.base_patch);
-  const std::vector<std::uint32_t> patches(kept.begin(), kept.end());
+  const PosedCapture posed(file, settings, number, kWidth, kHeight);
+  const auto& frame = posed.frame;
+  const std::vector<std::uint32_t>& patches = posed.patches;
   const tilecore::SamplePattern pattern({settings.sampling.samples_per_pixel, 0, 0});
-  const binner::TileGrid grid(kWidth, kHeight, gpu.tile.width, gpu.tile.height);
+  const binner::TileGrid grid(kWidth, kHeight, posed.gpu.tile.width, posed.gpu.tile.height);
   const Rays rays(*frame, pattern, grid);
   const EmbreeWork work{*frame, patches, rays, true};
 
@@ -446,7 +436,7 @@ int compare_capture(const std::string& file, int number, int rounds) {
     triangles = scene.triangle_count();
     prepare(rays, scene, r, [](const std::vector<TileHits>&) {});
   }
-  gpu::Device device(capture, gpu, settings, {kWidth, kHeight, {0, 0, kWidth, kHeight}, false});
+  gpu::Device device = posed.device();
   device.render(number);
   std::vector<double> frames;
   std::vector<TileHits> hits = rays.room_for_hits();
