@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
-#include <span>
 #include <utility>
 
 #include <fmt/format.h>
@@ -65,10 +63,11 @@ DVec3 bezier_vertex(const FrameGeometry& frame, const PosedDrawable& drawable, s
   return own.point(static_cast<double>(pattern.u(i, j)), static_cast<double>(pattern.v(i, j)));
 }
 
-// The farthest that a displacement whose heights are from `low` to `high` moves a vertex.
-double displacement_reach(const scene::Displacement& displacement, float low, float high) {
+// The farthest that a displacement moves a vertex.
+double displacement_reach(const scene::Displacement& displacement) {
   const auto scale = static_cast<double>(displacement.scale), bias = static_cast<double>(displacement.bias);
-  const double a = scale * static_cast<double>(low), b = scale * static_cast<double>(high);
+  const double a = scale * static_cast<double>(displacement.texture->lowest()),
+               b = scale * static_cast<double>(displacement.texture->highest());
   // Single precision adds them up.
   const double rounding = 0x1p-20 * (std::max(std::abs(a), std::abs(b)) + std::abs(bias));
   return std::max(std::abs(a + bias), std::abs(b + bias)) + rounding;
@@ -123,20 +122,8 @@ ReferenceScene::ReferenceScene(const FrameGeometry& frame_in, const Options& opt
 }
 
 void ReferenceScene::find_reach() {
-  std::map<const shaders::ScalarTexture*, std::pair<float, float>> heights;
-  for (const PosedDrawable& drawable : frame.drawables) {
-    double& reach = reach_.emplace_back(0.0);
-    if (!drawable.material->displacement) continue;
-    const scene::Displacement& displacement = *drawable.material->displacement;
-    const auto [range, first] = heights.try_emplace(displacement.texture.get());
-    if (first) {
-      // Other levels are means of the first.
-      const std::span<const float> all = displacement.texture->levels().front().values;
-      const auto [low, high] = std::minmax_element(all.begin(), all.end());
-      range->second = {*low, *high};
-    }
-    reach = displacement_reach(displacement, range->second.first, range->second.second);
-  }
+  for (const PosedDrawable& drawable : frame.drawables)
+    reach_.push_back(drawable.material->displacement ? displacement_reach(*drawable.material->displacement) : 0.0);
 }
 
 void ReferenceScene::place_drawables(const FrameGeometry& by) {

@@ -159,11 +159,6 @@ double displacement_reach(const Material& material) {
   return std::max(std::abs(bias), std::abs(bias + scale));
 }
 
-// Of all of a texture's heights.
-struct HeightRange {
-  float lowest = 0, highest = 0;
-};
-
 // What is common to the instances of a primitive.
 struct Body {
   Points corners;     // of its box, of what it draws: what a matrix does to these it does to no point more
@@ -184,7 +179,6 @@ class MotionMeter {
     out_.drawables.resize(assembly.drawables.size());
     slopes_.resize(assembly.drawables.size() + 1);
     bodies_.resize(assembly.drawn.size());
-    find_heights();
     parallel_for(assembly.drawn.size(), [&](std::size_t d) { bodies_[d] = body_of(assembly.drawn[d]); });
     for (Bend& bend : out_.drawables) begin(bend, pieces);
     begin(out_.background, pieces);
@@ -261,18 +255,6 @@ class MotionMeter {
 
   // ---- Bodies
 
-  // Once for every texture: many drawables have the same.
-  void find_heights() {
-    for (const DrawnPrimitive& drawn : frame_.assembly->drawn) {
-      const PosedDrawable& posed = frame_.drawables[drawn.first_drawable];
-      if (posed.procedure != nullptr || !posed.material->displacement) continue;
-      const auto* const texture = posed.material->displacement->texture.get();
-      if (texture == nullptr || heights_.contains(texture)) continue;
-      const auto [lowest, highest] = std::ranges::minmax(texture->levels().front().values);
-      heights_[texture] = {lowest, highest};
-    }
-  }
-
   Body body_of(const DrawnPrimitive& drawn) const {
     Body body;
     const PosedDrawable& posed = frame_.drawables[drawn.first_drawable];
@@ -320,13 +302,13 @@ class MotionMeter {
 
   // Corners of the box of patches and of their surfaces at the lowest and the highest offset that the texture has, at
   // places of each.
-  Points displaced_corners(const Vertices& vertices, const Displacement& displacement) const {
-    const HeightRange& range = heights_.at(displacement.texture.get());
+  static Points displaced_corners(const Vertices& vertices, const Displacement& displacement) {
     const auto offset = [&](float height) {
       return static_cast<double>(height) * static_cast<double>(displacement.scale) +
              static_cast<double>(displacement.bias);
     };
-    const std::array<double, 2> offsets = {offset(range.lowest), offset(range.highest)};
+    const std::array<double, 2> offsets = {offset(displacement.texture->lowest()),
+                                           offset(displacement.texture->highest())};
     const double slack = kBetweenPlaces * std::max(std::abs(offsets[0]), std::abs(offsets[1]));
     DVec3 low(std::numeric_limits<double>::infinity()), high(-low);
     const auto add = [&](const DVec3& p) { low = glm::min(low, p), high = glm::max(high, p); };
@@ -557,7 +539,6 @@ class MotionMeter {
   const Capture& capture_;
   const CameraChoice& camera_;
   MotionCurves& out_;
-  std::map<const shaders::ScalarTexture*, HeightRange> heights_;
   std::vector<Body> bodies_;                   // as Assembly::drawn
   std::vector<std::vector<DVec4>> slopes_;     // at the end of the piece before, per drawable; the background's last
   std::vector<std::pair<int, double>> signs_;  // per node: of its determinant, and when it was seen

@@ -207,6 +207,8 @@ ScalarTexture::ScalarTexture(int width, int height, std::vector<float> values) :
 void ScalarTexture::build_levels(int width, int height) {
   const auto pixels = [](int w, int h) { return static_cast<std::size_t>(w) * static_cast<std::size_t>(h); };
   width_.push_back(width), height_.push_back(height), first_.push_back(0);
+  if (const auto [low, high] = std::minmax_element(values_.begin(), values_.end()); low != values_.end())
+    lowest_ = *low, highest_ = *high;
   std::size_t first = 0;
   while (width > 1 || height > 1) {
     const int w = std::max(1, width / 2), h = std::max(1, height / 2);

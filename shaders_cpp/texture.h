@@ -128,6 +128,9 @@ class ScalarTexture {
   ScalarTexture(ScalarTexture&&) = default;  // levels look into the values: no copies
 
   const std::vector<Level>& levels() const { return levels_; }
+  // Least and greatest of all heights; other levels are means of the first.
+  float lowest() const { return lowest_; }
+  float highest() const { return highest_; }
 
   // Trilinear height; lod <= 0 reads level 0 only. Coordinates that are not finite read texel 0.
   float sample(const Sampler& sampler, Vec2 uv, float lod) const;
@@ -146,6 +149,7 @@ class ScalarTexture {
   void build_levels(int width, int height);
 
   std::vector<float> values_;  // of all levels
+  float lowest_ = 0, highest_ = 0;
   std::vector<std::int32_t> width_, height_, first_;
   std::vector<Level> levels_;
 };

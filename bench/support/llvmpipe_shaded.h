@@ -13,8 +13,8 @@
 
 namespace tessera::bench {
 
-// What llvmpipe shades: a frame at shutter open, the patches of it that are drawn, what lights them from all around (the
-// studio), and what is behind everything: a colour, or the studio where that is seen at all.
+// llvmpipe shades `patches` of a frame at shutter open. The studio lights them from all sides. The background is a colour or,
+// where samples see it, the studio.
 struct ShadedFrame {
   const scene::FrameGeometry& geometry;
   const std::vector<std::uint32_t>& patches;
@@ -26,18 +26,18 @@ struct ShadedFrame {
 // A frame shaded by llvmpipe: Tessera's metallic-roughness shader, studio and lights written in GLSL after
 // shaders_cpp/*.inc, with 4x MSAA in half floats.
 //
-// Vertices are there before: projected, homogeneous, so that OpenGL clips what is behind the camera; their world positions,
-// normals, texture coordinates and colours evaluated on the patches and interpolated between. Images have Tessera's
-// texels, levels and samplers. Draws are those of ShadedTriangles, one a material and run, with a program for what that
-// material has. Masks write depths first, by a program that does nothing else but discard, and are shaded then where
-// depths are the same, so that what is hidden is not. Materials have their factors and images of base colour, of metalness
-// and roughness, and of emission; masks, blending, two sides, and unlit shading. Left out, which makes llvmpipe's work the
-// smaller one: normal and occlusion maps, further layers (transmission among them: such surfaces are opaque), and the own
-// shading and textures of procedures.
+// The vertices are computed before the time is taken: homogeneous clip coordinates, so that OpenGL clips triangles behind the
+// camera, and world positions, normals, texture coordinates and colours, which the patches are evaluated for. Textures have
+// Tessera's texels, levels and samplers. Each draw of ShadedTriangles runs a program that is compiled for the features of its
+// material. A masked draw first writes depths with a program that only discards; a second pass shades it where the depth is
+// equal, so that hidden fragments cost no shading. Materials keep factors and textures of base colour, of metalness and
+// roughness, and of emission; alpha masks, blending, two sides, and unlit shading. The program leaves out normal and occlusion
+// maps, further layers (a transmissive surface is drawn opaque), and procedures' own shading and textures. Each of these makes
+// llvmpipe's work smaller.
 class ShadedLlvmpipe {
  public:
-  // `roughness` multiplies the materials'; 1 is what the scene says. Throws std::runtime_error for what is neither left
-  // out nor there: orthographic cameras, spot lights, surroundings other than the studio, images at several coordinates.
+  // `roughness` multiplies that of the materials. Throws std::runtime_error for orthographic cameras, spot lights,
+  // surroundings other than the studio, and materials that read their textures at several coordinates.
   ShadedLlvmpipe(const ShadedFrame& frame, int threads, float roughness = 1);
 
   const std::string& renderer() const { return context_.renderer(); }
@@ -50,8 +50,8 @@ class ShadedLlvmpipe {
   Image image() const;
 
  private:
-  // A draw of ShadedTriangles with OpenGL's names; textures are 0 where the program reads none, mask_program where there
-  // is no mask.
+  // A draw of ShadedTriangles with OpenGL's names: 0 for a texture that the program does not read, and for a mask_program
+  // without a mask.
   struct Draw {
     const scene::Material* material;
     unsigned program, mask_program, textures[3], samplers[3];
@@ -65,7 +65,7 @@ class ShadedLlvmpipe {
   unsigned program_of(const std::string& macros);
   unsigned texture_of(const shaders::Texture& from);
   void draw(const Draw& draw, unsigned program) const;
-  // Those of materials of one kind; `masks`: their masks alone.
+  // Draws all materials of one alpha mode; `masks`: only their masks, into the depth buffer.
   void draw_all(scene::AlphaMode mode, bool masks) const;
   void draw_background() const;
 

@@ -49,13 +49,13 @@ struct PosedScene {
 std::vector<std::uint32_t> kept_patches(const scene::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids,
                                         const gpu::GpuConfiguration& gpu);
 
-// Frame `number` of a capture's file, posed for one image as a device of the machine as it comes poses it.
+// Frame `number` of a capture, posed for one image as a device of the default machine poses it.
 struct PosedCapture {
   PosedCapture(const std::string& file, const gpu::RunSettings& settings, int number, int width, int height);
   PosedCapture(const PosedCapture&) = delete;
   PosedCapture& operator=(const PosedCapture&) = delete;
 
-  // That renders it whole.
+  // Renders the same frames whole.
   gpu::Device device() const;
 
   gpu::RunSettings settings;

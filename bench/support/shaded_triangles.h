@@ -7,8 +7,8 @@
 
 namespace tessera::bench {
 
-// Triangles of a frame at shutter open for renderers that shade: vertices with all that a pixel shader reads, in the order
-// in which a good engine draws them.
+// The triangles of a frame at shutter open, for a renderer that shades. Vertices hold all that its pixel shader reads; the
+// draws are in the order that a good engine uses.
 struct ShadedTriangles {
   struct Vertex {
     Vec4 clip;  // OpenGL's, homogeneous; w is the depth, and z / w runs from 1 at the near plane to 0 far away
@@ -16,7 +16,7 @@ struct ShadedTriangles {
     Vec2 texcoord;          // in the images of the material
     Vec4 color;
   };
-  // Of one material; `colored`: its vertices have colours.
+  // Triangles of one material that follow each other; `colored`: the shader multiplies by the vertices' colours.
   struct Draw {
     const scene::Material* material;
     bool colored;
@@ -24,15 +24,15 @@ struct ShadedTriangles {
   };
   std::vector<Vertex> vertices;
   std::vector<std::uint32_t> indices;  // three per triangle; a front face is counter-clockwise with y up
-  // Opaque ones, masked ones, blended ones. Within the first two the patches of a material are together, and what is near
-  // comes first, patches and materials; blended patches come from far to near, whatever their materials.
+  // Opaque draws come first, then masked, then blended ones. Opaque and masked patches are grouped by material, and near
+  // groups and patches come before far ones. Blended patches are sorted from far to near across all materials.
   std::vector<Draw> draws;
 
   std::size_t triangle_count() const { return indices.size() / 3; }
 };
 
-// The slot whose coordinates all images of a material are read at: base colour, metalness and roughness, emission; null
-// where it has none of them. Throws std::runtime_error where they are read at several.
+// The slot whose coordinates a material reads all its textures at (base colour, metalness and roughness, emission); null if
+// it has none of them. Throws std::runtime_error if it reads them at several coordinates.
 const scene::TextureSlot* image_coordinates(const scene::Material& material);
 
 // Tessellates `patches` whole; the frame must outlive the list. Throws std::runtime_error for an orthographic camera.

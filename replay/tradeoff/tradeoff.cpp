@@ -244,11 +244,40 @@ class Tradeoff {
     for (std::size_t s = 0; s < knob.settings.size(); ++s) {
       const SettingResult& measured = result.settings[s];
       if (measured.in_double || !(measured.on_front(Cost::kMs).value_or(false) || measured.is_base)) continue;
-      KnobSetting setting = knob.settings[s];
-      setting.values.insert(setting.values.begin(), knob.context.begin(), knob.context.end());
-      axis.push_back(setting);
+      axis.push_back(in_context(knob, knob.settings[s]));
     }
     return axis;
+  }
+
+  // Settings of several knobs at once, of which one at most packs the capture.
+  Row combined_row(const std::vector<KnobSetting>& settings) const {
+    KnobSetting all;
+    for (const KnobSetting& setting : settings) {
+      all.label += (all.label.empty() ? "" : " | ") + setting.label;
+      all.values.insert(all.values.end(), setting.values.begin(), setting.values.end());
+      if (setting.packing.bits > 0) all.packing = setting.packing;
+    }
+    return make_row(all.label, all.values, all, {});
+  }
+
+  static KnobSetting in_context(const Knob& knob, KnobSetting setting) {
+    setting.values.insert(setting.values.begin(), knob.context.begin(), knob.context.end());
+    return setting;
+  }
+
+  // Whether the knob's settings, alone and together with those of others, are frames like all others: the image is not the
+  // stored one, nothing is packed, and no key is in `keys`, to which its own are added.
+  static bool combines(const Knob& knob, std::set<std::string>& keys) {
+    std::set<std::string> own;
+    for (const KnobSetting& setting : knob.settings) {
+      if (setting.packing.bits > 0) return false;
+      for (const auto& [key, value] : in_context(knob, setting).values) own.insert(key);
+    }
+    if (knob.stored || knob.timed ||
+        std::any_of(own.begin(), own.end(), [&](const auto& k) { return keys.contains(k); }))
+      return false;
+    keys.insert(own.begin(), own.end());
+    return true;
   }
 
   // All combinations of the axes of the knobs that were asked for.
@@ -284,34 +313,14 @@ class Tradeoff {
     block.knob.name = "joint";
     block.knob.title = title;
     for (std::size_t k = 0; k < count; ++k) {
-      std::string label;
-      KeyValues values;
-      Packing packing;
-      for (std::size_t a = 0, rest = k; a < axes.size(); ++a) {
-        const KnobSetting& setting = axes[a][rest % axes[a].size()];
-        rest /= axes[a].size();
-        label += (label.empty() ? "" : " | ") + setting.label;
-        values.insert(values.end(), setting.values.begin(), setting.values.end());
-        if (setting.packing.bits > 0) packing = setting.packing;
-      }
-      block.rows.push_back(make_row(label, values, {label, {}, false, packing}, {}));
+      std::vector<KnobSetting> settings;
+      for (std::size_t a = 0, rest = k; a < axes.size(); rest /= axes[a++].size())
+        settings.push_back(axes[a][rest % axes[a].size()]);
+      block.rows.push_back(combined_row(settings));
       if (block.rows.back().trial.hash == base) block.knob.against = k;
     }
     if (!measure(captures, block, reference)) return;
     results.push_back(result_of(block, base));
-  }
-
-  Row row_of(const std::vector<std::size_t>& settings, const std::vector<KnobResult>& knobs) const {
-    std::string label;
-    KeyValues values;
-    for (std::size_t k = 0; k < knobs.size(); ++k) {
-      const Knob& knob = knob_named(knobs[k].name);
-      const KnobSetting& setting = knob.settings[settings[k]];
-      label += (label.empty() ? "" : " | ") + setting.label;
-      values.insert(values.end(), knob.context.begin(), knob.context.end());
-      values.insert(values.end(), setting.values.begin(), setting.values.end());
-    }
-    return make_row(label, values, {label, {}, false, {}}, {});
   }
 
   // Tries combinations of settings: the cheapest of those that should be good enough, by what was measured so far, until none
@@ -319,8 +328,9 @@ class Tradeoff {
   void add_search(PackedCaptures& captures, const Image* reference, const std::string& base,
                   std::vector<KnobResult>& results) {
     std::vector<KnobResult> searched;
+    std::set<std::string> keys;
     for (const KnobResult& knob : results)
-      if (knob.skipped.empty() && !knob.timed && !knob.settings.empty()) searched.push_back(knob);
+      if (knob.skipped.empty() && combines(knob_named(knob.name), keys)) searched.push_back(knob);
     if (searched.empty()) return;
     Block block{{}, "", {}};
     block.knob.name = "search";
@@ -329,7 +339,12 @@ class Tradeoff {
     while (block.rows.size() < kSearched) {
       const auto next = search.next();
       if (!next) break;
-      Block one{block.knob, "", {row_of(*next, searched)}};
+      std::vector<KnobSetting> settings;
+      for (std::size_t k = 0; k < searched.size(); ++k) {
+        const Knob& knob = knob_named(searched[k].name);
+        settings.push_back(in_context(knob, knob.settings[(*next)[k]]));
+      }
+      Block one{block.knob, "", {combined_row(settings)}};
       if (!measure(captures, one, reference)) break;
       const Trial& trial = one.rows.front().trial;
       search.add(*next, measurement_of(results_.at(trial.hash), "", trial.gpu.clock_mhz));

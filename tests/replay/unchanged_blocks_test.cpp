@@ -200,16 +200,7 @@ Capture deforming(bool grid, bool deforms) {
     test::add_motion(capture, node, {0.02, 0, 0});
     return capture;
   }
-  capture.nodes[static_cast<std::size_t>(node)].weights = {0.0f};
-  scene::AnimationChannel channel;
-  channel.node = node;
-  channel.path = scene::AnimatedPath::kWeights;
-  channel.components = 1;
-  channel.times = {0.0f, 1.0f};
-  channel.values = {0.0f, 1.0f};
-  capture.animations.emplace_back();
-  capture.animations[0].channels.push_back(channel);
-  capture.played_animations = {0};
+  test::add_morph(capture, node);
   return capture;
 }
 

@@ -62,6 +62,11 @@ void add_motion(Capture& capture, int node, const DVec3& way) {
   play(capture, channel);
 }
 
+void add_morph(Capture& capture, int node) {
+  capture.nodes[static_cast<std::size_t>(node)].weights = {0.0f};
+  play(capture, {.node = node, .path = AnimatedPath::kWeights, .components = 1, .times = {0, 1}, .values = {0, 1}});
+}
+
 void add_turn(Capture& capture, int node, const Vec3& axis, float angle) {
   AnimationChannel channel;
   channel.node = node;

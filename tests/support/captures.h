@@ -28,6 +28,8 @@ int material_number(std::string_view pointer);
 void play(scene::Capture& capture, const scene::AnimationChannel& channel);
 // Moves a node linearly from where it is by `way` during the first second.
 void add_motion(scene::Capture& capture, int node, const DVec3& way);
+// The node's only morph target comes in.
+void add_morph(scene::Capture& capture, int node);
 // Turns a node by an angle about an axis during the first second.
 void add_turn(scene::Capture& capture, int node, const Vec3& axis, float angle);
 

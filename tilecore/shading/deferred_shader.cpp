@@ -31,7 +31,7 @@ void DeferredShader::begin(const TileJob& job, const TileSamples& samples, std::
     cells_.start(*job.frame, static_cast<float>(job.shading.cell_pixels));
     cache_.empty(static_cast<std::size_t>(job.shading_cache.entries));
   }
-  known_assembly_ = nullptr;
+  drawable_lookup_.forget();
   view_rays_.clear();
   for (std::size_t s = 0; s <= job.frame->segments.size(); ++s)
     view_rays_.emplace_back(job.frame->segment(static_cast<int>(s)));

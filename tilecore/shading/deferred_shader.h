@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/counter.h"
+#include "scene/drawable_lookup.h"
 #include "tilecore/drawable_counts.h"
 #include "tilecore/frame_targets.h"
 #include "tilecore/shading/fragment_merger.h"
@@ -165,22 +166,14 @@ class DeferredShader {
   void count_visible(const TileJob& job, std::uint32_t patch) {
     if (!drawables_.empty()) ++drawables_[drawable_of(job, patch)].samples_visible;
   }
-  // Neighbours mostly see the same drawable.
   std::uint32_t drawable_of(const TileJob& job, std::uint32_t patch) {
-    if (patch - known_first_ >= known_count_ || job.frame->assembly != known_assembly_) {
-      known_assembly_ = job.frame->assembly;
-      known_drawable_ = known_assembly_->patch_drawable[patch];
-      known_first_ = known_assembly_->drawables[known_drawable_].first_patch;
-      known_count_ = known_assembly_->drawables[known_drawable_].patch_count;
-    }
-    return known_drawable_;
+    return drawable_lookup_(*job.frame->assembly, patch);
   }
   // Point of the location's shading cell: from the cache, else shaded for the pixel that asks.
   std::uint32_t ask_for_cell(const TileJob& job, const SurfaceLocation& at, std::size_t pixel);
 
-  const scene::Assembly* known_assembly_ = nullptr;
-  std::uint32_t known_first_ = 0, known_count_ = 0, known_drawable_ = 0;  // patches of the drawable
-  std::vector<Vec3> sample_color_;                                        // natural order, opaque then blended
+  scene::DrawableLookup drawable_lookup_;
+  std::vector<Vec3> sample_color_;  // natural order, opaque then blended
   std::vector<float> sample_coverage_;
   std::vector<Vec3> pixel_normal_;  // sums over the pixel's shaded points, or over its samples' cells
   std::vector<std::uint32_t> pixel_invocations_;

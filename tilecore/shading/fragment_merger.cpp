@@ -63,13 +63,15 @@ void FragmentMerger::group(const TileJob& job, const TileSamples& samples, const
 }
 
 void FragmentMerger::know(const TileJob& job, std::uint32_t patch) {
-  if (patch - known_first_ < known_count_ && job.frame->identity == known_frame_) return;
-  const scene::PosedDrawable& drawable = job.frame->drawable_of(patch);
-  known_first_ = drawable.drawable->first_patch, known_count_ = drawable.drawable->patch_count;
-  known_frame_ = job.frame->identity;
-  known_rests_ = is_at_rest(*job.frame, patch);
+  const scene::FrameGeometry& frame = *job.frame;
+  if (frame.identity != known_frame_) drawable_of_.forget();
+  const std::uint32_t number = drawable_of_(*frame.assembly, patch);
+  if (number == known_drawable_ && frame.identity == known_frame_) return;
+  const scene::PosedDrawable& drawable = frame.drawables[number];
+  known_drawable_ = number, known_frame_ = frame.identity;
+  known_rests_ = is_at_rest(frame, patch);
   known_moves_ = drawable.moving;
-  known_curved_ = drawable.curved && !job.frame->segments.empty();
+  known_curved_ = drawable.curved && !frame.segments.empty();
 }
 
 bool FragmentMerger::group_alike(const TileJob& job, const TileSamples& samples, const TileState& state,

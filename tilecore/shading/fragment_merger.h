@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "scene/drawable_lookup.h"
 #include "tilecore/tile_job.h"
 #include "tilecore/tile_state.h"
 #include "tilecore/visibility/sample_pattern.h"
@@ -77,9 +78,10 @@ class FragmentMerger {
   std::uint32_t root(std::uint32_t f);
   void make_runs();
 
-  // The drawable seen last, by its patches.
+  // The drawable seen last.
+  scene::DrawableLookup drawable_of_;
   std::uint64_t known_frame_ = 0;
-  std::uint32_t known_first_ = 0, known_count_ = 0;
+  std::uint32_t known_drawable_ = 0;
   bool known_rests_ = false, known_moves_ = false, known_curved_ = false;
 
   std::size_t spp_ = 0, visible_ = 0, merged_ = 0, quads_ = 0, places_ = 0;

@@ -7,6 +7,7 @@
 
 #include "base/check.h"
 #include "base/random.h"
+#include "scene/drawable_lookup.h"
 #include "tilecore/procedural/procedure_costs.h"
 #include "tilecore/procedural/procedure_surface.h"
 #include "tilecore/shading/pixel_shader_kernel.h"
@@ -230,15 +231,11 @@ void PixelShader::sort_invocations(const FrameGeometry& shutter, std::span<const
   std::fill(table_.begin(), table_.end(), kFree);
   bucket_.resize(invocations.size());
   const bool parts = !shutter.segments.empty();
-  std::uint32_t last = 0, drawable = 0, first_patch = 0, patch_count = 0;
+  scene::DrawableLookup drawable_of;
+  std::uint32_t last = 0;
   for (std::size_t i = 0; i < invocations.size(); ++i) {
     const Invocation& v = invocations[i];
-    if (v.at.patch - first_patch >= patch_count) {
-      drawable = shutter.assembly->patch_drawable[v.at.patch];
-      first_patch = shutter.assembly->drawables[drawable].first_patch;
-      patch_count = shutter.assembly->drawables[drawable].patch_count;
-    }
-    std::uint64_t draw = drawable;
+    std::uint64_t draw = drawable_of(*shutter.assembly, v.at.patch);
     if (parts) {
       static_assert(kMaxMotionSegments < 1 << 12, "two segments fit beside a drawable's number");
       draw |= static_cast<std::uint64_t>(shutter.segment_at(v.at.patch, v.at.t)) << 52;

@@ -114,20 +114,6 @@ TEST(MotionField, WhatDoesNotMoveIsStillAndExactlyZero) {  // MF1
   EXPECT_FALSE(MotionField(*pose(moving, 0.5, 0.75), *pose(moving, 0.5, 0.75)).all_still());
 }
 
-// The only morph target of node 0 comes in from second 0 to 1.
-void morph_in_a_second(scene::Capture& capture) {
-  capture.nodes[0].weights = {0.0f};
-  scene::AnimationChannel channel;
-  channel.node = 0;
-  channel.path = scene::AnimatedPath::kWeights;
-  channel.components = 1;
-  channel.times = {0.0f, 1.0f};
-  channel.values = {0.0f, 1.0f};
-  capture.animations.emplace_back();
-  capture.animations[0].channels.push_back(channel);
-  capture.played_animations = {0};
-}
-
 TEST(MotionField, DeformingMeshesAreEvaluatedAtBothPoses) {
   TestFrame s;
   scene::Primitive triangle = test::triangles({{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}}, {0, 1, 2});
@@ -135,7 +121,7 @@ TEST(MotionField, DeformingMeshesAreEvaluatedAtBothPoses) {
   triangle.vertices.morph_targets[0].positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0.5f}};
   test::add_node(*s.capture, triangle);
   test::add_camera(*s.capture, {0, 0, 6});
-  morph_in_a_second(*s.capture);
+  test::add_morph(*s.capture, 0);
   s.pose();
   const auto then = pose(s, 0.25, 0.25), now = pose(s, 0.75, 0.75);
   const MotionField field(*now, *then);
@@ -161,7 +147,7 @@ struct BentTile : TestFrame {
       patches.vertices.morph_targets[0].positions.push_back(0.3f * random.in_box(1));
     test::add_node(*capture, patches);
     test::add_camera(*capture, {0, 0, 4});
-    morph_in_a_second(*capture);
+    test::add_morph(*capture, 0);
     assembly = std::make_unique<scene::Assembly>(scene::assemble(*capture));
 
     surfaces.pixels = samples.pixels = {0, 0, 32, 16};
