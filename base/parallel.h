@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
 
 namespace tessera {
@@ -31,15 +33,43 @@ class PerThread {
   tbb::enumerable_thread_specific<T> values_;
 };
 
+// Calls body(), whose parallel loops use at most `threads` threads, this one among them.
+template <class Body>
+void with_threads(std::size_t threads, const Body& body) {
+  tbb::task_arena(static_cast<int>(threads)).execute(body);
+}
+
 // How many threads parallel loops use at most.
 inline std::size_t thread_count() {
   return tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
 }
 
-// Calls body(), whose parallel loops use at most `threads` threads, this one among them.
-template <class Body>
-void with_threads(std::size_t threads, const Body& body) {
-  tbb::task_arena(static_cast<int>(threads)).execute(body);
+// Calls body(i) for every i in [0, count), `batch` of them after one another on a thread, batches begun by rising i; and
+// after(i) by rising i, one at a time, on any thread, when body(i) is done. The first exception is rethrown here.
+template <class Body, class After>
+void parallel_in_order(std::size_t count, std::size_t batch, const Body& body, const After& after) {
+  struct Part {
+    std::size_t first, end;
+  };
+  constexpr std::size_t kBatchesPerThread = 4;
+  std::size_t next = 0;
+  const auto begin = [&](tbb::flow_control& flow) {
+    const Part part{next, std::min(next + batch, count)};
+    next = part.end;
+    if (part.first == part.end) flow.stop();
+    return part;
+  };
+  const auto work = [&](const Part& part) {
+    for (std::size_t i = part.first; i < part.end; ++i) body(i);
+    return part;
+  };
+  const auto finish = [&](const Part& part) {
+    for (std::size_t i = part.first; i < part.end; ++i) after(i);
+  };
+  tbb::parallel_pipeline(kBatchesPerThread * thread_count(),
+                         tbb::make_filter<void, Part>(tbb::filter_mode::serial_in_order, begin) &
+                             tbb::make_filter<Part, Part>(tbb::filter_mode::parallel, work) &
+                             tbb::make_filter<Part, void>(tbb::filter_mode::serial_in_order, finish));
 }
 
 // While it lives, parallel loops use at most `threads` threads (0: all that the machine has).

@@ -11,6 +11,9 @@
 namespace tessera::gpu {
 namespace {
 
+// Neighbours that one thread renders: it finds most of their meshes in its own memory.
+constexpr std::size_t kTilesTogether = 16;
+
 // Adds the thread's processor time since it was made.
 class BusyTimer {
  public:
@@ -33,6 +36,10 @@ struct TileScheduler::Round {
   const Pass& pass;
   bool last;                    // of the pass: no partial render follows
   std::vector<bool> unchanged;  // tiles that are not rendered; empty: none
+  // What tiles share, by the tile that comes next in emulated order.
+  binner::RecordCache records;
+  TileArray depths{memory::Unit::kTilecore, memory::Purpose::kCoarseDepth, true}, headers;
+  std::uint64_t depth_offset = 0, header_offset = 0;
 };
 
 TileScheduler::TileScheduler(const ViewRun& run, PerThread<tilecore::TileCore>& cores, binner::Binner& binner,
@@ -137,35 +144,23 @@ std::uint64_t TileScheduler::tile_depth_bytes() const {
   return blocks(run_.gpu.tile.width) * blocks(run_.gpu.tile.height) * sizeof(frontend::DepthCode);
 }
 
-void TileScheduler::share(Round& round) {
-  using memory::Purpose;
-  using memory::Unit;
-  binner::RecordCache records(run_.gpu.binner_spec());
+void TileScheduler::share(Round& round, binner::TileIndex t) {
   FrameResult& result = run_.result;
-  const tilecore::FrameStore& store = run_.job.store;
-  const bool stores_depth = round.last && !result.targets.coarse_depth.farthest.empty();
-  TileArray depths{Unit::kTilecore, Purpose::kCoarseDepth, true},
-      headers{Unit::kResolve, Purpose::kFrameBuffer, true,
-              tilecore::TileStore::header_offset(store, binner_.grid().region())};
-  std::uint64_t depth_offset = 0, header_offset = 0;
-  for (const binner::TileIndex t : order_.tiles()) {
-    const SharedRequests& use = round.shared[t];
-    const std::uint64_t table_bytes = round.work.share(t, use, {records, cache_});
-    result.maps.tiles[t].queue_bytes_read += table_bytes;
-    if (stores_depth) {
-      round.work.move(t, depths, depth_offset, tile_depth_bytes());
-      depth_offset += tile_depth_bytes();
-    }
-    const std::uint64_t header_bytes = tilecore::TileStore::header_bytes(store, binner_.grid().pixels(t));
-    if (use.stored) round.work.move(t, headers, header_offset, header_bytes);
-    header_offset += header_bytes;
-    if (run_.record != nullptr)
-      run_.record->tessellations.insert(run_.record->tessellations.end(), use.tessellations.begin(),
-                                        use.tessellations.end());
+  SharedRequests& use = round.shared[t];
+  const std::uint64_t table_bytes = round.work.share(t, use, {round.records, cache_});
+  result.maps.tiles[t].queue_bytes_read += table_bytes;
+  if (round.last && !result.targets.coarse_depth.farthest.empty()) {
+    round.work.move(t, round.depths, round.depth_offset, tile_depth_bytes());
+    round.depth_offset += tile_depth_bytes();
   }
-  share_signatures(round);
-  if (round.last && !round.pass.open.empty()) share_behind(round.work, 0, true);
-  result.counters.ledger += records.ledger();
+  const std::uint64_t header_bytes = tilecore::TileStore::header_bytes(run_.job.store, binner_.grid().pixels(t));
+  if (use.stored) round.work.move(t, round.headers, round.header_offset, header_bytes);
+  round.header_offset += header_bytes;
+  if (run_.record != nullptr)
+    run_.record->tessellations.insert(run_.record->tessellations.end(), use.tessellations.begin(),
+                                      use.tessellations.end());
+  // share_signatures() reads the rest.
+  use.records = {}, use.tessellations = {}, use.hidden = {}, use.cells = {};
 }
 
 void TileScheduler::render_pass(std::span<const frontend::BoundedSubPatch> sub_patches, const Pass& pass) {
@@ -182,7 +177,15 @@ void TileScheduler::render_pass(std::span<const frontend::BoundedSubPatch> sub_p
     }
     std::vector<bool> unchanged;
     if (run_.inputs != nullptr && pass.only.empty()) unchanged = compare_inputs(whole && done && unfinished.empty());
-    Round round{run_.recorder.begin_round(binner_, order_), {}, unfinished, pass, done, std::move(unchanged)};
+    Round round{.work = run_.recorder.begin_round(binner_, order_),
+                .shared = {},
+                .unfinished = unfinished,
+                .pass = pass,
+                .last = done,
+                .unchanged = std::move(unchanged),
+                .records = binner::RecordCache(run_.gpu.binner_spec()),
+                .headers = {memory::Unit::kResolve, memory::Purpose::kFrameBuffer, true,
+                            tilecore::TileStore::header_offset(job.store, binner_.grid().region())}};
     const StageTimer timer(run_.result, "tiles");
     round.shared.resize(tile_count);
     if (!done) {
@@ -193,18 +196,24 @@ void TileScheduler::render_pass(std::span<const frontend::BoundedSubPatch> sub_p
     if (run_.progress != nullptr)
       run_.progress->begin(pass.only.empty() ? tile_count
                                              : static_cast<std::size_t>(std::ranges::count(pass.only, true)));
-    parallel_for(tile_count, [&](std::size_t tile) {
+    const auto render = [&](binner::TileIndex tile) {
       if (!pass.only.empty() && !pass.only[tile]) return;
       const BusyTimer busy(busy_seconds.local());
       if (!round.unchanged.empty() && round.unchanged[tile])
-        run_.inputs->keep_images(binner_.grid().pixels(static_cast<binner::TileIndex>(tile)), run_.result.targets);
+        run_.inputs->keep_images(binner_.grid().pixels(tile), run_.result.targets);
       else
         render_tile(round, tile);
       if (run_.progress != nullptr) run_.progress->tile_done();
-    });
+    };
+    const std::vector<binner::TileIndex>& order = order_.tiles();
+    parallel_in_order(
+        tile_count, kTilesTogether, [&](std::size_t place) { render(order[place]); },
+        [&](std::size_t place) { share(round, order[place]); });
     if (run_.progress != nullptr) run_.progress->end();
     busy_seconds.for_each([&](double seconds) { run_.result.stage_seconds["tile_threads"] += seconds; });
-    share(round);
+    share_signatures(round);
+    if (done && !pass.open.empty()) share_behind(round.work, 0, true);
+    run_.result.counters.ledger += round.records.ledger();
     if (!done) empty_lists();
   }
 }

@@ -32,8 +32,8 @@ struct ViewRun {
 // hold. A buffer that was too small leads to a round of partial renders and to a further round. What transmits is
 // rendered in a pass of its own.
 //
-// Tiles go to any thread. Counters and images do not depend on it: what tiles share they use in the machine's order
-// (tilecore.tile_order).
+// Tiles go to any thread, begun in the machine's order (tilecore.tile_order). Counters and images do not depend on it:
+// what tiles share they use in that order, while later tiles are rendered.
 class TileScheduler {
  public:
   TileScheduler(const ViewRun& run, PerThread<tilecore::TileCore>& cores, binner::Binner& binner,
@@ -90,8 +90,8 @@ class TileScheduler {
   SignatureMemory signature_memory() const;
   // What signatures of the tiles' colours move.
   void share_signatures(Round& round);
-  // What the tiles share, in emulated order.
-  void share(Round& round);
+  // A tile's use of what tiles share; tile by tile in emulated order, when it is rendered.
+  void share(Round& round, binner::TileIndex tile);
 
   const ViewRun& run_;
   PerThread<tilecore::TileCore>& cores_;

@@ -55,18 +55,18 @@ Image8 halved(const Image8& image) {
 
 struct PageViews::Rung {
   int quality = 0;
-  bool lossless = false, half = false;
+  bool as_it_is = false, half = false;
 
-  // "" where the file is no image.
   std::string encode(const fs::path& file) const {
+    std::string text = read_whole_text(file);
     DecodedImage decoded;
     std::string fault;
-    const std::string text = read_whole_text(file);
     if (!decode_image(bytes_of(text), {}, decoded, fault))
       throw InputError(file.string(), "", "is not an image: " + fault);
     const auto* image = std::get_if<Image8>(&decoded.pixels);
     if (image == nullptr || image->channels < 3) throw InputError(file.string(), "", "is not an image of a replay");
-    return encode_webp(half ? halved(*image) : *image, quality, lossless);
+    if (as_it_is) return text;
+    return encode_webp(half ? halved(*image) : *image, quality, false);
   }
 };
 
@@ -99,7 +99,6 @@ PageViews::Rung PageViews::choose() const {
   constexpr std::size_t kSamples = 4;
   const std::size_t samples = std::min(images_.size(), kSamples);
   for (const Rung& rung : kLadder) {
-    // PNG is no smaller than lossless WebP by more than a few percent.
     if (&rung == &kLadder.back()) return rung;
     std::uint64_t bytes = 0;
     for (std::size_t k = 0; k < samples; ++k) bytes += rung.encode(images_[k * images_.size() / samples]).size();
@@ -126,7 +125,7 @@ void PageViews::pack_images(json& data, std::string& scripts) {
     append_script(fmt::format("image-{}", k), packed[k], scripts);
   }
   data["left_out"] = left_out;
-  if (rung.lossless) return;
+  if (rung.as_it_is) return;
   data["lossy"] = true;
   data["image_note"] =
       fmt::format("Images here are WebP of quality {}{}, to keep this file small; those of the folder are exact.",

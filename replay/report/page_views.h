@@ -13,8 +13,9 @@
 
 namespace tessera::replay {
 
-// Images and tiles of a page, which it holds packed and unpacks when they are looked at. Images become WebP, all at one
-// quality and size: the best with which they take no more than kPageImageBytes together; without loss where they are few.
+// Images and tiles of a page, which it holds packed and unpacks when they are looked at. The page holds the PNG files as
+// they are where they take no more than kPageImageBytes together. Else all become WebP at one quality and size: the best
+// with which they fit.
 class PageViews {
  public:
   static constexpr std::uint64_t kPageImageBytes = 3u << 20;

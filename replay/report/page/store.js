@@ -54,11 +54,12 @@ async function viewOf(at = shown) {
   const place = run(at).views[at.frame];
   return place ? { place, tiles: place.tiles ? await (Array.isArray(place.tiles) ? documentOf(place.tiles) : place.tiles) : null } : null;
 }
-// An address of its own, or the element that holds the WebP in base64.
+// An address of its own, or the element that holds the PNG or WebP in base64.
 function addressOf(place) {
   if (!place.image) return '';
   const element = document.getElementById(place.image);
-  return element ? 'data:image/webp;base64,' + element.textContent : place.image.startsWith('image-') ? '' : place.image;
+  if (!element) return place.image.startsWith('image-') ? '' : place.image;
+  return `data:image/${element.textContent.startsWith('iVBOR') ? 'png' : 'webp'};base64,` + element.textContent;
 }
 function imageAddress(at = shown) {
   const place = run(at).views[at.frame];
