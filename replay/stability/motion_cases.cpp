@@ -133,7 +133,7 @@ std::vector<MotionRow> deforming_curves() {
        [] {
          Stage stage;
          const int node = stage.add(ball(spiked(stage)));
-         stage.turn(stage.skin(node, 2, -1, 1) + 1, {0, 0.3f, 1}, 0.4);
+         stage.turn(stage.skin(node, 2, -1, 1) + 1, {0, 0.3f, 1}, 0.12);
          stage.look({0, 0, 4.5});
          return stage;
        }},

@@ -15,7 +15,11 @@ constexpr double kGrid = 0.01;  // px: the sub-pixel grid, and a little of singl
 Stage small_scene(double scale = 1) {
   Stage stage;
   const int body = stage.add(ball(stage.displaced(0.15f, 0)), {-0.8, 0, 0});
-  stage.add(sheet(8, 8, {0.2f, -0.9f}, {2.0f, 0.9f}, stage.flat({0.2f, 0.7f, 0.9f, 1})));
+  scene::Material lit;
+  lit.base_color = {0.2f, 0.7f, 0.9f, 1};
+  lit.metallic = 0;
+  const int wall = stage.add(sheet(8, 8, {0.2f, -0.9f}, {2.0f, 0.9f}, stage.material(lit)));
+  stage.node(wall).transform.rotation = glm::angleAxis(0.6, DVec3(0, 1, 0));
   stage.move(body, {0.1, 0.05, 0.2});
   scene::Camera camera;
   camera.near = static_cast<float>(0.1 * scale);
@@ -155,7 +159,7 @@ std::vector<StabilityCase> scale_cases() {
        "Nothing in the machine knows a length of its own.", "a lens that is 1 % wider",
        "ScaledScene.ByAPowerOfTwoLooksTheSameBitByBit ScaledScene.WithALensOfTheOldSizeIsCaught", 0, "pixels",
        [] { return small_scene(0x1p40); }, unlike_its_own_size},
-      {kPlacesAndScales, "control points of 1e-41 below a scale of 1e38", "DenormalControlPoints",
+      {kPlacesAndScales, "control points of 1e-41 below a scale of 1e34", "DenormalControlPoints",
        "The control points are denormal, so they hold four digits, and processors are often told to drop them.",
        "Denormal numbers stay on in all threads and kernels.", "denormal numbers taken for zero",
        "Bicubic.NormalsAreRightFromTinyToHugePatches", 0.05, "px",
@@ -169,10 +173,10 @@ std::vector<StabilityCase> scale_cases() {
            for (int c = 0; c < 3; ++c) p[c] = p[c] * 0x1p-146f;  // 1e-41 and less
          }
          const int node = stage.add(plate);
-         stage.node(node).transform.scale = DVec3(1e38);
+         stage.node(node).transform.scale = DVec3(1e34);
          scene::Camera camera;
-         camera.near = 1e-5f;
-         stage.look({0, 0, 3e-3}, camera);
+         camera.near = 1e-9f;
+         stage.look({0, 0, 3e-7}, camera);
          stage.still();
          return stage;
        },
@@ -220,6 +224,7 @@ std::vector<StabilityCase> procedure_cases() {
     stage.capture.roots.push_back(0);
     stage.capture.nodes.push_back(node);
     if (turning) stage.turn(0, {0.3f, 1, 0.2f}, 0.4);
+    stage.keys = {"procedures.path=tessellated"};
     stage.look(eye);
     if (!turning) stage.still();
     return stage;
