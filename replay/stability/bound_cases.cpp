@@ -116,7 +116,8 @@ std::vector<BoundRow> hard_nets() {
        pair({.bend =
                  [](auto& c) {
                    for (Vec3& p : c) p += Vec3(1e4f, -2e4f, 5e3f);
-                 }})},
+                 },
+             .reach = 6})},
   };
 }
 
@@ -140,7 +141,7 @@ std::vector<BoundRow> hard_views() {
       {"camera inside the box", "CameraInside", "No side of the box bounds its image.",
        "A box that holds the eye is cut at the near plane and else covers the whole frame.",
        "bounds that project what is behind the camera", HELD("CameraInside"), BoundFault::kNotCut,
-       pair({.distance = 0.1})},
+       pair({.strength = 0.1f, .bias = 0, .distance = 0.25})},
       {"nothing moves", "NoMotion", "Times of contact are 0/0.",
        "A box that rests touches at all times, and its bounds are those of one key.", "bounds half as wide",
        HELD("NoMotion") " TimeIntervals.WhatDoesNotMoveHasAllTimes", BoundFault::kShrunk, pair({.moving = false})},

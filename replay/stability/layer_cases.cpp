@@ -11,7 +11,9 @@ struct Sheet {
   Vec4 color;
   scene::AlphaMode mode = scene::AlphaMode::kOpaque;
   int kind = 0;  // 0: two triangles, 1: a patch, 2: a fine grid of triangles
+  double nearer = 0;
 };
+constexpr auto kSolid = scene::AlphaMode::kOpaque;
 constexpr auto kBlend = scene::AlphaMode::kBlend;
 
 // Sheets in one plane that is askew to the camera, in the scene's order, over all of the frame.
@@ -20,10 +22,10 @@ Stage in_one_plane(const std::vector<Sheet>& all, bool moving) {
   stage.capture.settings.background = Vec3(0.0f);
   for (const Sheet& one : all) {
     const int material = stage.flat(one.color, one.mode);
-    scene::Primitive primitive = one.kind == 0   ? quad({-6, -4, 0}, {6, -4, 0}, {6, 4, 0}, {-6, 4, 0}, material)
-                                 : one.kind == 1 ? patches(flat_patch({-6, -4, 0}, {12, 0, 0}, {0, 8, 0}), material)
-                                                 : sheet(17, 13, {-6, -4}, {6, 4}, material);
-    const int node = stage.add(primitive);
+    scene::Primitive primitive = one.kind == 0   ? quad({-9, -6, 0}, {9, -6, 0}, {9, 6, 0}, {-9, 6, 0}, material)
+                                 : one.kind == 1 ? patches(flat_patch({-9, -6, 0}, {18, 0, 0}, {0, 12, 0}), material)
+                                                 : sheet(17, 13, {-9, -6}, {9, 6}, material);
+    const int node = stage.add(primitive, {0, 0, one.nearer});
     stage.node(node).transform.rotation = glm::angleAxis(0.5, glm::normalize(DVec3(1, 2, 0)));
     if (moving) stage.move(node, {0.4, 0.1, 0.3});
   }
@@ -46,6 +48,14 @@ Vec3 composed(const std::vector<Sheet>& all) {
   return Vec3(color);
 }
 
+void bring_nearer(Stage& stage, int node) {
+  stage.node(node).transform.translation.z += 0.01;
+  for (scene::Animation& animation : stage.capture.animations)
+    for (scene::AnimationChannel& channel : animation.channels)
+      if (channel.node == node)
+        for (std::size_t k = 2; k < channel.values.size(); k += 3) channel.values[k] += 0.01f;
+}
+
 constexpr Vec4 kRed(1, 0.25f, 0.125f, 1), kBlue(0.125f, 0.25f, 1, 1), kGreen(0.25f, 1, 0.25f, 0.5f);
 
 StabilityCase layers(std::string_view name, std::string_view law, std::string_view hard, std::string_view kept,
@@ -66,8 +76,8 @@ StabilityCase layers(std::string_view name, std::string_view law, std::string_vi
             if (twin && all.back().mode == kBlend)
               machine.capture.materials.back().base_color.w = 0;
             else if (twin)
-              machine.node(static_cast<int>(all.size()) - 1).transform.translation.z += 0.01;
-            return steps_from(render(machine), composed(all), 0.9);
+              bring_nearer(machine, static_cast<int>(all.size()) - 1);
+            return steps_from(render(machine), composed(all), 1);
           }};
 }
 
@@ -90,6 +100,16 @@ std::vector<StabilityCase> layer_cases() {
       layers("two opaque surfaces in one plane, in motion", "CoplanarOpaqueMoving",
              "Depths are equal at every time, if they are found alike.",
              "Depth is found by one formula in every kernel.", kPlane, 4, {{kRed}, {kBlue}}, true),
+      layers("opaque surfaces 0.001 apart, cut differently", "NearlyCoplanarOpaque",
+             "One is two triangles, the other a patch, so their depths round apart: in one plane each would show.",
+             "Vertices round to 1/256 pixel: surfaces that are farther apart than depth changes over that keep their "
+             "order.",
+             "CoplanarSurfaces.AreSeenOneOnTheOther", 4, {{kRed, kSolid, 0}, {kBlue, kSolid, 1, -1e-3}}, false),
+      layers("blended surface 0.001 before an opaque one, cut differently", "NearlyCoplanarBlended",
+             "The opaque one is a patch, the blended one a grid of triangles.",
+             "Vertices round to 1/256 pixel: surfaces that are farther apart than depth changes over that keep their "
+             "order.",
+             "CoplanarSurfaces.AreSeenOneOnTheOther", 4, {{kRed, kSolid, 1}, {kGreen, kBlend, 2, 1e-3}}, false),
       layers("blended surface in the plane of an opaque one", "CoplanarBlended",
              "It is drawn after the opaque one and is no nearer.",
              "Where depths are equal a blended surface lies on an opaque one.",

@@ -207,7 +207,10 @@ class VertexMeter {
     if (drawn.empty()) return;
     const int looks = length == 0 ? 1 : frame.part.whole() ? 17 : 5;
     for (int k = 0; k < looks; ++k) {
-      const double local = looks == 1 ? 0 : static_cast<double>(k) / (looks - 1),
+      // At no regular steps, for motion repeats itself.
+      const bool inside = k > 0 && k + 1 < looks;
+      const double shift = inside ? 0.6180339887498949 * k - std::floor(0.6180339887498949 * k) - 0.5 : 0,
+                   local = looks == 1 ? 0 : (k + 0.8 * shift) / (looks - 1),
                    u = frame.part.at(0) + (frame.part.at(1) - frame.part.at(0)) * local;
       // Steps and keys belong to the part that ends there.
       const double time = request.open_time + length * u;

@@ -124,7 +124,7 @@ std::vector<MotionRow> deforming_curves() {
            bent.positions.emplace_back(-0.5f * p.x, 0.0f, 1.4f * p.x * p.x);
          plate.vertices.morph_targets.push_back(bent);
          stage.morph(stage.add(plate));
-         stage.look({0, -1, 6});
+         stage.look({0, 0, 6});
          return stage;
        }},
       {"displaced spikes on a joint", "DisplacedSpikesOfASkin", "A joint turns, and the tips with it.",

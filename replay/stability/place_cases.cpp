@@ -55,6 +55,19 @@ Stage skinned_far_away() {
   return away(stage, {4200000.5, 4700000.2, 300000.1});
 }
 
+// The vertices themselves and the camera are carried away, by a thousand units times `far`.
+Stage with_far_vertices(float far) {
+  Stage stage = small_scene();
+  const Vec3 way = Vec3(1000, -700, 400) * far;
+  for (scene::Mesh& mesh : stage.capture.meshes)
+    for (Vec3& p : mesh.primitives[0].vertices.positions) p += way;
+  for (scene::Node& node : stage.capture.nodes) {
+    if (node.camera != scene::kNone) node.transform.translation += DVec3(way);
+    node.transform.rotation = DQuat(1, 0, 0, 0);
+  }
+  return stage;
+}
+
 constexpr std::string_view kDouble =
     "Nodes, cameras and their products are double precision; single precision begins at the raster, near the camera.";
 
@@ -91,31 +104,38 @@ std::vector<StabilityCase> far_cases() {
        },
        singles},
       {kPlacesAndScales, "nodes that cancel", "NodesThatCancel",
-       "A parent is 1e9 units away, and its child as far back.", kDouble, "matrices of single precision",
+       "A parent is 1e9 units away, and its child as far back.", kDouble, "nodes of single precision",
        "By/MovedScene.LooksTheSameWhenItsNodesAreMoved", kGrid, "px",
        [] {
-         Stage stage = away(small_scene(), {1e9, -1e9, 1e9});
-         stage.below({.translation = {-1e9, 1e9, -1e9}});
+         // The camera stays; the rest goes out by 1e9 + 33, back by 1e9 + 31, and by 2: a float has a step of 64 there.
+         Stage stage = away(away(away(small_scene(), {-2, 0, 0}), {1e9 + 33, 0, 0}), {-1e9 - 31, 0, 0});
+         const auto camera = static_cast<int>(
+             std::ranges::find_if(stage.capture.nodes,
+                                  [](const scene::Node& node) { return node.camera != scene::kNone; }) -
+             stage.capture.nodes.begin());
+         std::erase(stage.node(stage.node(camera).parent).children, camera);
+         stage.node(camera).parent = scene::kNone;
+         stage.capture.roots.push_back(camera);
          return stage;
        },
-       singles},
+       [](const Stage& stage, bool twin) {
+         if (!twin) return vertex_error(stage);
+         Stage rounded = stage;
+         for (scene::Node& node : rounded.capture.nodes)
+           node.transform.translation = DVec3(Vec3(node.transform.translation));
+         return different_pixels(render(stage), render(rounded));
+       }},
       {kPlacesAndScales, "vertices a thousand units away", "VerticesFarAway",
        "Vertices are single precision in the file: a step of 1/16384 unit.",
-       "Nothing is added to the file's own rounding: the surface is evaluated about as exactly as its control points "
-       "are known.",
-       "matrices of single precision", "MovedVertices.LookTheSameUntilTheyRoundByAVisiblePartOfAPixel", 0.05, "px",
-       [] {
-         Stage stage = small_scene();
-         for (scene::Mesh& mesh : stage.capture.meshes)
-           for (Vec3& p : mesh.primitives[0].vertices.positions) p += Vec3(1000, -700, 400);
-         stage.node(static_cast<int>(stage.capture.nodes.size()) - 1).transform.translation += DVec3(1000, -700, 400);
-         return stage;
-       },
-       singles},
+       "The surface is evaluated about as exactly as its control points are known, which is the limit: a million units "
+       "away they are not.",
+       "vertices a million units away", "MovedVertices.LookTheSameUntilTheyRoundByAVisiblePartOfAPixel", 0.05, "px",
+       [] { return with_far_vertices(1); },
+       [](const Stage& stage, bool twin) { return vertex_error(twin ? with_far_vertices(1000) : stage); }},
       {kPlacesAndScales, "floor a thousand times as wide as it is far", "WideFloor",
        "The control points are a thousand units away, what is seen is near the camera.",
        "The grid is as fine as the target edge asks for, and single precision leaves a thousandth of a pixel.",
-       "matrices of single precision", "HardProcedures.AFloorThatStraddlesTheCameraReachesTheFrontOfTheImage", 0.5,
+       "matrices of single precision", "HardProcedures.AFloorThatStraddlesTheCameraReachesTheFrontOfTheImage", kGrid,
        "px",
        [] {
          Stage stage;
@@ -186,8 +206,7 @@ std::vector<StabilityCase> scale_cases() {
        [] {
          Stage stage;
          const int node = stage.add(ball(stage.flat({0.9f, 0.8f, 0.3f, 1})));
-         stage.node(node).matrix =
-             DMat4(DVec4(1, 0.999999, 0, 0), DVec4(1, 1, 0, 0), DVec4(0, 0, 1, 0), DVec4(0, 0, 0, 1));
+         stage.node(node).matrix = DMat4(DVec4(1, 0.9, 0, 0), DVec4(1, 1, 0, 0), DVec4(0, 0, 1, 0), DVec4(0, 0, 0, 1));
          stage.look({0, 0, 5});
          stage.still();
          return away(stage, {1e6, -7e5, 4e5});

@@ -69,10 +69,12 @@ std::string error_text(double error) {
 
 Image8 thumbnail(const StabilityCase& of) {
   Stage stage = of.scene();
-  // The camera's aspect is that of the frame, so orthographic ones keep their size.
-  if (stage.capture.cameras[0].type == scene::Camera::Type::kPerspective)
-    stage.width = kThumbnailWidth, stage.height = kThumbnailHeight;
-  return shaders::to_display(render(stage), 1.0f);
+  stage.keys.emplace_back("sampling.samples_per_pixel=64");
+  const Image8 all = shaders::to_display(render(stage), 1.0f);
+  Image8 image(kThumbnailWidth, kThumbnailHeight, all.channels);
+  for (int y = 0; y < std::min(all.height, image.height); ++y)
+    std::copy_n(all.at(0, y).begin(), std::min(all.width, image.width) * all.channels, image.at(0, y).begin());
+  return image;
 }
 
 std::string thumbnail_file(const StabilityCase& of) {
