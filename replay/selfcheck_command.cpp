@@ -75,6 +75,7 @@ class SelfCheckCommand final : public Command {
     const std::vector<stability::StabilityCase>& cases = stability::stability_cases();
     std::vector<stability::StabilityResult> results;
     {
+      install_stop_handler();
       Progress progress(cases.size(), LongStep::quiet_without_terminal());
       for (const stability::StabilityCase& of : cases) {
         if (stop_requested()) throw stopped("stopped");

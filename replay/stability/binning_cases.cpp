@@ -353,7 +353,7 @@ std::vector<StabilityCase> depth_cases() {
        },
        seen_wrongly([](Stage& stage) { stage.capture.cameras[0].lens.focus_distance = 100; })},
       {kVisibility, "surfaces that near and far plane cut", "CutByPlanes", "Hits at a plane are in or out by chance.",
-       "Both planes belong to what is drawn, and depths are compared unrounded.", "a far plane a hundredth nearer",
+       "Both planes belong to what is drawn.", "a far plane a hundredth nearer",
        "HardCases.HitsAtTheNearAndTheFarPlaneAreExact", 1500, "ppm",
        [] {
          Stage stage = crowd(60, 0.9f, true);
@@ -363,7 +363,7 @@ std::vector<StabilityCase> depth_cases() {
        },
        seen_wrongly([](Stage& stage) { stage.capture.cameras[0].far = 4.29f; })},
       {kVisibility, "floor towards the horizon", "Horizon", "Depth runs to the end of its range in a few pixels.",
-       "Depth is linear in the scene and interpolated in double precision.", kOther,
+       "Depth stays linear in the scene and is not divided by w, and there need be no far plane.", kOther,
        "ClippedCells.AFloorThatPassesUnderTheCameraHasNoHole", kShare, "ppm",
        [] {
          Stage stage;

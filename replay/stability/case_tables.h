@@ -16,8 +16,9 @@ std::vector<StabilityCase> visibility_cases();
 std::vector<StabilityCase> layer_cases();
 std::vector<StabilityCase> resolve_cases();
 
-inline constexpr std::string_view kBounds = "Bounds of patches", kMotion = "Motion", kPlacesAndScales = "Places and scales",
-                                  kProcedures = "Procedural surfaces", kBinning = "Binning", kVisibility = "Visibility",
-                                  kLayers = "Layers", kResolve = "Resolve";
+inline constexpr std::string_view kBounds = "Bounds of patches", kMotion = "Motion",
+                                  kPlacesAndScales = "Places and scales", kProcedures = "Procedural surfaces",
+                                  kBinning = "Binning", kVisibility = "Visibility", kLayers = "Layers",
+                                  kResolve = "Resolve";
 
 }  // namespace tessera::replay::stability

@@ -30,7 +30,7 @@ enum class Arithmetic { kDouble, kSingle, kNoDenormals };
 // Where points of a scene are seen at a time, in double precision, from the numbers of the scene alone: interpolated,
 // morphed, skinned, displaced and projected at that time itself. It shares with the machine what glTF says of a pose,
 // and how heights are filtered, and nothing of how surfaces are evaluated: Bernstein polynomials are summed as they are
-// written (Farin 2002, section 4.1), and nothing is taken for linear in time.
+// written (Farin 2002, chapter 5), and nothing is taken for linear in time.
 class Judge {
  public:
   // Seconds. `stage` must outlive it.

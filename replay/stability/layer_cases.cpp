@@ -68,7 +68,7 @@ StabilityCase layers(std::string_view name, std::string_view law, std::string_vi
           "its last sheet nearer by a hundredth, or gone",
           tests,
           bound,
-          "2^-24",
+          "ulp",
           [=] { return in_one_plane(all, moving); },
           [all](const Stage& stage, bool twin) {
             Stage machine = stage;
@@ -159,19 +159,19 @@ std::vector<StabilityCase> resolve_cases() {
   return {
       {kResolve, "one colour, camera at rest", "FlatAtRest", "Seven frames of copies add up their errors.",
        "A velocity of zero copies bits.", "a second colour that differs by a thirtieth",
-       "Advection.StandingStillIsACopyBitForBit Desampling.ErrorsOfAdvectionDoNotGrowOver120Frames", 4, "2^-24",
+       "Advection.StandingStillIsACopyBitForBit Desampling.ErrorsOfAdvectionDoNotGrowOver120Frames", 4, "ulp",
        [] { return passing(0); }, unlike_its_color},
       {kResolve, "one colour, camera in motion", "FlatInMotion", "Weights of a stencil add up to almost one.",
        "Weights are quantised so that their sum is a power of two.", "a second colour that differs by a thirtieth",
        "CubicStencil.AFlatColourComesBackToOneUnitInTheLastPlace "
        "CubicStencil.AFlatColourUnderThePatternsIsExactToAUnitAndAPlainQuotientIsNot",
-       4, "2^-24", [] { return passing(9); }, unlike_its_color},
+       4, "ulp", [] { return passing(9); }, unlike_its_color},
       {kResolve, "blocks that the frame cuts", "CutBlocks", "Pixels outside of the frame count as black.",
        "Blocks are clipped, and stencils know every pixel that is missing.",
        "a second colour that differs by a thirtieth",
        "Desampling.FramesAndRegionsThatCutBlocksAreWhole "
        "StencilTables.EveryMissingPixelOfEveryPatternAtEveryBorderHasAStencil",
-       4, "2^-24",
+       4, "ulp",
        [] {
          Stage stage = passing(9);
          stage.width = 157, stage.height = 83;

@@ -105,7 +105,7 @@ std::vector<MotionRow> deforming_curves() {
       {"displaced spikes that turn", "DisplacedSpikes",
        "The tips of a height map lie outside of the control points, and move farther.",
        "The motion of a displaced body is measured on a box of its displaced surface.",
-       "MotionSegments.SpikesOfAPlateThatBendsAreBlurredAlongTheirCurves", kCurve,
+       "MotionCurves.TimesHoldEveryKeyAndTurnsAreBounded", kCurve,
        [] {
          Stage stage;
          stage.turn(stage.add(ball(spiked(stage))), {0.2f, 1, 0.1f}, 0.7);
@@ -115,7 +115,7 @@ std::vector<MotionRow> deforming_curves() {
       {"displaced spikes of a plate that bends", "DisplacedSpikesBend",
        "Control points move along lines, while the normals turn and take the tips along curves.",
        "The motion of displaced patches that deform is measured on their displaced surface, too.",
-       "MotionSegments.SpikesOfAPlateThatBendsAreBlurredAlongTheirCurves", kCurve,
+       "MotionCurves.TimesHoldEveryKeyAndTurnsAreBounded", kCurve,
        [] {
          Stage stage;
          scene::Primitive plate = patches(flat_patch({-1.5f, -1, 0}, {3, 0, 0}, {0, 2, 0}), spiked(stage));

@@ -153,8 +153,9 @@ std::vector<StabilityCase> scale_cases() {
   return {
       {kPlacesAndScales, "scale 1e-15", "ScaleDown",
        "Lengths of 1e-15 are below any absolute epsilon, and their squares below 1e-30.",
-       "No epsilon is absolute: lengths are compared before they are divided.", "a near plane that keeps its size",
-       "By/ScaledScene.LooksTheSame", kGrid, "px", [] { return small_scene(1e-15); },
+       "Vectors are brought near 1 by a power of two before products of them are taken, and no epsilon is absolute.",
+       "a near plane that keeps its size", "By/ScaledScene.LooksTheSame", kGrid, "px",
+       [] { return small_scene(1e-15); },
        [](const Stage& stage, bool twin) {
          Stage other = stage;
          if (twin) other.capture.cameras[0].near = 0.1f;
@@ -162,7 +163,8 @@ std::vector<StabilityCase> scale_cases() {
        }},
       {kPlacesAndScales, "scale 1e12", "ScaleUp",
        "Squares of lengths reach 1e24 and their products the end of single precision.",
-       "Normals and areas are formed from lengths near 1, in double precision where they are formed once.",
+       "Vectors are brought near 1 by a power of two before products of them are taken "
+       "(tilecore/shading/lane_surface.inc).",
        "a lens that keeps its size", "By/ScaledScene.LooksTheSame", kGrid, "px", [] { return small_scene(1e12); },
        [](const Stage& stage, bool twin) {
          Stage other = stage;
@@ -179,7 +181,7 @@ std::vector<StabilityCase> scale_cases() {
        "Nothing in the machine knows a length of its own.", "a lens that is 1 % wider",
        "ScaledScene.ByAPowerOfTwoLooksTheSameBitByBit ScaledScene.WithALensOfTheOldSizeIsCaught", 0, "pixels",
        [] { return small_scene(0x1p40); }, unlike_its_own_size},
-      {kPlacesAndScales, "control points of 1e-41 below a scale of 1e34", "DenormalControlPoints",
+      {kPlacesAndScales, "control points of 1e-41 below a scale of 1e36", "DenormalControlPoints",
        "The control points are denormal, so they hold four digits, and processors are often told to drop them.",
        "Denormal numbers stay on in all threads and kernels.", "denormal numbers taken for zero",
        "Bicubic.NormalsAreRightFromTinyToHugePatches", 0.05, "px",
@@ -193,10 +195,10 @@ std::vector<StabilityCase> scale_cases() {
            for (int c = 0; c < 3; ++c) p[c] = p[c] * 0x1p-146f;  // 1e-41 and less
          }
          const int node = stage.add(plate);
-         stage.node(node).transform.scale = DVec3(1e34);
+         stage.node(node).transform.scale = DVec3(1e36);
          scene::Camera camera;
-         camera.near = 1e-9f;
-         stage.look({0, 0, 3e-7}, camera);
+         camera.near = 1e-7f;
+         stage.look({0, 0, 3e-5}, camera);
          stage.still();
          return stage;
        },

@@ -43,7 +43,7 @@ const std::vector<StabilitySection>& stability_sections() {
        "its value."},
       {kResolve,
        "Frames of which most pixels are reprojected or reconstructed. The error is the largest difference of a channel "
-       "from the surface's colour after seven frames, in steps of 2^-24."},
+       "from the surface's colour after seven frames, in steps of 2^-24 of its value (ulp)."},
   };
   return kSections;
 }
@@ -64,7 +64,9 @@ StabilityResult measure(const StabilityCase& of) { return {&of, of.error(of.scen
 std::string error_text(double error) {
   if (error == 0) return "0";
   if (std::isinf(error)) return error > 0 ? "infinite" : "none";
-  return fmt::format("{:.2g}", error);
+  std::string digits = fmt::format("{:.2g}", error);
+  if (std::abs(error) >= 10 && std::abs(error) < 1e6) digits = fmt::format("{:.0f}", std::stod(digits));
+  return digits;
 }
 
 Image8 thumbnail(const StabilityCase& of) {
@@ -126,9 +128,9 @@ std::string summary_row(const StabilitySection& section, std::span<const Stabili
 
 std::string page_row(const StabilityResult& result, std::string_view folder) {
   const StabilityCase& of = *result.of;
-  return fmt::format("| ![{0}]({1}/{2}) | **{0}.** {3} *{4}* The twin has {5}.<br>{6} | {7} {8} | {9} |\n", of.name,
-                     folder, thumbnail_file(of), of.hard, of.kept, of.twin, tests_text(of), error_text(result.error),
-                     of.unit, error_text(of.bound));
+  return fmt::format("| ![{0}]({1}/{2}) | **{0}.** {3} *{4}* The twin has {5}.<br><sub>{6}</sub> | {7} {8} | {9} |\n",
+                     of.name, folder, thumbnail_file(of), of.hard, of.kept, of.twin, tests_text(of),
+                     error_text(result.error), of.unit, error_text(of.bound));
 }
 
 std::string stability_page(std::span<const StabilityResult> results, std::string_view folder) {

@@ -345,27 +345,6 @@ TEST(MotionSegments, EveryRateShadesThem) {
   EXPECT_GE(psnr(image(capture, {"sampling.samples_per_pixel=16", "shading.derivatives=quad"}), truth), 33.0);
 }
 
-// A plate that a morph rolls up while the shutter is open, with spikes as long as the plate is wide: control points move
-// along lines, but the tips along curves, with the normals.
-TEST(MotionSegments, SpikesOfAPlateThatBendsAreBlurredAlongTheirCurves) {
-  Capture capture = empty_stage();
-  const int material = unlit(capture, {1, 1, 1, 1});
-  std::vector<float> heights(64, 0.0f);
-  heights[27] = heights[36] = 1;
-  capture.materials[static_cast<std::size_t>(material)].displacement = test::displacement(8, 8, heights, 18, 0);
-  scene::Primitive plate = test::patches(test::flat_patch({-20, -12, 0}, {40, 0, 0}, {0, 24, 0}), material);
-  scene::MorphTarget rolled;
-  for (const Vec3& p : plate.vertices.positions) rolled.positions.emplace_back(-0.3f * p.x, 0.0f, 2.5f * p.x);
-  plate.vertices.morph_targets.push_back(rolled);
-  test::add_morph(capture, test::add_node(capture, plate));
-  look_flat(capture);
-  const std::vector<std::string> keys = {"sampling.samples_per_pixel=64", "shading.rate=sample"};
-  const Image truth = mean_of_stills(capture, keys);
-  EXPECT_GT(segments_of(capture, {}), 1u);
-  EXPECT_GE(psnr(image(capture, keys), truth), 38.0);
-  EXPECT_LT(psnr(image(capture, {keys[0], keys[1], "sampling.motion_segments=1"}), truth), 34.0) << "the twin";
-}
-
 TEST(MotionSegments, AZoomIsSeen) {
   Capture capture = empty_stage();
   test::add_node(capture, rectangle(-1, -1, 1, 1, unlit(capture, {1, 1, 1, 1})), {0, 0, -5});
