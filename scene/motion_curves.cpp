@@ -16,6 +16,7 @@ namespace tessera::scene {
 namespace {
 
 constexpr std::size_t kPoints = 64;      // of a primitive whose vertices move
+constexpr std::size_t kPatches = 32;     // of a displaced primitive that deforms
 constexpr std::size_t kMaxFlips = 64;    // that are looked for exactly
 constexpr int kFlipSteps = 20;           // halvings
 constexpr std::size_t kCubicPieces = 4;  // of a cubic spline between two keys, at least
@@ -65,6 +66,16 @@ std::vector<CurveTime> key_times(const Capture& capture, const FrameRequest& req
   return merged;
 }
 
+// Whether a node draws patches that are displaced.
+bool displaces(const Capture& capture, int node) {
+  const int mesh = node == kNone ? kNone : capture.nodes[static_cast<std::size_t>(node)].mesh;
+  if (mesh == kNone) return false;
+  return std::ranges::any_of(capture.meshes[static_cast<std::size_t>(mesh)].primitives, [&](const Primitive& one) {
+    return one.kind == Primitive::Kind::kBezierPatches && one.material != kNone &&
+           capture.materials[static_cast<std::size_t>(one.material)].displacement;
+  });
+}
+
 // How much rotations turn from `a` to `b`, no key between them, along the chain of nodes that turns most; and whether
 // anything follows a cubic spline, or zooms.
 struct Activity {
@@ -78,7 +89,9 @@ Activity activity(const Capture& capture, int camera_node, double a, double b) {
     if (channel.times.empty() || b <= static_cast<double>(channel.times.front()) ||
         a >= static_cast<double>(channel.times.back()))
       return;
-    out.cubic = out.cubic || channel.interpolation == Interpolation::kCubicSpline;
+    // So do tips of displaced patches whose normals a morph turns.
+    out.cubic = out.cubic || channel.interpolation == Interpolation::kCubicSpline ||
+                (channel.path == AnimatedPath::kWeights && displaces(capture, channel.node));
     out.zoom = out.zoom || channel.path >= AnimatedPath::kFieldOfView;
     if (channel.path != AnimatedPath::kRotation || channel.interpolation == Interpolation::kStep) return;
     const std::size_t steps = channel.interpolation == Interpolation::kCubicSpline ? 2 * kCubicPieces : 1;
@@ -166,7 +179,45 @@ struct Body {
   bool wire = false, deforms = false;
   // Displaced surfaces that deform: corners of the box of what each joint moves, or the node.
   std::vector<std::pair<int, Points>> parts;  // the joint's number in the skin; kNone: by the node
+  // Whole patches of theirs, and the lowest and highest offset: where normals turn, tips move along curves whatever
+  // control points do.
+  Primitive surfaces;
+  std::array<double, 2> offsets{};
 };
+
+// What a primitive of a body has at an instant.
+struct DeformedBody {
+  Deformed sampled, surfaces;
+};
+
+// The lowest and highest offset that a displacement's texture has.
+std::array<double, 2> extreme_offsets(const Displacement& displacement) {
+  const auto offset = [&](float height) {
+    return static_cast<double>(height) * static_cast<double>(displacement.scale) +
+           static_cast<double>(displacement.bias);
+  };
+  return {offset(displacement.texture->lowest()), offset(displacement.texture->highest())};
+}
+
+// Nine places of a Bezier patch, at both offsets each.
+template <class Visit>
+void for_each_displaced_place(std::span<const Vec3> control_points, const std::array<double, 2>& offsets,
+                              const Visit& visit) {
+  shaders::ControlPoints<double> net;
+  for (std::size_t k = 0; k < 16; ++k) {
+    const DVec3 p(control_points[k]);
+    net[k] = {p.x, p.y, p.z};
+  }
+  for (int k = 0; k < 9; ++k) {
+    const double u = 0.5 * (k % 3), v = 0.5 * (k / 3);
+    const shaders::SurfacePoint<double> point = shaders::bicubic_point<double>(shaders::bicubic_row(net, v), u);
+    const Vector3<double> normal = shaders::bicubic_normal(net, u, v, point);
+    for (const double h : offsets) {
+      const Vector3<double> p = point.position + normal * h;
+      visit(DVec3(p.x, p.y, p.z));
+    }
+  }
+}
 
 class MotionMeter {
  public:
@@ -281,6 +332,8 @@ class MotionMeter {
     }
     const double reach = primitive.kind == Primitive::Kind::kBezierPatches ? displacement_reach(*posed.material) : 0;
     if (reach == 0) return body;
+    sample_patches(primitive, body.surfaces);
+    body.offsets = extreme_offsets(*posed.material->displacement);
     const int skin = capture_.nodes[static_cast<std::size_t>(drawable.node)].skin;
     if (skin == kNone || vertices.influences.empty()) {
       body.parts.emplace_back(kNone, corners_of(vertices, drawn_vertices, reach, [](std::uint32_t) { return true; }));
@@ -303,31 +356,14 @@ class MotionMeter {
   // Corners of the box of patches and of their surfaces at the lowest and the highest offset that the texture has, at
   // places of each.
   static Points displaced_corners(const Vertices& vertices, const Displacement& displacement) {
-    const auto offset = [&](float height) {
-      return static_cast<double>(height) * static_cast<double>(displacement.scale) +
-             static_cast<double>(displacement.bias);
-    };
-    const std::array<double, 2> offsets = {offset(displacement.texture->lowest()),
-                                           offset(displacement.texture->highest())};
+    const std::array<double, 2> offsets = extreme_offsets(displacement);
     const double slack = kBetweenPlaces * std::max(std::abs(offsets[0]), std::abs(offsets[1]));
     DVec3 low(std::numeric_limits<double>::infinity()), high(-low);
     const auto add = [&](const DVec3& p) { low = glm::min(low, p), high = glm::max(high, p); };
     for (std::size_t first = 0; first + 16 <= vertices.count(); first += 16) {
-      shaders::ControlPoints<double> net;
-      for (std::size_t k = 0; k < 16; ++k) {
-        const DVec3 p(vertices.positions[first + k]);
-        net[k] = {p.x, p.y, p.z};
-        add(p);
-      }
-      for (int k = 0; k < 9; ++k) {
-        const double u = 0.5 * (k % 3), v = 0.5 * (k / 3);
-        const shaders::SurfacePoint<double> point = shaders::bicubic_point<double>(shaders::bicubic_row(net, v), u);
-        const Vector3<double> normal = shaders::bicubic_normal(net, u, v, point);
-        for (const double h : offsets) {
-          const Vector3<double> p = point.position + normal * h;
-          add(DVec3(p.x, p.y, p.z));
-        }
-      }
+      const std::span<const Vec3> net = std::span(vertices.positions).subspan(first, 16);
+      for (const Vec3& p : net) add(DVec3(p));
+      for_each_displaced_place(net, offsets, add);
     }
     Points out;
     if (low.x <= high.x) add_corners(low - slack, high + slack, out);
@@ -344,6 +380,23 @@ class MotionMeter {
     Points out;
     if (low.x <= high.x) add_corners(low - reach, high + reach, out);
     return out;
+  }
+
+  // A primitive of some of the patches.
+  static void sample_patches(const Primitive& from, Primitive& to) {
+    const std::size_t patches = from.vertices.count() / 16, step = (patches + kPatches - 1) / kPatches;
+    to.kind = from.kind;
+    to.vertices.morph_targets.resize(from.vertices.morph_targets.size());
+    for (std::size_t first = 0; first < 16 * patches; first += 16 * step)
+      for (std::size_t v = first; v < first + 16; ++v) copy_vertex(from, v, to);
+  }
+
+  static void copy_vertex(const Primitive& from, std::size_t v, Primitive& to) {
+    to.vertices.positions.push_back(from.vertices.positions[v]);
+    if (!from.vertices.influences.empty()) to.vertices.influences.push_back(from.vertices.influences[v]);
+    for (std::size_t t = 0; t < to.vertices.morph_targets.size(); ++t)
+      if (const auto& differences = from.vertices.morph_targets[t].positions; !differences.empty())
+        to.vertices.morph_targets[t].positions.push_back(differences[v]);
   }
 
   // A primitive of some of the vertices, four by four where it is a wire.
@@ -367,14 +420,7 @@ class MotionMeter {
       wanted.push_back(tip);
     }
     for (const std::size_t g : wanted)
-      for (std::size_t k = 0; k < group; ++k) {
-        const std::uint32_t v = of[g * group + k];
-        to.vertices.positions.push_back(from.vertices.positions[v]);
-        if (!from.vertices.influences.empty()) to.vertices.influences.push_back(from.vertices.influences[v]);
-        for (std::size_t t = 0; t < to.vertices.morph_targets.size(); ++t)
-          if (const auto& differences = from.vertices.morph_targets[t].positions; !differences.empty())
-            to.vertices.morph_targets[t].positions.push_back(differences[v]);
-      }
+      for (std::size_t k = 0; k < group; ++k) copy_vertex(from, of[g * group + k], to);
   }
 
   // ---- Places
@@ -385,7 +431,7 @@ class MotionMeter {
   }
 
   // Where points of a drawable are on the raster: what its vertices are at that time where they move.
-  void place(const PosedDrawable& posed, const Body& body, const Deformed& deformed, const Instant& now,
+  void place(const PosedDrawable& posed, const Body& body, const DeformedBody& deformed, const Instant& now,
              Points& out) const {
     out.clear();
     if (posed.procedure != nullptr) return place_procedure(posed, now, out);
@@ -395,7 +441,7 @@ class MotionMeter {
       return;
     }
     const DMat4 m = to_raster(posed, body.sampled, now);
-    for (const Vec3& p : deformed.positions) out.push_back(m * DVec4(DVec3(p), 1.0));
+    for (const Vec3& p : deformed.sampled.positions) out.push_back(m * DVec4(DVec3(p), 1.0));
     const DMat4 world_to_raster = now.projection.matrix() * now.view.world_to_camera;
     for (const auto& [joint, corners] : body.parts) {
       DMat4 world = now.pose.world[static_cast<std::size_t>(posed.drawable->node)];
@@ -410,32 +456,50 @@ class MotionMeter {
       }
       for (const DVec4& p : corners) out.push_back(world_to_raster * (world * p));
     }
+    place_surfaces(posed, body, deformed, now, out);
   }
 
-  // Nine points of each piece.
+  void place_surfaces(const PosedDrawable& posed, const Body& body, const DeformedBody& deformed, const Instant& now,
+                      Points& out) const {
+    const std::vector<Vec3>& points = deformed.surfaces.positions;
+    if (points.empty()) return;
+    const DMat4 m = to_raster(posed, body.surfaces, now);
+    for (std::size_t first = 0; first < points.size(); first += 16)
+      for_each_displaced_place(std::span(points).subspan(first, 16), body.offsets,
+                               [&](const DVec3& p) { out.push_back(m * DVec4(p, 1.0)); });
+  }
+
+  // Points of each piece, and corners of the box of all: no point of a formula between them moves farther when the box
+  // is turned.
   void place_procedure(const PosedDrawable& posed, const Instant& now, Points& out) const {
     const DMat4 m = to_raster(posed, *posed.primitive, now);
     const Procedure& shape = now.procedures.at(capture_, posed.drawable->geometry, 0);
+    DVec3 low(std::numeric_limits<double>::infinity()), high(-low);
     for (const Procedure::Piece& piece : shape.pieces)
-      for (int k = 0; k < 9; ++k) {
-        const auto p = shaders::shape_point(shape.shape, piece.input, 0.5 * (k % 3), 0.5 * (k / 3));
+      for (int k = 0; k < 25; ++k) {
+        const auto p = shaders::shape_point(shape.shape, piece.input, 0.25 * (k % 5), 0.25 * (k / 5));
+        low = glm::min(low, DVec3(p.x, p.y, p.z)), high = glm::max(high, DVec3(p.x, p.y, p.z));
         out.push_back(m * DVec4(p.x, p.y, p.z, 1.0));
       }
+    Points corners;
+    if (low.x <= high.x) add_corners(low, high, corners);
+    for (const DVec4& p : corners) out.push_back(m * p);
   }
 
-  void pose_vertices(const DrawnPrimitive& drawn, const Body& body, const Instant& now, Deformed& out) const {
+  void pose_vertices(const DrawnPrimitive& drawn, const Body& body, const Instant& now, DeformedBody& out) const {
     if (!body.deforms) return;
     const Drawable& drawable = *frame_.drawables[drawn.first_drawable].drawable;
-    deform(capture_, drawable.node, body.sampled, now.pose, out);
+    deform(capture_, drawable.node, body.sampled, now.pose, out.sampled);
+    if (body.surfaces.vertices.count() > 0) deform(capture_, drawable.node, body.surfaces, now.pose, out.surfaces);
     if (body.wire)
       spread_wires(body.sampled, object_to_world(capture_, drawable.node, drawable.instance, body.sampled, now.pose),
-                   now.view, now.projection, out);
+                   now.view, now.projection, out.sampled);
   }
 
   void measure_drawn(std::size_t d, std::size_t piece, const Instants& instants) {
     const DrawnPrimitive& drawn = frame_.assembly->drawn[d];
     const Body& body = bodies_[d];
-    std::array<Deformed, kLooks> deformed;
+    std::array<DeformedBody, kLooks> deformed;
     for (std::size_t k = 0; k < kLooks; ++k) pose_vertices(drawn, body, *instants[k], deformed[k]);
     std::array<Points, kLooks> places;
     for (std::uint32_t i = 0; i < drawn.count; ++i) {
@@ -520,7 +584,7 @@ class MotionMeter {
   void measure_jump(std::size_t d, std::size_t time, const std::array<const Instant*, 2>& sides) {
     const DrawnPrimitive& drawn = frame_.assembly->drawn[d];
     const Body& body = bodies_[d];
-    std::array<Deformed, 2> deformed;
+    std::array<DeformedBody, 2> deformed;
     for (std::size_t k = 0; k < 2; ++k) pose_vertices(drawn, body, *sides[k], deformed[k]);
     std::array<Points, 2> places;
     for (std::uint32_t i = 0; i < drawn.count; ++i) {

@@ -136,14 +136,14 @@ TEST_P(ScaledScene, LooksTheSame) {
   EXPECT_LE(scaled.mean, kMeanTolerance);
   RecordProperty("mean_difference", std::to_string(scaled.mean));
 }
-INSTANTIATE_TEST_SUITE_P(By, ScaledScene, testing::Values(1e-3, 0.1, 7.0, 1e3), [](const auto& instance) {
-  return "Permille" + std::to_string(static_cast<int>(std::lround(instance.param * 1000)));
+INSTANTIATE_TEST_SUITE_P(By, ScaledScene, testing::Values(1e-15, 1e-3, 0.1, 7.0, 1e3, 1e12), [](const auto& instance) {
+  return "Permille" + std::to_string(std::llround(instance.param * 1000));
 });
 
 // Multiplying by a power of two rounds nothing: not one bit of the image may tell.
 TEST(ScaledScene, ByAPowerOfTwoLooksTheSameBitByBit) {
   const FrameResult one = image({});
-  for (const double scale : {0x1p-10, 0x1p10}) {
+  for (const double scale : {0x1p-50, 0x1p-10, 0x1p10, 0x1p40}) {
     const FrameResult scaled = image({DVec3(0.0), scale});
     EXPECT_EQ(one.targets.patch.values, scaled.targets.patch.values) << scale;
     EXPECT_EQ(difference(one, scaled).mean, 0) << scale;

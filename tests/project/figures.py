@@ -251,6 +251,14 @@ class Pages(unittest.TestCase):
 
 
 class Replays(unittest.TestCase):
+    def test_hard_cases(self):
+        with tempfile.TemporaryDirectory() as out:
+            run("selfcheck", "--stability", "--out", out)
+            self.assertIn(f"<!-- cases -->\n{Path(out, 'stability.md').read_text()}<!-- end cases -->", page("docs/stability.md"),
+                          "run docs/images/stability/make.sh")
+            shown = {file.name: file.read_bytes() for file in (IMAGES / "stability").glob("*.webp")}
+            self.assertEqual(shown, {file.name: file.read_bytes() for file in Path(out).glob("*.webp")}, "run docs/images/stability/make.sh")
+
     @staticmethod
     @lru_cache(None)
     def readme_statistics():

@@ -206,9 +206,10 @@ def names_a_test(name, tests):
 
 
 def missing_tests(page, tests):
-    """Rows of docs/stability.md, "- **case**: ... `Suite.Law`, `fuzz: target`", whose tests are not there."""
+    """Rows of docs/stability.md, "- **case**: ... `Suite.Law`, `fuzz: target`" and "| ![case](image) | **case.** ...", whose tests are
+    not there."""
     wrong = []
-    for case, rest in re.findall(r"^- \*\*(.+?)\*\*:(.*)$", page, re.M):
+    for case, rest in re.findall(r"^(?:- |\| !\[[^|]*\| )\*\*(.+?)\*\*(.*)$", page, re.M):
         named = re.findall(r"`((?:[A-Za-z]\w*/)?[A-Z]\w+\.\w[^`]*|(?:long )?fuzz: \w+)`", rest)
         wrong += [f"{case}: no test"] * (not named)
         wrong += [f"{case}: {name} is not there" for name in named if not names_a_test(name, tests)]
@@ -278,6 +279,7 @@ def twins(phrases):
         wrong_invariants([("PB1", "a.h"), ("PB1", "b.h")], {"PB1"}), wrong_invariants([("PB1", "a.h"), ("PB2", "b.h")], {"PB1", "PB2"}),
         wrong_invariants([("PB1", "a.h")], cited_invariants("a_PB1 VPB1 PB11")), repeated_programs("", {}),
         missing_tests("- **bare**: what breaks; *what is done*.", {"Suite.Law"}),
+        missing_tests("| ![bare](bare.webp) | **bare.** What breaks. | 0 px | 0 |", {"Suite.Law"}),
         missing_tests("- **case**: `Suite.Law`", {"Suite.LawAndMore"}), missing_tests("- **case**: `Case/Suite.Law/Pole_`", {"Case/Suite.Law/Point_obb"}),
         wrong_extension({"name": "E", "members": [{"name": "count"}]}, "", {"properties": {"count": {}}}),
         wrong_extension({"name": "E", "members": []}, "", {"properties": {"count": {}}}),

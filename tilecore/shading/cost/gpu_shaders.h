@@ -16,6 +16,7 @@ using tilecore::LookupArrays;
 using tilecore::slot_of;
 using tilecore::TextureLayoutView;
 
+#define TESSERA_COUNTED_SHADER
 #include "tilecore/shading/lane_shader.inc"
 
 // Vertices come posed: where they are in the image is fetched like any other attribute.

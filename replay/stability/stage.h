@@ -1,0 +1,73 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "scene/capture.h"
+
+namespace tessera::replay::stability {
+
+// A small scene made in memory, and how it is looked at. The shutter is open for one second from 0 on, so that keys of
+// animations are shares of the shutter.
+struct Stage {
+  scene::Capture capture;
+  int width = 160, height = 90;
+  std::vector<std::string> keys{};  // "tile.width=16": settings of the machine that the case needs
+  int frame = 0;
+
+  Stage();
+
+  int material(const scene::Material& material);
+  // White, without light, seen from both sides.
+  int flat(const Vec4& color, scene::AlphaMode mode = scene::AlphaMode::kOpaque);
+  // Lit; displaced by random heights of a texture of 8 x 8 texels, height * scale + bias.
+  int displaced(float scale, float bias, std::uint32_t seed = 1);
+
+  // Adds a mesh of one primitive and a node that draws it; returns the node.
+  int add(scene::Primitive primitive, const DVec3& at = DVec3(0.0));
+  // A camera at `eye` that looks along -z; returns its node.
+  int look(const DVec3& eye, const scene::Camera& camera = {});
+  // One unit is a pixel, and the middle of the image is the origin.
+  int look_flat();
+  // Moves all roots below a node; returns it.
+  int below(const scene::Transform& transform);
+
+  scene::Node& node(int number) { return capture.nodes[static_cast<std::size_t>(number)]; }
+
+  void play(const scene::AnimationChannel& channel);
+  void move(int node, const DVec3& way);
+  // At one speed about an axis.
+  void turn(int node, const Vec3& axis, double turns);
+  // There and back so many times, from `a` to `b` and to `a`.
+  void zigzag(int node, scene::AnimatedPath path, const std::vector<float>& a, const std::vector<float>& b, int cycles);
+  // The node's only morph target comes in.
+  void morph(int node);
+  // Joints carry the vertices of a node's mesh: all by the first, or by their x from `low` to `high`, from joint to joint.
+  // Returns the number of the first joint's node.
+  int skin(int node, int joints, float low = 0, float high = 0);
+  void still() { capture.settings.shutter_close = 0; }
+};
+
+// Fixed numbers that look random (Steele, Lea and Flood 2014, SplitMix64).
+class FixedRandom {
+ public:
+  explicit FixedRandom(std::uint64_t seed) : state_(seed) {}
+  float uniform(float low, float high);
+  Vec3 in_box(float half);
+
+ private:
+  std::uint64_t state_;
+};
+
+scene::Primitive triangles(std::vector<Vec3> positions, std::vector<std::uint32_t> indices, int material);
+// Corners in turn; two triangles.
+scene::Primitive quad(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, int material);
+// (columns + 1) x (rows + 1) vertices over [x0, x1] x [y0, y1].
+scene::Primitive sheet(int columns, int rows, Vec2 low, Vec2 high, int material);
+// Bezier patches of 16 control points each.
+scene::Primitive patches(std::vector<Vec3> control_points, int material);
+std::vector<Vec3> flat_patch(const Vec3& origin, const Vec3& a, const Vec3& b);
+// A closed surface of six patches about the origin, its radius about 1.
+scene::Primitive ball(int material);
+
+}  // namespace tessera::replay::stability
