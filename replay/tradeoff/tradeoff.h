@@ -27,6 +27,7 @@ struct TradeoffOptions {
   std::vector<std::string> knobs;        // empty: all
   std::vector<std::string> joint;        // knobs that are turned together as well
   std::size_t max_points = 400;          // of the joint search
+  bool effects = false;                  // instead of knobs: what each effect of the frame costs
   std::optional<CheapestWanted> search;  // tries combinations of `knobs` that may be the cheapest good enough
   std::uint64_t max_bytes = std::uint64_t{4} << 30;
   bool strict = false;                 // scene::CaptureLimits::strict
