@@ -113,6 +113,10 @@ class TradeoffCommand final : public Command {
                    "grids, so that errors are those of everything but tessellation")
         ->type_name("PIXELS")
         ->capture_default_str();
+    app.add_option("--reference-folder", kept_references_,
+                   "Folder of references that are kept for all programs: read there while scene and shaders are those "
+                   "that they were rendered with, else rendered and written there, in half precision")
+        ->type_name("DIR");
     add_threads_option(app, threads_);
     add_memory_option(app, max_memory_gib_);
     add_strict_flag(app, strict_);
@@ -210,6 +214,7 @@ class TradeoffCommand final : public Command {
     options.reference_samples = samples_;
     options.reference_enough_db = check_number("--reference-noise", noise_, 0, 1000);
     options.reference_edge_pixels = edge_ == 0 ? 0.0 : check_number("--reference-edge", edge_, 0.25, 64);
+    options.kept_references = kept_references_;
     options.knobs = listed_names(knobs_);
     options.joint = listed_names(joint_ == "usual" ? kUsualJoint : joint_);
     options.max_points = static_cast<std::size_t>(max_points_);
@@ -241,7 +246,7 @@ class TradeoffCommand final : public Command {
       fmt::print("\n{}", tradeoff_table(result));
   }
 
-  std::string capture_, out_, size_ = "640x360", gpu_ = "mid-mobile", knobs_, joint_, cost_ = "ms";
+  std::string kept_references_, capture_, out_, size_ = "640x360", gpu_ = "mid-mobile", knobs_, joint_, cost_ = "ms";
   std::vector<std::string> sets_;
   std::optional<double> frame_, max_flip_, min_psnr_;
   std::optional<std::string> variant_;

@@ -12,6 +12,7 @@
 #include "gpu/unread_keys.h"
 #include "gpu/view_inputs.h"
 #include "reference/reference_store.h"
+#include "replay/commands.h"
 #include "replay/point_files.h"
 #include "replay/progress.h"
 #include "replay/sweep/capture_library.h"
@@ -59,12 +60,18 @@ class Tradeoff {
     const gpu::PreparedCapture& prepared = *captures.original();
     place(prepared.capture);
     if (options_.effects) return run_effects(captures);
-    const std::vector<Block> blocks = plan(prepared);
+    std::vector<Block> blocks = plan(prepared);
     // Models of timing draw nothing.
     const bool draws = std::any_of(blocks.begin(), blocks.end(),
                                    [](const Block& block) { return !block.knob.timed && !block.rows.empty(); });
     std::optional<reference::Reference> reference;
     if (draws) reference = make_reference(prepared);
+    // Points that a kept reference judged are not those that its successor judges.
+    if (draws && !options_.kept_references.empty()) {
+      place_.reference += ", kept: " + values_sha256(reference->color);
+      for (Block& block : blocks)
+        for (Row& row : block.rows) name_trial(row.trial, place_);
+    }
     std::size_t steps = 0, done = 0;
     for (const Block& block : blocks) steps += block.rows.size();
     Progress progress(steps, options_.quiet);
@@ -189,9 +196,21 @@ class Tradeoff {
     Progress progress(1, options_.quiet, [&] {
       return StepProgress(fmt::format("reference, {:.0f} %", std::floor(100 * made.share())), made.share());
     });
-    reference::Reference out =
-        get_reference(prepared, options_.gpu, options_.settings, wanted, options_.folder, place_.inputs, &made);
+    reference::Reference out = reference_of(prepared, wanted, made);
     progress.update(1, "reference");
+    return out;
+  }
+
+  reference::Reference reference_of(const gpu::PreparedCapture& prepared, const reference::ReferenceSettings& wanted,
+                                    reference::ReferenceProgress& made) const {
+    if (options_.kept_references.empty())
+      return get_reference(prepared, options_.gpu, options_.settings, wanted, options_.folder, place_.inputs, &made);
+    std::string scene = capture_fingerprint(options_.capture) + view_arguments(options_.view), note;
+    if (options_.variant) scene += " variant " + *options_.variant;
+    reference::Reference out =
+        get_kept_reference(prepared, options_.gpu, options_.settings, wanted,
+                           {options_.kept_references, options_.capture.stem().string(), scene}, note, &made);
+    if (!note.empty()) say_notes({note});
     return out;
   }
 

@@ -113,9 +113,7 @@ class Runner {
   }
 
   static void name(const Image& image, TrialResult& result) {
-    Sha256 hash;
-    hash.add({reinterpret_cast<const std::uint8_t*>(image.values.data()), image.values.size() * sizeof(float)});
-    const std::string digits = hash.finish();
+    const std::string digits = values_sha256(image);
     TESSERA_CHECK(result.image_sha256.empty() || result.image_sha256 == digits, "a frame rendered again is the same");
     result.image_sha256 = digits;
   }
@@ -228,6 +226,12 @@ void name_trial(Trial& trial, const TrialPlace& place) {
   if (trial.packing.bits > 0) inputs["packing"] = trial.packing.arguments();
   if (!trial.left_out.empty()) inputs["left_out"] = trial.left_out;
   trial.hash = sha256_name(json_text(inputs));
+}
+
+std::string values_sha256(const Image& image) {
+  Sha256 hash;
+  hash.add({reinterpret_cast<const std::uint8_t*>(image.values.data()), image.values.size() * sizeof(float)});
+  return hash.finish();
 }
 
 gpu::FrameResult render_trial(PackedCaptures& captures, const Trial& trial, const TrialPlace& place) {

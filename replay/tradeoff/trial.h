@@ -45,6 +45,9 @@ struct FrameRecords {
 // Fills `hash`.
 void name_trial(Trial& trial, const TrialPlace& place);
 
+// SHA-256 of an image's values.
+std::string values_sha256(const Image& image);
+
 // Renders the compared frame of a trial once.
 gpu::FrameResult render_trial(PackedCaptures& captures, const Trial& trial, const TrialPlace& place);
 
