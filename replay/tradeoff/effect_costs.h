@@ -21,7 +21,7 @@ struct EffectCase {
 
 // Invariants (cited by the tests):
 //   EC1  Every effect that a frame reports has a case.
-//   EC2  The counters of an effect that did not run are 0, and one of an effect that ran is not, where it has any.
+//   EC2  The counters of an effect that did not run are 0.
 //   EC3  An effect's cost is that of the frame less that of the frame without it; the image change is measured between the
 //        two images, as shown.
 const std::vector<EffectCase>& effect_cases();
