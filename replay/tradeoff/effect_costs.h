@@ -14,15 +14,15 @@ namespace tessera::replay {
 struct EffectCase {
   std::string name;   // as stats.json calls it
   KeyValues without;  // keys that leave it out; none: the scene is drawn without it (PackedCaptures::without)
-  std::vector<std::string_view> counters;  // all 0 in a frame in which it did not run (EC2)
+  std::vector<std::string_view> counters;  // all 0 in a frame in which it did not run (EFC2)
 
   bool of_scene() const { return without.empty(); }
 };
 
 // Invariants (cited by the tests):
-//   EC1  Every effect that a frame reports has a case.
-//   EC2  The counters of an effect that did not run are 0.
-//   EC3  An effect's cost is that of the frame less that of the frame without it; the image change is measured between the
+//   EFC1  Every effect that a frame reports has a case.
+//   EFC2  The counters of an effect that did not run are 0.
+//   EFC3  An effect's cost is that of the frame less that of the frame without it; the image change is measured between the
 //        two images, as shown.
 const std::vector<EffectCase>& effect_cases();
 

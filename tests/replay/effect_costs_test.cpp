@@ -34,7 +34,7 @@ std::vector<std::string> wrong_counters(const std::vector<EffectResult>& effects
   return wrong;
 }
 
-TEST(EffectCosts, EveryReportedEffectHasACase) {  // EC1
+TEST(EffectCosts, EveryReportedEffectHasACase) {  // EFC1
   std::set<std::string> known;
   for (const EffectCase& one : effect_cases()) EXPECT_TRUE(known.insert(one.name).second) << one.name;
   for (const char* name : {"eggs", "workshop", "garden"})
@@ -46,7 +46,7 @@ TEST(EffectCosts, EveryReportedEffectHasACase) {  // EC1
   }
 }
 
-TEST(EffectCosts, CountersOfAbsentEffectsAreZero) {  // EC2
+TEST(EffectCosts, CountersOfAbsentEffectsAreZero) {  // EFC2
   std::set<std::string> ran;
   const auto check = [&](const char* name, const std::vector<std::string>& sets = {}, int before = 0) {
     std::vector<EffectResult> effects = effects_of(render_frame(name, sets, before));
@@ -86,7 +86,7 @@ class EffectCostsCommand : public testing::Test {
 };
 
 // The frame without an effect is the frame that a replay draws without it.
-TEST_F(EffectCostsCommand, WithoutAnEffectTheFrameIsThatOfAReplayWithoutIt) {  // EC3
+TEST_F(EffectCostsCommand, WithoutAnEffectTheFrameIsThatOfAReplayWithoutIt) {  // EFC3
   const std::filesystem::path eggs = test::shipped_capture("eggs");
   const test::ProcessResult r = run(eggs, {"--effects"});
   ASSERT_EQ(r.status, 0) << r.errors;
