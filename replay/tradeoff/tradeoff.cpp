@@ -246,8 +246,8 @@ class Tradeoff {
     return blocks;
   }
 
-  // False when asked to stop before all of the block was measured; what was is kept.
-  bool measure(PackedCaptures& captures, const Block& block, const Image* reference) {
+  // False when asked to stop before all of the block was measured; what was is kept. `progress` is told of rows.
+  bool measure(PackedCaptures& captures, const Block& block, const Image* reference, Progress* progress = nullptr) {
     std::vector<Trial> missing;
     std::set<std::string> asked;
     for (const Row& row : block.rows) {
@@ -268,6 +268,8 @@ class Tradeoff {
         results_[part[t].hash] = results[t];
       }
       first = last;
+      if (progress != nullptr)
+        progress->update(block.rows.size() - static_cast<std::size_t>(missing.end() - first), "combinations");
     }
     return true;
   }
@@ -385,7 +387,8 @@ class Tradeoff {
       block.rows.push_back(combined_row(settings));
       if (block.rows.back().trial.hash == base) block.knob.against = k;
     }
-    if (!measure(captures, block, reference)) return;
+    Progress progress(count, options_.quiet);
+    if (!measure(captures, block, reference, &progress)) return;
     results.push_back(result_of(block, base));
   }
 

@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import pathlib
+import re
 import sys
 
 CAPTURES = ["eggs", "vases", "stroll", "flyby", "serpent", "city", "garden", "workshop"]
@@ -72,8 +73,9 @@ def joint_front(result):
 
 
 def joint_label(setting):
-    samples, edge, *rest = setting["label"].split(" | ")
-    return ", ".join([f"{samples} sample" + ("" if samples == "1" else "s"), "edge " + edge, *rest])
+    samples, *rest = setting["label"].split(" | ")
+    rest = ["edge " + part if re.fullmatch(r"[0-9.]+ px", part) else re.sub(r"cache, cells of (.*) px", r"cache of \1 px cells", part) for part in rest]
+    return ", ".join([f"{samples} sample" + ("" if samples == "1" else "s"), *rest])
 
 
 def joint_plot(results):
@@ -83,7 +85,7 @@ def joint_plot(results):
         front, base = joint_front(result)
         lines[name] = [(s["ms"], s["error"]["psnr_db"], False) for s in front] + [(base["ms"], base["error"]["psnr_db"], True)]
         cheap = next(s for s in front if s["error"]["psnr_db"] >= base["error"]["psnr_db"] - 1e-9)
-        notes[name] = f'{base["ms"]:.2f} to {cheap["ms"]:.2f} ms: {joint_label(cheap)}'
+        notes[name] = f'{base["ms"]:.2f} ms: the default' if cheap["base"] else f'{cheap["ms"]:.2f} instead of {base["ms"]:.2f} ms: {joint_label(cheap)}'
     return plot(lines, "All knobs together: the best of each capture, and its default", notes)
 
 
@@ -116,7 +118,7 @@ def plot(lines, title, notes=None):
             out.append(f'<text x="610" y="{y + 18}" font-size="11" fill="#444">{notes[name]}</text>')
     y = 346 if notes else 240
     out.append(f'<circle cx="600" cy="{y}" r="6" fill="#fff" stroke="#000"/><text x="610" y="{y + 4}">the default, 4 samples</text>')
-    out.append(f'<text x="594" y="{y + 20}">{"Grey: the cheapest combination as good as the default." if notes else "1 to 64 samples a pixel"}</text></svg>')
+    out.append(f'<text x="594" y="{y + 20}">{"Grey: the cheapest that is as good as the default." if notes else "1 to 64 samples a pixel"}</text></svg>')
     return "\n".join(out) + "\n"
 
 
