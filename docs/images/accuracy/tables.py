@@ -65,7 +65,7 @@ def joint_front(result):
     """The combinations that none beats in PSNR and ms, by ms; and the default's."""
     settings = next(k for k in result["knobs"] if k["name"] == "joint")["settings"]
     front, best = [], -math.inf
-    for s in sorted(settings, key=lambda s: (s["ms"], -s["error"]["psnr_db"])):
+    for s in sorted(settings, key=lambda s: (s["ms"], -s["error"]["psnr_db"], not s["base"])):
         if s["error"]["psnr_db"] > best:
             front.append(s)
             best = s["error"]["psnr_db"]
@@ -76,6 +76,25 @@ def joint_label(setting):
     samples, *rest = setting["label"].split(" | ")
     rest = ["edge " + part if re.fullmatch(r"[0-9.]+ px", part) else re.sub(r"cache, cells of (.*) px", r"cache of \1 px cells", part) for part in rest]
     return ", ".join([f"{samples} sample" + ("" if samples == "1" else "s"), *rest])
+
+
+def joint_markdown(results):
+    """The table of docs/accuracy.md: the default, the cheapest as good, and the best that is not dearer."""
+    lines = ["| capture | default | as good, cheapest | best for the default's ms |", "|---|---:|---|---|"]
+    for name, result in results.items():
+        front, base = joint_front(result)
+        good = next(s for s in front if s["error"]["psnr_db"] >= base["error"]["psnr_db"] - 1e-9)
+        best = [s for s in front if s["ms"] <= base["ms"]][-1]
+        cell = lambda s: "the default" if s["base"] else f'{s["ms"]:.2f} ms, {s["error"]["psnr_db"]:.1f} dB: {joint_label(s)}'
+        lines.append(f'| {name} | {base["ms"]:.2f} ms, {base["error"]["psnr_db"]:.1f} dB | {cell(good)} | {cell(best)} |')
+    return "\n".join(lines)
+
+
+def put_into(page, name, table):
+    """Replaces what stands between the page's marks of that name."""
+    before, _, rest = page.read_text().partition(f"<!-- {name} -->\n")
+    if rest:
+        page.write_text(f"{before}<!-- {name} -->\n{table}\n<!-- end {name} -->{rest.partition(f'<!-- end {name} -->')[2]}")
 
 
 def joint_plot(results):
@@ -131,17 +150,16 @@ def main():
     clock = "capture,model,cycles,cycles_error_percent,mj,energy_error_percent,cpu_seconds,share_of_finest,commit\n" + "".join(
         ",".join(quoted(cell) for cell in row + [commit]) + "\n" for name, result in results.items() for row in clock_rows(name, result))
     (out / "clock.csv").write_text(clock)
-    page = out.parent.parent / "accuracy.md"  # where OUT is docs/images/accuracy
-    if page.exists():
-        before, _, rest = page.read_text().partition("<!-- clock -->\n")
-        if rest:
-            page.write_text(f"{before}<!-- clock -->\n{clock_markdown(clock)}\n<!-- end clock -->{rest.partition('<!-- end clock -->')[2]}")
     joint = {name: json.loads((folders / f"{name}-joint.json").read_text()) for name in CAPTURES}
     rows = [",".join(quoted(cell) for cell in [name, joint_label(s), str(s["base"]).lower(), rounded(s["error"]["psnr_db"], 4), rounded(s["error"]["flip"], 4), rounded(s["ms"], 4),
                                                rounded(s["energy_nj"] * 1e-6, 4), s["dram_bytes"], s["arguments"].replace("--set ", ""), commit])
             for name, result in joint.items() for front, base in [joint_front(result)] for s in front + ([] if base in front else [base])]
     (out / "joint.csv").write_text("capture,setting,default,psnr_db,flip,ms,mj,dram_bytes,arguments,commit\n" + "\n".join(rows) + "\n")
     (out / "joint.svg").write_text(joint_plot(joint))
+    page = out.parent.parent / "accuracy.md"  # where OUT is docs/images/accuracy
+    if page.exists():
+        put_into(page, "clock", clock_markdown(clock))
+        put_into(page, "joint", joint_markdown(joint))
     lines = ["capture,frame,size,samples,asked_samples,triangles,noise_db,slope,seconds,commit"]
     for name, result in results.items():
         r = result["reference"]
