@@ -104,7 +104,7 @@ def joint_plot(results):
         front, base = joint_front(result)
         lines[name] = [(s["ms"], s["error"]["psnr_db"], False) for s in front] + [(base["ms"], base["error"]["psnr_db"], True)]
         cheap = next(s for s in front if s["error"]["psnr_db"] >= base["error"]["psnr_db"] - 1e-9)
-        notes[name] = f'{base["ms"]:.2f} ms: the default' if cheap["base"] else f'{cheap["ms"]:.2f} instead of {base["ms"]:.2f} ms: {joint_label(cheap)}'
+        notes[name] = f'{base["ms"]:.2f} ms: the default' if cheap["base"] else f'{cheap["ms"]:.2f} instead of {base["ms"]:.2f} ms: {joint_label(cheap).removesuffix(", interpolated")}'
     return plot(lines, "All knobs together: the best of each capture, and its default", notes)
 
 
