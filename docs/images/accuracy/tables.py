@@ -79,7 +79,7 @@ def joint_label(setting):
 
 
 def joint_markdown(results):
-    """The table of docs/accuracy.md: the default, the cheapest as good, and the best that is not dearer."""
+    """The table of docs/accuracy.md: the default, the cheapest as good, and the best that is no more expensive."""
     lines = ["| capture | default | as good, cheapest | best for the default's ms |", "|---|---:|---|---|"]
     for name, result in results.items():
         front, base = joint_front(result)
