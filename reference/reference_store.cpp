@@ -17,6 +17,7 @@
 #include "base/json_text.h"
 #include "base/sha256.h"
 #include "base/thread_clock.h"
+#include "base/whole_file.h"
 #include "gpu/view_inputs.h"
 #include "reference/reference_renderer.h"
 #include "shaders_cpp/tone_map.h"
@@ -172,13 +173,9 @@ Reference make_reference(const gpu::PreparedCapture& prepared, const gpu::GpuCon
   return reference;
 }
 
-}  // namespace
-
-Reference get_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
-                        const gpu::RunSettings& settings, const ReferenceSettings& wanted, const fs::path& folder,
-                        const std::string& inputs, ReferenceProgress* progress) {
-  const json key = {
-      {"inputs", inputs},
+// The settings that a reference depends on.
+json settings_key(const gpu::GpuConfiguration& gpu, const gpu::RunSettings& settings, const ReferenceSettings& wanted) {
+  return {
       {"width", wanted.width},
       {"height", wanted.height},
       {"frame", wanted.frame},
@@ -196,26 +193,94 @@ Reference get_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConf
       {"blending", settings.effects.blending == gpu::EffectSwitch::kOff},
       {"procedures", settings.effects.procedures == gpu::EffectSwitch::kOff},
       {"exposure", settings.output.exposure}};
+}
+
+Image read_image(const fs::path& file, const ReferenceSettings& wanted) {
+  Image image = read_exr(file);
+  if (image.width != wanted.width || image.height != wanted.height)
+    throw InputError(file.string(), "", "is not the image that its name stands for");
+  return image;
+}
+
+void write_image(const fs::path& file, const Image& image, ExrChannel::Type type) {
+  std::vector<ExrChannel> channels;
+  for (std::size_t c = 0; c < 3; ++c)
+    channels.push_back(
+        {std::string(1, "RGB"[c]), type, image.values.data() + c, static_cast<std::size_t>(image.channels)});
+  write_exr(file, image.width, image.height, channels);
+}
+
+constexpr int kProbeWidth = 32, kProbeHeight = 18;
+
+// The fingerprint of a small image of the frame: whatever changes the reference should change it as well.
+std::string probe_of(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
+                     const gpu::RunSettings& settings, const ReferenceSettings& wanted) {
+  const PosedReference posed(prepared, gpu, settings, wanted, kProbeWidth, kProbeHeight);
+  const Image image = posed.render(request_of(prepared.capture, kSeed, {1}, {})).front();
+  Sha256 hash;
+  hash.add({reinterpret_cast<const std::uint8_t*>(image.values.data()), image.values.size() * sizeof(float)});
+  return hash.finish();
+}
+
+constexpr std::uint64_t kMaxKeptBytes = 1u << 20;  // [assumed] a thousand times what is written
+
+}  // namespace
+
+Reference get_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
+                        const gpu::RunSettings& settings, const ReferenceSettings& wanted, const fs::path& folder,
+                        const std::string& inputs, ReferenceProgress* progress) {
+  json key = settings_key(gpu, settings, wanted);
+  key["inputs"] = inputs;
   const std::string hash = sha256_name(json_text(key));
   const fs::path image = folder / "reference" / (hash + ".exr"), info = folder / "reference" / (hash + ".json");
   std::error_code ignored;
   Reference reference;
   if (fs::is_regular_file(info, ignored) && fs::is_regular_file(image, ignored)) {
     reference.info = read_reference_info(info);
-    reference.color = read_exr(image);
-    if (reference.color.width != wanted.width || reference.color.height != wanted.height)
-      throw InputError(image.string(), "", "is not the image that its name stands for");
+    reference.color = read_image(image, wanted);
     return reference;
   }
   ReferenceProgress unread;
   reference = make_reference(prepared, gpu, settings, wanted, progress != nullptr ? *progress : unread);
-  std::vector<ExrChannel> channels;
-  for (std::size_t c = 0; c < 3; ++c)
-    channels.push_back({std::string(1, "RGB"[c]), ExrChannel::Type::kFloat, reference.color.values.data() + c,
-                        static_cast<std::size_t>(reference.color.channels)});
-  write_exr(image, wanted.width, wanted.height, channels);
+  write_image(image, reference.color, ExrChannel::Type::kFloat);
   write_file_atomically(info,
                         json_text(reference_info_json(reference.info), 1) + "\n");  // last: what is there is complete
+  return reference;
+}
+
+Reference get_kept_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
+                             const gpu::RunSettings& settings, const ReferenceSettings& wanted,
+                             const KeptReference& kept, std::string& note, ReferenceProgress* progress) {
+  const std::string stem = fmt::format("{}_{}_{}x{}_{}", kept.name, wanted.frame, wanted.width, wanted.height,
+                                       sha256_name(json_text(settings_key(gpu, settings, wanted))).substr(0, 8));
+  const fs::path image = kept.folder / (stem + ".exr"), info = kept.folder / (stem + ".json");
+  const std::string probe = probe_of(prepared, gpu, settings, wanted);
+  std::error_code ignored;
+  Reference reference;
+  if (fs::is_regular_file(info, ignored) && fs::is_regular_file(image, ignored)) {
+    const json document = parse_json(read_whole_text(info, kMaxKeptBytes), info.string());
+    const JsonValue root(document, info.string());
+    const bool same_scene = root.member("scene").text() == kept.scene,
+               same_probe = root.member("probe").text() == probe;
+    if (same_scene && same_probe) {
+      reference.info = read_reference_info(info);
+      reference.color = read_image(image, wanted);
+      return reference;
+    }
+    note = fmt::format("{} is old: {}; it is rendered anew", image.string(),
+                       same_scene   ? "the scene is the same, a shader or the renderer draws it otherwise"
+                       : same_probe ? "the capture's file is another one"
+                                    : "the capture changed");
+  }
+  ReferenceProgress unread;
+  reference = make_reference(prepared, gpu, settings, wanted, progress != nullptr ? *progress : unread);
+  fs::create_directories(kept.folder);
+  json document = reference_info_json(reference.info);
+  document["scene"] = kept.scene;
+  document["probe"] = probe;
+  write_image(image, reference.color, ExrChannel::Type::kHalf);
+  write_file_atomically(info, json_text(document, 1) + "\n");
+  reference.color = read_image(image, wanted);
   return reference;
 }
 

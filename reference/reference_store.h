@@ -43,6 +43,23 @@ Reference get_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConf
                         const std::filesystem::path& folder, const std::string& inputs,
                         ReferenceProgress* progress = nullptr);
 
+// A reference that is kept whatever program reads it: FOLDER/NAME_FRAME_WIDTHxHEIGHT_HASH.exr (half precision, without loss)
+// and .json, HASH being that of the settings. It says what it follows from: `scene` (the fingerprint of the capture), and
+// a probe, which is the same frame in 32x18 pixels of one sample. Another scene, shader or renderer gives another probe.
+//
+// Invariants (cited by the tests):
+//   RK1  A kept reference is used exactly while scene and probe are those that it was rendered with.
+//   RK2  The image that is given back is the one in the file, whether it was rendered just now or read.
+struct KeptReference {
+  std::filesystem::path folder;
+  std::string name, scene;
+};
+
+// `note` is told why a kept reference that is there is old; it is rendered anew and written in its place.
+Reference get_kept_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
+                             const gpu::RunSettings& settings, const ReferenceSettings& wanted,
+                             const KeptReference& kept, std::string& note, ReferenceProgress* progress = nullptr);
+
 // An image as a display shows it: exposure, tone map and sRGB curve as write_png's images have them, not rounded to
 // 8 bits. What all errors are measured on. First three channels.
 Image display_values(const Image& linear, float exposure);

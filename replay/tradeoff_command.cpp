@@ -21,6 +21,7 @@
 #include "replay/report/report.h"
 #include "replay/result_folder.h"
 #include "replay/tradeoff/decisions.h"
+#include "replay/tradeoff/effect_costs.h"
 #include "replay/tradeoff/tradeoff.h"
 #include "replay/tradeoff/tradeoff_files.h"
 #include "replay/view_options.h"
@@ -79,6 +80,10 @@ class TradeoffCommand final : public Command {
         ->type_name("N")
         ->check(CLI::Range(1, 1000000))
         ->capture_default_str();
+    app.add_flag(
+        "--effects", effects_,
+        "Instead of knobs: what each effect of the frame costs, and what its absence changes in the image; it is "
+        "left out, and no reference is rendered");
     app.add_option(
            "--max-flip", max_flip_,
            fmt::format("Find the cheapest setting whose mean FLIP error is at most this: combinations of {}, or "
@@ -108,6 +113,10 @@ class TradeoffCommand final : public Command {
                    "grids, so that errors are those of everything but tessellation")
         ->type_name("PIXELS")
         ->capture_default_str();
+    app.add_option("--reference-folder", kept_references_,
+                   "Folder of references that are kept for all programs: read there while scene and shaders are those "
+                   "that they were rendered with, else rendered and written there, in half precision")
+        ->type_name("DIR");
     add_threads_option(app, threads_);
     add_memory_option(app, max_memory_gib_);
     add_strict_flag(app, strict_);
@@ -129,6 +138,8 @@ class TradeoffCommand final : public Command {
         "Writes tradeoff.json, tradeoff.csv and report.html. Killed at any moment, the same command goes on.\n\n"
         "Examples:\n"
         "  tessera tradeoff captures/eggs.glb --out out/accuracy\n"
+        "  tessera tradeoff captures/eggs.glb --out out/effects --effects       what does each effect of the scene "
+        "cost?\n"
         "  tessera tradeoff captures/eggs.glb --out out/accuracy --joint samples,edge,shading\n"
         "  tessera tradeoff captures/eggs.glb --out out/accuracy --min-psnr 35   what is the cheapest at 35 dB?");
   }
@@ -140,11 +151,14 @@ class TradeoffCommand final : public Command {
     if (min_psnr_) check_number("--min-psnr", *min_psnr_, 0, 1000);
     const CheapestWanted wanted{read_cost(), max_flip_, min_psnr_};
     const bool asks = max_flip_ || min_psnr_;
+    if (effects_ && (asks || !knobs_.empty() || !joint_.empty()))
+      throw UsageError("--effects leaves effects out, one at a time; it turns no knobs");
+    options.effects = effects_;
     if (asks && options.joint.empty()) {
       options.search = wanted;
       if (options.knobs.empty()) options.knobs = listed_names(kSearchedKnobs);
     }
-    const std::vector<std::string> results = {"tradeoff.json",    "tradeoff.csv",    "report.html",
+    const std::vector<std::string> results = {"tradeoff.json",    "tradeoff.csv",    "effects.csv",  "report.html",
                                               "reference/*.json", "reference/*.exr", "points/*.json"};
     InputFiles inputs;
     inputs.add_capture(capture_);
@@ -200,6 +214,7 @@ class TradeoffCommand final : public Command {
     options.reference_samples = samples_;
     options.reference_enough_db = check_number("--reference-noise", noise_, 0, 1000);
     options.reference_edge_pixels = edge_ == 0 ? 0.0 : check_number("--reference-edge", edge_, 0.25, 64);
+    options.kept_references = kept_references_;
     options.knobs = listed_names(knobs_);
     options.joint = listed_names(joint_ == "usual" ? kUsualJoint : joint_);
     options.max_points = static_cast<std::size_t>(max_points_);
@@ -225,10 +240,13 @@ class TradeoffCommand final : public Command {
   static void say(const TradeoffResult& result) {
     fmt::print("{} frame {}, {}x{}", result.capture, result.frame, result.width, result.height);
     if (result.reference) say_reference(*result.reference);
-    fmt::print("\n{}", tradeoff_table(result));
+    if (!result.effects.empty() && !result.knobs.empty())
+      fmt::print("\n{}", effects_table(result.effects, result.knobs.front()));
+    else
+      fmt::print("\n{}", tradeoff_table(result));
   }
 
-  std::string capture_, out_, size_ = "640x360", gpu_ = "mid-mobile", knobs_, joint_, cost_ = "ms";
+  std::string kept_references_, capture_, out_, size_ = "640x360", gpu_ = "mid-mobile", knobs_, joint_, cost_ = "ms";
   std::vector<std::string> sets_;
   std::optional<double> frame_, max_flip_, min_psnr_;
   std::optional<std::string> variant_;
@@ -237,7 +255,7 @@ class TradeoffCommand final : public Command {
   int run_ = 6, samples_ = 1024, max_points_ = 400;
   double noise_ = TradeoffOptions().reference_enough_db, edge_ = 1.0, max_memory_gib_ = 4;
   unsigned threads_ = 0;
-  bool quiet_ = false, strict_ = false;
+  bool quiet_ = false, strict_ = false, effects_ = false;
 };
 
 }  // namespace

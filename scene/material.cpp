@@ -48,6 +48,13 @@ MaterialEffects effects_in_force(const Material& m) {
   return drop_unsupported(effects);
 }
 
+void leave_out(std::string_view effect, Material& m) {
+  const auto found = std::find(kMaterialEffectNames.begin(), kMaterialEffectNames.end(), effect);
+  if (found == kMaterialEffectNames.end()) return;
+  m.effects[static_cast<std::size_t>(found - kMaterialEffectNames.begin())] = false;
+  m.effects = drop_unsupported(m.effects);
+}
+
 EffectFlags flags_of(const MaterialEffects& effects) {
   EffectFlags flags;
 #define EFFECT(Name, member, ...) flags.member = effects[static_cast<std::size_t>(k##Name)];

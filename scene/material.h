@@ -131,6 +131,9 @@ MaterialEffects drop_unsupported(MaterialEffects effects);
 
 EffectFlags flags_of(const MaterialEffects& effects);
 
+// Takes a layer, by its name in kMaterialEffectNames, and those that need it from a material; any other name changes nothing.
+void leave_out(std::string_view effect, Material& material);
+
 // ---- Rows of material_extensions.def ----------------------------------------------------------------------------
 
 struct NumberRange {

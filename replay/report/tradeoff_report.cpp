@@ -73,6 +73,11 @@ void check_tradeoff(const JsonValue& root) {
   expect_objects(root, {"settings", "gpu"});
   check_reference(root.member("reference"));
   for (const JsonValue& knob : root.member("knobs").elements()) check_knob(knob);
+  if (const auto effects = root.find("effects"))
+    for (const JsonValue& effect : effects->elements()) {
+      expect_texts(effect, {"name"});
+      effect.member("ran").flag();
+    }
   const auto cheapest = root.find("cheapest");
   if (!cheapest) return;
   expect_texts(*cheapest, {"cost"});

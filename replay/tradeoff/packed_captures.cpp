@@ -40,6 +40,20 @@ PackedCaptures::Loaded PackedCaptures::load(const fs::path& file) const {
   return loaded;
 }
 
+const std::shared_ptr<const gpu::PreparedCapture>& PackedCaptures::without(const std::string& effect) {
+  const auto [found, fresh] = without_.try_emplace(effect);
+  if (!fresh) return found->second.prepared;
+  auto capture = std::make_unique<scene::Capture>(original()->capture);
+  if (effect == "environment_image") {
+    capture->environment_image = nullptr;
+    capture->settings.environment_kind = shaders::Surroundings::Kind::kStudio;
+  }
+  for (scene::Material& material : capture->materials) scene::leave_out(effect, material);
+  found->second.capture = std::move(capture);
+  found->second.prepared = std::make_shared<const gpu::PreparedCapture>(*found->second.capture);
+  return found->second.prepared;
+}
+
 const std::shared_ptr<const gpu::PreparedCapture>& PackedCaptures::of(const Packing& packing) {
   const auto [found, fresh] = known_.try_emplace(packing.arguments());
   if (!fresh) return found->second.prepared;

@@ -37,6 +37,9 @@ class PackedCaptures {
   const std::shared_ptr<const gpu::PreparedCapture>& original() const { return known_.at("").prepared; }
   // Throws what pack_capture() and read_capture() throw.
   const std::shared_ptr<const gpu::PreparedCapture>& of(const Packing& packing);
+  // The original without an effect of its scene: a layer of materials (scene::kMaterialEffectNames), or
+  // "environment_image", in whose place the studio lights it.
+  const std::shared_ptr<const gpu::PreparedCapture>& without(const std::string& effect);
 
  private:
   struct Loaded {
@@ -49,7 +52,8 @@ class PackedCaptures {
   scene::CaptureLimits limits_;
   ViewChoices view_;
   std::optional<ImageSize> size_;
-  std::map<std::string, Loaded> known_;  // by Packing::arguments()
+  std::map<std::string, Loaded> known_;    // by Packing::arguments()
+  std::map<std::string, Loaded> without_;  // by the effect that is left out
 };
 
 }  // namespace tessera::replay

@@ -88,6 +88,17 @@ struct KnobResult {
   std::vector<SettingResult> settings;
 };
 
+// An effect of the compared frame. One that ran and was left out has a setting of the knob "effects".
+struct EffectResult {
+  std::string name, reason;  // why it ran, or did not
+  bool ran = false;
+  std::uint64_t sub_patches = 0, tiles = 0;       // with it
+  std::map<std::string, std::uint64_t> counters;  // of its work; all 0 where it did not run
+  std::string without;                            // how it is left out; "" where it did not run
+  std::string stays;                              // why it could not be; "" where it could
+  std::optional<std::size_t> setting;
+};
+
 struct TradeoffResult {
   std::string capture;
   std::optional<std::string> variant;  // of its materials
@@ -99,6 +110,7 @@ struct TradeoffResult {
   std::string gpu_name;
   std::optional<reference::ReferenceInfo> reference;  // nothing where all knobs are timed
   std::vector<KnobResult> knobs;                      // the last one is "joint" where knobs were turned together
+  std::vector<EffectResult> effects{};                // with --effects, whose only knob is "effects"
   bool stopped = false;                               // by a signal, before its end
 };
 

@@ -12,12 +12,14 @@
 #include "gpu/unread_keys.h"
 #include "gpu/view_inputs.h"
 #include "reference/reference_store.h"
+#include "replay/commands.h"
 #include "replay/point_files.h"
 #include "replay/progress.h"
 #include "replay/sweep/capture_library.h"
 #include "replay/sweep/points.h"
 #include "replay/tradeoff/combination_search.h"
 #include "replay/tradeoff/decisions.h"
+#include "replay/tradeoff/effect_costs.h"
 #include "replay/tradeoff/trial.h"
 #include "replay/tradeoff/trial_file.h"
 #include "scene/capture_reader.h"
@@ -57,31 +59,25 @@ class Tradeoff {
     PackedCaptures captures(options_.capture, limits, options_.view, ImageSize{options_.width, options_.height});
     const gpu::PreparedCapture& prepared = *captures.original();
     place(prepared.capture);
-    const std::vector<Block> blocks = plan(prepared);
+    if (options_.effects) return run_effects(captures);
+    std::vector<Block> blocks = plan(prepared);
     // Models of timing draw nothing.
     const bool draws = std::any_of(blocks.begin(), blocks.end(),
                                    [](const Block& block) { return !block.knob.timed && !block.rows.empty(); });
     std::optional<reference::Reference> reference;
     if (draws) reference = make_reference(prepared);
+    // Points that a kept reference judged are not those that its successor judges.
+    if (draws && !options_.kept_references.empty()) {
+      place_.reference += ", kept: " + values_sha256(reference->color);
+      for (Block& block : blocks)
+        for (Row& row : block.rows) name_trial(row.trial, place_);
+    }
     std::size_t steps = 0, done = 0;
     for (const Block& block : blocks) steps += block.rows.size();
     Progress progress(steps, options_.quiet);
     const Image* const color = reference ? &reference->color : nullptr;
-    TradeoffResult out{.capture = options_.capture.filename().string(),
-                       .variant = options_.variant,
-                       .view = options_.view,
-                       .frame = place_.frame,
-                       .first_frame = place_.first_frame,
-                       .width = options_.width,
-                       .height = options_.height,
-                       .rounds = options_.rounds,
-                       .arguments = as_arguments(options_.base),
-                       .settings = options_.settings,
-                       .gpu = options_.gpu,
-                       .gpu_name = options_.gpu_name,
-                       .reference = reference ? std::optional(reference->info) : std::nullopt,
-                       .knobs = {},
-                       .stopped = false};
+    TradeoffResult out = empty_result();
+    if (reference) out.reference = reference->info;
     Trial base{options_.settings, options_.gpu, false, {}, false, false, ""};
     name_trial(base, place_);
     for (const Block& block : blocks) {
@@ -97,10 +93,68 @@ class Tradeoff {
   }
 
  private:
+  TradeoffResult empty_result() const {
+    return {.capture = options_.capture.filename().string(),
+            .variant = options_.variant,
+            .view = options_.view,
+            .frame = place_.frame,
+            .first_frame = place_.first_frame,
+            .width = options_.width,
+            .height = options_.height,
+            .rounds = options_.rounds,
+            .arguments = as_arguments(options_.base),
+            .settings = options_.settings,
+            .gpu = options_.gpu,
+            .gpu_name = options_.gpu_name,
+            .reference = std::nullopt,
+            .knobs = {},
+            .stopped = false};
+  }
+
+  // What each effect of the frame costs, by leaving it out. Images are compared with the one that has all of them.
+  TradeoffResult run_effects(PackedCaptures& captures) {
+    TradeoffResult out = empty_result();
+    KnobSetting plain;
+    plain.label = "all effects";
+    Block block{{}, "", {}};
+    block.knob.name = "effects";
+    block.knob.title = "effects, each left out";
+    block.knob.settings = {plain};
+    Trial whole{options_.settings, options_.gpu, false, {}, false, false, {}, {}};
+    name_trial(whole, place_);
+    place_.reference = "the frame with all effects, " + whole.hash;
+    const gpu::FrameResult frame = render_trial(captures, whole, place_);
+    out.effects = effects_of(frame);
+    block.rows.push_back(make_row(plain.label, {}, plain, block.knob));
+    for (std::size_t e = 0; e < out.effects.size(); ++e) {
+      if (!out.effects[e].ran) continue;
+      const EffectCase& one = effect_cases()[e];
+      Row row = make_row("without " + one.name, one.without, plain, block.knob);
+      if (one.of_scene()) row.trial.left_out = one.name;
+      name_trial(row.trial, place_);
+      out.effects[e].setting = block.rows.size();
+      block.rows.push_back(std::move(row));
+    }
+    out.stopped = !measure(captures, block, &frame.targets.color);
+    if (out.stopped) return out;
+    out.knobs.push_back(result_of(block, block.rows.front().trial.hash));
+    KnobResult& knob = out.knobs.back();
+    for (EffectResult& effect : out.effects) {
+      if (!effect.setting) continue;
+      const auto& figures = results_.at(block.rows[*effect.setting].trial.hash).figures;
+      if (figures.contains(fmt::format("effect_places.{}.tiles", effect.name)))
+        effect.stays = fmt::format("runs all the same with {}", effect.without);
+      SettingResult& without = knob.settings[*effect.setting];
+      if (!without.in_double && without.arguments.empty()) without.arguments = "(" + effect.without + ")";
+      if (!effect.stays.empty()) effect.setting.reset();
+    }
+    return out;
+  }
+
   void check() const {
-    if (options_.settings.stereo.eye_separation > 0)
+    if (options_.settings.stereo.eye_separation > 0 && !options_.effects)
       throw UsageError("a tradeoff looks at one eye; stereo.eye_separation asks for two");
-    if (options_.settings.procedures.style == tilecore::ProcedureSettings::Style::kLines)
+    if (options_.settings.procedures.style == tilecore::ProcedureSettings::Style::kLines && !options_.effects)
       throw UsageError("the reference has no ink lines; procedures.style=lines cannot be compared with it");
     if (!options_.settings.output.machine_model)
       throw UsageError("a tradeoff needs cycles and energy: output.machine_model must stay true");
@@ -142,9 +196,21 @@ class Tradeoff {
     Progress progress(1, options_.quiet, [&] {
       return StepProgress(fmt::format("reference, {:.0f} %", std::floor(100 * made.share())), made.share());
     });
-    reference::Reference out =
-        get_reference(prepared, options_.gpu, options_.settings, wanted, options_.folder, place_.inputs, &made);
+    reference::Reference out = reference_of(prepared, wanted, made);
     progress.update(1, "reference");
+    return out;
+  }
+
+  reference::Reference reference_of(const gpu::PreparedCapture& prepared, const reference::ReferenceSettings& wanted,
+                                    reference::ReferenceProgress& made) const {
+    if (options_.kept_references.empty())
+      return get_reference(prepared, options_.gpu, options_.settings, wanted, options_.folder, place_.inputs, &made);
+    std::string scene = capture_fingerprint(options_.capture) + view_arguments(options_.view), note;
+    if (options_.variant) scene += " variant " + *options_.variant;
+    reference::Reference out =
+        get_kept_reference(prepared, options_.gpu, options_.settings, wanted,
+                           {options_.kept_references, options_.capture.stem().string(), scene}, note, &made);
+    if (!note.empty()) say_notes({note});
     return out;
   }
 
@@ -180,8 +246,8 @@ class Tradeoff {
     return blocks;
   }
 
-  // False when asked to stop before all of the block was measured; what was is kept.
-  bool measure(PackedCaptures& captures, const Block& block, const Image* reference) {
+  // False when asked to stop before all of the block was measured; what was is kept. `progress` is told of rows.
+  bool measure(PackedCaptures& captures, const Block& block, const Image* reference, Progress* progress = nullptr) {
     std::vector<Trial> missing;
     std::set<std::string> asked;
     for (const Row& row : block.rows) {
@@ -202,6 +268,8 @@ class Tradeoff {
         results_[part[t].hash] = results[t];
       }
       first = last;
+      if (progress != nullptr)
+        progress->update(block.rows.size() - static_cast<std::size_t>(missing.end() - first), "combinations");
     }
     return true;
   }
@@ -319,7 +387,8 @@ class Tradeoff {
       block.rows.push_back(combined_row(settings));
       if (block.rows.back().trial.hash == base) block.knob.against = k;
     }
-    if (!measure(captures, block, reference)) return;
+    Progress progress(count, options_.quiet);
+    if (!measure(captures, block, reference, &progress)) return;
     results.push_back(result_of(block, base));
   }
 

@@ -23,10 +23,13 @@ struct TradeoffOptions {
   int rounds = 3;
   int reference_samples = 1024;
   double reference_edge_pixels = 1.0;
-  double reference_enough_db = 60.0;     // reference::ReferenceSettings::enough_db
+  double reference_enough_db = 60.0;  // reference::ReferenceSettings::enough_db
+  std::filesystem::path
+      kept_references;                   // reference::KeptReference's folder; empty: references are the output folder's
   std::vector<std::string> knobs;        // empty: all
   std::vector<std::string> joint;        // knobs that are turned together as well
   std::size_t max_points = 400;          // of the joint search
+  bool effects = false;                  // instead of knobs: what each effect of the frame costs
   std::optional<CheapestWanted> search;  // tries combinations of `knobs` that may be the cheapest good enough
   std::uint64_t max_bytes = std::uint64_t{4} << 30;
   bool strict = false;                 // scene::CaptureLimits::strict
@@ -36,7 +39,8 @@ struct TradeoffOptions {
 };
 
 // The output folder of a tradeoff:
-//   reference/HASH.exr, .json   the reference and how far it has converged; where all knobs are timed, there is none
+//   reference/HASH.exr, .json   the reference and how far it has converged; where all knobs are timed, there is none, nor
+//                               with kept_references
 //   points/HASH.json            a trial (see trial_file.h); what is there is not run again
 //   tradeoff.json, tradeoff.csv, report.html   made from these (see tradeoff_files.h)
 //

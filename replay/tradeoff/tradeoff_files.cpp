@@ -11,6 +11,7 @@
 #include "base/atomic_file.h"
 #include "base/json_text.h"
 #include "replay/tradeoff/decisions.h"
+#include "replay/tradeoff/effect_costs.h"
 #include "replay/tradeoff/trial_file.h"
 
 namespace tessera::replay {
@@ -77,6 +78,18 @@ json named_setting_json(const std::optional<CheapestSetting>& named) {
   return setting;
 }
 
+json effect_json(const EffectResult& effect) {
+  return {{"name", effect.name},
+          {"ran", effect.ran},
+          {"reason", effect.reason},
+          {"sub_patches", effect.sub_patches},
+          {"tiles", effect.tiles},
+          {"counters", effect.counters},
+          {"without", effect.without},
+          {"stays", effect.stays},
+          {"setting", or_null(effect.setting)}};
+}
+
 json cheapest_json(const CheapestAnswer& answer) {
   return {{"cost", kCostNames[static_cast<std::size_t>(answer.wanted.cost)]},
           {"max_flip", or_null(answer.wanted.max_flip)},
@@ -131,6 +144,7 @@ json tradeoff_json(const TradeoffResult& tradeoff, const std::optional<CheapestA
               {"reference", tradeoff.reference ? reference::reference_info_json(*tradeoff.reference) : json()},
               {"knobs", knobs},
               {"stopped", tradeoff.stopped}};
+  for (const EffectResult& effect : tradeoff.effects) out["effects"].push_back(effect_json(effect));
   if (tradeoff.variant) out["variant"] = *tradeoff.variant;
   if (!tradeoff.view.empty()) out["view"] = tradeoff.view.json();
   if (cheapest) out["cheapest"] = cheapest_json(*cheapest);
@@ -150,6 +164,9 @@ std::string tradeoff_csv(const TradeoffResult& tradeoff) {
 void write_tradeoff(const std::filesystem::path& folder, const TradeoffResult& tradeoff,
                     const std::optional<CheapestAnswer>& cheapest) {
   write_file_atomically(folder / "tradeoff.csv", tradeoff_csv(tradeoff));
+  if (!tradeoff.effects.empty() && !tradeoff.knobs.empty())
+    write_file_atomically(folder / "effects.csv", effects_csv(std::filesystem::path(tradeoff.capture).stem().string(),
+                                                              tradeoff.effects, tradeoff.knobs.front()));
   write_file_atomically(folder / "tradeoff.json", json_text(tradeoff_json(tradeoff, cheapest), 1) + "\n");
 }
 
@@ -179,7 +196,7 @@ std::string error_change(const SettingResult& setting, const SettingResult& agai
   if (!against.measured.error || !setting.measured.error) return fmt::format("another image than {}", other);
   const std::optional<double>&a = against.measured.error->psnr_db, &b = setting.measured.error->psnr_db;
   if (!a || !b)
-    return !b ? "equals the reference" : fmt::format("differs from the reference, which {} does not", other);
+    return !b ? "equals the reference" : fmt::format("{:.1f} dB from {}, which is the reference", *b, other);
   const double gain = *b - *a;
   if (std::abs(gain) < 0.005) return fmt::format("less than 0.01 dB from {}", other);
   return gain < 0 ? fmt::format("costs {:.2f} dB against {}", -gain, other)

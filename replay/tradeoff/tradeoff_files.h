@@ -25,6 +25,8 @@ struct CheapestAnswer {
 //      "picture", "ms", "cycles", "dram_bytes", "energy_nj", "watched", "same_picture": as `against`, "front": {"ms",
 //      "dram_bytes", "mj"}, "says": one line, "host": {"seconds": {"median", "low", "high"},
 //      "processor_seconds": {...}, "front_seconds", "front_processor_seconds"}}]}],
+//  "effects": [{"name", "ran", "reason", "sub_patches", "tiles", "counters": {of its work}, "without": how it is left out,
+//     "stays": why it could not be, or "", "setting": its row of the knob "effects", or null}],   with --effects
 //  "stopped": whether a signal ended it early,
 //  "cheapest": {"cost", "max_flip", "min_psnr", "setting": as above with its "knob", or null, "missed": likewise}}   where it was asked for
 // The last knob is "joint" where knobs were turned together.
@@ -33,7 +35,7 @@ nlohmann::json tradeoff_json(const TradeoffResult& tradeoff, const std::optional
 // For spreadsheets: a row per knob and setting.
 std::string tradeoff_csv(const TradeoffResult& tradeoff);
 
-// tradeoff.csv and tradeoff.json, each whole or not at all. Throws WriteError.
+// tradeoff.csv, tradeoff.json and, with --effects, effects.csv, each whole or not at all. Throws WriteError.
 void write_tradeoff(const std::filesystem::path& folder, const TradeoffResult& tradeoff,
                     const std::optional<CheapestAnswer>& cheapest);
 

@@ -73,7 +73,7 @@ class Runner {
     if (trial.settings.resolve.desampling != tilecore::Desampling::kAdaptive || trial.in_double ||
         place_.first_frame >= place_.frame)
       return;
-    gpu::Device renderer(captures_.of(trial.packing), trial.gpu, trial.settings, request());
+    gpu::Device renderer(prepared(trial), trial.gpu, trial.settings, request());
     for (int frame = place_.first_frame; frame < place_.frame; ++frame) renderer.render(frame);
     history = renderer.history();
   }
@@ -90,7 +90,19 @@ class Runner {
     result.error = errors_[result.image_sha256];
   }
 
+  gpu::FrameResult render_once(const Trial& trial) {
+    std::optional<tilecore::History> history;
+    prepare(trial, history);
+    gpu::Device renderer(prepared(trial), trial.gpu, trial.settings, request());
+    if (history) renderer.set_history(*history);
+    return renderer.render(place_.frame);
+  }
+
  private:
+  const std::shared_ptr<const gpu::PreparedCapture>& prepared(const Trial& trial) const {
+    return trial.left_out.empty() ? captures_.of(trial.packing) : captures_.without(trial.left_out);
+  }
+
   void store(tilecore::FrameFormat format, Image& image) const {
     const tilecore::PixelCoder coder(format, exposure_);
     for (std::size_t p = 0; p + 3 < image.values.size(); p += 4) {
@@ -101,9 +113,7 @@ class Runner {
   }
 
   static void name(const Image& image, TrialResult& result) {
-    Sha256 hash;
-    hash.add({reinterpret_cast<const std::uint8_t*>(image.values.data()), image.values.size() * sizeof(float)});
-    const std::string digits = hash.finish();
+    const std::string digits = values_sha256(image);
     TESSERA_CHECK(result.image_sha256.empty() || result.image_sha256 == digits, "a frame rendered again is the same");
     result.image_sha256 = digits;
   }
@@ -117,15 +127,15 @@ class Runner {
   }
 
   Image render(const Trial& trial, const std::optional<tilecore::History>& history, TrialResult& result) {
-    const std::shared_ptr<const gpu::PreparedCapture>& prepared = captures_.of(trial.packing);
-    gpu::Device renderer(prepared, trial.gpu, trial.settings, request());
+    const std::shared_ptr<const gpu::PreparedCapture>& drawn = prepared(trial);
+    gpu::Device renderer(drawn, trial.gpu, trial.settings, request());
     if (history) renderer.set_history(*history);
     std::optional<gpu::FrameResult> frame;
     {
       const RoundTimer timer(result.host);
       frame.emplace(renderer.render(place_.frame));
     }
-    if (result.figures.empty()) result.figures = figures_of(trial.gpu, *frame, prepared->capture);
+    if (result.figures.empty()) result.figures = figures_of(trial.gpu, *frame, drawn->capture);
     return std::move(frame->targets.color);
   }
 
@@ -146,16 +156,16 @@ class Runner {
   const FrameRecords::Record& record_of(const Trial& trial, const std::optional<tilecore::History>& history) {
     const std::string name = json_text(gpu::functional_json(trial.gpu, trial.settings)) + trial.packing.arguments();
     if (const auto known = records_.known.find(name); known != records_.known.end()) return known->second;
-    const std::shared_ptr<const gpu::PreparedCapture>& prepared = captures_.of(trial.packing);
+    const std::shared_ptr<const gpu::PreparedCapture>& drawn = prepared(trial);
     gpu::RenderRequest wanted = request();
     wanted.record_items = true;
     gpu::GpuConfiguration gpu = trial.gpu;
     gpu.queues.model = hardware::TimingModel::kPhases;  // here, its own timing is of no account
-    gpu::Device renderer(prepared, gpu, trial.settings, wanted);
+    gpu::Device renderer(drawn, gpu, trial.settings, wanted);
     if (history) renderer.set_history(*history);
     gpu::FrameResult frame = renderer.render(place_.frame);
     FrameRecords::Record& record = records_.known[name];
-    record.figures = figures_of(trial.gpu, frame, prepared->capture);
+    record.figures = figures_of(trial.gpu, frame, drawn->capture);
     std::erase_if(record.figures, [](const auto& figure) {
       return figure.first.starts_with("timing.") || figure.first.starts_with("energy.");
     });
@@ -214,7 +224,19 @@ void name_trial(Trial& trial, const TrialPlace& place) {
     inputs["reference"] = place.reference;
   if (trial.stored) inputs["stored"] = true;
   if (trial.packing.bits > 0) inputs["packing"] = trial.packing.arguments();
+  if (!trial.left_out.empty()) inputs["left_out"] = trial.left_out;
   trial.hash = sha256_name(json_text(inputs));
+}
+
+std::string values_sha256(const Image& image) {
+  Sha256 hash;
+  hash.add({reinterpret_cast<const std::uint8_t*>(image.values.data()), image.values.size() * sizeof(float)});
+  return hash.finish();
+}
+
+gpu::FrameResult render_trial(PackedCaptures& captures, const Trial& trial, const TrialPlace& place) {
+  FrameRecords none;
+  return Runner(captures, place, nullptr, trial.settings, none).render_once(trial);
 }
 
 std::vector<TrialResult> run_trials(PackedCaptures& captures, const std::vector<Trial>& trials, const TrialPlace& place,

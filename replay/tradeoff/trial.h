@@ -16,9 +16,10 @@ struct Trial {
   gpu::GpuConfiguration gpu;
   bool in_double = false;
   Packing packing;
-  bool stored = false;  // the image is what the frame buffer holds
-  bool timed = false;   // a record of the frame is timed and nothing is rendered; host times measure the timing
-  std::string hash;     // 32 digits: of everything that the result follows from; equal configurations are one trial
+  bool stored = false;     // the image is what the frame buffer holds
+  bool timed = false;      // a record of the frame is timed and nothing is rendered; host times measure the timing
+  std::string left_out{};  // an effect of the scene that it is drawn without (PackedCaptures::without); "": none
+  std::string hash{};      // 32 digits: of everything that the result follows from; equal configurations are one trial
 };
 
 // What trials have in common.
@@ -43,6 +44,12 @@ struct FrameRecords {
 
 // Fills `hash`.
 void name_trial(Trial& trial, const TrialPlace& place);
+
+// SHA-256 of an image's values.
+std::string values_sha256(const Image& image);
+
+// Renders the compared frame of a trial once.
+gpu::FrameResult render_trial(PackedCaptures& captures, const Trial& trial, const TrialPlace& place);
 
 // Runs all of them, round by round, so that whatever else the host does meets all of them alike. The results, in order.
 // The time of a trial is that of its compared frame alone. Throws UsageError for values that do not fit each other.

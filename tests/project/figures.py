@@ -11,6 +11,7 @@ import json
 import math
 import os
 import re
+import runpy
 import subprocess
 import sys
 import tempfile
@@ -242,6 +243,29 @@ class Pages(unittest.TestCase):
         self.assertEqual(rows, 8 + 2 * 3)
         for scheme in SCHEMES:
             self.assertIn(f"\n{line_of_ranges(points, scheme)}\n", text)
+
+    def test_effects_shows_what_effects_cost(self):
+        text, tables, costs = page("docs/effects.md"), runpy.run_path(str(ROOT / "docs/images/effects/tables.py")), page("docs/images/effects/costs.csv")
+        self.assertIn(f"<!-- costs -->\n{tables['costs_markdown'](costs)}\n<!-- end costs -->\n", text, "run docs/images/effects/make.sh")
+        absent, work = tables["absent_work"](costs)
+        self.assertGreater(absent, 100)
+        self.assertEqual(work, 0)
+
+    def test_absent_effects_cost_no_instructions(self):
+        rows, text = rows_of(ROOT / "docs/images/effects/instructions.csv"), page("docs/effects.md")
+        for row in rows:
+            self.assertLessEqual(float(row["ratio"]), 1.005, row)
+        without = [float(row["ratio"]) for row in rows if row["method"] == "compiled out"]
+        self.assertIn(f"| compiled out, four captures | {min(without):.4f} to {max(without):.4f} |", text)
+        of = {row["effect"]: float(row["ratio"]) for row in rows}
+        self.assertIn(f"| motion; defocus | its functions | {max(of['motion'], of['defocus']):.4f} |", text)
+        self.assertIn(f"| displacement | its functions | {of['displacement']:.4f} |", text)
+        self.assertEqual({f"{ratio:.4f}" for effect, ratio in of.items() if not re.search("motion|defocus|displacement", effect)}, {"1.0000"})
+
+    def test_accuracy_shows_how_wrong_coarse_clocks_are(self):
+        tables = runpy.run_path(str(ROOT / "docs/images/accuracy/tables.py"))
+        self.assertIn(f"<!-- clock -->\n{tables['clock_markdown'](page('docs/images/accuracy/clock.csv'))}\n<!-- end clock -->\n", page("docs/accuracy.md"),
+                      "run docs/images/accuracy/make.sh")
 
     def test_when_it_pays_shows_its_doubts(self):
         text, rows = page("docs/when_it_pays.md"), rows_of(PAYS / "doubts.csv")

@@ -223,7 +223,10 @@ TEST_F(SchemaFiles, OfTradeoffs) {
        "1", "--run", "2", "--reference-samples", "4", "--max-flip", "1", "--quiet", "--out", path("images")});
   run({"tradeoff", test::shipped_capture("eggs").string(), "--size", "32x32", "--knobs", "timing", "--rounds", "1",
        "--run", "1", "--quiet", "--out", path("timed")});
+  run({"tradeoff", test::shipped_capture("eggs").string(), "--size", "32x32", "--effects", "--rounds", "1", "--quiet",
+       "--out", path("effects")});
   add_with_twins("tradeoff", read("images/tradeoff.json"));
+  add("tradeoff", read("effects/tradeoff.json"), true, "effects");
   add("tradeoff", read("timed/tradeoff.json"), true, "timed");
   check();
 }

@@ -14,6 +14,11 @@ function tradeoffReport() {
   if (reference) part.append(make('p', {}, `${rows.length} settings of ${knobs.length} knobs, each against a reference of ${number(reference.samples)} samples per pixel in double precision${reference.samples < reference.asked_samples ? ` (of ${number(reference.asked_samples)}: its noise is below ${reference.enough_db} dB)` : ''}, with ${reference.edge_pixels === 0 ? "the machine's own grids" : "cells of " + reference.edge_pixels + " pixels"}. ` +
     'Errors are those of what a display shows; host times are medians of ' + tradeoff.rounds + ' runs.'));
   if (reference && reference.psnr_db !== null) part.append(make('p', { class: 'note' }, `The reference's own noise, from the difference of its halves: ${reference.psnr_db.toFixed(1)} dB. Errors near it mean little.`));
+  if (tradeoff.effects) {
+    const names = (ran) => tradeoff.effects.filter((effect) => effect.ran === ran).map((effect) => effect.name).join(', ');
+    part.append(make('p', {}, `Effects of the frame: ${names(true)}. Each is left out once, and images are compared with the one that has all of them.`),
+      make('p', { class: 'note' }, `Absent, at no cost: ${names(false)}.`));
+  }
   if (tradeoff.stopped) part.append(make('p', { class: 'note' }, 'Stopped before its end; the same command goes on.'));
   if (tradeoff.cheapest) {
     const { setting, missed, cost, max_flip: flip, min_psnr: psnr } = tradeoff.cheapest;
