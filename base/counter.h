@@ -45,6 +45,13 @@ void merge(S& into, const S& from) {
   for (const auto& field : kCounterFields<S>) into.*field.member += from.*field.member;
 }
 
+// Leaves what was counted after `before`; peaks stay.
+template <class S>
+void subtract(S& counters, const S& before) {
+  for (const auto& field : kCounterFields<S>)
+    if (field.combine == Combine::kSum) counters.*field.member -= before.*field.member;
+}
+
 // Joins the counts of a further frame into a total.
 template <class S>
 void accumulate(S& total, const S& frame) {

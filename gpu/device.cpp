@@ -326,7 +326,7 @@ void Device::render_right_eye(int frame, const scene::FrameGeometry& left, Frame
     result.model->timing.accumulate(right.model->timing);
     result.model->energy.accumulate(right.model->energy);
   }
-  result.right = RightEye{std::move(right.targets), right.counters, {}};
+  result.right = RightEye{std::move(right.targets), right.counters, {}, std::move(right.passes)};
   if (right.model) result.right->work = std::move(right.model->record.work);
 }
 

@@ -13,4 +13,11 @@ void FrameCounters::merge(const FrameCounters& view) {
   ledger += view.ledger;
 }
 
+FrameCounters FrameCounters::since(const FrameCounters& before) const {
+  FrameCounters out = *this;
+  for_each_counter_struct(out, before, [](auto& more, const auto& seen) { tessera::subtract(more, seen); });
+  out.ledger -= before.ledger;
+  return out;
+}
+
 }  // namespace tessera::gpu

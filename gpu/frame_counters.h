@@ -26,6 +26,8 @@ struct FrameCounters : tilecore::CoreCounters {
   void accumulate(const FrameCounters& frame);
   // Adds what another view of the same frame took.
   void merge(const FrameCounters& view);
+  // What was counted after `before`; peaks as they are.
+  FrameCounters since(const FrameCounters& before) const;
 };
 
 // Calls visit(a's, b's) for each counter struct.

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "gpu/cost_attribution.h"
 #include "gpu/drawable_costs.h"
@@ -16,12 +17,19 @@
 
 namespace tessera::gpu {
 
+// What a pass of a view took (docs/timing_model.md, Passes).
+struct PassResult {
+  std::string name;
+  FrameCounters counters;
+};
+
 // The right eye's image; its counters are in those of the frame, too, its cycles and energies in those of the frame's
 // model.
 struct RightEye {
   tilecore::FrameTargets targets;
   FrameCounters counters;
   std::optional<timing::FrameWork> work;  // with output.machine_model
+  std::vector<PassResult> passes{};
 };
 
 // What a device gives back of one frame.
@@ -31,6 +39,7 @@ struct FrameResult {
   int frame;
   tilecore::FrameTargets targets;
   FrameCounters counters;
+  std::vector<PassResult> passes{};  // of the left or only eye, in the order in which they began
   FrameEffects effects;
   EffectReasons effect_reasons;  // why each ran, or did not
   FrameEffectPlaces effect_places;

@@ -102,7 +102,8 @@ FrameTimeline::Geometry geometry_of(const GpuConfiguration& gpu, const timing::G
   const double scale = ends.back() > 0 ? (span.end - span.begin) / ends.back() : 0;
   // The binner starts when the first patch has passed the front end.
   const double first = span.begin + scale * front_end / static_cast<double>(std::max<std::uint64_t>(work.patches, 1));
-  return {span.begin,
+  return {0,
+          span.begin,
           work.events[timing::Event::kBounds] > 0 ? span.begin + ends.front() * scale : span.begin,
           first,
           span.end,
@@ -110,8 +111,27 @@ FrameTimeline::Geometry geometry_of(const GpuConfiguration& gpu, const timing::G
           work.events[timing::Event::kBinnedEntries]};
 }
 
+using Steps = std::vector<std::pair<double, double>>;
+
+// The sum of two functions of time that are 0 before their first step.
+Steps sum_of(const Steps& a, const Steps& b) {
+  Steps sum;
+  double value_a = 0, value_b = 0;
+  for (auto i = a.begin(), j = b.begin(); i != a.end() || j != b.end();) {
+    const bool first = j == b.end() || (i != a.end() && i->first <= j->first);
+    const double at = first ? i->first : j->first;
+    if (first)
+      value_a = (i++)->second;
+    else
+      value_b = (j++)->second;
+    sum.emplace_back(at, value_a + value_b);
+  }
+  return sum;
+}
+
 void add_lists(const timing::WorkRound& round, const timing::Schedule::Span& geometry, const TileSchedule* tiles,
-               std::vector<std::pair<double, double>>& out) {
+               Steps& lists) {
+  Steps out;
   const auto all = static_cast<double>(round.geometry.queue_bytes);
   out.emplace_back(geometry.begin, 0);
   out.emplace_back(geometry.end, all);
@@ -129,6 +149,11 @@ void add_lists(const timing::WorkRound& round, const timing::Schedule::Span& geo
     left -= count;
     out.emplace_back(clk, all * static_cast<double>(left) / static_cast<double>(entries));
   }
+  // Passes that overlap have lists at once.
+  if (lists.empty() || out.front().first >= lists.back().first)
+    lists.insert(lists.end(), out.begin(), out.end());
+  else
+    lists = sum_of(lists, out);
 }
 
 void add_tracks(const GpuConfiguration& gpu, const timing::FrameWork& work, const timing::Schedule& schedule,
@@ -214,6 +239,7 @@ FrameTimeline frame_timeline(const GpuConfiguration& gpu, const timing::FrameWor
   for (std::size_t r = 0; r < schedule.geometry.size(); ++r) {
     const timing::WorkRound& round = work.rounds[r];
     timeline.geometry.push_back(geometry_of(gpu, round.geometry, schedule.geometry[r]));
+    timeline.geometry.back().pass = round.pass;
     add_lists(round, schedule.geometry[r], schedule.tiles.data() + next, timeline.list_bytes);
     next += round.tiles.size();
   }

@@ -61,6 +61,7 @@ constexpr std::string_view name(Source source) {
 struct FrameTimeline {
   static constexpr std::size_t kWindows = 256;  // of the frame
   struct Geometry {
+    std::uint32_t pass = 0;  // FrameWork::passes
     double bound_begin = 0, bound_end = 0, bin_begin = 0, bin_end = 0;
     std::uint64_t bounds = 0, entries = 0;
   };

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "gpu/pass_counters.h"
 #include "tilecore/procedural/parameter_maps.h"
 #include "tilecore/resolve/resolve_unit.h"
 #include "tilecore/shading/transmission.h"
@@ -58,14 +59,14 @@ void Pipeline::second_pass(const ViewRun& run, TileScheduler& scheduler, binner:
   const std::vector<bool> again = tiles_again(binner.grid(), depth, visible, front_end.previous_depth);
   run.recorder.front_end(*run.job.frame, front_end);
   if (std::ranges::count(again, true) == 0) {
-    scheduler.record_empty_round();
+    scheduler.record_empty_round("again");
   } else {
     // The lists still hold what the tiles were rendered from, unless a partial render emptied them.
     if (run.result.counters.binner.partial_renders > 0) {
       scheduler.empty_lists();
       visible.insert(visible.begin(), front_end.sub_patches.begin(), front_end.sub_patches.end());
     }
-    scheduler.render(visible, again);
+    scheduler.render("again", visible, again);
   }
   run.result.targets.coarse_depth = std::move(depth);
 }
@@ -77,7 +78,7 @@ bool Pipeline::render_tiles(const ViewRun& run, TileScheduler& scheduler, const 
     for (const frontend::BoundedSubPatch& piece : sub_patches)
       (tilecore::transmits(run.job.frame->drawable_of(piece.base_patch)) ? transmissive : behind).push_back(piece);
   if (transmissive.empty()) {
-    scheduler.render(sub_patches, {}, binned);
+    scheduler.render("main", sub_patches, {}, binned);
     return true;
   }
   std::vector<bool> open(grid.tile_count(), false);
@@ -108,21 +109,12 @@ void Pipeline::find_materials(const ViewRun& run, const std::vector<frontend::Bo
   }
 }
 
-void Pipeline::collect(const ViewRun& run, const binner::Binner& binner, const tilecore::TessellationCache& cache) {
-  FrameCounters& counters = run.result.counters;
-  tessera::merge(counters.tessellation, cache.counters());
-  tessera::merge(counters.binner, binner.buffer().counters());
-  for (const TileCounts& tile : run.result.maps.tiles) counters.binner.queue_bytes_read += tile.queue_bytes_read;
-  counters.ledger += binner.buffer().ledger();
+void Pipeline::take_totals(const ViewRun& run) {
   cores_.for_each([&](tilecore::TileCore& core) {
     tilecore::CoreTotals totals = core.take_totals();
     merge(run.result.drawables, totals.drawables);
     if (run.job.resolve != nullptr) run.result.stage_seconds["resolve_threads"] += totals.resolve_seconds;
   });
-  const WorkRecorder::Sums sums = run.recorder.take_sums();
-  tilecore::merge(counters, sums.core);
-  tessera::merge(counters.l2, sums.l2);
-  counters.ledger += sums.ledger;
 }
 
 void Pipeline::bound(const ViewRun& run, const PreviousDepth& previous, scene::MemoryBudget& budget) {
@@ -164,18 +156,15 @@ void Pipeline::render(const ViewRun& run, const PreviousDepth& previous) {
   result.maps = TileMaps(*job.grid);
   const tilecore::TileOrder order(gpu_.tilecore.tile_order, *job.grid);
   tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator.cache_bytes), *job.grid, order);
-  TileScheduler scheduler(run, cores_, binner, order, cache);
+  PassCounters passes(run, front_end, binner, cache);
+  TileScheduler scheduler(run, cores_, binner, order, cache, [&](std::string_view pass) { passes.end(pass); });
   const bool all_binned = render_tiles(run, scheduler, binner.grid(), front_end.sub_patches, binned);
   if (previous.store) second_pass(run, scheduler, binner, front_end);
   if (job.resolve != nullptr) {
     if (job.resolve->settings.reach == tilecore::StencilReach::kNeighbours) scheduler.finish_across_tiles();
   }
-  collect(run, binner, cache);
-  result.counters.frontend = front_end.counters;
-  result.counters.instances = front_end.instances;
-  result.counters.groups = front_end.groups;
-  result.counters.previous_depth = front_end.previous_depth;
-  result.counters.ledger += front_end.ledger;
+  passes.finish();
+  take_totals(run);
   binner.buffer().limit(nullptr);
   binner.buffer().record_accesses(nullptr);
   // Lists that a partial render emptied are no more, and a second pass belongs to its frame.

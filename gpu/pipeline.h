@@ -51,7 +51,8 @@ class Pipeline {
                            const std::vector<frontend::BoundedSubPatch>& sub_patches, bool binned);
   // Counts the sub-patches whose materials have effects; tiles mark their own.
   static void find_materials(const ViewRun& run, const std::vector<frontend::BoundedSubPatch>& sub_patches);
-  void collect(const ViewRun& run, const binner::Binner& binner, const tilecore::TessellationCache& cache);
+  // What the tile cores counted by drawable.
+  void take_totals(const ViewRun& run);
 
   const GpuConfiguration& gpu_;
   const frontend::PyramidLibrary& pyramids_;

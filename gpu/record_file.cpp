@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::string_view kMagic = "tessera.record/4\n", kMagicOfAll = "tessera.record/";
+constexpr std::string_view kMagic = "tessera.record/5\n", kMagicOfAll = "tessera.record/";
 constexpr std::uint64_t kMaxHeadBytes = 16u << 20;
 constexpr std::uint64_t kMaxViews = 2;
 // Decoded work takes no more than so many times its bytes.
@@ -192,7 +192,7 @@ json drawables_json(const scene::Assembly& assembly) {
 
 json record_head(const std::string& capture, const scene::Assembly& assembly, const GpuConfiguration& gpu,
                  const RunSettings& settings, int width, int height) {
-  return {{"schema", "tessera.record/4"},
+  return {{"schema", "tessera.record/5"},
           {"capture", capture},
           {"width", width},
           {"height", height},

@@ -20,7 +20,7 @@ namespace tessera::gpu {
 // `replay --record FILE`: what the units of the machine did in each frame, to be timed again on other machines
 // (`tessera time FILE`). What is in the file, all numbers little endian:
 //
-//   "tessera.record/4\n"
+//   "tessera.record/5\n"
 //   u64 bytes, then so many of JSON: what was replayed, the machine and the settings it was replayed with
 //   for each frame   "F", u64 number, u64 views; for each view (eye)
 //                    u64 bytes of timing::encode(), u64 bytes of its Zstandard frame, and that

@@ -43,8 +43,8 @@ struct TileScheduler::Round {
 };
 
 TileScheduler::TileScheduler(const ViewRun& run, PerThread<tilecore::TileCore>& cores, binner::Binner& binner,
-                             const tilecore::TileOrder& order, tilecore::TessellationCache& cache)
-    : run_(run), cores_(cores), binner_(binner), order_(order), cache_(cache) {}
+                             const tilecore::TileOrder& order, tilecore::TessellationCache& cache, PassEnd pass_end)
+    : run_(run), cores_(cores), binner_(binner), order_(order), cache_(cache), pass_end_(std::move(pass_end)) {}
 
 void TileScheduler::render_tile(Round& round, std::size_t t) {
   const tilecore::TileJob& job = run_.job;
@@ -170,6 +170,7 @@ void TileScheduler::render_pass(std::span<const frontend::BoundedSubPatch> sub_p
   binner::Binner::Cursor cursor;
   if (run_.record != nullptr) run_.record->entries.resize(tile_count);
   std::vector<tilecore::TileState> unfinished;
+  RoundPlace place{pass.name, pass.waits};
   for (bool done = false; !done;) {
     {
       const StageTimer timer(run_.result, "bin");
@@ -177,7 +178,7 @@ void TileScheduler::render_pass(std::span<const frontend::BoundedSubPatch> sub_p
     }
     std::vector<bool> unchanged;
     if (run_.inputs != nullptr && pass.only.empty()) unchanged = compare_inputs(whole && done && unfinished.empty());
-    Round round{.work = run_.recorder.begin_round(binner_, order_),
+    Round round{.work = run_.recorder.begin_round(binner_, order_, place),
                 .shared = {},
                 .unfinished = unfinished,
                 .pass = pass,
@@ -207,15 +208,17 @@ void TileScheduler::render_pass(std::span<const frontend::BoundedSubPatch> sub_p
     };
     const std::vector<binner::TileIndex>& order = order_.tiles();
     parallel_in_order(
-        tile_count, kTilesTogether, [&](std::size_t place) { render(order[place]); },
-        [&](std::size_t place) { share(round, order[place]); });
+        tile_count, kTilesTogether, [&](std::size_t k) { render(order[k]); },
+        [&](std::size_t k) { share(round, order[k]); });
     if (run_.progress != nullptr) run_.progress->end();
     busy_seconds.for_each([&](double seconds) { run_.result.stage_seconds["tile_threads"] += seconds; });
     share_signatures(round);
     if (done && !pass.open.empty()) share_behind(round.work, 0, true);
     run_.result.counters.ledger += round.records.ledger();
     if (!done) empty_lists();
+    place.waits = true;
   }
+  pass_end_(pass.name);
 }
 
 void TileScheduler::end_part(tilecore::TileCore& core, WorkRecorder::Tile& work, std::size_t tile) {
@@ -232,7 +235,7 @@ void TileScheduler::reduce_behind() {
       const int y = static_cast<int>(row);
       image.reduce(level, {0, y, image.width(level), y + 1});
     });
-  WorkRecorder::Round round = run_.recorder.begin_round(binner_, order_);
+  WorkRecorder::Round round = run_.recorder.begin_round(binner_, order_, {"reduce", false});
   parallel_for(binner_.grid().tile_count(), [&](std::size_t t) {
     tilecore::TileCore& core = cores_.local();
     WorkRecorder::Tile work = round.tile(t, core);
@@ -244,6 +247,7 @@ void TileScheduler::reduce_behind() {
     if (level > 0) share_behind(round, level, true);
     if (level + 1 < image.level_count()) share_behind(round, level, false);
   }
+  pass_end_("reduce");
 }
 
 void TileScheduler::share_behind(WorkRecorder::Round& round, int level, bool write) {
@@ -271,13 +275,14 @@ void TileScheduler::empty_lists() {
 
 void TileScheduler::finish_across_tiles() {
   const StageTimer timer(run_.result, "resolve_neighbours");
-  WorkRecorder::Round round = run_.recorder.begin_round(binner_, order_);
+  WorkRecorder::Round round = run_.recorder.begin_round(binner_, order_, {"stencils"});
   parallel_for(binner_.grid().tile_count(), [&](std::size_t t) {
     tilecore::TileCore& core = cores_.local();
     WorkRecorder::Tile work = round.tile(t, core);
     core.finish_deferred(run_.job, static_cast<binner::TileIndex>(t), run_.result.targets);
     end_part(core, work, t);
   });
+  pass_end_("stencils");
 }
 
 }  // namespace tessera::gpu

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "base/parallel.h"
@@ -36,30 +38,36 @@ struct ViewRun {
 // what tiles share they use in that order, while later tiles are rendered.
 class TileScheduler {
  public:
+  // Called when a pass has ended, with its name.
+  using PassEnd = std::function<void(std::string_view)>;
   TileScheduler(const ViewRun& run, PerThread<tilecore::TileCore>& cores, binner::Binner& binner,
-                const tilecore::TileOrder& order, tilecore::TessellationCache& cache);
+                const tilecore::TileOrder& order, tilecore::TessellationCache& cache, PassEnd pass_end);
 
   // Bins, renders and finishes tiles: all of them, or those that `only` marks. `binned`: the lists hold all already.
-  void render(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& only,
-              bool binned = false) {
-    render_pass(sub_patches, {only, {}, binned});
+  void render(std::string_view pass, std::span<const frontend::BoundedSubPatch> sub_patches,
+              const std::vector<bool>& only, bool binned = false) {
+    render_pass(sub_patches, {pass, only, {}, binned});
   }
 
   // Where something transmits: what does not, in all tiles, of which `open` marks those that are not finished; then, once
   // the image of what is behind has its smaller levels, these again with all that the lists hold.
   void render_behind(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& open) {
-    render_pass(sub_patches, {{}, open, false});
+    render_pass(sub_patches, {"behind", {}, open});
   }
   void render_transmissive(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& open) {
     reduce_behind();
-    render_pass(sub_patches, {open, {}, false});
+    // The lists grow by what transmits while those of the pass before are read.
+    render_pass(sub_patches, {"main", open, {}, false, run_.result.counters.binner.partial_renders > 0});
   }
 
   // Of all tiles, and the sub-patch table.
   void empty_lists();
 
   // A round of what the recorder got, without lists or tiles.
-  void record_empty_round() { (void)run_.recorder.begin_round(binner_, order_); }
+  void record_empty_round(std::string_view pass) {
+    (void)run_.recorder.begin_round(binner_, order_, {pass});
+    pass_end_(pass);
+  }
 
   // What the depths take that tile cores store for the next frame: 2 bytes a block, tile by tile in the machine's order.
   std::uint64_t depth_bytes() const { return tile_depth_bytes() * binner_.grid().tile_count(); }
@@ -71,8 +79,10 @@ class TileScheduler {
   struct Round;
   // `only`: the tiles that are rendered; `open`: those that leave what is behind and are not finished. Empty: all; none.
   struct Pass {
+    std::string_view name;
     std::vector<bool> only, open;
     bool binned = false;
+    bool waits = true;  // its geometry does, for the tiles of the pass before
   };
   void render_pass(std::span<const frontend::BoundedSubPatch> sub_patches, const Pass& pass);
   // Smaller levels of the image of what is behind.
@@ -98,6 +108,7 @@ class TileScheduler {
   binner::Binner& binner_;
   const tilecore::TileOrder& order_;
   tilecore::TessellationCache& cache_;
+  PassEnd pass_end_;
   std::uint32_t records_before_ = 0;  // of the sub-patch tables that were emptied
 };
 

@@ -13,6 +13,11 @@ namespace {
 
 constexpr int kFrontEndTrack = 1, kBinnerTrack = 2, kDramTrack = 3, kFirstSlotTrack = 16, kSlotsOfCore = 16;
 
+// A pass's name before that of a slice, where a frame has several.
+std::string pass_prefix(const timing::FrameWork& work, std::uint32_t pass) {
+  return work.passes.size() > 1 ? work.passes[pass] + ": " : std::string();
+}
+
 int slot_track(std::uint32_t core, std::uint32_t slot) {
   return kFirstSlotTrack + static_cast<int>(core) * kSlotsOfCore + static_cast<int>(slot);
 }
@@ -35,7 +40,7 @@ void Timeline::add(int frame, const MachineModel& model, int columns) {
       track(slot_track(core, slots_[core]), fmt::format("core {}, slot {}", core, slots_[core]));
   const std::string name = fmt::format("frame {}", frame);
   for (const int of : {kFrontEndTrack, kBinnerTrack, kDramTrack}) slice(of, name, 0, timeline.cycles);
-  add_geometry(timeline);
+  add_geometry(model, timeline);
   for (const TileTrack& tile : timeline.tiles)
     if (tile.tile >= limits_.first_tile && tile.tile < limits_.last_tile) add_tile(model, tile, columns);
   add_memory(timeline);
@@ -45,12 +50,13 @@ void Timeline::add(int frame, const MachineModel& model, int columns) {
   start_ += timeline.cycles;
 }
 
-void Timeline::add_geometry(const FrameTimeline& frame) {
+void Timeline::add_geometry(const MachineModel& model, const FrameTimeline& frame) {
   for (const FrameTimeline::Geometry& round : frame.geometry) {
+    const std::string pass = pass_prefix(model.record.work, round.pass);
     if (round.bounds > 0)
-      slice(kFrontEndTrack, "bound", round.bound_begin, round.bound_end,
+      slice(kFrontEndTrack, pass + "bound", round.bound_begin, round.bound_end,
             std::array{TraceFile::Argument{"bounds", round.bounds}});
-    slice(kBinnerTrack, "bin", round.bin_begin, round.bin_end,
+    slice(kBinnerTrack, pass + "bin", round.bin_begin, round.bin_end,
           std::array{TraceFile::Argument{"entries", round.entries}});
   }
 }
@@ -60,7 +66,8 @@ void Timeline::add_tile(const MachineModel& model, const TileTrack& tile, int co
   const auto column = static_cast<std::uint32_t>(std::max(columns, 1));
   const auto whole = [](double cycles) { return static_cast<std::uint64_t>(cycles); };
   const int track = slot_track(tile.core, tile.slot);
-  slice(track, fmt::format("tile {}", tile.tile), tile.begin, tile.end,
+  const std::string pass = pass_prefix(model.record.work, model.record.work.rounds[tile.round].pass);
+  slice(track, fmt::format("{}tile {}", pass, tile.tile), tile.begin, tile.end,
         std::array{TraceFile::Argument{"x", std::uint64_t{tile.tile % column}},
                    TraceFile::Argument{"y", std::uint64_t{tile.tile / column}},
                    TraceFile::Argument{"entries", work.events[timing::Event::kFetchedEntries]},

@@ -37,7 +37,7 @@ class Timeline {
   void commit() { file_->commit(); }
 
  private:
-  void add_geometry(const FrameTimeline& frame);
+  void add_geometry(const MachineModel& model, const FrameTimeline& frame);
   void add_tile(const MachineModel& model, const TileTrack& tile, int columns);
   void add_memory(const FrameTimeline& frame);
   void add_waits(const FrameTimeline& frame);

@@ -150,7 +150,11 @@ void WorkRecorder::sparse_pass(const tilecore::ParameterMaps& maps) {
   log(Purpose::kSamplingMaps);
 }
 
-WorkRecorder::Round WorkRecorder::begin_round(const binner::Binner& binner, const tilecore::TileOrder& order) {
+WorkRecorder::Round WorkRecorder::begin_round(const binner::Binner& binner, const tilecore::TileOrder& order,
+                                              const RoundPlace& place) {
+  if (record_.work.passes.empty() || record_.work.passes.back() != place.pass)
+    record_.work.passes.emplace_back(place.pass);
+  waits_ = place.waits;
   const GeometryCounters before = counted_;
   counted_.binner = binner.buffer().counters();
   count_geometry(before);
@@ -415,6 +419,8 @@ bool WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phas
 
 void WorkRecorder::end_round() {
   timing::WorkRound round{std::exchange(geometry_, {}), {}, {}, std::exchange(geometry_lines_, {})};
+  round.pass = static_cast<std::uint32_t>(record_.work.passes.size() - 1);
+  if (!waits_) round.geometry_after = 0;
   FrameRecord::RoundAccesses accesses{std::exchange(geometry_log_, {}).accesses(), {}};
   for (const binner::TileIndex tile : order_->tiles()) {
     Slot& slot = slots_[tile];

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -74,6 +75,12 @@ struct SharedCaches {
   tilecore::TessellationCache& tessellations;
 };
 
+// Where a round belongs: to the pass of that name, a further one of the pass at hand.
+struct RoundPlace {
+  std::string_view pass;
+  bool waits = true;  // its geometry waits until all rounds before are stored, as where it reuses their lists' memory
+};
+
 // Takes the events of a run of the machine where they happen, simulates what tiles share (the L2) in emulated order, and
 // puts together the FrameRecord of a frame. One for each run.
 //
@@ -98,7 +105,8 @@ class WorkRecorder {
   memory::AccessLog* binner_log() { return record_accesses_ ? &geometry_log_ : nullptr; }
 
   // After the binner's run, when the lists are complete. One round at a time.
-  [[nodiscard]] Round begin_round(const binner::Binner& binner, const tilecore::TileOrder& order);
+  [[nodiscard]] Round begin_round(const binner::Binner& binner, const tilecore::TileOrder& order,
+                                  const RoundPlace& place);
 
   // What tiles took from their cores, and the L2's account, since the last call.
   struct Sums {
@@ -185,6 +193,7 @@ class WorkRecorder {
   std::vector<TextureUse> textures_;
   std::vector<TileTraffic> traffic_;
   const tilecore::TileOrder* order_ = nullptr;
+  bool waits_ = true;  // RoundPlace::waits
   memory::AccessLog geometry_log_;
   GeometryCounters counted_;                            // what was counted up to the round before
   memory::Traffic front_end_traffic_, binner_traffic_;  // seen so far

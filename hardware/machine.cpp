@@ -177,10 +177,10 @@ Keys<QueueSizes> queue_keys() {
        "cache line by itself through queues of these sizes.",
        "[assumed] events: the model that docs/validation.md holds against others"},
       {"machine.overlap", &QueueSizes::overlap,
-       "Whether a frame's patches are bounded and binned while the tiles of the frame before are rendered (frames): "
-       "cycles are then those from one frame to the next, as frames like this one follow each other, and its latency "
-       "is "
-       "twice as long. Needs a second parameter buffer.",
+       "What begins while tiles are rendered: nothing; patches and tiles of later passes that need nothing of those "
+       "tiles "
+       "(passes); and patches of the next frame as well (frames): cycles are then those from one frame to the next, as "
+       "frames like this one follow each other, and its latency is twice as long. Both need a second parameter buffer.",
        "[assumed] none: cycles are a frame's latency"},
       {"machine.caches", &QueueSizes::caches,
        "With machine.timing=events: what L2 and texture caches hold when a frame begins, nothing or what the frame "

@@ -71,8 +71,9 @@ enum class TimingModel : std::uint8_t { kPhases, kEvents };
 // What the caches hold when a frame begins, for TimingModel::kEvents: nothing, or what the frame before left.
 enum class FrameCaches : std::uint8_t { kEmpty, kWarm };
 
-// Whether the next frame is binned while a frame's tiles are rendered.
-enum class FrameOverlap : std::uint8_t { kNone, kFrames };
+// What runs beside a frame's tiles: nothing; geometry and tiles of further passes that do not need them; and geometry of
+// the next frame.
+enum class FrameOverlap : std::uint8_t { kNone, kPasses, kFrames };
 
 // Queues, latencies and bounds of what is under way, for TimingModel::kEvents.
 struct QueueSizes {
@@ -200,7 +201,8 @@ inline constexpr auto kEnumWords<hardware::MemoryType> =
 template <>
 inline constexpr auto kEnumWords<hardware::FrameCaches> = std::to_array<std::string_view>({"empty", "warm"});
 template <>
-inline constexpr auto kEnumWords<hardware::FrameOverlap> = std::to_array<std::string_view>({"none", "frames"});
+inline constexpr auto kEnumWords<hardware::FrameOverlap> = std::to_array<std::string_view>({"none", "passes",
+                                                                                            "frames"});
 template <>
 inline constexpr auto kEnumWords<hardware::PowerGating> = std::to_array<std::string_view>({"none", "between_frames"});
 template <>

@@ -52,6 +52,15 @@ Ledger& Ledger::operator+=(const Ledger& other) {
   return *this;
 }
 
+Ledger& Ledger::operator-=(const Ledger& other) {
+  for (std::size_t u = 0; u < kUnitCount; ++u)
+    for (std::size_t p = 0; p < kPurposeCount; ++p) {
+      traffic_[u][p].read_bytes -= other.traffic_[u][p].read_bytes;
+      traffic_[u][p].written_bytes -= other.traffic_[u][p].written_bytes;
+    }
+  return *this;
+}
+
 void Ledger::move_at(Unit unit, Purpose purpose, bool write, std::uint64_t offset, std::uint64_t bytes,
                      std::uint64_t burst) {
   const std::uint64_t moved = burst_bytes(offset, bytes, burst);

@@ -94,6 +94,8 @@ class Ledger {
   Traffic total() const;
   // Adds the sums; logs are left alone.
   Ledger& operator+=(const Ledger& other);
+  // Takes away sums that are part of these.
+  Ledger& operator-=(const Ledger& other);
 
  private:
   Traffic& at(Unit unit, Purpose purpose) {

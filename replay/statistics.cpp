@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <map>
 #include <string_view>
 #include <utility>
@@ -65,6 +66,24 @@ json effect_places_json(const gpu::FrameEffectPlaces& places) {
   return out;
 }
 
+// `work`, `schedule`: null without times.
+json passes_json(const std::vector<gpu::PassResult>& passes, const timing::FrameWork* work,
+                 const timing::Schedule* schedule) {
+  json out = json::array();
+  for (std::uint32_t p = 0; p < passes.size(); ++p) {
+    json& pass = out.emplace_back(json::object({{"name", passes[p].name}}));
+    // A single pass has all that its frame has.
+    if (passes.size() > 1) {
+      pass["counters"] = counters_json(passes[p].counters);
+      pass["dram"] = dram_json(passes[p].counters.ledger);
+    }
+    if (work == nullptr || schedule == nullptr) continue;
+    const timing::Schedule::Span span = timing::pass_span(*work, *schedule, p);
+    pass["begin_cycles"] = std::llround(span.begin), pass["end_cycles"] = std::llround(span.end);
+  }
+  return out;
+}
+
 json frame_json(const hardware::Machine& gpu, const gpu::FrameResult& frame, const baselines::BaselineSet* schemes) {
   json out = {{"frame", frame.frame},
               {"effects", frame.effects},
@@ -72,11 +91,15 @@ json frame_json(const hardware::Machine& gpu, const gpu::FrameResult& frame, con
               {"effect_places", effect_places_json(frame.effect_places)},
               {"counters", counters_json(frame.counters)},
               {"dram", dram_json(frame.counters.ledger)}};
+  out["passes"] = passes_json(frame.passes, frame.model ? &frame.model->record.work : nullptr,
+                              frame.model ? &frame.model->schedule : nullptr);
   if (frame.model) {
     put_model(gpu, frame.model->timing, frame.model->energy, 1, out);
     out["area"] = area_json(frame.model->area);
   }
-  if (frame.right) out["right_eye"] = {{"counters", counters_json(frame.right->counters)}};
+  if (frame.right)
+    out["right_eye"] = {{"counters", counters_json(frame.right->counters)},
+                        {"passes", passes_json(frame.right->passes, nullptr, nullptr)}};
   if (schemes != nullptr) out["baselines"] = baselines_json(*schemes);
   return out;
 }

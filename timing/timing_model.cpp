@@ -7,6 +7,7 @@
 
 #include "base/check.h"
 #include "base/parallel.h"
+#include "timing/round_queues.h"
 
 namespace tessera::timing {
 namespace {
@@ -126,17 +127,32 @@ double length_of(const PhaseCycles& phase) { return pipeline_ends(phase.cycles, 
 class FrameSimulation {
  public:
   FrameSimulation(const hardware::Machine& gpu, const FrameWork& work)
-      : gpu_(gpu), work_(work), time_(memory_rate(gpu)), cores_(static_cast<std::size_t>(gpu.cores.count)) {
+      : gpu_(gpu),
+        work_(work),
+        queues_(gpu, work),
+        time_(memory_rate(gpu)),
+        cores_(static_cast<std::size_t>(gpu.cores.count)) {
     for (Core& core : cores_) core.memory.emplace(gpu, work);
+    schedule_.tiles = tiles_of(work);
+    schedule_.geometry.resize(work.rounds.size());
   }
 
   Schedule run() {
-    for (std::uint32_t r = 0; r < work_.rounds.size(); ++r) {
-      if (r > 0 || !overlaps(gpu_))
-        schedule_.geometry.push_back(run_alone(geometry_job(work_.rounds[r])));
-      else
-        schedule_.geometry.push_back({time_.now(), time_.now()});
-      run_tiles(r, overlaps(gpu_) && r + 1 == work_.rounds.size());
+    while (true) {
+      start();
+      if (time_.idle()) {
+        if (queues_.done()) break;
+        continue;
+      }
+      const auto began = [&](std::uint32_t slot, double now) {
+        if (slot != geometry_slot()) span_of(slot).flow = now;
+      };
+      for (const std::uint32_t slot : time_.advance(began)) {
+        if (slot == geometry_slot())
+          end_geometry();
+        else
+          end_phase(slot / kPhaseCount, slot % kPhaseCount);
+      }
     }
     schedule_.other = run_alone({0, 0, static_cast<double>(work_.other_bytes)});
     schedule_.cycles = time_.now();
@@ -182,35 +198,28 @@ class FrameSimulation {
     return {begin, time_.now()};
   }
 
-  // `bin_next`: beside the first geometry of the frame to come, which is taken to be this frame's.
-  void run_tiles(std::uint32_t round, bool bin_next) {
-    const std::size_t first = schedule_.tiles.size(), count = work_.rounds[round].tiles.size();
-    schedule_.tiles.resize(first + count);
-    next_ = first;
-    for (std::size_t i = 0; i < count; ++i) {
-      schedule_.tiles[first + i].round = round;
-      schedule_.tiles[first + i].index = static_cast<std::uint32_t>(i);
-    }
-    const auto geometry_slot = static_cast<std::uint32_t>(cores_.size() * kPhaseCount);
-    const double begin = time_.now();
-    if (bin_next) {
-      const Job job = geometry_job(work_.rounds.front());
-      if (job.latency + job.natural + job.bytes > 0) time_.start(geometry_slot, job);
-    }
-    while (true) {
+  std::uint32_t geometry_slot() const { return static_cast<std::uint32_t>(cores_.size() * kPhaseCount); }
+
+  // Geometry, then tiles, of all rounds that wait for nothing.
+  void start() {
+    do {
+      do begin_geometry();
+      while (queues_.open_tiles());
       dispatch();
-      if (time_.idle()) break;
-      const auto began = [&](std::uint32_t slot, double now) {
-        if (slot != geometry_slot) span_of(slot).flow = now;
-      };
-      for (const std::uint32_t slot : time_.advance(began)) {
-        if (slot == geometry_slot)
-          schedule_.geometry.front() = {begin, time_.now()};
-        else
-          end_phase(slot / kPhaseCount, slot % kPhaseCount);
-      }
+    } while (queues_.open_tiles());
+  }
+  void begin_geometry() {
+    while (const std::optional<std::size_t> round = queues_.begin_geometry(time_.idle())) {
+      schedule_.geometry[*round] = {time_.now(), time_.now()};
+      const Job job = geometry_job(work_.rounds[*round]);
+      if (job.latency + job.natural + job.bytes > 0)
+        time_.start(geometry_slot(), job);
+      else
+        end_geometry();
     }
   }
+
+  void end_geometry() { schedule_.geometry[queues_.end_geometry()].end = time_.now(); }
 
   TileSchedule::Span& span_of(std::uint32_t slot) {
     const std::size_t phase = slot % kPhaseCount;
@@ -243,20 +252,22 @@ class FrameSimulation {
   }
 
   bool give_tile() {
-    if (next_ == schedule_.tiles.size()) return false;
+    const std::size_t next = queues_.next_tile();
+    if (next == queues_.tiles_open()) return false;
     std::uint32_t best = 0;
     bool found = false;
     for (std::uint32_t c = 0; c < cores_.size(); ++c) {
-      if (cores_[c].busy[0] || !cores_[c].memory->has_room(work_of(next_)) ||
+      if (cores_[c].busy[0] || !cores_[c].memory->has_room(work_of(next)) ||
           (found && cores_[c].memory->tiles() >= cores_[best].memory->tiles()))
         continue;
       best = c;
       found = true;
     }
     if (!found) return false;
-    cores_[best].memory->take(work_of(next_));
-    schedule_.tiles[next_].core = best;
-    begin_phase(best, 0, next_++);
+    cores_[best].memory->take(work_of(next));
+    schedule_.tiles[next].core = best;
+    queues_.give_tile();
+    begin_phase(best, 0, next);
     return true;
   }
 
@@ -276,17 +287,19 @@ class FrameSimulation {
     const std::size_t tile = *core.busy[phase];
     core.busy[phase].reset();
     schedule_.tiles[tile].phases[phase].end = time_.now();
-    if (phase + 1 < kPhaseCount)
+    if (phase + 1 < kPhaseCount) {
       core.waiting[phase + 1].push_back(tile);
-    else
+    } else {
       core.memory->free(work_of(tile));
+      queues_.tile_stored(schedule_.tiles[tile].round);
+    }
   }
 
   const hardware::Machine& gpu_;
   const FrameWork& work_;
+  RoundQueues queues_;
   SharedTime time_;
   std::vector<Core> cores_;
-  std::size_t next_ = 0;
   Schedule schedule_;
 };
 
@@ -333,6 +346,22 @@ Schedule schedule_frame(const hardware::Machine& gpu, const FrameWork& work) {
   return FrameSimulation(gpu, work).run();
 }
 
+Schedule::Span pass_span(const FrameWork& work, const Schedule& schedule, std::uint32_t pass) {
+  std::optional<Schedule::Span> all;
+  const auto add = [&](double begin, double end) {
+    if (!all) all = {begin, end};
+    all->begin = std::min(all->begin, begin), all->end = std::max(all->end, end);
+  };
+  for (const TileSchedule& tile : schedule.tiles)
+    if (work.rounds[tile.round].pass == pass) add(tile.phases.front().begin, tile.phases.back().end);
+  // Without that of the next frame, which begins beside the last tiles.
+  for (std::size_t r = 0; r < work.rounds.size(); ++r)
+    if (const Schedule::Span& span = schedule.geometry[r];
+        work.rounds[r].pass == pass && work.rounds[r].geometry.patches > 0 && (!all || span.begin < all->end))
+      add(span.begin, span.end);
+  return all.value_or(Schedule::Span());
+}
+
 double cores_busy(const hardware::Machine& gpu, const Schedule& schedule) {
   std::vector<double> until(static_cast<std::size_t>(gpu.cores.count), 0.0);
   double busy = 0;
@@ -349,14 +378,13 @@ double latency(const hardware::Machine& gpu, const Schedule& schedule) {
 }
 
 double tile_time(const Schedule& schedule) {
-  double time = 0;
+  double time = 0, before = 0;  // the end of all rounds so far
   for (std::size_t t = 0; t < schedule.tiles.size();) {
     const std::uint32_t round = schedule.tiles[t].round;
-    double end = 0;
-    const double begin = schedule.tiles[t].phases.front().begin;
+    const double begin = std::max(schedule.tiles[t].phases.front().begin, before);
     for (; t < schedule.tiles.size() && schedule.tiles[t].round == round; ++t)
-      end = std::max(end, schedule.tiles[t].phases.back().end);
-    time += end - begin;
+      before = std::max(before, schedule.tiles[t].phases.back().end);
+    time += before - begin;
   }
   return time;
 }

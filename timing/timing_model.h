@@ -36,7 +36,8 @@ struct Schedule {
   double cycles = 0;
 };
 
-// Simulates one frame (docs/timing_model.md has the equations). Rounds follow each other: the front end and the binner
+// Simulates one frame (docs/timing_model.md has the equations). Rounds follow each other, or wait for what they need only
+// (RoundQueues): the front end and the binner
 // run as a pipeline, then the tile scheduler gives tiles, in their order, to the cores: to the one with the fewest
 // tiles in work, the first of equals. A core works on as many tiles at once as its memory holds, each in a phase of its
 // own. With machine.overlap=frames the front end and the binner work on the next frame, taken to be like this one, while
@@ -51,6 +52,9 @@ struct Schedule {
 //   TM2  Together the phases never move more than memory_rate() bytes a clock.
 //   TM3  Every tile passes every phase once, in order, on one core.
 Schedule schedule_frame(const hardware::Machine& gpu, const FrameWork& work);
+
+// From the first geometry of a pass to its last pixel.
+Schedule::Span pass_span(const FrameWork& work, const Schedule& schedule, std::uint32_t pass);
 
 // Cycles from the start of a phase's flow to the moment at which each of its units has done its last item, for a memory
 // that never keeps them waiting: n equal items in a pipeline. The last element is the length of the phase.

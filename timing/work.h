@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -46,17 +47,24 @@ struct TileWork {
   std::uint64_t extra_bytes = 0;
 };
 
-// A binner's run and the tiles that it led to; one a frame but for partial renders and second passes.
+// A binner's run and the tiles that it led to; one of each pass but for partial renders.
 struct WorkRound {
+  static constexpr std::uint32_t kAllBefore = 0xFFFFFFFFu;
+
   GeometryWork geometry;
   std::vector<TileWork> tiles;   // in the order of the tile scheduler
   std::vector<TileItems> items;  // of each, or none at all
   std::vector<std::uint32_t>
-      geometry_lines{};  // with items: those of heights' tables that the front end asks of the L2
+      geometry_lines{};    // with items: those of heights' tables that the front end asks of the L2
+  std::uint32_t pass = 0;  // of FrameWork::passes
+  // So many rounds of the frame must be stored before its geometry, and its tiles, may begin. With machine.overlap=none
+  // all that come before it must.
+  std::uint32_t geometry_after = kAllBefore, tiles_after = kAllBefore;
 };
 
 struct FrameWork {
-  std::vector<WorkRound> rounds;
+  std::vector<std::string> passes;        // their names, in the order in which they begin
+  std::vector<WorkRound> rounds;          // pass by pass
   std::uint64_t tile_state_bytes = 0;     // what all samples of a tile see, in its core's memory, without layers
   std::uint64_t other_bytes = 0;          // of the ledger, by what is no part of the rounds; moved after them
   std::uint64_t other_written_bytes = 0;  // of these

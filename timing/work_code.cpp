@@ -59,6 +59,10 @@ class Writer {
       number(static_cast<std::uint32_t>(step) << 1 ^ static_cast<std::uint32_t>(step >> 31));
     }
   }
+  void text(std::string_view text) {
+    number(text.size());
+    bytes_ += text;
+  }
   std::string take() { return std::move(bytes_); }
 
  private:
@@ -103,6 +107,11 @@ class Reader {
       line = last += code >> 1 ^ (~(code & 1) + 1);
     }
   }
+  std::string text() {
+    const std::size_t size = length();
+    at_ += size;
+    return std::string(bytes_.substr(at_ - size, size));
+  }
   void end() const {
     if (at_ != bytes_.size()) throw BadWork{"goes on behind its end"};
   }
@@ -129,8 +138,11 @@ void check_lines(const TileItems& items) {
 std::string encode(const FrameWork& work) {
   Writer out;
   const auto write = [&](std::uint64_t value) { out.number(value); };
+  out.number(work.passes.size());
+  for (const std::string& pass : work.passes) out.text(pass);
   out.number(work.rounds.size());
   for (const WorkRound& round : work.rounds) {
+    out.number(round.pass), out.number(round.geometry_after), out.number(round.tiles_after);
     each_number(round.geometry, write);
     out.number(round.tiles.size());
     for (const TileWork& tile : round.tiles) each_number(tile, write);
@@ -156,9 +168,12 @@ FrameWork decode(std::string_view bytes) {
   Reader in(bytes);
   const auto read = [&](auto& member) { in.into(member); };
   FrameWork work;
+  for (std::size_t left = in.length(); left > 0; --left) work.passes.push_back(in.text());
   const std::size_t rounds = in.length();
   for (std::size_t r = 0; r < rounds; ++r) {
     WorkRound& round = work.rounds.emplace_back();
+    in.into(round.pass), in.into(round.geometry_after), in.into(round.tiles_after);
+    if (round.pass >= work.passes.size()) throw BadWork{"a round of a pass that there is not"};
     each_number(round.geometry, read);
     const std::size_t tiles = in.length();
     for (std::size_t t = 0; t < tiles; ++t) each_number(round.tiles.emplace_back(), read);

@@ -127,7 +127,7 @@ TEST_F(RecordFile, RefusesWhatIsCutOffOrDamaged) {  // RF2
     } catch (const LimitError&) {
     }
   }
-  for (const char* other : {"tessera.record/1\n", "tessera.record/2\n", "tessera.record/3\n"}) {
+  for (const char* other : {"tessera.record/1\n", "tessera.record/2\n", "tessera.record/3\n", "tessera.record/4\n"}) {
     test::write_text(file, other);
     try {
       read_all(file);
@@ -146,7 +146,7 @@ TEST_F(RecordFile, RefusesWhatIsCutOffOrDamaged) {  // RF2
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("record it again"));
   }
-  test::write_text(file, "tessera.record/4\n");
+  test::write_text(file, "tessera.record/5\n");
   EXPECT_THROW(read_all(file), InputError);
   EXPECT_THROW(read_all(folder_ / "none"), InputError);
 }

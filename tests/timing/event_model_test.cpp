@@ -408,6 +408,34 @@ TEST(EventModel, FramesThatOverlapTakeTheLongerOfGeometryAndTiles) {
   }
 }
 
+TEST(EventModel, PassesThatOverlapTakeTheLongerOfGeometryAndTheTilesBefore) {  // RQ1
+  OneTile one = sub_patches({item({{Event::kVertices, 400}})});
+  FrameWork& work = one.work;
+  work.passes = {"behind", "main"};
+  work.rounds[0].geometry.patches = 320;
+  work.rounds[0].geometry.events[Event::kBounds] = 50;
+  work.rounds.push_back(work.rounds[0]);
+  work.rounds[1].pass = 1;
+  Machine gpu = endless();
+  gpu.rates[Event::kVertices] = gpu.rates[Event::kBounds] = 1;
+  for (const std::uint64_t bounds : {100, 1000}) {
+    work.rounds[1].geometry.events[Event::kBounds] = bounds;
+    const double second = static_cast<double>(bounds);
+    const auto cycles = [&](hardware::FrameOverlap overlap, std::uint32_t after) {
+      gpu.queues.overlap = overlap;
+      work.rounds[1].geometry_after = after;
+      const EventSchedule out = simulate_events(gpu, work, nullptr, true);
+      EXPECT_TRUE(path_adds_up(out.counts.path, out.schedule.cycles));
+      return out.schedule.cycles;
+    };
+    using hardware::FrameOverlap;
+    EXPECT_NEAR(cycles(FrameOverlap::kNone, 0), 50 + 400 + second + 400, 1e-9);
+    EXPECT_NEAR(cycles(FrameOverlap::kPasses, WorkRound::kAllBefore), 50 + 400 + second + 400, 1e-9);
+    EXPECT_NEAR(cycles(FrameOverlap::kPasses, 0), 50 + std::max(400.0, second) + 400, 1e-9);
+    EXPECT_NEAR(cycles(FrameOverlap::kFrames, 0), std::max(400.0, second) + 400, 1e-9);
+  }
+}
+
 // ---- Vertices on the lanes --------------------------------------------------------------------------------------
 
 Machine endless_with_lanes() {

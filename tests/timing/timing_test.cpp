@@ -312,6 +312,55 @@ TEST(Timing, FramesThatOverlapTakeTheLongerOfGeometryAndTiles) {
   EXPECT_DOUBLE_EQ(timing_of(gpu, work).cycles, 400 + 1000 + 1000.0);
 }
 
+// Geometry of a pass beside the tiles of the one before, which it does not need: G1 + T1 + G2 + T2 becomes
+// G1 + max(T1, G2) + T2. The twins: one at a time, and geometry that needs them.
+TEST(Timing, PassesThatOverlapTakeTheLongerOfGeometryAndTheTilesBefore) {  // RQ1
+  hardware::Machine gpu = instant_machine();
+  gpu.rates[Event::kTriangleLanes] = gpu.rates[Event::kBounds] = 1;
+  FrameWork work = tiles(4, 100, 0, 0);
+  work.passes = {"behind", "main"};
+  work.rounds[0].geometry.patches = 10;
+  work.rounds[0].geometry.events[Event::kBounds] = 50;
+  work.rounds.push_back(work.rounds[0]);
+  work.rounds[1].pass = 1;
+  for (const std::uint64_t bounds : {100, 1000}) {
+    work.rounds[1].geometry.events[Event::kBounds] = bounds;
+    const double second = static_cast<double>(bounds);
+    const auto cycles = [&](hardware::FrameOverlap overlap, std::uint32_t after) {
+      gpu.queues.overlap = overlap;
+      work.rounds[1].geometry_after = after;
+      return timing_of(gpu, work).cycles;
+    };
+    using hardware::FrameOverlap;
+    EXPECT_DOUBLE_EQ(cycles(FrameOverlap::kNone, 0), 50 + 400 + second + 400);
+    EXPECT_DOUBLE_EQ(cycles(FrameOverlap::kPasses, WorkRound::kAllBefore), 50 + 400 + second + 400);
+    EXPECT_DOUBLE_EQ(cycles(FrameOverlap::kPasses, 1), 50 + 400 + second + 400);
+    EXPECT_DOUBLE_EQ(cycles(FrameOverlap::kPasses, 0), 50 + std::max(400.0, second) + 400);
+    // The next frame's first geometry, 50, lies beside the last tiles.
+    EXPECT_DOUBLE_EQ(cycles(FrameOverlap::kFrames, 0), std::max(400.0, second) + 400);
+    const Schedule schedule = schedule_frame(gpu, work);
+    const Schedule::Span behind = pass_span(work, schedule, 0), main = pass_span(work, schedule, 1);
+    EXPECT_LT(main.begin, behind.end);
+    EXPECT_DOUBLE_EQ(main.end, schedule.cycles);
+  }
+}
+
+// Tiles of independent passes fill the cores that the pass before leaves idle at its end: three tiles on two cores, then
+// one more. The twin waits for them.
+TEST(Timing, TilesOfAPassFillTheTailOfTheOneBefore) {  // RQ1
+  hardware::Machine gpu = instant_machine();
+  gpu.rates[Event::kTriangleLanes] = 1;
+  gpu.cores.count = 2;
+  FrameWork work = tiles(3, 100, 0, 0);
+  work.rounds.push_back(tiles(1, 100, 0, 0).rounds[0]);
+  work.passes = {"one", "two"};
+  work.rounds[1].pass = 1;
+  gpu.queues.overlap = hardware::FrameOverlap::kPasses;
+  EXPECT_DOUBLE_EQ(timing_of(gpu, work).cycles, 300);
+  work.rounds[1].geometry_after = work.rounds[1].tiles_after = 0;
+  EXPECT_DOUBLE_EQ(timing_of(gpu, work).cycles, 200);
+}
+
 TEST(Timing, AnEmptyFrameTakesNoTimeAndNothingBoundsIt) {
   const FrameWork work;
   const FrameTiming timing = time_frame({}, work, schedule_frame({}, work));

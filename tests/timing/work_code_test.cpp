@@ -39,8 +39,12 @@ FrameWork random_work(test::Random& random) {
     return (high << 33 | low << 2 | 3) >> random.integer(0, 63);
   };
   FrameWork work;
+  work.passes = {"behind", "", "main"};
   for (int r = random.integer(0, 3); r > 0; --r) {
     WorkRound& round = work.rounds.emplace_back();
+    round.pass = static_cast<std::uint32_t>(random.integer(0, 2));
+    if (random.coin()) round.geometry_after = static_cast<std::uint32_t>(random.integer(0, 9));
+    if (random.coin()) round.tiles_after = static_cast<std::uint32_t>(random.integer(0, 9));
     for (std::uint64_t& count : round.geometry.events) count = number();
     round.geometry.patches = number(), round.geometry.dram_bytes = number(), round.geometry.table_bytes = number();
     for (int t = random.integer(0, 5); t > 0; --t) {
@@ -65,6 +69,7 @@ RC_GTEST_PROP(WorkCode, IsReadBackAsItWas, (std::uint32_t seed)) {  // WC1
   RC_ASSERT(encode(again) == bytes);
   RC_ASSERT(again.rounds.size() == work.rounds.size());
   RC_ASSERT(again.dram_bytes() == work.dram_bytes());
+  RC_ASSERT(again.passes == work.passes);
   for (std::size_t r = 0; r < work.rounds.size(); ++r)
     for (std::size_t t = 0; t < work.rounds[r].tiles.size(); ++t) {
       RC_ASSERT(again.rounds[r].tiles[t].tile == work.rounds[r].tiles[t].tile);
@@ -103,11 +108,24 @@ TEST(WorkCode, HoldsEveryNumber) {
   expect_other_words(items.sub_patches[0], "sub-patch");
   expect_other_words(items.warps[0], "warp");
   expect_other_words(items.shading_lines, "shading lines");
+  expect_other_words(plain.rounds[0].pass, "pass");
+  expect_other_words(plain.rounds[0].geometry_after, "what geometry waits for");
+  expect_other_words(plain.rounds[0].tiles_after, "what tiles wait for");
   EXPECT_EQ(encode(plain), bytes);
+}
+
+TEST(WorkCode, RefusesARoundOfAPassThatThereIsNot) {  // WC2
+  FrameWork work;
+  work.passes = {"main"};
+  work.rounds.emplace_back();
+  EXPECT_EQ(decode(encode(work)).passes, work.passes);
+  work.rounds[0].pass = 1;
+  EXPECT_THROW(decode(encode(work)), BadWork);
 }
 
 TEST(WorkCode, RefusesItemsThatAskForOtherLinesThanThereAre) {  // WC2
   FrameWork work;
+  work.passes = {"main"};
   work.rounds.push_back({{}, {TileWork{}}, {TileItems{}}});
   work.rounds[0].items[0].shading_lines = 1;
   EXPECT_THROW(decode(encode(work)), BadWork);

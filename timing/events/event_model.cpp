@@ -13,6 +13,7 @@
 #include "timing/events/shader_core.h"
 #include "timing/events/texture_path.h"
 #include "timing/events/visibility_pipe.h"
+#include "timing/round_queues.h"
 
 namespace tessera::timing {
 namespace {
@@ -212,11 +213,16 @@ class EventSimulation {
         layout_(work, static_cast<std::uint64_t>(gpu.line_bytes())),
         events_(record_path),
         memory_(gpu, events_, transactions),
-        geometry_(gpu, layout_, events_, memory_) {
+        geometry_(gpu, layout_, events_, memory_),
+        queues_(gpu, work),
+        sequential_(gpu.queues.overlap == hardware::FrameOverlap::kNone) {
     const ShaderCore::Rates rates = ShaderCore::rates_of(gpu);
     for (std::uint32_t c = 0; c < static_cast<std::uint32_t>(gpu.cores.count); ++c)
       cores_.push_back(std::make_unique<Core>(gpu, rates, c, events_, memory_));
     for (auto& core : cores_) core->tile_memory.emplace(gpu, work);
+    out_.schedule.tiles = tiles_of(work);
+    out_.schedule.geometry.resize(work.rounds.size());
+    count_units();
   }
 
   void warm(const WarmCaches& caches) {
@@ -232,17 +238,17 @@ class EventSimulation {
   }
 
   EventSchedule run() {
-    for (round_ = 0; round_ < work_.rounds.size(); ++round_) {
-      if (round_ > 0 || !overlaps(gpu_))
-        run_geometry();
-      else
-        out_.schedule.geometry.push_back({end_, end_});
-      run_tiles(overlaps(gpu_) && round_ + 1 == work_.rounds.size());
-      if (end_ > limit_) {
-        out_.schedule.cycles = end_;
-        return std::move(out_);
+    while (!queues_.done()) {
+      start(events_.now());
+      while (!events_.empty()) {
+        if (events_.now() > limit_) {
+          out_.schedule.cycles = events_.now();
+          return std::move(out_);
+        }
+        handle(events_.pop());
       }
     }
+    end_ = events_.now();
     run_other();
     collect();
     return std::move(out_);
@@ -269,47 +275,42 @@ class EventSimulation {
     out_.schedule.cycles = end_;
   }
 
-  void run_geometry() {
-    const double begin = end_;
-    if (begin_geometry(work_.rounds[round_], begin)) {
-      while (!geometry_done_) handle(events_.pop());
-      end_ = events_.now();
+  // What all units have to do, round by round.
+  void count_units() {
+    const auto count_geometry = [&](const WorkRound& round) {
+      add_busy(stage_cycles(gpu_, round.geometry), geometry_stages(), 1);
+    };
+    for (std::size_t r = 0; r < work_.rounds.size(); ++r) {
+      const WorkRound& round = work_.rounds[r];
+      if (r > 0 || !overlaps(gpu_)) count_geometry(round);
+      for (const TileWork& tile : round.tiles) {
+        tile_cycles_.push_back(stage_cycles(gpu_, tile));
+        for (std::size_t p = 0; p < kPhaseCount; ++p)
+          add_busy(tile_cycles_.back(), phase_stages(static_cast<Phase>(p)), static_cast<double>(gpu_.cores.count));
+      }
     }
-    out_.schedule.geometry.push_back({begin, end_});
+    if (overlaps(gpu_) && !work_.rounds.empty()) count_geometry(work_.rounds.front());
   }
 
-  // False: there is none.
-  bool begin_geometry(const WorkRound& round, double begin) {
-    const StageCycles all = stage_cycles(gpu_, round.geometry);
-    add_busy(all, geometry_stages(), 1);
-    geometry_done_ = round.geometry.patches == 0;
-    if (!geometry_done_) geometry_.begin(round, cycles(all, Stage::kFrontend), cycles(all, Stage::kBinner), begin);
-    return !geometry_done_;
+  // Geometry, then tiles, of all rounds that wait for nothing.
+  void start(double now) {
+    do {
+      do begin_geometry(now);
+      while (queues_.open_tiles());
+      dispatch(now);
+    } while (queues_.open_tiles());
   }
-
-  // `bin_next`: beside the first geometry of the frame to come, which is taken to be this frame's.
-  void run_tiles(bool bin_next) {
-    const WorkRound& round = work_.rounds[round_];
-    first_ = out_.schedule.tiles.size();
-    next_ = 0;
-    tile_cycles_.clear();
-    for (std::size_t i = 0; i < round.tiles.size(); ++i) {
-      TileSchedule& tile = out_.schedule.tiles.emplace_back();
-      tile.round = static_cast<std::uint32_t>(round_);
-      tile.index = static_cast<std::uint32_t>(i);
-      tile_cycles_.push_back(stage_cycles(gpu_, round.tiles[i]));
-      for (std::size_t p = 0; p < kPhaseCount; ++p)
-        add_busy(tile_cycles_.back(), phase_stages(static_cast<Phase>(p)), static_cast<double>(gpu_.cores.count));
+  void begin_geometry(double now) {
+    while (const std::optional<std::size_t> number = queues_.begin_geometry(events_.empty())) {
+      const WorkRound& round = work_.rounds[*number];
+      out_.schedule.geometry[*number] = {now, now};
+      if (round.geometry.patches == 0) {
+        queues_.end_geometry();
+        continue;
+      }
+      const StageCycles all = stage_cycles(gpu_, round.geometry);
+      geometry_.begin(round, cycles(all, Stage::kFrontend), cycles(all, Stage::kBinner), now);
     }
-    const double begin = end_;
-    const bool binning = bin_next && begin_geometry(work_.rounds.front(), begin);
-    dispatch(begin);
-    while (!events_.empty() && events_.now() <= limit_) {
-      const bool was_binning = binning && !geometry_done_;
-      handle(events_.pop());
-      if (was_binning) out_.schedule.geometry.front() = {begin, events_.now()};
-    }
-    end_ = std::max(end_, events_.now());
   }
 
   void add_busy(const StageCycles& all, std::span<const Stage> stages, double instances) {
@@ -319,11 +320,17 @@ class EventSimulation {
     }
   }
 
-  const TileWork& tile_of(std::size_t tile) const { return work_.rounds[round_].tiles[tile]; }
-  const TileItems& items_of(std::size_t tile) const { return work_.rounds[round_].items[tile]; }
+  const TileWork& tile_of(std::size_t tile) const {
+    const TileSchedule& of = out_.schedule.tiles[tile];
+    return work_.rounds[of.round].tiles[of.index];
+  }
+  const TileItems& items_of(std::size_t tile) const {
+    const TileSchedule& of = out_.schedule.tiles[tile];
+    return work_.rounds[of.round].items[of.index];
+  }
   TileSchedule::Span& span_of(std::uint32_t core, Phase phase) {
     const auto p = static_cast<std::size_t>(phase);
-    return out_.schedule.tiles[first_ + *cores_[core]->busy[p]].phases[p];
+    return out_.schedule.tiles[*cores_[core]->busy[p]].phases[p];
   }
 
   void handle(const SimulationEvent& e) {
@@ -379,7 +386,7 @@ class EventSimulation {
       case EventKind::kGeometry:
         return geometry_.binned(now);
       case EventKind::kGeometryWritten:
-        geometry_done_ = geometry_.written();
+        if (geometry_.written()) end_geometry(now);
         return;
     }
   }
@@ -412,20 +419,22 @@ class EventSimulation {
 
   // The next tile to the core with the fewest tiles in work, the first of equals.
   bool give_tile(double now) {
-    if (next_ == work_.rounds[round_].tiles.size()) return false;
+    const std::size_t next = queues_.next_tile();
+    if (next == queues_.tiles_open()) return false;
     std::uint32_t best = 0;
     bool found = false;
     for (std::uint32_t c = 0; c < cores_.size(); ++c) {
-      if (cores_[c]->busy[0] || !cores_[c]->tile_memory->has_room(tile_of(next_)) ||
+      if (cores_[c]->busy[0] || !cores_[c]->tile_memory->has_room(tile_of(next)) ||
           (found && cores_[c]->tile_memory->tiles() >= cores_[best]->tile_memory->tiles()))
         continue;
       best = c;
       found = true;
     }
     if (!found) return false;
-    cores_[best]->tile_memory->take(tile_of(next_));
-    out_.schedule.tiles[first_ + next_].core = best;
-    begin_phase(best, Phase::kVisibility, next_++, now);
+    cores_[best]->tile_memory->take(tile_of(next));
+    out_.schedule.tiles[next].core = best;
+    queues_.give_tile();
+    begin_phase(best, Phase::kVisibility, next, now);
     return true;
   }
 
@@ -455,18 +464,28 @@ class EventSimulation {
     const std::size_t tile = *core.busy[p];
     if (events_.recording()) end_path(core, phase, tile);
     core.busy[p].reset();
-    if (phase == Phase::kStore)
+    if (phase == Phase::kStore) {
       core.tile_memory->free(tile_of(tile));
-    else
+      queues_.tile_stored(out_.schedule.tiles[tile].round);
+    } else {
       core.waiting[p + 1].push_back(tile);
-    dispatch(now);
+    }
+    if (sequential_)
+      dispatch(now);
+    else
+      start(now);
+  }
+
+  void end_geometry(double now) {
+    out_.schedule.geometry[queues_.end_geometry()].end = now;
+    start(now);
   }
 
   // A wait for a phase that works on another tile goes to what that tile spent there.
   void begin_path(Core& core, Phase phase, std::size_t tile) {
     const auto p = static_cast<std::size_t>(phase);
     core.begun[p] = events_.path();
-    const auto& phases = out_.schedule.tiles[first_ + tile].phases;
+    const auto& phases = out_.schedule.tiles[tile].phases;
     if (p > 0) add_share(tile, core.spent[p], phases[p].begin - phases[p - 1].end);
   }
   // Lines that others had asked for come with the paths of these: what a unit has less of than at the begin is nothing.
@@ -474,13 +493,13 @@ class EventSimulation {
     const auto p = static_cast<std::size_t>(phase);
     for (std::size_t k = 0; k < kPathParts; ++k)
       core.spent[p].clk[k] = std::max(events_.path().clk[k] - core.begun[p].clk[k], 0.0);
-    const TileSchedule::Span& span = out_.schedule.tiles[first_ + tile].phases[p];
+    const TileSchedule::Span& span = out_.schedule.tiles[tile].phases[p];
     add_share(tile, core.spent[p], span.end - span.begin);
   }
   // Adds so many cycles to the path of a tile, split as `parts` are.
   void add_share(std::size_t tile, const PathTime& parts, double clk) {
     const double all = parts.total();
-    PathTime& path = out_.schedule.tiles[first_ + tile].path;
+    PathTime& path = out_.schedule.tiles[tile].path;
     for (std::size_t k = 0; k < kPathParts && all > 0; ++k) path.clk[k] += clk * parts.clk[k] / all;
   }
 
@@ -517,8 +536,8 @@ class EventSimulation {
   MemoryPath memory_;
   GeometryPipe geometry_;
   std::vector<std::unique_ptr<Core>> cores_;
-  bool geometry_done_ = true;
-  std::size_t round_ = 0, first_ = 0, next_ = 0;
+  RoundQueues queues_;
+  bool sequential_;  // a round begins when nothing is under way
   std::vector<StageCycles> tile_cycles_;
   double end_ = 0;
   EventSchedule out_;
