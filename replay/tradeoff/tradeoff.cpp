@@ -528,8 +528,8 @@ class Tradeoff {
 
   // Tries combinations of settings: the cheapest of those that should be good enough, by what was measured so far, until none
   // that is left should be cheaper than the best; before one is good enough, what should come nearest. No more is tried once
-  // that was expected to be `most_work`.
-  void add_search(PackedCaptures& captures, const Image* reference, const std::string& base, double most_work,
+  // that was expected to be `max_work`.
+  void add_search(PackedCaptures& captures, const Image* reference, const std::string& base, double max_work,
                   std::vector<KnobResult>& results) {
     std::vector<KnobResult> searched;
     std::set<std::string> keys;
@@ -541,7 +541,7 @@ class Tradeoff {
     block.knob.title = "combinations that were tried";
     CombinationSearch search(searched, *options_.search);
     double work = 0;
-    while (block.rows.size() < kSearched && work < most_work) {
+    while (block.rows.size() < kSearched && work < max_work) {
       good_enough_ = search.found();
       const auto next = search.next();
       if (!next) break;
