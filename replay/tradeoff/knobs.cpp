@@ -97,6 +97,8 @@ std::vector<Knob> geometry_knobs() {
             {"quantised, 12 bits", {{"geometry.encoding", "quantised"}, {"geometry.bits", 12}}},
             {"meshlet, 16 bits", {{"geometry.encoding", "meshlet"}, {"geometry.bits", 16}}},
             {"meshlet, 12 bits", {{"geometry.encoding", "meshlet"}, {"geometry.bits", 12}}},
+            {"meshlet, 10 bits", {{"geometry.encoding", "meshlet"}, {"geometry.bits", 10}}},
+            {"meshlet, 8 bits", {{"geometry.encoding", "meshlet"}, {"geometry.bits", 8}}},
             {"dgf, 16 bits", {{"geometry.encoding", "dgf"}, {"geometry.bits", 16}}},
             {"dgf, 12 bits", {{"geometry.encoding", "dgf"}, {"geometry.bits", 12}}}},
            "raw", KnobNeed::kMeshes),

@@ -24,8 +24,10 @@ def rounded(value, digits):
 
 
 def rows_of(name, result):
-    """One row for each setting."""
+    """One row for each setting of a knob that does something."""
     for knob in result["knobs"]:
+        if knob["idle"]:
+            continue
         for setting in knob["settings"]:
             error = setting["error"] or {}
             energy = setting["energy_nj"]
