@@ -142,7 +142,7 @@ def plot(lines, title, notes=None):
     low_x, high_x, low_y, high_y = math.log(min(xs) * 0.9), math.log(max(xs) * 1.1), math.floor(min(ys) - 1), math.ceil(max(ys) + 1)
     px = lambda x: 60 + 520 * (math.log(x) - low_x) / (high_x - low_x)
     py = lambda y: 350 - 300 * (y - low_y) / (high_y - low_y)
-    width = 1040 if notes else 780
+    width = 1130 if notes else 780
     out = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} 400" font-family="sans-serif" font-size="12"><rect width="{width}" height="400" fill="#fff"/>',
            f'<text x="60" y="26" font-size="14">{title}</text>']
     for value in (0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50):
