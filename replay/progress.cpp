@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <numeric>
 #include <utility>
 
 #include <fmt/format.h>
@@ -32,12 +33,17 @@ void install_stop_handler() {
 bool stop_requested() { return g_stop_requested != 0; }
 
 Progress::Progress(std::size_t total, bool quiet, std::function<StepProgress()> inside)
-    : total_(total),
+    : Progress(std::vector<double>(total, 1.0), quiet, std::move(inside)) {}
+
+Progress::Progress(const std::vector<double>& works, bool quiet, std::function<StepProgress()> inside)
+    : total_(works.size()),
+      work_before_(works.size() + 1, 0.0),
       quiet_(quiet),
       terminal_(::isatty(STDERR_FILENO) != 0),
       inside_(std::move(inside)),
       start_(Clock::now()),
       step_start_(start_) {
+  std::partial_sum(works.begin(), works.end(), work_before_.begin() + 1);
   if (!quiet_ && inside_) watcher_ = std::thread([this] { watch(); });
 }
 
@@ -62,20 +68,20 @@ void Progress::update(std::size_t done, const std::string& note) {
 }
 
 void Progress::show(const std::string& note, double share) {
-  // Of less, the time that it took says little.
+  // The time that less work took says little.
   constexpr double kEnough = 0.02;
   const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
-  const double done = static_cast<double>(done_) + share, all = static_cast<double>(total_);
+  const double before = work_before_[done_], all = work_before_.back();
+  const double done = all > 0 ? (before + share * (work_before_[std::min(done_ + 1, total_)] - before)) / all : 1;
   const std::string time_left =
-      done > kEnough && done < all ? fmt::format("{:.0f} s left", elapsed / done * (all - done)) : "";
+      done > kEnough && done < 1 ? fmt::format("{:.0f} s left", elapsed / done * (1 - done)) : "";
   if (!terminal_) {
     std::fprintf(stderr, "%s\n",
                  fmt::format("[{}/{}] {}{}{}", done_, total_, note, time_left.empty() ? "" : ", ", time_left).c_str());
     return;
   }
   constexpr std::size_t kWidth = 30;
-  const std::size_t filled =
-      total_ > 0 ? std::min(kWidth, static_cast<std::size_t>(done / all * static_cast<double>(kWidth))) : kWidth;
+  const std::size_t filled = std::min(kWidth, static_cast<std::size_t>(done * static_cast<double>(kWidth)));
   std::fprintf(stderr, "%s",
                fmt::format("\r\033[K[{}{}] {}/{}  {}  {}", std::string(filled, '#'), std::string(kWidth - filled, '.'),
                            done_, total_, note, time_left)

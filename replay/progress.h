@@ -8,6 +8,7 @@
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 namespace tessera::replay {
 
@@ -23,9 +24,11 @@ struct StepProgress {
 // otherwise, nothing when quiet.
 class Progress {
  public:
-  // `inside` says how far the step in hand is. It is asked when that takes more than a second, on another thread: twice
+  // Steps that are alike. `inside` says how far the step in hand is. It is asked when that takes more than a second, on another thread: twice
   // a second on a terminal, else then and every ten seconds.
   Progress(std::size_t total, bool quiet, std::function<StepProgress()> inside = {});
+  // Steps of which each takes as long as its share of the sum of `works`, none of them negative, says.
+  Progress(const std::vector<double>& works, bool quiet, std::function<StepProgress()> inside = {});
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -40,6 +43,7 @@ class Progress {
   void show(const std::string& note, double share);
 
   std::size_t total_, done_ = 0;
+  std::vector<double> work_before_;  // each step; the last is the sum
   bool quiet_, terminal_;
   bool line_open_ = false, finished_ = false;
   std::function<StepProgress()> inside_;

@@ -63,6 +63,17 @@ void check_knob(const JsonValue& knob) {
   for (const JsonValue& setting : knob.member("settings").elements()) check_setting(setting, timed);
 }
 
+// `settings`: how many there are; none where the tradeoff was stopped.
+void check_effect(const JsonValue& effect, std::size_t settings) {
+  expect_texts(effect, {"name", "reason", "without", "stays"});
+  effect.member("ran").flag();
+  expect_numbers(effect, {"tiles", "sub_patches"});
+  for (const auto& [name, counter] : effect.member("counters").members()) counter.number();
+  const JsonValue setting = effect.member("setting");
+  if (!setting.is_null() && settings > 0 && setting.count() >= settings)
+    setting.refuse("is not the number of a setting");
+}
+
 void check_tradeoff(const JsonValue& root) {
   if (const JsonValue schema = root.member("schema"); schema.text() != "tessera.tradeoff/1")
     schema.refuse("is not tessera.tradeoff/1");
@@ -72,12 +83,12 @@ void check_tradeoff(const JsonValue& root) {
   expect_numbers(root, {"rounds"});
   expect_objects(root, {"settings", "gpu"});
   check_reference(root.member("reference"));
-  for (const JsonValue& knob : root.member("knobs").elements()) check_knob(knob);
-  if (const auto effects = root.find("effects"))
-    for (const JsonValue& effect : effects->elements()) {
-      expect_texts(effect, {"name"});
-      effect.member("ran").flag();
-    }
+  const std::vector<JsonValue> knobs = root.member("knobs").elements();
+  for (const JsonValue& knob : knobs) check_knob(knob);
+  if (const auto effects = root.find("effects")) {
+    const std::size_t settings = knobs.empty() ? 0 : knobs.front().member("settings").elements().size();
+    for (const JsonValue& effect : effects->elements()) check_effect(effect, settings);
+  }
   const auto cheapest = root.find("cheapest");
   if (!cheapest) return;
   expect_texts(*cheapest, {"cost"});
@@ -98,9 +109,13 @@ json tradeoff_report(const std::filesystem::path& folder, PageViews&, std::strin
   if (root.member("stopped").flag()) note = "the tradeoff was stopped before its end";
   const std::vector<JsonValue> size = root.member("size").elements();
   if (size.size() != 2) root.member("size").refuse("is not a width and a height");
-  const std::string title = fmt::format("What accuracy costs: {}", root.member("capture").text());
-  const std::string subtitle = fmt::format("Frame {}, {}x{}, {} knobs", root.member("frame").whole(), size[0].whole(),
-                                           size[1].whole(), tradeoff["knobs"].size());
+  const auto effects = tradeoff.find("effects");
+  const std::string title = fmt::format("What {}: {}", effects != tradeoff.end() ? "effects cost" : "accuracy costs",
+                                        root.member("capture").text());
+  const std::string subtitle =
+      fmt::format("Frame {}, {}x{}, {}", root.member("frame").whole(), size[0].whole(), size[1].whole(),
+                  effects != tradeoff.end() ? fmt::format("{} effects", effects->size())
+                                            : fmt::format("{} knobs", tradeoff["knobs"].size()));
   return {{"title", title}, {"subtitle", subtitle}, {"tradeoff", std::move(tradeoff)}};
 }
 

@@ -27,6 +27,8 @@ class CombinationSearch {
   std::optional<Combination> next() const;
   void add(const Combination& tried, const Measurement& measured);
 
+  bool found() const { return best_.has_value(); }  // one that is good enough
+
  private:
   // Squared error, FLIP and cost.
   struct Outcome {

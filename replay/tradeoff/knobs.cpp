@@ -55,7 +55,7 @@ Knob watching(Knob knob, std::string watched, std::string watched_as) {
 
 Knob over_frames(Knob knob, KeyValues context) {
   knob.context = std::move(context);
-  knob.consecutive = true;
+  for (KnobSetting& setting : knob.settings) setting.goes_on = true;
   knob.watched = "tilecore.pixel_shader_invocations";
   knob.watched_as = "pixel-shader invocations";
   return knob;
@@ -97,6 +97,8 @@ std::vector<Knob> geometry_knobs() {
             {"quantised, 12 bits", {{"geometry.encoding", "quantised"}, {"geometry.bits", 12}}},
             {"meshlet, 16 bits", {{"geometry.encoding", "meshlet"}, {"geometry.bits", 16}}},
             {"meshlet, 12 bits", {{"geometry.encoding", "meshlet"}, {"geometry.bits", 12}}},
+            {"meshlet, 10 bits", {{"geometry.encoding", "meshlet"}, {"geometry.bits", 10}}},
+            {"meshlet, 8 bits", {{"geometry.encoding", "meshlet"}, {"geometry.bits", 8}}},
             {"dgf, 16 bits", {{"geometry.encoding", "dgf"}, {"geometry.bits", 16}}},
             {"dgf, 12 bits", {{"geometry.encoding", "dgf"}, {"geometry.bits", 12}}}},
            "raw", KnobNeed::kMeshes),
@@ -218,11 +220,13 @@ std::vector<Knob> resolve_knobs() {
   Knob quarter = watching(knob("reconstruction_4", "reconstruction of 4 of 16", filters, "cubic"),
                           "timing.units.resolve.busy_cycles", "resolve cycles");
   quarter.context = {{"resolve.desampling", "fixed_4"}};
+  Knob desampling =
+      watching(knob("desampling", "desampling",
+                    values_of("resolve.desampling", {"off", "adaptive", "fixed_8", "checkerboard", "fixed_4"}), "off"),
+               "tilecore.pixel_shader_invocations", "pixel-shader invocations");
+  desampling.settings[position(desampling.settings, "adaptive")].goes_on = true;
   return {
-      over_frames(
-          knob("desampling", "desampling",
-               values_of("resolve.desampling", {"off", "adaptive", "fixed_8", "checkerboard", "fixed_4"}), "off"),
-          {}),
+      desampling,
       over_frames(knob("still_threshold", "threshold of slow blocks", speeds, "below 2 px"), adaptive),
       over_frames(
           knob("fast_thresholds", "rates of fast blocks", fast, "8 of 16 from 2 px, 4 from 8 px", KnobNeed::kNothing),
@@ -303,6 +307,10 @@ const Knob& knob_named(const std::string& name) {
   throw UsageError(unknown_key_message(name, names));
 }
 
+bool uses_history(const Knob& knob) {
+  return std::any_of(knob.settings.begin(), knob.settings.end(), [](const KnobSetting& s) { return s.goes_on; });
+}
+
 std::string why_without_effect(const Knob& knob, const scene::FrameGeometry& frame, bool history) {
   const auto displaces = [](const scene::PosedDrawable& d) {
     return d.material->displacement.has_value() && d.drawable->kind == scene::Primitive::Kind::kBezierPatches;
@@ -336,7 +344,9 @@ std::string why_without_effect(const Knob& knob, const scene::FrameGeometry& fra
     case KnobNeed::kNothing:
       break;
   }
-  if (knob.consecutive && !history) return "there is no frame before this one to go on from";
+  const auto goes_on = [](const KnobSetting& setting) { return setting.goes_on; };
+  if (!history && std::all_of(knob.settings.begin(), knob.settings.end(), goes_on))
+    return "there is no frame before this one to go on from";
   return "";
 }
 

@@ -23,6 +23,7 @@ struct KnobSetting {
   KeyValues values;
   bool in_double = false;  // the reference renderer with the machine's samples, instead of the machine
   Packing packing{};       // of the capture before it is drawn
+  bool goes_on = false;    // from the frames before: left out where there are none
 };
 
 // What a capture must have for a knob to change anything.
@@ -35,18 +36,20 @@ struct Knob {
   KnobNeed need = KnobNeed::kNothing;
   KeyValues context;  // what else is set while it is turned
   std::vector<KnobSetting> settings;
-  std::size_t against = 0;   // the setting that the others are compared with in words
-  bool visual = true;        // else every setting gives the same image, and costs alone differ
-  std::string watched;       // a column whose change is told as well: the cost that the knob is about; "" for none
-  std::string watched_as;    // its name in words
-  bool consecutive = false;  // is about what one frame leaves to the next
-  bool stored = false;       // the image that is compared is what the frame buffer holds, not the light before it
+  std::size_t against = 0;  // the setting that the others are compared with in words
+  bool visual = true;       // else every setting gives the same image, and costs alone differ
+  std::string watched;      // a column whose change is told as well: the cost that the knob is about; "" for none
+  std::string watched_as;   // its name in words
+  bool stored = false;      // the image that is compared is what the frame buffer holds, not the light before it
   bool timed = false;  // how accurately a frame is timed: all settings time one record of it, the first most finely
 };
 
 const std::vector<Knob>& knobs();
 // Throws UsageError naming the nearest known one.
 const Knob& knob_named(const std::string& name);
+
+// Whether a setting goes on from the frames before, which are then rendered for each trial.
+bool uses_history(const Knob& knob);
 
 // Why a knob has no effect on a frame, or "" when it may have one. `history`: whether frames before it are rendered.
 std::string why_without_effect(const Knob& knob, const scene::FrameGeometry& frame, bool history);

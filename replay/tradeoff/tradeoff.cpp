@@ -1,8 +1,11 @@
 #include "replay/tradeoff/tradeoff.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <numeric>
 #include <set>
 
 #include <fmt/format.h>
@@ -43,8 +46,25 @@ struct Block {
 
 // Trials whose rounds take turns, and that are kept together.
 constexpr std::ptrdiff_t kTakingTurns = 16;
-// Combinations that a search tries at most.
+// Combinations that a search tries at most, and its work over that of the knobs alone: at most, and as expected. Knobs and
+// search together then take 0.6 to 1.4 times the work that is expected, whenever the search ends.
 constexpr std::size_t kSearched = 32;
+constexpr double kSearchedWork = 1.5, kExpectedSearch = 0.75;
+
+// All combinations of one setting from each axis, those of the first axis next to each other.
+std::vector<std::vector<KnobSetting>> combinations_of(const std::vector<std::vector<KnobSetting>>& axes) {
+  std::vector<std::vector<KnobSetting>> all(1);
+  for (auto axis = axes.rbegin(); axis != axes.rend(); ++axis) {
+    std::vector<std::vector<KnobSetting>> longer;
+    for (const std::vector<KnobSetting>& later : all)
+      for (const KnobSetting& setting : *axis) {
+        longer.push_back({setting});
+        longer.back().insert(longer.back().end(), later.begin(), later.end());
+      }
+    all = std::move(longer);
+  }
+  return all;
+}
 
 class Tradeoff {
  public:
@@ -72,27 +92,75 @@ class Tradeoff {
       for (Block& block : blocks)
         for (Row& row : block.rows) name_trial(row.trial, place_);
     }
-    std::size_t steps = 0, done = 0;
-    for (const Block& block : blocks) steps += block.rows.size();
-    Progress progress(steps, options_.quiet);
     const Image* const color = reference ? &reference->color : nullptr;
     TradeoffResult out = empty_result();
     if (reference) out.reference = reference->info;
     Trial base{options_.settings, options_.gpu, false, {}, false, false, ""};
     name_trial(base, place_);
-    for (const Block& block : blocks) {
-      if (stop_requested() || !measure(captures, block, color)) break;
-      out.knobs.push_back(result_of(block, base.hash));
-      done += block.rows.size();
-      progress.update(done, block.knob.title);
+    {
+      const Steps steps = steps_of(blocks);
+      std::atomic<std::size_t> done{0};
+      Progress progress(steps.works, options_.quiet, [&] { return progress_within(steps, done); });
+      for (const Block& block : blocks) {
+        if (stop_requested() || !measure(captures, block, color)) break;
+        out.knobs.push_back(result_of(block, base.hash));
+        progress.update(++done, block.knob.title);
+      }
+      if (options_.search && !stop_requested()) {
+        add_search(captures, color, base.hash, kSearchedWork / kExpectedSearch * steps.works.back(), out.knobs);
+        progress.update(++done, steps.titles.back());
+      }
     }
     if (!options_.joint.empty() && !stop_requested()) add_joint(captures, color, base.hash, out.knobs);
-    if (options_.search && !stop_requested()) add_search(captures, color, base.hash, out.knobs);
     out.stopped = stop_requested();
     return out;
   }
 
  private:
+  // Knobs, and a search after them, with the work that each is expected to be.
+  struct Steps {
+    std::vector<std::string> titles;
+    std::vector<double> works;
+  };
+
+  Steps steps_of(const std::vector<Block>& blocks) const {
+    Steps steps;
+    std::set<std::string> missing, all;
+    double work = 0;
+    for (const Block& block : blocks) {
+      steps.titles.push_back(block.knob.title);
+      steps.works.push_back(missing_work(block, missing));
+      for (const Row& row : block.rows)
+        if (all.insert(row.trial.hash).second) work += all_work(row.trial, place_);
+    }
+    if (!options_.search) return steps;
+    steps.titles.emplace_back("combinations that were tried");
+    steps.works.push_back(kExpectedSearch * work);
+    return steps;
+  }
+
+  StepProgress progress_within(const Steps& steps, std::size_t step) const {
+    const auto first = steps.works.begin();
+    const double before = std::accumulate(first, first + static_cast<std::ptrdiff_t>(step), 0.0);
+    const double work = steps.works[step], done = work_done_;
+    if (work <= 0) return {steps.titles[step]};
+    if (!options_.search || step + 1 < steps.works.size())
+      return {steps.titles[step], std::min(1.0, (done - before) / work)};
+    // A search ends soon after the first that is good enough, or goes on to its last.
+    const double left = good_enough_ ? work / 4 : (before + kSearchedWork / kExpectedSearch * work - done) / 2;
+    const double share = (done / (done + std::max(left, 0.0)) * (before + work) - before) / work;
+    return {steps.titles[step], std::clamp(share, 0.0, 1.0)};
+  }
+
+  // Expected work of the rows that are not known, which are known from then on, and whose results are not there.
+  double missing_work(const Block& block, std::set<std::string>& known) const {
+    double work = 0;
+    for (const Row& row : block.rows)
+      if (!results_.contains(row.trial.hash) && known.insert(row.trial.hash).second && !points_.has(row.trial.hash))
+        work += all_work(row.trial, place_);
+    return work;
+  }
+
   TradeoffResult empty_result() const {
     return {.capture = options_.capture.filename().string(),
             .variant = options_.variant,
@@ -221,6 +289,18 @@ class Tradeoff {
     return row;
   }
 
+  // A knob as it is turned here: without settings that go on from frames that there are none of.
+  Knob turned(const std::string& name) const {
+    Knob knob = knob_named(name);
+    if (place_.first_frame < place_.frame) return knob;
+    for (std::size_t s = knob.settings.size(); s-- > 0;)
+      if (knob.settings[s].goes_on && s != knob.against) {
+        knob.settings.erase(knob.settings.begin() + static_cast<std::ptrdiff_t>(s));
+        knob.against -= s < knob.against ? 1 : 0;
+      }
+    return knob;
+  }
+
   std::vector<Block> plan(const gpu::PreparedCapture& prepared) const {
     scene::FrameRequest request = gpu::frame_request(prepared.capture, options_.gpu, options_.settings, options_.width,
                                                      options_.height, place_.frame);
@@ -234,8 +314,8 @@ class Tradeoff {
           std::find(options_.knobs.begin(), options_.knobs.end(), knob.name) == options_.knobs.end() &&
           std::find(options_.joint.begin(), options_.joint.end(), knob.name) == options_.joint.end())
         continue;
-      Block block{knob, why_without_effect(knob, *frame, place_.first_frame < place_.frame), {}};
-      for (const KnobSetting& setting : knob.settings) {
+      Block block{turned(knob.name), why_without_effect(knob, *frame, place_.first_frame < place_.frame), {}};
+      for (const KnobSetting& setting : block.knob.settings) {
         if (!block.skipped.empty()) break;
         KeyValues values = knob.context;
         values.insert(values.end(), setting.values.begin(), setting.values.end());
@@ -246,8 +326,8 @@ class Tradeoff {
     return blocks;
   }
 
-  // False when asked to stop before all of the block was measured; what was is kept. `progress` is told of rows.
-  bool measure(PackedCaptures& captures, const Block& block, const Image* reference, Progress* progress = nullptr) {
+  // False when asked to stop before all of the block was measured; what was is kept.
+  bool measure(PackedCaptures& captures, const Block& block, const Image* reference) {
     std::vector<Trial> missing;
     std::set<std::string> asked;
     for (const Row& row : block.rows) {
@@ -261,15 +341,13 @@ class Tradeoff {
     for (auto first = missing.begin(); first != missing.end();) {
       const auto last = first + std::min<std::ptrdiff_t>(kTakingTurns, missing.end() - first);
       const std::vector<Trial> part(first, last);
-      const std::vector<TrialResult> results = run_trials(captures, part, place_, reference, records_);
+      const std::vector<TrialResult> results = run_trials(captures, part, place_, reference, records_, work_done_);
       if (results.empty()) return false;
       for (std::size_t t = 0; t < part.size(); ++t) {
         write_trial(points_.file(part[t].hash), results[t]);
         results_[part[t].hash] = results[t];
       }
       first = last;
-      if (progress != nullptr)
-        progress->update(block.rows.size() - static_cast<std::size_t>(missing.end() - first), "combinations");
     }
     return true;
   }
@@ -305,15 +383,23 @@ class Tradeoff {
     return out;
   }
 
-  // The settings of a knob that a joint search tries: those on its own front of error against time, and the one asked
-  // for.
-  static std::vector<KnobSetting> joint_axis(const Knob& knob, const KnobResult& result) {
-    std::vector<KnobSetting> axis;
+  // A knob of a joint search.
+  struct JointAxis {
+    std::string title;
+    std::vector<KnobSetting> settings;  // those on its own front of error against time, and the one asked for
+    std::optional<std::size_t> base;    // of `settings`, the one asked for
+    bool later = false;                 // turned where the others are at their best: see add_joint()
+  };
+
+  JointAxis joint_axis(const Knob& knob, const KnobResult& result) const {
+    JointAxis axis{knob.title, {}, {}, false};
     for (std::size_t s = 0; s < knob.settings.size(); ++s) {
       const SettingResult& measured = result.settings[s];
       if (measured.in_double || !(measured.on_front(Cost::kMs).value_or(false) || measured.is_base)) continue;
-      axis.push_back(in_context(knob, knob.settings[s]));
+      if (measured.is_base) axis.base = axis.settings.size();
+      axis.settings.push_back(in_context(knob, knob.settings[s]));
     }
+    axis.later = axis.base.has_value() && uses_history(knob);
     return axis;
   }
 
@@ -348,74 +434,126 @@ class Tradeoff {
     return true;
   }
 
-  // All combinations of the axes of the knobs that were asked for.
-  void add_joint(PackedCaptures& captures, const Image* reference, const std::string& base,
-                 std::vector<KnobResult>& results) {
-    std::vector<std::vector<KnobSetting>> axes;
+  // The axes of the knobs that were asked for, the later ones last. A knob that does nothing here has none.
+  std::vector<JointAxis> joint_axes(const std::vector<KnobResult>& results) const {
+    std::vector<JointAxis> axes;
     std::set<std::string> keys;
-    std::size_t count = 1;
-    std::string title;
     for (const std::string& name : options_.joint) {
       const auto result =
           std::find_if(results.begin(), results.end(), [&](const KnobResult& r) { return r.name == name; });
-      if (result == results.end() || !result->skipped.empty()) continue;
-      const Knob& knob = knob_named(name);
+      if (result == results.end() || !result->skipped.empty() || result->idle) continue;
+      const Knob knob = turned(name);
       axes.push_back(joint_axis(knob, *result));
       const bool packs = std::any_of(knob.settings.begin(), knob.settings.end(),
                                      [](const KnobSetting& setting) { return setting.packing.bits > 0; });
       if (packs && !keys.insert("bits of packed attributes").second)
         throw UsageError("--joint: bits of packed attributes would be set by two of the knobs");
       std::set<std::string> own;
-      for (const KnobSetting& setting : axes.back())
+      for (const KnobSetting& setting : axes.back().settings)
         for (const auto& [key, value] : setting.values) own.insert(key);
       for (const std::string& key : own)
         if (!keys.insert(key).second)
           throw UsageError(fmt::format("--joint: {} would be set by two of the knobs", key));
-      count *= axes.back().size();
-      title += (title.empty() ? "" : ", ") + knob.title;
     }
+    std::stable_partition(axes.begin(), axes.end(), [](const JointAxis& axis) { return !axis.later; });
+    return axes;
+  }
+
+  // All combinations of the axes of the knobs that were asked for. Knobs that go on from the frames before cost many frames
+  // a trial: they stay as asked for at first, and are then turned at those combinations that no other beats.
+  void add_joint(PackedCaptures& captures, const Image* reference, const std::string& base,
+                 std::vector<KnobResult>& results) {
+    const std::vector<JointAxis> axes = joint_axes(results);
     if (axes.empty()) return;
-    if (count > options_.max_points)
-      throw LimitError(fmt::format("--joint: {} combinations, --max-points allows {}", count, options_.max_points));
     Block block{{}, "", {}};
     block.knob.name = "joint";
-    block.knob.title = title;
-    for (std::size_t k = 0; k < count; ++k) {
-      std::vector<KnobSetting> settings;
-      for (std::size_t a = 0, rest = k; a < axes.size(); rest /= axes[a++].size())
-        settings.push_back(axes[a][rest % axes[a].size()]);
-      block.rows.push_back(combined_row(settings));
-      if (block.rows.back().trial.hash == base) block.knob.against = k;
+    std::vector<std::vector<KnobSetting>> first;
+    for (const JointAxis& axis : axes) {
+      block.knob.title += (block.knob.title.empty() ? "" : ", ") + axis.title;
+      first.push_back(axis.later ? std::vector<KnobSetting>{axis.settings[*axis.base]} : axis.settings);
     }
-    Progress progress(count, options_.quiet);
-    if (!measure(captures, block, reference, &progress)) return;
+    std::vector<std::vector<KnobSetting>> tried = combinations_of(first);
+    if (!measure_joint(captures, block, tried, reference, base)) return;
+    if (axes.back().later) {
+      std::vector<std::vector<KnobSetting>> more;
+      for (const std::size_t row : unbeaten(block)) {
+        std::vector<std::vector<KnobSetting>> around;
+        for (std::size_t a = 0; a < axes.size(); ++a)
+          around.push_back(axes[a].later ? axes[a].settings : std::vector<KnobSetting>{tried[row][a]});
+        for (std::vector<KnobSetting>& settings : combinations_of(around)) more.push_back(std::move(settings));
+      }
+      if (!measure_joint(captures, block, more, reference, base)) return;
+    }
     results.push_back(result_of(block, base));
   }
 
+  // Adds a row for each combination that has none, and measures them. False when asked to stop.
+  bool measure_joint(PackedCaptures& captures, Block& block, const std::vector<std::vector<KnobSetting>>& tried,
+                     const Image* reference, const std::string& base) {
+    std::set<std::string> rows;
+    for (const Row& row : block.rows) rows.insert(row.trial.hash);
+    const bool further = !rows.empty();
+    if (const std::size_t count = rows.size() + tried.size(); count > options_.max_points)
+      throw LimitError(fmt::format("--joint: {} combinations, --max-points allows {}", count, options_.max_points));
+    for (const std::vector<KnobSetting>& settings : tried) {
+      Row row = combined_row(settings);
+      if (further && !rows.insert(row.trial.hash).second) continue;
+      if (row.trial.hash == base) block.knob.against = block.rows.size();
+      block.rows.push_back(std::move(row));
+    }
+    std::set<std::string> known;
+    const double work = missing_work(block, known), before = work_done_;
+    const std::string text = fmt::format("{} combinations", block.rows.size());
+    Progress progress(1, options_.quiet,
+                      [&] { return StepProgress(text, work > 0 ? (work_done_ - before) / work : 0); });
+    if (!measure(captures, block, reference)) return false;
+    progress.update(1, text);
+    return true;
+  }
+
+  // The rows that no other beats in time and either error.
+  std::vector<std::size_t> unbeaten(const Block& block) const {
+    std::vector<ErrorAndCost> by_flip, by_psnr;
+    for (const Row& row : block.rows) {
+      const Measurement m = measurement_of(results_.at(row.trial.hash), "", row.trial.gpu.clock_mhz);
+      by_flip.push_back({m.error->flip, m.ms.value_or(0)});
+      by_psnr.push_back({-m.error->psnr_db.value_or(std::numeric_limits<double>::infinity()), m.ms.value_or(0)});
+    }
+    const std::vector<bool> flip = pareto_front(by_flip), psnr = pareto_front(by_psnr);
+    std::vector<std::size_t> rows;
+    for (std::size_t row = 0; row < block.rows.size(); ++row)
+      if (flip[row] || psnr[row]) rows.push_back(row);
+    return rows;
+  }
+
   // Tries combinations of settings: the cheapest of those that should be good enough, by what was measured so far, until none
-  // that is left should be cheaper than the best; before one is good enough, what should come nearest.
-  void add_search(PackedCaptures& captures, const Image* reference, const std::string& base,
+  // that is left should be cheaper than the best; before one is good enough, what should come nearest. No more is tried once
+  // that was expected to be `max_work`.
+  void add_search(PackedCaptures& captures, const Image* reference, const std::string& base, double max_work,
                   std::vector<KnobResult>& results) {
     std::vector<KnobResult> searched;
     std::set<std::string> keys;
     for (const KnobResult& knob : results)
-      if (knob.skipped.empty() && combines(knob_named(knob.name), keys)) searched.push_back(knob);
+      if (knob.skipped.empty() && combines(turned(knob.name), keys)) searched.push_back(knob);
     if (searched.empty()) return;
     Block block{{}, "", {}};
     block.knob.name = "search";
     block.knob.title = "combinations that were tried";
     CombinationSearch search(searched, *options_.search);
-    while (block.rows.size() < kSearched) {
+    double work = 0;
+    while (block.rows.size() < kSearched && work < max_work) {
+      good_enough_ = search.found();
       const auto next = search.next();
       if (!next) break;
       std::vector<KnobSetting> settings;
       for (std::size_t k = 0; k < searched.size(); ++k) {
-        const Knob& knob = knob_named(searched[k].name);
+        const Knob knob = turned(searched[k].name);
         settings.push_back(in_context(knob, knob.settings[(*next)[k]]));
       }
       Block one{block.knob, "", {combined_row(settings)}};
       if (!measure(captures, one, reference)) break;
       const Trial& trial = one.rows.front().trial;
+      work += all_work(trial, place_);
       search.add(*next, measurement_of(results_.at(trial.hash), "", trial.gpu.clock_mhz));
       block.rows.push_back(one.rows.front());
     }
@@ -427,6 +565,8 @@ class Tradeoff {
   TrialPlace place_;
   FrameRecords records_;
   std::map<std::string, TrialResult> results_;  // by hash
+  std::atomic<double> work_done_{0};            // all_work() of what was run here
+  std::atomic<bool> good_enough_{false};        // a search has found what it looks for
 };
 
 }  // namespace

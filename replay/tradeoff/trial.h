@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <map>
 #include <string>
 #include <vector>
@@ -42,6 +43,14 @@ struct FrameRecords {
   std::map<std::string, Record> known;  // by all that a record depends on
 };
 
+// Host time of a trial in rounds of the frame with four samples a pixel, roughly: enough for the time that is left.
+struct TrialWork {
+  double before = 0;  // frames before the compared one
+  double round = 1;
+};
+TrialWork expected_work(const Trial& trial, const TrialPlace& place);
+double all_work(const Trial& trial, const TrialPlace& place);  // all of its rounds, and the frames before
+
 // Fills `hash`.
 void name_trial(Trial& trial, const TrialPlace& place);
 
@@ -53,8 +62,10 @@ gpu::FrameResult render_trial(PackedCaptures& captures, const Trial& trial, cons
 
 // Runs all of them, round by round, so that whatever else the host does meets all of them alike. The results, in order.
 // The time of a trial is that of its compared frame alone. Throws UsageError for values that do not fit each other.
-// Empty when stop_requested() before the last of them. `reference_linear` may be null where all are timed.
+// Empty when stop_requested() before the last of them. `reference_linear` may be null where all are timed. The expected
+// work of what is finished is added to `work_done`.
 std::vector<TrialResult> run_trials(PackedCaptures& captures, const std::vector<Trial>& trials, const TrialPlace& place,
-                                    const Image* reference_linear, FrameRecords& records);
+                                    const Image* reference_linear, FrameRecords& records,
+                                    std::atomic<double>& work_done);
 
 }  // namespace tessera::replay

@@ -262,10 +262,21 @@ class Pages(unittest.TestCase):
         self.assertIn(f"| displacement | its functions | {of['displacement']:.4f} |", text)
         self.assertEqual({f"{ratio:.4f}" for effect, ratio in of.items() if not re.search("motion|defocus|displacement", effect)}, {"1.0000"})
 
-    def test_accuracy_shows_how_wrong_coarse_clocks_are(self):
-        tables = runpy.run_path(str(ROOT / "docs/images/accuracy/tables.py"))
-        self.assertIn(f"<!-- clock -->\n{tables['clock_markdown'](page('docs/images/accuracy/clock.csv'))}\n<!-- end clock -->\n", page("docs/accuracy.md"),
-                      "run docs/images/accuracy/make.sh")
+    def test_accuracy_shows_its_tables(self):
+        tables, folder, text = runpy.run_path(str(ROOT / "docs/images/accuracy/tables.py")), ROOT / "docs/images/accuracy", page("docs/accuracy.md")
+        for name in ("clock", "joint"):
+            table = tables[f"{name}_markdown"](rows_of(folder / f"{name}.csv"))
+            self.assertIn(f"<!-- {name} -->\n{table}\n<!-- end {name} -->\n", text, "run docs/images/accuracy/make.sh")
+        self.assertEqual(tables["joint_plot"](rows_of(folder / "joint.csv")), (folder / "joint.svg").read_text(), "run docs/images/accuracy/make.sh")
+
+    # The tables follow from the results; a capture without results keeps its rows.
+    def test_accuracy_keeps_rows_of_captures_that_were_not_measured(self):
+        merge = runpy.run_path(str(ROOT / "docs/images/accuracy/tables.py"))["merge"]
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder, "some.csv")
+            merge(file, "capture,ms", [["eggs", 1], ["city", 2]], "first")
+            merge(file, "capture,ms", [["city", 3]], "second")
+            self.assertEqual(file.read_text(), "capture,ms,commit\neggs,1,first\ncity,3,second\n")
 
     def test_when_it_pays_shows_its_doubts(self):
         text, rows = page("docs/when_it_pays.md"), rows_of(PAYS / "doubts.csv")

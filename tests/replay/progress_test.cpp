@@ -76,6 +76,25 @@ TEST(Progress, WithinAStepSaysWhatIsLeft) {
   EXPECT_TRUE(std::regex_match(line, std::regex("\\[0/2\\] 6 of 12 tiles, [3-9] s left\n"))) << line;
 }
 
+// Half of a step that is nine tenths of the work leaves more than as much again; were the steps alike, three times as much.
+TEST(Progress, OfStepsThatDifferCountsTheirWork) {
+  const auto line_of = [](const std::vector<double>& works) {
+    testing::internal::CaptureStderr();
+    {
+      Progress progress(works, false, [] { return StepProgress("6 of 12 tiles", 0.5); });
+      std::this_thread::sleep_for(std::chrono::milliseconds(1300));
+    }
+    return testing::internal::GetCapturedStderr();
+  };
+  const auto matches = [](const std::string& line, const char* seconds) {
+    return std::regex_match(line, std::regex(fmt::format("\\[0/2\\] 6 of 12 tiles, {} s left\n", seconds)));
+  };
+  const std::string long_first = line_of({9, 1}), alike = line_of({1, 1}), nothing = line_of({0, 0});
+  EXPECT_TRUE(matches(long_first, "[12]")) << long_first;
+  EXPECT_TRUE(matches(alike, "[3-9]")) << alike;
+  EXPECT_EQ(nothing, "[0/2] 6 of 12 tiles\n") << "no work is left";
+}
+
 TEST(Replay, SaysHowLongLoadingTook) {
   const test::TemporaryFolder folder;
   const std::string out = (folder / "out").string();

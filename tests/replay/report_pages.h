@@ -54,6 +54,8 @@ class Report : public testing::Test {
          "tile.width=16",
          "--out",
          path("tradeoff")});
+    run({"tradeoff", test::shipped_capture("eggs").string(), "--size", "96x54", "--effects", "--rounds", "1", "--out",
+         path("effects")});
   }
   static void run(std::vector<std::string> arguments) {
     if (arguments[0] != "report") arguments.push_back("--quiet");

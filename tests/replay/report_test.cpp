@@ -239,6 +239,61 @@ TEST_F(TradeoffReportInBrowser, AFileNameNeverBecomesMarkup) {
   EXPECT_THAT(opened.dom, testing::Not(HasSubstr("<b onclick")));
 }
 
+// Each effect has a row: one that ran with the frame's cost less that of the frame without it, the others with why not.
+TEST_F(ReportInBrowser, ATradeoffOfEffectsHasACostForEachThatRanAndAReasonForTheOthers) {
+  const json all = json::parse(test::read_text(path("effects/tradeoff.json"))), settings = all["knobs"][0]["settings"];
+  const OpenedPage opened = open_with("effects", R"(
+    const rows = (id) => [...document.querySelectorAll(`#${id} > .scroll tbody tr`)].map((row) => [...row.cells].map((cell) => cell.textContent.replaceAll('\u202f', '')).join('|')).join(';');
+    document.body.dataset.ran = rows('effects');
+    document.body.dataset.absent = rows('absent');)");
+  EXPECT_EQ(test::body_attribute(opened, "data-errors"), "0") << opened.console;
+  const std::string ran = test::body_attribute(opened, "data-ran"),
+                    absent = test::body_attribute(opened, "data-absent");
+  int count = 0;
+  for (const json& effect : all["effects"]) {
+    const std::string name = effect["name"];
+    if (!effect["ran"].get<bool>()) {
+      EXPECT_THAT(absent, HasSubstr(name + "|0|" + effect["reason"].get<std::string>()));
+      continue;
+    }
+    ++count;
+    const json without = settings[effect["setting"].get<std::size_t>()];
+    const auto more = settings[0]["dram_bytes"].get<std::int64_t>() - without["dram_bytes"].get<std::int64_t>();
+    const json decibels = without["error"]["psnr_db"];
+    const std::size_t at = ran.find(name + "|");
+    ASSERT_NE(at, std::string::npos) << name << " in " << ran;
+    const std::string row = ran.substr(at, ran.find(';', at) - at);
+    EXPECT_THAT(row, HasSubstr(fmt::format("|{} (", more)));
+    EXPECT_THAT(row,
+                HasSubstr(decibels.is_null() ? std::string("|the same|")
+                                             : fmt::format("|{:g}|", std::round(10 * decibels.get<double>()) / 10)));
+    EXPECT_TRUE(row.ends_with(fmt::format("|{}|{}", effect["tiles"].get<int>(), effect["sub_patches"].get<int>())))
+        << row;
+  }
+  EXPECT_GE(count, 3);
+}
+
+// The same without a browser: the page of effects needs all of it.
+TEST_F(Report, EffectsThatLackWhatThePageShowsEndWithStatus3) {
+  const json sound = json::parse(test::read_text(path("effects/tradeoff.json")));
+  fs::create_directories(path("few"));
+  for (const char* member :
+       {"name", "ran", "reason", "without", "stays", "tiles", "sub_patches", "counters", "setting"}) {
+    json lacking = sound, other = sound;
+    lacking["effects"][0].erase(member);
+    other["effects"][0][member] = json::array();
+    for (const json& broken : {lacking, other}) {
+      test::write_text(path("few/tradeoff.json"), broken.dump());
+      const ProcessResult r = run_tessera({"report", path("few")});
+      EXPECT_EQ(r.status, 3) << member << ": " << r.errors;
+    }
+  }
+  json outside = sound;
+  outside["effects"][0]["setting"] = sound["knobs"][0]["settings"].size();
+  test::write_text(path("few/tradeoff.json"), outside.dump());
+  EXPECT_THAT(run_tessera({"report", path("few")}).errors, HasSubstr("is not the number of a setting"));
+}
+
 // What the page reads of it, each taken away or made another type in turn.
 TEST_F(TradeoffReport, AResultThatLacksWhatThePageShowsEndsWithStatus3) {
   const json sound = tradeoff();

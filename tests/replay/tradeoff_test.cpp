@@ -6,6 +6,7 @@
 #include "replay/tradeoff/combination_search.h"
 #include "replay/tradeoff/decisions.h"
 #include "replay/tradeoff/tradeoff_files.h"
+#include "replay/tradeoff/trial.h"
 #include "replay/tradeoff/trial_file.h"
 #include "scene/capture_reader.h"
 #include "tests/support/gltf_asset.h"
@@ -598,6 +599,61 @@ TEST_F(TradeoffCommand, TurnsKnobsTogether) {
   EXPECT_THAT(run("a", {"--joint", "samples,shading", "--max-points", "2"}).errors, HasSubstr("--max-points allows 2"));
   EXPECT_THAT(run("a", {"--joint", "reconstruction,reconstruction_4"}).errors,
               HasSubstr("would be set by two of the knobs"));
+}
+
+// Desampling goes on from the frames before: it is turned where the other knobs are at their best, and without such frames
+// its adaptive setting is left out.
+TEST_F(TradeoffCommand, TurnsDesamplingAtTheBestOfTheOtherKnobs) {
+  ASSERT_EQ(run("a", {"--joint", "desampling,samples,shading", "--knobs", "samples", "--quiet"}).status, 0);
+  ASSERT_EQ(run("plain", {"--joint", "samples,shading", "--knobs", "samples", "--quiet"}).status, 0);
+  const json rows = result("a")["knobs"].back()["settings"], others = result("plain")["knobs"].back()["settings"];
+  std::set<std::string> off, adaptive, best;
+  for (const json& row : rows) {
+    const std::string label = row["label"];
+    const std::size_t bar = label.rfind(" | ");
+    (label.substr(bar) == " | off" ? off : adaptive).insert(label.substr(0, bar));
+  }
+  for (const json& row : others) {
+    EXPECT_TRUE(off.contains(row["label"].get<std::string>())) << row["label"];
+    const auto beats = [&](const json& other, const char* error, double sign) {
+      return other["ms"] <= row["ms"] && other["error"] != row["error"] &&
+             sign * other["error"][error].get<double>() <= sign * row["error"][error].get<double>();
+    };
+    for (const auto& [error, sign] : {std::pair("flip", 1.0), std::pair("psnr_db", -1.0)})
+      if (std::none_of(others.begin(), others.end(), [&](const json& other) { return beats(other, error, sign); }))
+        best.insert(row["label"].get<std::string>());
+  }
+  EXPECT_EQ(off.size(), others.size());
+  EXPECT_EQ(adaptive, best);
+  EXPECT_LT(adaptive.size(), off.size()) << "the twin: there are others";
+  ASSERT_EQ(run("b", {"--joint", "samples,desampling", "--knobs", "samples", "--quiet", "--frame", "0"}).status, 0);
+  std::set<std::string> settings;
+  const json first_frame = result("b");
+  for (const json& knob : first_frame["knobs"])
+    for (const json& row : knob["settings"])
+      if (knob["name"] == "desampling") settings.insert(row["label"].get<std::string>());
+  EXPECT_THAT(settings, testing::ElementsAre("checkerboard", "fixed_4", "fixed_8", "off"));
+}
+
+// Expected work says how host times compare, well enough for the time that is left.
+TEST(TrialWork, AddsUpRoundsAndTheFramesBefore) {
+  TrialPlace place;
+  place.frame = 5;
+  place.first_frame = 1;
+  Trial plain{.settings = {}, .gpu = {}, .packing = {}};
+  EXPECT_NEAR(all_work(plain, place), 3, 0.05) << "three rounds of four samples";
+  Trial many = plain;
+  many.settings.sampling.samples_per_pixel = 64;
+  EXPECT_GT(all_work(many, place), 5 * all_work(plain, place));
+  Trial adaptive = plain;
+  adaptive.settings.resolve.desampling = tilecore::Desampling::kAdaptive;
+  EXPECT_NEAR(all_work(adaptive, place), all_work(plain, place) + 2, 0.05) << "four frames that nobody times";
+  TrialPlace first = place;
+  first.first_frame = first.frame;
+  EXPECT_EQ(all_work(adaptive, first), all_work(plain, first)) << "there are no frames before";
+  Trial timed = plain;
+  timed.timed = true;
+  EXPECT_LT(all_work(timed, place), 0.5 * all_work(plain, place));
 }
 
 TEST_F(TradeoffCommand, CtrlCStopsAmongTheRoundsOfAKnobAndTheNextRunGoesOn) {

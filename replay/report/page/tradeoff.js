@@ -5,6 +5,10 @@ const kTradeoffErrors = { flip: 'mean FLIP', mse: 'mean square error (from PSNR)
 
 function tradeoffReport() {
   const tradeoff = data.tradeoff, reference = tradeoff.reference;
+  if (tradeoff.effects) {
+    effectsReport(tradeoff);
+    return;
+  }
   const errorOf = (row, name) => (name === 'mse' ? (row.error.psnr_db === null ? 0 : 10 ** (-row.error.psnr_db / 10)) : name === 'dissimilarity' ? 1 - row.error.ssim : row.error[name]);
   const costOf = (row, name) => (name.endsWith('seconds') ? row.host[name].median : name === 'mj' ? (row.energy_nj === null ? null : row.energy_nj * 1e-6) : row[name]);
   const knobs = tradeoff.knobs.filter((knob) => knob.settings.length > 0 && !knob.timed);
@@ -14,11 +18,6 @@ function tradeoffReport() {
   if (reference) part.append(make('p', {}, `${rows.length} settings of ${knobs.length} knobs, each against a reference of ${number(reference.samples)} samples per pixel in double precision${reference.samples < reference.asked_samples ? ` (of ${number(reference.asked_samples)}: its noise is below ${reference.enough_db} dB)` : ''}, with ${reference.edge_pixels === 0 ? "the machine's own grids" : "cells of " + reference.edge_pixels + " pixels"}. ` +
     'Errors are those of what a display shows; host times are medians of ' + tradeoff.rounds + ' runs.'));
   if (reference && reference.psnr_db !== null) part.append(make('p', { class: 'note' }, `The reference's own noise, from the difference of its halves: ${reference.psnr_db.toFixed(1)} dB. Errors near it mean little.`));
-  if (tradeoff.effects) {
-    const names = (ran) => tradeoff.effects.filter((effect) => effect.ran === ran).map((effect) => effect.name).join(', ');
-    part.append(make('p', {}, `Effects of the frame: ${names(true)}. Each is left out once, and images are compared with the one that has all of them.`),
-      make('p', { class: 'note' }, `Absent, at no cost: ${names(false)}.`));
-  }
   if (tradeoff.stopped) part.append(make('p', { class: 'note' }, 'Stopped before its end; the same command goes on.'));
   if (tradeoff.cheapest) {
     const { setting, missed, cost, max_flip: flip, min_psnr: psnr } = tradeoff.cheapest;
@@ -30,6 +29,39 @@ function tradeoffReport() {
   for (const knob of tradeoff.knobs) knobSection(knob, errorOf, costOf);
   if (reference) convergenceSection(reference);
   configurationSection([['Settings that all others are varied from', tradeoff.settings], ['Machine', tradeoff.gpu]]);
+}
+
+// What each effect of the frame costs: the frame less the frame without it.
+function effectsReport(tradeoff) {
+  const settings = tradeoff.knobs[0]?.settings ?? [], frame = settings[0];
+  const ran = tradeoff.effects.filter((effect) => effect.ran), absent = tradeoff.effects.filter((effect) => !effect.ran);
+  const work = (effect) => Object.values(effect.counters).reduce((sum, value) => sum + value, 0);
+  // To the fourth digit of the frame's.
+  const rounded = (value, all) => (value === null ? '' : Number.isInteger(all) || !all ? value : Number(value.toFixed(Math.max(0, 3 - Math.floor(Math.log10(all))))));
+  const costs = [{ title: 'ms', of: (row) => row.ms }, { title: 'mJ', of: (row) => (row.energy_nj === null ? null : row.energy_nj * 1e-6) }, { title: 'DRAM bytes', of: (row) => row.dram_bytes },
+    { title: 'processor s', of: (row) => row.host.processor_seconds.median }];
+  const without = (effect) => (effect.setting === null ? null : settings[effect.setting]);
+  // An effect's cost by one of `costs`; nothing where it is not known.
+  const costOf = (cost, effect) => { const row = without(effect), all = cost.of(frame); return !row || all === null || cost.of(row) === null ? null : all - cost.of(row); };
+  const withShare = (cost) => (value, effect) => { const all = cost.of(frame); return value === '' ? '' : effect.whole || all === 0 ? number(value) : `${number(value)} (${(100 * value / all).toFixed(1)} %)`; };
+  const change = (effect) => { const row = without(effect); return row ? (row.error.psnr_db === null ? 'the same' : Number(row.error.psnr_db.toFixed(1))) : ''; };
+
+  const part = section('summary', 'Summary');
+  part.append(make('p', {}, `${ran.length} of ${tradeoff.effects.length} effects run in this frame. Each was left out once: its cost is that of the frame less that of the frame without it, and the image without it is compared with the one that has all of them. Processor seconds of the host are medians of ${tradeoff.rounds} runs.`));
+  if (tradeoff.stopped) part.append(make('p', { class: 'note' }, 'Stopped before its end; the same command goes on.'));
+  if (frame) {
+    const present = section('effects', 'Effects that the frame calls for');
+    const rows = [{ whole: true, name: 'the frame, with all of them', reason: '', tiles: '', sub_patches: '', without: '', stays: '' }, ...ran];
+    present.append(table([{ title: 'effect', of: (row) => row.name }, ...costs.map((cost) => ({ title: cost.title, of: (row) => rounded(row.whole ? cost.of(frame) : costOf(cost, row), cost.of(frame)), show: withShare(cost) })),
+      { title: 'image without it, dB', of: (row) => (row.whole ? '' : change(row)) }, { title: 'tiles', of: (row) => row.tiles }, { title: 'sub-patches', of: (row) => row.sub_patches }], rows, { label: 'Costs of effects' }),
+      make('p', { class: 'note' }, 'In parentheses: the share of the frame. A cost below 0 saves.'),
+      make('details', {}, make('summary', {}, 'Why each runs, and how it is left out'), table([{ title: 'effect', of: (row) => row.name }, { title: 'runs because', of: (row) => row.reason, wide: true }, { title: 'left out by', of: (row) => row.stays || row.without, wide: true }], ran)),
+      make('details', {}, make('summary', {}, 'The frames themselves'), table(tradeoffColumns({ watched: '' }).filter((column) => column.title !== 'front'), settings)));
+  }
+  const missing = section('absent', 'Effects that it does not call for');
+  missing.append(make('p', {}, `They cost nothing: the ${absent.reduce((sum, effect) => sum + Object.keys(effect.counters).length, 0)} counters of their work add up to ${number(absent.reduce((sum, effect) => sum + work(effect), 0))}.`),
+    table([{ title: 'effect', of: (row) => row.name }, { title: 'work counted', of: work }, { title: 'does not run because', of: (row) => row.reason, wide: true }], absent, { label: 'Absent effects' }));
+  configurationSection([['Settings of the frame', tradeoff.settings], ['Machine', tradeoff.gpu]]);
 }
 
 // Columns of the table of a knob that is about how a frame is timed: there is nothing to see.
