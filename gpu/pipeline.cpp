@@ -158,6 +158,7 @@ void Pipeline::render(const ViewRun& run, const PreviousDepth& previous) {
   tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator.cache_bytes), *job.grid, order);
   PassCounters passes(run, front_end, binner, cache);
   TileScheduler scheduler(run, cores_, binner, order, cache, [&](std::string_view pass) { passes.end(pass); });
+  if (job.resolve != nullptr) tilecore::TileCore::begin_resolve(job);
   const bool all_binned = render_tiles(run, scheduler, binner.grid(), front_end.sub_patches, binned);
   if (previous.store) second_pass(run, scheduler, binner, front_end);
   if (job.resolve != nullptr) {

@@ -43,6 +43,9 @@ json timing_json(const timing::FrameTiming& timing) {
               {"tiles_in_flight", timing.cores_busy > 0 ? timing.tiles_busy / timing.cores_busy : 0.0},
               {"tile_memory_waits", whole(timing.memory_waits)},
               {"units", units}};
+  for (const timing::PassTime& pass : timing.passes)
+    out["passes"].push_back(
+        {{"name", pass.name}, {"begin_cycles", whole(pass.begin)}, {"end_cycles", whole(pass.end)}});
   if (!timing.events) return out;
   const timing::SimulationCounts& events = *timing.events;
   json stalls = json::object();

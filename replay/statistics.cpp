@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <map>
 #include <string_view>
 #include <utility>
@@ -66,20 +65,14 @@ json effect_places_json(const gpu::FrameEffectPlaces& places) {
   return out;
 }
 
-// `work`, `schedule`: null without times.
-json passes_json(const std::vector<gpu::PassResult>& passes, const timing::FrameWork* work,
-                 const timing::Schedule* schedule) {
+json passes_json(const std::vector<gpu::PassResult>& passes) {
   json out = json::array();
-  for (std::uint32_t p = 0; p < passes.size(); ++p) {
-    json& pass = out.emplace_back(json::object({{"name", passes[p].name}}));
+  for (const gpu::PassResult& of : passes) {
+    json& pass = out.emplace_back(json::object({{"name", of.name}}));
     // A single pass has all that its frame has.
-    if (passes.size() > 1) {
-      pass["counters"] = counters_json(passes[p].counters);
-      pass["dram"] = dram_json(passes[p].counters.ledger);
-    }
-    if (work == nullptr || schedule == nullptr) continue;
-    const timing::Schedule::Span span = timing::pass_span(*work, *schedule, p);
-    pass["begin_cycles"] = std::llround(span.begin), pass["end_cycles"] = std::llround(span.end);
+    if (passes.size() == 1) continue;
+    pass["counters"] = counters_json(of.counters);
+    pass["dram"] = dram_json(of.counters.ledger);
   }
   return out;
 }
@@ -91,15 +84,14 @@ json frame_json(const hardware::Machine& gpu, const gpu::FrameResult& frame, con
               {"effect_places", effect_places_json(frame.effect_places)},
               {"counters", counters_json(frame.counters)},
               {"dram", dram_json(frame.counters.ledger)}};
-  out["passes"] = passes_json(frame.passes, frame.model ? &frame.model->record.work : nullptr,
-                              frame.model ? &frame.model->schedule : nullptr);
+  out["passes"] = passes_json(frame.passes);
   if (frame.model) {
     put_model(gpu, frame.model->timing, frame.model->energy, 1, out);
     out["area"] = area_json(frame.model->area);
   }
   if (frame.right)
     out["right_eye"] = {{"counters", counters_json(frame.right->counters)},
-                        {"passes", passes_json(frame.right->passes, nullptr, nullptr)}};
+                        {"passes", passes_json(frame.right->passes)}};
   if (schemes != nullptr) out["baselines"] = baselines_json(*schemes);
   return out;
 }

@@ -458,6 +458,12 @@ HistoryStorage TileCore::history_storage(const TileJob& job) {
           job.grid->tile_height(), job.line_bytes(), job.store.signature_bits};
 }
 
+void TileCore::begin_resolve(const TileJob& job) {
+  if (!job.resolve->keeps_records) return;
+  History& next = *job.resolve->next;
+  next.cells.resize(HistoryMemory(history_storage(job), job.resolve->settings, next.region).cell_count());
+}
+
 bool TileCore::finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets) {
   const double start = thread_seconds();
   resolve_.plan(*job.resolve, *job.frame, samples_, state);

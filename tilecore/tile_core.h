@@ -42,6 +42,9 @@ class TileCore {
   // Charges the tile for its part of the smaller levels of job.scene_color.
   void count_reduced(const TileJob& job, binner::TileIndex tile);
 
+  // With job.resolve, before any tile: makes room for what all tiles leave to the next frame.
+  static void begin_resolve(const TileJob& job);
+
   // With job.resolve and stencils that reach into neighbouring tiles: fills what was left open. When all tiles are
   // finished.
   void finish_deferred(const TileJob& job, binner::TileIndex tile, FrameTargets& targets);

@@ -346,22 +346,6 @@ Schedule schedule_frame(const hardware::Machine& gpu, const FrameWork& work) {
   return FrameSimulation(gpu, work).run();
 }
 
-Schedule::Span pass_span(const FrameWork& work, const Schedule& schedule, std::uint32_t pass) {
-  std::optional<Schedule::Span> all;
-  const auto add = [&](double begin, double end) {
-    if (!all) all = {begin, end};
-    all->begin = std::min(all->begin, begin), all->end = std::max(all->end, end);
-  };
-  for (const TileSchedule& tile : schedule.tiles)
-    if (work.rounds[tile.round].pass == pass) add(tile.phases.front().begin, tile.phases.back().end);
-  // Without that of the next frame, which begins beside the last tiles.
-  for (std::size_t r = 0; r < work.rounds.size(); ++r)
-    if (const Schedule::Span& span = schedule.geometry[r];
-        work.rounds[r].pass == pass && work.rounds[r].geometry.patches > 0 && (!all || span.begin < all->end))
-      add(span.begin, span.end);
-  return all.value_or(Schedule::Span());
-}
-
 double cores_busy(const hardware::Machine& gpu, const Schedule& schedule) {
   std::vector<double> until(static_cast<std::size_t>(gpu.cores.count), 0.0);
   double busy = 0;
@@ -404,7 +388,31 @@ double imbalance(const hardware::Machine& gpu, const Schedule& schedule) {
   return idle;
 }
 
-void count_tiles(const hardware::Machine& gpu, const Schedule& schedule, FrameTiming& timing) {
+namespace {
+
+PassTime pass_time(const FrameWork& work, const Schedule& schedule, std::uint32_t pass) {
+  std::optional<Schedule::Span> all;
+  const auto add = [&](double begin, double end) {
+    if (!all) all = {begin, end};
+    all->begin = std::min(all->begin, begin), all->end = std::max(all->end, end);
+  };
+  for (const TileSchedule& tile : schedule.tiles)
+    if (work.rounds[tile.round].pass == pass) add(tile.phases.front().begin, tile.phases.back().end);
+  // Without that of the next frame, which begins beside the last tiles.
+  for (std::size_t r = 0; r < work.rounds.size(); ++r)
+    if (const Schedule::Span& span = schedule.geometry[r];
+        work.rounds[r].pass == pass && work.rounds[r].geometry.patches > 0 && (!all || span.begin < all->end))
+      add(span.begin, span.end);
+  const Schedule::Span span = all.value_or(Schedule::Span());
+  return {work.passes[pass], span.begin, span.end};
+}
+
+}  // namespace
+
+void count_tiles(const hardware::Machine& gpu, const FrameWork& work, const Schedule& schedule, FrameTiming& timing) {
+  timing.passes.clear();
+  for (std::uint32_t pass = 0; pass < work.passes.size(); ++pass)
+    timing.passes.push_back(pass_time(work, schedule, pass));
   timing.cores_busy = cores_busy(gpu, schedule);
   for (const TileSchedule& tile : schedule.tiles)
     timing.tiles_busy += (tile.phases.back().end - tile.phases.front().begin) / static_cast<double>(gpu.cores.count);
@@ -467,7 +475,7 @@ FrameTiming time_frame(const hardware::Machine& gpu, const FrameWork& work, cons
   for (std::size_t p = 0; p < kPhaseCount; ++p)
     for (const Stage stage : phase_stages(static_cast<Phase>(p))) timing.busy[static_cast<std::size_t>(stage)] /= cores;
   timing.busy[static_cast<std::size_t>(Stage::kDram)] = static_cast<double>(work.dram_bytes()) / memory_rate(gpu);
-  count_tiles(gpu, schedule, timing);
+  count_tiles(gpu, work, schedule, timing);
 
   timing.bind(find_bound(timing.cycles, guesses_of(gpu, timing, schedule), imbalance(gpu, schedule),
                          [&](Bound bound, double) { return schedule_frame(doubled(gpu, bound), work).cycles; }));

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "timing/bound.h"
@@ -53,9 +54,6 @@ struct Schedule {
 //   TM3  Every tile passes every phase once, in order, on one core.
 Schedule schedule_frame(const hardware::Machine& gpu, const FrameWork& work);
 
-// From the first geometry of a pass to its last pixel.
-Schedule::Span pass_span(const FrameWork& work, const Schedule& schedule, std::uint32_t pass);
-
 // Cycles from the start of a phase's flow to the moment at which each of its units has done its last item, for a memory
 // that never keeps them waiting: n equal items in a pipeline. The last element is the length of the phase.
 std::vector<double> pipeline_ends(std::span<const double> cycles, std::uint64_t items);
@@ -92,6 +90,12 @@ struct PhaseCycles {
 };
 PhaseCycles phase_cycles(const hardware::Machine& gpu, const TileWork& work, Phase phase);
 
+// From the first geometry of a pass to its last pixel.
+struct PassTime {
+  std::string name;
+  double begin = 0, end = 0;
+};
+
 struct FrameTiming {
   double cycles = 0;              // from the frame before to this one
   double latency = 0;             // from the frame's first patch to its last pixel; a sum over frames
@@ -101,6 +105,7 @@ struct FrameTiming {
   double memory_waits = 0;        // waits_for_tile_memory()
   std::optional<Bound> bound_by;  // what the frame hangs on most (timing/bound.h); none where nothing was done
   double bound_cycles = 0;        // what twice as much of it saves
+  std::vector<PassTime> passes;   // of a single frame, as FrameWork::passes; of the left eye
 
   double utilisation(Stage stage) const { return cycles > 0 ? busy[static_cast<std::size_t>(stage)] / cycles : 0; }
   void bind(const BoundGain& gain);
@@ -112,8 +117,8 @@ struct FrameTiming {
 };
 FrameTiming time_frame(const hardware::Machine& gpu, const FrameWork& work, const Schedule& schedule);
 
-// Fills in cores_busy, tiles_busy and memory_waits.
-void count_tiles(const hardware::Machine& gpu, const Schedule& schedule, FrameTiming& timing);
+// Fills in cores_busy, tiles_busy, memory_waits and passes.
+void count_tiles(const hardware::Machine& gpu, const FrameWork& work, const Schedule& schedule, FrameTiming& timing);
 // Mean over the cores of the cycles in which a tile was in work.
 double cores_busy(const hardware::Machine& gpu, const Schedule& schedule);
 inline bool overlaps(const hardware::Machine& gpu) { return gpu.queues.overlap == hardware::FrameOverlap::kFrames; }

@@ -338,10 +338,11 @@ TEST(Timing, PassesThatOverlapTakeTheLongerOfGeometryAndTheTilesBefore) {  // RQ
     EXPECT_DOUBLE_EQ(cycles(FrameOverlap::kPasses, 0), 50 + std::max(400.0, second) + 400);
     // The next frame's first geometry, 50, lies beside the last tiles.
     EXPECT_DOUBLE_EQ(cycles(FrameOverlap::kFrames, 0), std::max(400.0, second) + 400);
-    const Schedule schedule = schedule_frame(gpu, work);
-    const Schedule::Span behind = pass_span(work, schedule, 0), main = pass_span(work, schedule, 1);
-    EXPECT_LT(main.begin, behind.end);
-    EXPECT_DOUBLE_EQ(main.end, schedule.cycles);
+    const FrameTiming timing = timing_of(gpu, work);
+    ASSERT_EQ(timing.passes.size(), 2u);
+    EXPECT_EQ(timing.passes[1].name, "main");
+    EXPECT_LT(timing.passes[1].begin, timing.passes[0].end);
+    EXPECT_DOUBLE_EQ(timing.passes[1].end, timing.cycles);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <span>
 
+#include "base/check.h"
 #include "base/round_up.h"
 #include "tilecore/resolve/block_contrast.h"
 #include "tilecore/resolve/block_pixels.h"
@@ -170,7 +171,7 @@ void ResolveUnit::write_cells(ResolveFrame& resolve, const HistoryMemory& places
 
 void ResolveUnit::write_records(ResolveFrame& resolve, const HistoryMemory& places, const Memory& memory) {
   touched_.start(memory.burst_bytes);
-  resolve.next->cells.resize(places.cell_count());
+  TESSERA_CHECK(resolve.next->cells.size() == places.cell_count(), "cells have their room before any tile");
   write_cells(resolve, places, memory);
   history_counters_.records_written += write_touched(memory);
 }

@@ -627,7 +627,7 @@ TimedEvents time_events(const hardware::Machine& gpu, const FrameWork& work, War
   timing.cycles = schedule.cycles;
   timing.latency = latency(gpu, schedule);
   timing.busy = out.events.busy;
-  count_tiles(gpu, schedule, timing);
+  count_tiles(gpu, work, schedule, timing);
   timing.events = out.events.counts;
   timing.bind(
       find_bound(timing.cycles, guesses_of(gpu, out.events), imbalance(gpu, schedule), [&](Bound bound, double limit) {

@@ -57,9 +57,10 @@ function queueSection() {
 function passTable(frame) {
   const passes = frame.passes || [];
   if (passes.length < 2) return '';
+  const times = frame.timing.passes || [], when = (row, end) => milliseconds((times[passes.indexOf(row)] || {})[end] || 0);
   const bytes = (pass, way) => (pass.dram || []).reduce((sum, row) => sum + row[way], 0);
   return table([
-    { title: 'pass', of: (row) => row.name }, { title: 'begins', of: (row) => milliseconds(row.begin_cycles), show: (value) => quantity(value, 'ms'), zero: true }, { title: 'ends', of: (row) => milliseconds(row.end_cycles), show: (value) => quantity(value, 'ms'), zero: true },
+    { title: 'pass', of: (row) => row.name }, { title: 'begins', of: (row) => when(row, 'begin_cycles'), show: (value) => quantity(value, 'ms'), zero: true }, { title: 'ends', of: (row) => when(row, 'end_cycles'), show: (value) => quantity(value, 'ms'), zero: true },
     { title: 'read', of: (row) => bytes(row, 'read_bytes'), show: (value) => quantity(value, 'bytes'), bar: true, zero: true }, { title: 'written', of: (row) => bytes(row, 'written_bytes'), show: (value) => quantity(value, 'bytes'), bar: true, zero: true },
     { title: 'invocations', of: (row) => row.counters['tilecore.pixel_shader_invocations'], zero: true }], passes, { label: 'Passes of the frame' });
 }
