@@ -113,7 +113,7 @@ class GpuKeys(TypedDict, total=False):
     memory__latency_ns: float  # 0 to 100000 ns. Time from a read to its data on an idle memory. memory.latency_clk sets it too, by the clock.mhz of that moment.
     memory__pj_per_bit: float  # 0 to 1000 pJ/bit. Energy of a bit over the external interface, memory, interface and controller together.
     machine__timing: Literal["phases", "events"]  # How a frame's work is timed: phases, each of a tile as one pipeline; or events, every sub-patch, warp and cache line by itself through queues of these sizes.
-    machine__overlap: Literal["none", "frames"]  # Whether a frame's patches are bounded and binned while the tiles of the frame before are rendered (frames): cycles are then those from one frame to the next, as frames like this one follow each other, and its latency is twice as long. Needs a second parameter buffer.
+    machine__overlap: Literal["none", "passes", "frames"]  # What begins while tiles are rendered: nothing; patches and tiles of later passes that need nothing of those tiles (passes); and patches of the next frame as well (frames): cycles are then those from one frame to the next, as frames like this one follow each other, and its latency is twice as long. Both need a second parameter buffer.
     machine__caches: Literal["empty", "warm"]  # With machine.timing=events: what L2 and texture caches hold when a frame begins, nothing or what the frame before left.
     tilecore__queue_items: int  # 1 to 1024 sub-patches. Sub-patches that may wait between one unit of a core and the next.
     tilecore__fetched_lines: int  # 1 to 65536 lines. Lines of records and heights that a core has asked for and not yet got.
