@@ -49,7 +49,7 @@ Stage on_the_borders() {
 // A body that turns through the frame, displaced and out of focus.
 Stage busy() {
   Stage stage;
-  const int body = stage.add(ball(stage.displaced(0.2f, 0)), {-0.5, 0, 0});
+  const int body = stage.add(closed_patches(stage.displaced(0.2f, 0)), {-0.5, 0, 0});
   stage.turn(body, {0.1f, 1, 0.2f}, 0.15);
   stage.move(stage.add(sheet(12, 8, {0, -1}, {2, 1}, stage.flat(bright(1)))), {-0.5, 0.2, 0.3});
   scene::Camera camera;
@@ -76,7 +76,7 @@ std::vector<StabilityCase> binning_cases() {
        0, "pixels",
        [] {
          Stage stage;
-         stage.add(ball(stage.flat(bright(2))));
+         stage.add(closed_patches(stage.flat(bright(2))));
          stage.look({0, 0, 4});
          stage.still();
          return stage;
@@ -85,8 +85,8 @@ std::vector<StabilityCase> binning_cases() {
          Stage other = stage;
          for (const double far : {3.0, 40.0, 1e4, 1e7, 1e12})
            for (const auto& [x, y] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}})
-             other.add(ball(other.flat(bright(0))), DVec3(x, y, 0) * (far + 3));
-         if (twin) other.add(ball(other.flat(bright(0))), DVec3(1.2, 0, 0));
+             other.add(closed_patches(other.flat(bright(0))), DVec3(x, y, 0) * (far + 3));
+         if (twin) other.add(closed_patches(other.flat(bright(0))), DVec3(1.2, 0, 0));
          return different_pixels(render(stage), render(other));
        }},
       {kBinning, "frame of no multiple of a tile", "OddFrame", "Pixels of the last tiles lie outside of the frame.",
@@ -190,7 +190,7 @@ Stage inside_a_ball() {
   auto& look = stage.capture.materials[static_cast<std::size_t>(material)];
   look.unlit = true;
   look.base_color = Vec4(1.0f);
-  const int body = stage.add(ball(material));
+  const int body = stage.add(closed_patches(material));
   stage.turn(body, {0.2f, 0.3f, 1}, 0.1);
   stage.move(body, {0.1, 0.05, -0.1});
   scene::Camera camera;

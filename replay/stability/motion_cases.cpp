@@ -108,7 +108,7 @@ std::vector<MotionRow> deforming_curves() {
        "MotionCurves.TimesHoldEveryKeyAndTurnsAreBounded", kCurve,
        [] {
          Stage stage;
-         stage.turn(stage.add(ball(spiked(stage))), {0.2f, 1, 0.1f}, 0.7);
+         stage.turn(stage.add(closed_patches(spiked(stage))), {0.2f, 1, 0.1f}, 0.7);
          stage.look({0, 0, 4.5});
          return stage;
        }},
@@ -132,7 +132,7 @@ std::vector<MotionRow> deforming_curves() {
        "SkinnedPatches.AreLitAsRigidOnes", kCurve,
        [] {
          Stage stage;
-         const int node = stage.add(ball(spiked(stage)));
+         const int node = stage.add(closed_patches(spiked(stage)));
          stage.turn(stage.skin(node, 2, -1, 1) + 1, {0, 0.3f, 1}, 0.12);
          stage.look({0, 0, 4.5});
          return stage;

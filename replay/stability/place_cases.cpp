@@ -14,7 +14,7 @@ constexpr double kGrid = 0.01;  // px: the sub-pixel grid, and a little of singl
 // A displaced ball and a sheet of triangles that move a little, seen through a lens; all lengths times `scale`.
 Stage small_scene(double scale = 1) {
   Stage stage;
-  const int body = stage.add(ball(stage.displaced(0.15f, 0)), {-0.8, 0, 0});
+  const int body = stage.add(closed_patches(stage.displaced(0.15f, 0)), {-0.8, 0, 0});
   scene::Material lit;
   lit.base_color = {0.2f, 0.7f, 0.9f, 1};
   lit.metallic = 0;
@@ -48,7 +48,7 @@ double unlike_its_own_size(const Stage& stage, bool twin) {
 
 Stage skinned_far_away() {
   Stage stage;
-  const int node = stage.add(ball(stage.displaced(0.1f, 0)));
+  const int node = stage.add(closed_patches(stage.displaced(0.1f, 0)));
   const int joint = stage.skin(node, 2, -1, 1);
   stage.turn(joint + 1, {0, 0, 1}, 0.08);
   stage.look({0, 0, 4.5});
@@ -93,7 +93,7 @@ std::vector<StabilityCase> far_cases() {
        "InstancedImages.AreThoseOfANodeForEachInstance", kGrid, "px",
        [] {
          Stage stage;
-         const int node = stage.add(ball(stage.displaced(0.15f, 0)));
+         const int node = stage.add(closed_patches(stage.displaced(0.15f, 0)));
          stage.node(node).instances.resize(5);
          for (std::size_t k = 0; k < 5; ++k) {
            stage.node(node).instances[k].translation = {1.3f * static_cast<float>(k) - 2.6f, 0.1f, 0};
@@ -207,7 +207,7 @@ std::vector<StabilityCase> scale_cases() {
        kDouble, "matrices of single precision", "By/MovedScene.LooksTheSameWhenItsNodesAreMoved", kGrid, "px",
        [] {
          Stage stage;
-         const int node = stage.add(ball(stage.flat({0.9f, 0.8f, 0.3f, 1})));
+         const int node = stage.add(closed_patches(stage.flat({0.9f, 0.8f, 0.3f, 1})));
          stage.node(node).matrix = DMat4(DVec4(1, 0.9, 0, 0), DVec4(1, 1, 0, 0), DVec4(0, 0, 1, 0), DVec4(0, 0, 0, 1));
          stage.look({0, 0, 5});
          stage.still();

@@ -12,7 +12,6 @@ using scene::AnimatedPath;
 using scene::AnimationChannel;
 using scene::Camera;
 using scene::Material;
-using scene::Mesh;
 using scene::Node;
 using scene::Primitive;
 using scene::Skin;
@@ -36,10 +35,7 @@ Stage::Stage() {
   capture.settings.background = Vec3(0.02f, 0.03f, 0.05f);
 }
 
-int Stage::material(const Material& material) {
-  capture.materials.push_back(material);
-  return static_cast<int>(capture.materials.size()) - 1;
-}
+int Stage::material(const Material& material) { return scene::made::add_material(capture, material); }
 
 int Stage::flat(const Vec4& color, AlphaMode mode) {
   Material one;
@@ -66,27 +62,10 @@ int Stage::displaced(float scale, float bias, std::uint32_t seed) {
 }
 
 int Stage::add(Primitive primitive, const DVec3& at) {
-  Mesh mesh;
-  mesh.default_weights.resize(primitive.vertices.morph_targets.size(), 0.0f);
-  mesh.primitives.push_back(std::move(primitive));
-  capture.meshes.push_back(std::move(mesh));
-  Node one;
-  one.mesh = static_cast<int>(capture.meshes.size()) - 1;
-  one.transform.translation = at;
-  capture.nodes.push_back(one);
-  capture.roots.push_back(static_cast<int>(capture.nodes.size()) - 1);
-  return capture.roots.back();
+  return scene::made::add_node(capture, std::move(primitive), at);
 }
 
-int Stage::look(const DVec3& eye, const Camera& camera) {
-  capture.cameras.push_back(camera);
-  Node one;
-  one.camera = static_cast<int>(capture.cameras.size()) - 1;
-  one.transform.translation = eye;
-  capture.nodes.push_back(one);
-  capture.roots.push_back(static_cast<int>(capture.nodes.size()) - 1);
-  return capture.roots.back();
-}
+int Stage::look(const DVec3& eye, const Camera& camera) { return scene::made::add_camera(capture, eye, camera); }
 
 int Stage::look_flat() {
   Camera camera;
@@ -107,13 +86,7 @@ int Stage::below(const Transform& transform) {
   return parent;
 }
 
-void Stage::play(const AnimationChannel& channel) {
-  if (capture.animations.empty()) {
-    capture.animations.emplace_back();
-    capture.played_animations = {0};
-  }
-  capture.animations[0].channels.push_back(channel);
-}
+void Stage::play(const AnimationChannel& channel) { scene::made::play(capture, channel); }
 
 void Stage::move(int number, const DVec3& way) {
   const Vec3 from(node(number).transform.translation), to(node(number).transform.translation + way);
@@ -144,10 +117,7 @@ void Stage::zigzag(int number, AnimatedPath path, const std::vector<float>& a, c
   play(channel);
 }
 
-void Stage::morph(int number) {
-  node(number).weights = {0.0f};
-  play({.node = number, .path = AnimatedPath::kWeights, .components = 1, .times = {0, 1}, .values = {0, 1}});
-}
+void Stage::morph(int number) { scene::made::add_morph(capture, number); }
 
 int Stage::skin(int number, int joints, float low, float high) {
   const int first = static_cast<int>(capture.nodes.size());
@@ -175,14 +145,6 @@ int Stage::skin(int number, int joints, float low, float high) {
   return first;
 }
 
-Primitive triangles(std::vector<Vec3> positions, std::vector<std::uint32_t> indices, int material) {
-  Primitive primitive;
-  primitive.vertices.positions = std::move(positions);
-  primitive.indices = std::move(indices);
-  primitive.material = material;
-  return primitive;
-}
-
 Primitive quad(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, int material) {
   return triangles({a, b, c, d}, {0, 1, 2, 0, 2, 3}, material);
 }
@@ -200,43 +162,6 @@ Primitive sheet(int columns, int rows, Vec2 low, Vec2 high, int material) {
       indices.insert(indices.end(), {a, a + 1, a + row + 1, a, a + row + 1, a + row});
     }
   return triangles(std::move(positions), std::move(indices), material);
-}
-
-Primitive patches(std::vector<Vec3> control_points, int material) {
-  Primitive primitive;
-  primitive.kind = Primitive::Kind::kBezierPatches;
-  std::vector<Vec2> texcoords;
-  for (std::size_t i = 0; i < control_points.size(); ++i)
-    texcoords.emplace_back(static_cast<float>(i % 4) / 3.0f, static_cast<float>(i % 16 / 4) / 3.0f);
-  primitive.vertices.positions = std::move(control_points);
-  primitive.vertices.texcoords = {texcoords};
-  primitive.material = material;
-  return primitive;
-}
-
-std::vector<Vec3> flat_patch(const Vec3& origin, const Vec3& a, const Vec3& b) {
-  std::vector<Vec3> points;
-  for (int j = 0; j < 4; ++j)
-    for (int i = 0; i < 4; ++i)
-      points.push_back(origin + a * (static_cast<float>(i) / 3.0f) + b * (static_cast<float>(j) / 3.0f));
-  return points;
-}
-
-Primitive ball(int material) {
-  std::vector<Vec3> points;
-  constexpr std::array<float, 4> kCoordinates = {-1.0f, -0.4f, 0.4f, 1.0f};
-  for (int axis = 0; axis < 3; ++axis)
-    for (const float side : {-1.0f, 1.0f})
-      for (std::size_t j = 0; j < 4; ++j)
-        for (std::size_t i = 0; i < 4; ++i) {
-          Vec3 p;
-          p[axis] = side;
-          p[(axis + 1) % 3] = side > 0 ? kCoordinates[i] : kCoordinates[3 - i];
-          p[(axis + 2) % 3] = kCoordinates[j];
-          // Symmetric in the axes, so that faces share their edges bit by bit.
-          points.push_back(p / std::max(1.0f, std::sqrt((p.x * p.x + p.y * p.y) + p.z * p.z) * 0.75f));
-        }
-  return patches(std::move(points), material);
 }
 
 }  // namespace tessera::replay::stability

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "scene/capture.h"
+#include "scene/made_capture.h"
 
 namespace tessera::replay::stability {
 
@@ -59,15 +60,11 @@ class FixedRandom {
   std::uint64_t state_;
 };
 
-scene::Primitive triangles(std::vector<Vec3> positions, std::vector<std::uint32_t> indices, int material);
+using scene::made::closed_patches, scene::made::flat_patch, scene::made::patches, scene::made::triangles;
+
 // Corners in turn; two triangles.
 scene::Primitive quad(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, int material);
 // (columns + 1) x (rows + 1) vertices over [x0, x1] x [y0, y1].
 scene::Primitive sheet(int columns, int rows, Vec2 low, Vec2 high, int material);
-// Bezier patches of 16 control points each.
-scene::Primitive patches(std::vector<Vec3> control_points, int material);
-std::vector<Vec3> flat_patch(const Vec3& origin, const Vec3& a, const Vec3& b);
-// A closed surface of six patches about the origin, its radius about 1.
-scene::Primitive ball(int material);
 
 }  // namespace tessera::replay::stability
