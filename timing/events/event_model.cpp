@@ -214,8 +214,7 @@ class EventSimulation {
         events_(record_path),
         memory_(gpu, events_, transactions),
         geometry_(gpu, layout_, events_, memory_),
-        queues_(gpu, work),
-        sequential_(gpu.queues.overlap == hardware::FrameOverlap::kNone) {
+        queues_(gpu, work) {
     const ShaderCore::Rates rates = ShaderCore::rates_of(gpu);
     for (std::uint32_t c = 0; c < static_cast<std::uint32_t>(gpu.cores.count); ++c)
       cores_.push_back(std::make_unique<Core>(gpu, rates, c, events_, memory_));
@@ -470,10 +469,7 @@ class EventSimulation {
     } else {
       core.waiting[p + 1].push_back(tile);
     }
-    if (sequential_)
-      dispatch(now);
-    else
-      start(now);
+    start(now);
   }
 
   void end_geometry(double now) {
@@ -537,7 +533,6 @@ class EventSimulation {
   GeometryPipe geometry_;
   std::vector<std::unique_ptr<Core>> cores_;
   RoundQueues queues_;
-  bool sequential_;  // a round begins when nothing is under way
   std::vector<StageCycles> tile_cycles_;
   double end_ = 0;
   EventSchedule out_;
