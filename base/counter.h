@@ -45,7 +45,7 @@ void merge(S& into, const S& from) {
   for (const auto& field : kCounterFields<S>) into.*field.member += from.*field.member;
 }
 
-// Leaves what was counted after `before`; peaks stay.
+// Takes away the counts that were there before; peaks stay.
 template <class S>
 void subtract(S& counters, const S& before) {
   for (const auto& field : kCounterFields<S>)

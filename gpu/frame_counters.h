@@ -26,7 +26,7 @@ struct FrameCounters : tilecore::CoreCounters {
   void accumulate(const FrameCounters& frame);
   // Adds what another view of the same frame took.
   void merge(const FrameCounters& view);
-  // What was counted after `before`; peaks as they are.
+  // These counters without those of `before`, an earlier state of the same frame; peaks stay.
   FrameCounters since(const FrameCounters& before) const;
 };
 

@@ -17,7 +17,7 @@
 
 namespace tessera::gpu {
 
-// What a pass of a view took (docs/timing_model.md, Passes).
+// A pass of a view and its counters (docs/timing_model.md, Passes).
 struct PassResult {
   std::string name;
   FrameCounters counters;

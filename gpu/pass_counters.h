@@ -10,21 +10,21 @@
 
 namespace tessera::gpu {
 
-// Takes together what the units of a view count, pass by pass.
+// Collects the counters of all units of a view, pass by pass.
 //
 // Invariants (cited by the tests):
-//   PA1  Counters and ledgers of a view's passes add up to those of the view; of counters that are peaks, a pass has the
-//        one up to its end.
+//   PA1  The counters and ledgers of a view's passes add up to those of the view. A counter that is a peak has, in each
+//        pass, its value at the end of the pass.
 class PassCounters {
  public:
-  // All must outlive it. What `run.result` has counted before belongs to the first pass.
+  // All must outlive it. Counters that `run.result` already has belong to the first pass.
   PassCounters(const ViewRun& run, const frontend::FrontEndResult& front_end, const binner::Binner& binner,
                const tilecore::TessellationCache& cache)
       : run_(run), front_end_(front_end), binner_(binner), cache_(cache) {}
 
-  // What was counted since the last call is a pass's: goes to the result's passes.
+  // Adds a pass to the result, with all that the units counted since the last call.
   void end(std::string_view pass);
-  // No pass follows: the result's counters become those of the view.
+  // Sets the result's counters to those of the whole view. No pass may follow.
   void finish() { run_.result.counters = seen_; }
 
  private:

@@ -51,7 +51,7 @@ class Pipeline {
                            const std::vector<frontend::BoundedSubPatch>& sub_patches, bool binned);
   // Counts the sub-patches whose materials have effects; tiles mark their own.
   static void find_materials(const ViewRun& run, const std::vector<frontend::BoundedSubPatch>& sub_patches);
-  // What the tile cores counted by drawable.
+  // Collects the counters that the tile cores keep for each drawable.
   void take_totals(const ViewRun& run);
 
   const GpuConfiguration& gpu_;

@@ -36,7 +36,7 @@ struct TileScheduler::Round {
   const Pass& pass;
   bool last;                    // of the pass: no partial render follows
   std::vector<bool> unchanged;  // tiles that are not rendered; empty: none
-  // What tiles share, by the tile that comes next in emulated order.
+  // Units that tiles share, as the tiles before in emulated order left them.
   binner::RecordCache records;
   TileArray depths{memory::Unit::kTilecore, memory::Purpose::kCoarseDepth, true}, headers;
   std::uint64_t depth_offset = 0, header_offset = 0;

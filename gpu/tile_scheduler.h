@@ -100,7 +100,7 @@ class TileScheduler {
   SignatureMemory signature_memory() const;
   // What signatures of the tiles' colours move.
   void share_signatures(Round& round);
-  // A tile's use of what tiles share; tile by tile in emulated order, when it is rendered.
+  // Replays a rendered tile's requests to the units that all tiles share. Called tile by tile, in emulated order.
   void share(Round& round, binner::TileIndex tile);
 
   const ViewRun& run_;

@@ -71,8 +71,8 @@ enum class TimingModel : std::uint8_t { kPhases, kEvents };
 // What the caches hold when a frame begins, for TimingModel::kEvents: nothing, or what the frame before left.
 enum class FrameCaches : std::uint8_t { kEmpty, kWarm };
 
-// What runs beside a frame's tiles: nothing; geometry and tiles of further passes that do not need them; and geometry of
-// the next frame.
+// Units work beside a frame's tiles on: nothing; geometry and tiles of further passes that do not need these tiles; and
+// geometry of the next frame.
 enum class FrameOverlap : std::uint8_t { kNone, kPasses, kFrames };
 
 // Queues, latencies and bounds of what is under way, for TimingModel::kEvents.

@@ -42,7 +42,7 @@ class TileCore {
   // Charges the tile for its part of the smaller levels of job.scene_color.
   void count_reduced(const TileJob& job, binner::TileIndex tile);
 
-  // With job.resolve, before any tile: makes room for what all tiles leave to the next frame.
+  // Makes room in the history that all tiles write. With job.resolve; called once, before any tile.
   static void begin_resolve(const TileJob& job);
 
   // With job.resolve and stencils that reach into neighbouring tiles: fills what was left open. When all tiles are

@@ -2,6 +2,8 @@
 // take no longer.
 #include "gpu/counter_list.h"
 #include "gpu/device.h"
+#include "gpu/frame_counters.h"
+#include "gpu/pass_counters.h"
 #include "gpu/settings.h"
 #include "tests/support/tests.h"
 
@@ -92,6 +94,21 @@ INSTANTIATE_TEST_SUITE_P(
                  {"resolve.desampling=checkerboard", "resolve.stencil_reach=neighbours"},
                  {"main", "stencils"}}),
     [](const auto& case_of) { return std::string(case_of.param.name); });
+
+// Counters without those of before; a peak stays. The twin: of other counters something is left.
+TEST(FrameCountersSince, AreWhatCameAfterAndPeaksStay) {
+  FrameCounters before, now;
+  before.binner.entries = 3, now.binner.entries = 10;
+  before.binner.queue_bytes_peak = 100, now.binner.queue_bytes_peak = 120;
+  before.ledger.read(memory::Unit::kBinner, memory::Purpose::kTileQueue, 64);
+  now.ledger = before.ledger;
+  now.ledger.read(memory::Unit::kBinner, memory::Purpose::kTileQueue, 192);
+  const FrameCounters more = now.since(before);
+  EXPECT_EQ(more.binner.entries, 7u);
+  EXPECT_EQ(more.binner.queue_bytes_peak, 120u);
+  EXPECT_EQ(more.ledger.total().read_bytes, 192u);
+  EXPECT_EQ(now.since(now).binner.entries, 0u);
+}
 
 // A right eye has passes of its own.
 TEST(Passes, EachEyeHasItsOwn) {
