@@ -19,6 +19,7 @@ std::vector<std::vector<DrawableInTile>> lists_of(const timing::FrameWork& work,
   Lists lists(tiles);
   for (const timing::WorkRound& round : work.rounds)
     for (std::size_t t = 0; t < round.items.size(); ++t) {
+      if (round.tiles[t].tile >= tiles) continue;  // of a map of a light
       auto& list = lists[round.tiles[t].tile];
       const auto at = [&](std::uint32_t drawable) -> DrawableInTile& {
         DrawableInTile& of = list[drawable];
@@ -85,6 +86,7 @@ CostAttribution attribute_costs(const GpuConfiguration& gpu, const timing::Frame
   shares.drawables = timing::attribute(gpu, work, timing, energy);
   if (bounds) shares.bounds = bounds_of_tiles(gpu, schedule);
   shares.tiles = timing::attribute_tiles(gpu, work, schedule, before, shares.bounds);
+  std::erase_if(shares.tiles, [&](const timing::TileShare& tile) { return tile.tile >= traffic.size(); });
   shares.lists = lists_of(work, traffic.size());
   shares.traffic = std::move(traffic);
   return shares;

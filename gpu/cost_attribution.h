@@ -22,7 +22,7 @@ struct DrawableInTile {
 //   FSH1  Traffic of all tiles and of what is in front of them adds up to the ledger, purpose by purpose.
 struct CostAttribution {
   std::map<std::uint32_t, timing::DrawableShare> drawables;  // by DrawableInTile::drawable
-  std::vector<timing::TileShare> tiles;                      // those that were rendered, in the order of their numbers
+  std::vector<timing::TileShare> tiles;                      // of the image, rendered, in the order of their numbers
   timing::TileBounds bounds{};                               // how it was found what bounds them
   std::vector<TileTraffic> traffic;                          // by number
   std::vector<std::vector<DrawableInTile>> lists;            // by number; in the order of their drawables

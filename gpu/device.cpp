@@ -65,14 +65,17 @@ Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfigu
       settings_(settings),
       request_(request),
       behind_(image_behind(scene_.assembly, request)),
-      texture_memory_(scene_.assembly.materials, gpu.line_bytes(), shader_images(behind_, prepared_->capture)),
+      cores_(std::make_shared<PerThread<tilecore::TileCore>>()),
+      shadow_passes_(scene_.assembly, scene_.pyramids, gpu_, settings_, cores_),
+      texture_memory_(scene_.assembly.materials, gpu.line_bytes(), shader_images(behind_, prepared_->capture),
+                      shadow_passes_.maps()),
       displacement_memory_(scene_.assembly.materials, gpu.line_bytes(), texture_memory_.lines()),
       patch_table_(scene_.assembly, gpu.line_bytes(), displacement_memory_.end()),
       camera_(request.camera ? frame_camera(*request.camera, settings)
                              : frame_camera(prepared_->capture, settings, request.width, request.height)),
       resolve_(resolve_settings(settings, behind_.level_count() > 0)),
       focus_(resolve_.foveation, prepared_->capture),
-      pipeline_(gpu_, scene_.pyramids) {
+      pipeline_(gpu_, scene_.pyramids, cores_) {
   for (const double offset : {0.0, settings.stereo.eye_separation}) {
     if (!eyes_.empty() && offset == 0) break;
     eyes_.push_back({camera_, ResolveSequence(resolve_, request.region)});
@@ -99,6 +102,10 @@ void Device::set_observer(ViewObserver* observer) {
   if (observer != nullptr && behind_.level_count() > 0)
     throw UsageError(
         "baselines draw frames in one pass; of a capture in which surfaces transmit they would leave one out");
+  if (observer != nullptr && !shadow_passes_.maps().empty())
+    throw UsageError(
+        "baselines draw frames in one pass; of a capture whose lights cast shadows they would leave out the maps: "
+        "effects.shadows=off compares the rest");
   observer_ = observer;
 }
 
@@ -273,18 +280,27 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
   const DisplacementMemory* const heights = settings_.output.machine_model ? &displacement_memory_ : nullptr;
   WorkRecorder recorder(
       gpu_, patch_table_, heights, request_.record_accesses,
-      request_.record_items || request_.attribute || gpu_.queues.model == hardware::TimingModel::kEvents);
+      request_.record_items || request_.attribute || gpu_.queues.model == hardware::TimingModel::kEvents,
+      {static_cast<std::uint32_t>(texture_memory_.first_map_line()), static_cast<std::uint32_t>(texture_memory_.lines())});
+  {
+    tilecore::TileJob depths = make_job(*geometry, grid, pattern);
+    depths.store = tilecore::FrameStore(), depths.scene_color = nullptr, depths.lighting = tilecore::Lighting();
+    shadow_passes_.render(*geometry, depths, recorder, &progress_, frame, result);
+    job.lighting.shadows = shadow_passes_.shadows();
+  }
   if (eliminates(gpu_)) begin_elimination(frame, eye, job);
-  pipeline_.render({gpu_, job, recorder, result, observed ? &record : nullptr, &progress_,
-                    gpu_.tile.rendering_elimination ? &eye.inputs : nullptr},
-                   {guesses, guess ? &*guess : nullptr});
+  ViewRun run{gpu_, job, recorder, result, observed ? &record : nullptr, &progress_,
+              gpu_.tile.rendering_elimination ? &eye.inputs : nullptr};
+  run.waits = !shadow_passes_.any_pass();
+  pipeline_.render(run, {guesses, guess ? &*guess : nullptr});
+  shadow_passes_.finish(result);
   record.textures = recorder.take_textures();
   if (settings_.output.machine_model) {
     const StageTimer timer(result, "model");
     timing::WarmCaches* const caches = caches_.of_frame(gpu_, frame);
     const timing::WarmCaches before = request_.attribute && caches != nullptr ? *caches : timing::WarmCaches();
     result.model =
-        model_machine(gpu_, recorder.finish(job, result.counters.ledger), caches, request_.keep_transactions);
+        model_machine(gpu_, recorder.finish(result.counters.ledger), caches, request_.keep_transactions);
     if (request_.attribute) {
       const MachineModel& model = *result.model;
       result.shares = attribute_costs(gpu_, model.record.work, model.schedule, model.timing, model.energy,

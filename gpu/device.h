@@ -15,6 +15,7 @@
 #include "gpu/prepared_capture.h"
 #include "gpu/resolve_sequence.h"
 #include "gpu/settings.h"
+#include "gpu/shadow_passes.h"
 #include "gpu/view_observer.h"
 #include "gpu/work_progress.h"
 
@@ -120,6 +121,8 @@ class Device {
   RunSettings settings_;
   RenderRequest request_;
   shaders::RadianceImage behind_;  // without levels where nothing transmits
+  Pipeline::Cores cores_;
+  ShadowPasses shadow_passes_;
   tilecore::TextureMemory texture_memory_;
   DisplacementMemory displacement_memory_;
   PatchTable patch_table_;

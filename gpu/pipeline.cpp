@@ -78,7 +78,7 @@ bool Pipeline::render_tiles(const ViewRun& run, TileScheduler& scheduler, const 
     for (const frontend::BoundedSubPatch& piece : sub_patches)
       (tilecore::transmits(run.job.frame->drawable_of(piece.base_patch)) ? transmissive : behind).push_back(piece);
   if (transmissive.empty()) {
-    scheduler.render("main", sub_patches, {}, binned);
+    scheduler.render(run.pass, sub_patches, {}, binned);
     return true;
   }
   std::vector<bool> open(grid.tile_count(), false);
@@ -110,7 +110,7 @@ void Pipeline::find_materials(const ViewRun& run, const std::vector<frontend::Bo
 }
 
 void Pipeline::take_totals(const ViewRun& run) {
-  cores_.for_each([&](tilecore::TileCore& core) {
+  cores_->for_each([&](tilecore::TileCore& core) {
     tilecore::CoreTotals totals = core.take_totals();
     merge(run.result.drawables, totals.drawables);
     if (run.job.resolve != nullptr) run.result.stage_seconds["resolve_threads"] += totals.resolve_seconds;
@@ -139,6 +139,7 @@ void Pipeline::render(const ViewRun& run, const PreviousDepth& previous) {
   const std::uint64_t left = capture.max_bytes - job.frame->assembly->charged_bytes();
   scene::MemoryBudget budget(capture.max_bytes, capture.file.string(),
                              capture.max_bytes - left / job.frame->request.memory_parts);
+  run.recorder.begin_view(run.first_tile);
   bound(run, previous, budget);
   frontend::FrontEndResult& front_end = kept_.front_end;
   run.recorder.front_end(*job.frame, front_end);
@@ -157,7 +158,7 @@ void Pipeline::render(const ViewRun& run, const PreviousDepth& previous) {
   const tilecore::TileOrder order(gpu_.tilecore.tile_order, *job.grid);
   tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator.cache_bytes), *job.grid, order);
   PassCounters passes(run, front_end, binner, cache);
-  TileScheduler scheduler(run, cores_, binner, order, cache, [&](std::string_view pass) { passes.end(pass); });
+  TileScheduler scheduler(run, *cores_, binner, order, cache, [&](std::string_view pass) { passes.end(pass); });
   if (job.resolve != nullptr) tilecore::TileCore::begin_resolve(job);
   const bool all_binned = render_tiles(run, scheduler, binner.grid(), front_end.sub_patches, binned);
   if (previous.store) second_pass(run, scheduler, binner, front_end);
@@ -165,6 +166,7 @@ void Pipeline::render(const ViewRun& run, const PreviousDepth& previous) {
     if (job.resolve->settings.reach == tilecore::StencilReach::kNeighbours) scheduler.finish_across_tiles();
   }
   passes.finish();
+  run.recorder.end_view(job);
   take_totals(run);
   binner.buffer().limit(nullptr);
   binner.buffer().record_accesses(nullptr);

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "base/parallel.h"
@@ -15,16 +17,19 @@
 
 namespace tessera::gpu {
 
-// The machine from the front end on: a posed view in, image and counters out. Keeps its tile cores' scratch memory from
-// view to view, and lists while the pose is the same.
+// The machine from the front end on: a posed view in, image and counters out. Keeps lists while the
+// pose is the same.
 //
 // Invariant (cited by the tests):
 //   PL1  Images, counters and records of a view do not depend on the views before it, but for what TileJob::store and
 //        ViewRun::inputs bring from them.
 class Pipeline {
  public:
-  // Both must outlive it.
-  Pipeline(const GpuConfiguration& gpu, const frontend::PyramidLibrary& pyramids) : gpu_(gpu), pyramids_(pyramids) {}
+  using Cores = std::shared_ptr<PerThread<tilecore::TileCore>>;
+  // Both must outlive it. Pipelines that render one view at a time may have the same cores.
+  Pipeline(const GpuConfiguration& gpu, const frontend::PyramidLibrary& pyramids,
+           Cores cores = std::make_shared<PerThread<tilecore::TileCore>>())
+      : gpu_(gpu), pyramids_(pyramids), cores_(std::move(cores)) {}
 
   // What views leave to each other. `store`: tile cores write the farthest depths of their blocks, into
   // FrameTargets::coarse_depth. `guess`: what hides things at first, or null.
@@ -56,7 +61,7 @@ class Pipeline {
 
   const GpuConfiguration& gpu_;
   const frontend::PyramidLibrary& pyramids_;
-  PerThread<tilecore::TileCore> cores_;
+  Cores cores_;
   // What front end and binner made of the pose rendered last, for a further frame of the same pose: the emulated units
   // do the same again, the host does not.
   struct Kept {

@@ -26,6 +26,9 @@ Keys<EffectSettings> effect_keys() {
        "opaque."},
       {"effects.blending", &S::blending, "Blending: what the capture asks for; none, blended surfaces are opaque."},
       {"effects.procedures", &S::procedures, "Procedures: what the capture has; none."},
+      {"effects.shadows", &S::shadows,
+       "Shadows: of the lights that the capture names; none; or of all lights, directional ones in four maps of 1024 texels "
+       "a side, others in one of that size for each direction that they need."},
   };
 }
 
@@ -60,6 +63,7 @@ const KeyTable<RunSettings>& settings_keys() {
                                                .add(&RunSettings::textures, scene::texture_keys())
                                                .add(&RunSettings::shading, tilecore::shading_keys())
                                                .add(&RunSettings::effects, effect_keys())
+                                               .add(&RunSettings::shadows, scene::shadow_keys())
                                                .add(&RunSettings::procedures, tilecore::procedure_keys())
                                                .add(&RunSettings::resolve, tilecore::resolve_keys())
                                                .add(&RunSettings::stereo, stereo_keys())

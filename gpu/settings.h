@@ -9,6 +9,7 @@
 #include "base/exr_file.h"
 #include "base/key_table.h"
 #include "gpu/configuration.h"
+#include "scene/shadow_settings.h"
 #include "scene/tessellation_settings.h"
 #include "scene/texture_settings.h"
 #include "tilecore/procedural/procedure_settings.h"
@@ -23,6 +24,9 @@ enum class EffectMode : std::uint8_t { kAuto, kOn, kOff };
 // Of effects that have no other kernels: what the capture asks for, or none.
 enum class EffectSwitch : std::uint8_t { kAuto, kOff };
 
+// Which lights cast shadows: those that the capture names, none, or all of them.
+enum class ShadowCasters : std::uint8_t { kAuto, kOff, kAll };
+
 // Keys effects.*.
 struct EffectSettings {
   EffectMode motion = EffectMode::kAuto;
@@ -31,6 +35,7 @@ struct EffectSettings {
   EffectMode alpha_test = EffectMode::kAuto;
   EffectSwitch blending = EffectSwitch::kAuto;
   EffectSwitch procedures = EffectSwitch::kAuto;
+  ShadowCasters shadows = ShadowCasters::kAuto;
 };
 
 // Keys stereo.*.
@@ -52,6 +57,7 @@ struct RunSettings {
   scene::TextureSettings textures;
   tilecore::ShadingSettings shading;
   EffectSettings effects;
+  scene::ShadowSettings shadows;
   tilecore::ProcedureSettings procedures;
   tilecore::ResolveSettings resolve;
   StereoSettings stereo;
@@ -81,5 +87,7 @@ template <>
 inline constexpr auto kEnumWords<gpu::EffectMode> = std::to_array<std::string_view>({"auto", "on", "off"});
 template <>
 inline constexpr auto kEnumWords<gpu::EffectSwitch> = std::to_array<std::string_view>({"auto", "off"});
+template <>
+inline constexpr auto kEnumWords<gpu::ShadowCasters> = std::to_array<std::string_view>({"auto", "off", "all"});
 
 }  // namespace tessera

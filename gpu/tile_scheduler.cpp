@@ -92,7 +92,9 @@ bool TileScheduler::finish_tile(const Round& round, std::size_t t, tilecore::Til
   const auto tile = static_cast<binner::TileIndex>(t);
   tilecore::TileCore& core = cores_.local();
   const bool finished = open.empty() || !open[t];
-  if (finished)
+  if (run_.job.depths != nullptr)
+    core.finish_depths(run_.job, tile, state);
+  else if (finished)
     core.finish(run_.job, tile, state, run_.result.targets, !open.empty());
   else
     core.finish_scene_color(run_.job, tile, state);
@@ -137,6 +139,13 @@ void TileScheduler::share_signatures(Round& round) {
     }
     offset += bytes;
   }
+}
+
+void TileScheduler::share_flags(Round& round) {
+  if (run_.job.depths == nullptr || !round.last) return;
+  TileArray flags{memory::Unit::kResolve, memory::Purpose::kShadowMap, true, run_.job.depths->bytes()};
+  std::uint64_t number = 0;
+  for (const binner::TileIndex tile : order_.tiles()) round.work.move(tile, flags, number++ / 8, 1);
 }
 
 std::uint64_t TileScheduler::tile_depth_bytes() const {
@@ -213,6 +222,7 @@ void TileScheduler::render_pass(std::span<const frontend::BoundedSubPatch> sub_p
     if (run_.progress != nullptr) run_.progress->end();
     busy_seconds.for_each([&](double seconds) { run_.result.stage_seconds["tile_threads"] += seconds; });
     share_signatures(round);
+    share_flags(round);
     if (done && !pass.open.empty()) share_behind(round.work, 0, true);
     run_.result.counters.ledger += round.records.ledger();
     if (!done) empty_lists();

@@ -4,6 +4,7 @@
 #include <functional>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "base/parallel.h"
@@ -28,6 +29,9 @@ struct ViewRun {
   ObservedWork* record;  // nullptr if nobody observes the frame
   WorkProgress* progress = nullptr;
   InputSignatures* inputs = nullptr;  // rendering elimination; null: all tiles are rendered
+  std::string_view pass = "main";     // name of its last pass, or only one
+  std::uint32_t first_tile = 0;       // WorkRecorder::begin_view()
+  bool waits = true;                  // the geometry of its first pass does, for the tiles of all passes before
 };
 
 // Gives tiles to the tile cores, in rounds: the binner fills the parameter buffer, all tiles render what their lists
@@ -46,13 +50,13 @@ class TileScheduler {
   // Bins, renders and finishes tiles: all of them, or those that `only` marks. `binned`: the lists hold all already.
   void render(std::string_view pass, std::span<const frontend::BoundedSubPatch> sub_patches,
               const std::vector<bool>& only, bool binned = false) {
-    render_pass(sub_patches, {pass, only, {}, binned});
+    render_pass(sub_patches, {pass, only, {}, binned, waits_for_passes()});
   }
 
   // Where something transmits: what does not, in all tiles, of which `open` marks those that are not finished; then, once
   // the image of what is behind has its smaller levels, these again with all that the lists hold.
   void render_behind(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& open) {
-    render_pass(sub_patches, {"behind", {}, open});
+    render_pass(sub_patches, {"behind", {}, open, false, waits_for_passes()});
   }
   void render_transmissive(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& open) {
     reduce_behind();
@@ -77,6 +81,8 @@ class TileScheduler {
 
  private:
   struct Round;
+  // Whether the geometry of the pass at hand waits for all passes before.
+  bool waits_for_passes() { return std::exchange(first_pass_, false) ? run_.waits : true; }
   // `only`: the tiles that are rendered; `open`: those that leave what is behind and are not finished. Empty: all; none.
   struct Pass {
     std::string_view name;
@@ -98,6 +104,8 @@ class TileScheduler {
   std::vector<bool> compare_inputs(bool complete);
   std::uint64_t tile_depth_bytes() const;
   SignatureMemory signature_memory() const;
+  // The flags of a map's tiles.
+  void share_flags(Round& round);
   // What signatures of the tiles' colours move.
   void share_signatures(Round& round);
   // Replays a rendered tile's requests to the units that all tiles share. Called tile by tile, in emulated order.
@@ -109,6 +117,7 @@ class TileScheduler {
   const tilecore::TileOrder& order_;
   tilecore::TessellationCache& cache_;
   PassEnd pass_end_;
+  bool first_pass_ = true;
   std::uint32_t records_before_ = 0;  // of the sub-patch tables that were emptied
 };
 

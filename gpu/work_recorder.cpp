@@ -25,13 +25,14 @@ std::uint64_t& bytes_of(TileTraffic& traffic, Purpose purpose, bool write) {
 }  // namespace
 
 WorkRecorder::WorkRecorder(const GpuConfiguration& gpu, const PatchTable& records, const DisplacementMemory* heights,
-                           bool record_accesses, bool keep_items)
+                           bool record_accesses, bool keep_items, PatchTable::Lines maps)
     : gpu_(gpu),
       records_(records),
       heights_(heights),
       image_cache_(gpu.caches.texture_bytes, hardware::Caches::kTextureWays, gpu.line_bytes()),
       record_accesses_(record_accesses),
       keep_items_(keep_items),
+      maps_(maps),
       l2_({gpu.caches.l2_bytes, gpu.caches.l2_ways, gpu.line_bytes()}) {
   using Features = hardware::ShaderFeatures;
   for (std::size_t surface = 0; surface < domain_costs_.size(); ++surface)
@@ -59,6 +60,29 @@ std::uint64_t WorkRecorder::since(const memory::Ledger& ledger, memory::Traffic&
   rounds_.read_bytes += more.read_bytes;
   rounds_.written_bytes += more.written_bytes;
   return more.read_bytes + more.written_bytes;
+}
+
+void WorkRecorder::begin_view(std::uint32_t first_tile) {
+  first_tile_ = first_tile;
+  counted_ = {};
+  front_end_traffic_ = binner_traffic_ = coarse_depth_ = {};
+  front_end_tables_ = 0;
+  front_end_lines_ = front_end_records_ = 0;
+  textures_.clear();
+  traffic_.clear();
+  procedures_ = nullptr;
+}
+
+void WorkRecorder::end_view(const tilecore::TileJob& job) {
+  const auto width = static_cast<std::uint64_t>(job.grid->tile_width()),
+             height = static_cast<std::uint64_t>(job.grid->tile_height());
+  const auto blocks = [](std::uint64_t pixels) {
+    return (pixels + tilecore::DepthBlocks::kSide - 1) / tilecore::DepthBlocks::kSide;
+  };
+  state_bytes_.resize(record_.work.rounds.size(),
+                      width * height * static_cast<std::uint64_t>(job.pattern->samples_per_pixel()) *
+                              tilecore::sample_layout(job).sample_bytes() +
+                          blocks(width) * blocks(height) * sizeof(float));
 }
 
 void WorkRecorder::front_end(const scene::FrameGeometry& frame, const frontend::FrontEndResult& result) {
@@ -133,7 +157,7 @@ void WorkRecorder::log_coarse_depth(const memory::Traffic& more) {
 }
 
 void WorkRecorder::sparse_pass(const tilecore::ParameterMaps& maps) {
-  maps_ = &maps;
+  procedures_ = &maps;
   const GeometryCounters before = counted_;
   tessera::merge(counted_.procedures, maps.counters());
   geometry_.patches += maps.counters().cells;
@@ -191,7 +215,7 @@ void WorkRecorder::Tile::end(const tilecore::TileJob& job, tilecore::TileResult&
   timing::TileWork& work = slot_.work;
   work.events = tilecore::count_events(result.counters, job.warp_lanes());
   work.events[Event::kTexels] -= result.visibility_texels;  // those of alpha tests
-  if (finished) {
+  if (finished && (job.depths == nullptr || result.stored)) {
     const IntRect pixels = job.grid->pixels(static_cast<binner::TileIndex>(tile_));
     work.events[Event::kPixels] +=
         static_cast<std::uint64_t>(pixels.width()) * static_cast<std::uint64_t>(pixels.height());
@@ -291,13 +315,13 @@ void WorkRecorder::share_tessellation(Slot& slot, binner::TileIndex tile, const 
 void WorkRecorder::share_cells(Slot& slot, const tilecore::CellsDrawn& cells, std::size_t& next_item) {
   const std::size_t lines = slot.items.lines.size();
   for (const tilecore::SamplingController::CellRead& read : cells.reads) {
-    const tilecore::ParameterCell& cell = maps_->cells()[read.cell];
+    const tilecore::ParameterCell& cell = procedures_->cells()[read.cell];
     const std::uint32_t patch = frame_->drawables[cell.drawable].drawable->first_patch;
     record_lines_.clear();
     if (read.first_of_piece) records_.of_piece(*frame_, patch, cell.piece, record_lines_);
     const std::size_t numbers = record_lines_.size();
     records_.of_image(*frame_, patch, {cell.u0, cell.v0, cell.u1, cell.v1}, record_lines_);
-    if (maps_->settings().mode == tilecore::ProcedureSettings::Mode::kPublished) keep_misses(numbers);
+    if (procedures_->settings().mode == tilecore::ProcedureSettings::Mode::kPublished) keep_misses(numbers);
     for (const PatchTable::Lines& of : record_lines_) {
       share_lines(slot, of, Phase::kVisibility, Purpose::kPatchData);
       keep_lines(slot, of);
@@ -396,6 +420,7 @@ void WorkRecorder::share_history(Slot& slot) {
 }
 
 bool WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phase, Purpose purpose) {
+  if (purpose == Purpose::kTexture && line >= maps_.first && line < maps_.end) purpose = Purpose::kShadowMap;
   ++slot.work.events[Event::kL2Lines];
   TextureUse* const texture = purpose == Purpose::kTexture ? &textures_[slot.work.tile] : nullptr;
   if (texture != nullptr) ++texture->l2_lines;
@@ -410,6 +435,7 @@ bool WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phas
   slot.work.dram_bytes[static_cast<std::size_t>(phase)] += bytes;
   bytes_of(traffic_[slot.work.tile], purpose, false) += bytes;
   const std::uint64_t first = purpose == Purpose::kTexture        ? 0
+                              : purpose == Purpose::kShadowMap    ? maps_.first
                               : purpose == Purpose::kSamplingMaps ? PatchTable::kCellsAt
                               : purpose == Purpose::kHistory      ? PatchTable::kHistoryAt
                                                                   : records_.first_line();
@@ -426,6 +452,7 @@ void WorkRecorder::end_round() {
     Slot& slot = slots_[tile];
     if (!slot.used) continue;
     round.tiles.push_back(slot.work);
+    round.tiles.back().tile += first_tile_;
     if (keep_items_) round.items.push_back(std::move(slot.items));
     if (record_accesses_) accesses.tiles.push_back(std::move(slot.log.accesses()));
     slot = {};
@@ -451,15 +478,12 @@ WorkRecorder::Sums WorkRecorder::take_sums() {
   return all;
 }
 
-FrameRecord WorkRecorder::finish(const tilecore::TileJob& job, const memory::Ledger& ledger) {
-  const auto width = static_cast<std::uint64_t>(job.grid->tile_width()),
-             height = static_cast<std::uint64_t>(job.grid->tile_height());
-  const auto blocks = [](std::uint64_t pixels) {
-    return (pixels + tilecore::DepthBlocks::kSide - 1) / tilecore::DepthBlocks::kSide;
-  };
-  record_.work.tile_state_bytes = width * height * static_cast<std::uint64_t>(job.pattern->samples_per_pixel()) *
-                                      tilecore::sample_layout(job).sample_bytes() +
-                                  blocks(width) * blocks(height) * sizeof(float);
+FrameRecord WorkRecorder::finish(const memory::Ledger& ledger) {
+  // What all tiles take; those of some views take more.
+  if (!state_bytes_.empty()) record_.work.tile_state_bytes = *std::ranges::min_element(state_bytes_);
+  for (std::size_t r = 0; r < state_bytes_.size(); ++r)
+    for (timing::TileWork& tile : record_.work.rounds[r].tiles)
+      tile.extra_bytes += state_bytes_[r] - record_.work.tile_state_bytes;
   const memory::Traffic all = ledger.total();
   record_.other = {all.read_bytes - rounds_.read_bytes, all.written_bytes - rounds_.written_bytes};
   record_.work.other_bytes = record_.other.read_bytes + record_.other.written_bytes;

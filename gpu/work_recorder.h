@@ -92,9 +92,16 @@ class WorkRecorder {
 
   // `heights`: null where textures are not modelled. Both must outlive the recorder. `keep_items`: of every sub-patch and
   // warp, for machine.timing=events.
+  // `maps`: the lines of depth maps among those of textures.
   WorkRecorder(const GpuConfiguration& gpu, const PatchTable& records, const DisplacementMemory* heights,
-               bool record_accesses, bool keep_items = false);
+               bool record_accesses, bool keep_items = false, PatchTable::Lines maps = {0, 0});
 
+  // What follows belongs to a view of its own, with a front end, lists and tiles of its own. At first and before each
+  // further view; tiles' textures and traffic are kept of the last one. `first_tile`: the number that its first tile has in
+  // the record.
+  void begin_view(std::uint32_t first_tile = 0);
+  // Ends it: says what the tiles of its rounds keep in their cores' memories.
+  void end_view(const tilecore::TileJob& job);
   // Events of the front end since the last call; they go to the round that begins next.
   void front_end(const scene::FrameGeometry& frame, const frontend::FrontEndResult& result);
   // The sampling controller's sparse pass, likewise. `maps` must outlive the rounds.
@@ -121,8 +128,8 @@ class WorkRecorder {
 
   std::vector<TileTraffic> take_traffic() { return std::exchange(traffic_, {}); }
 
-  // `ledger`: of the whole frame; what no round holds of it becomes other_bytes. Ends the recording.
-  FrameRecord finish(const tilecore::TileJob& job, const memory::Ledger& ledger);
+  // `ledger`: of the whole frame; what no round holds of it becomes other_bytes. Ends the recording, after the last view.
+  FrameRecord finish(const memory::Ledger& ledger);
 
  private:
   struct Slot {
@@ -180,13 +187,15 @@ class WorkRecorder {
   const PatchTable& records_;
   const DisplacementMemory* heights_;
   const scene::FrameGeometry* frame_ = nullptr;
-  const tilecore::ParameterMaps* maps_ = nullptr;
+  const tilecore::ParameterMaps* procedures_ = nullptr;
   std::vector<std::uint32_t> height_lines_;
   std::vector<PatchTable::Lines> record_lines_;
   memory::LineCache image_cache_;           // a core's texture cache, where geometry images are read through it
   tilecore::TextureCounters image_counts_;  // of it
   std::array<std::array<hardware::ShaderCost, 3>, 3> domain_costs_;  // by ShaderFeatures::Surface, Motion
   bool record_accesses_, keep_items_;
+  PatchTable::Lines maps_;
+  std::vector<std::uint64_t> state_bytes_;  // of a tile, by round
   memory::L2 l2_;
   PerThread<Sums> sums_;
   std::vector<Slot> slots_;  // by tile
@@ -194,6 +203,7 @@ class WorkRecorder {
   std::vector<TileTraffic> traffic_;
   const tilecore::TileOrder* order_ = nullptr;
   bool waits_ = true;  // RoundPlace::waits
+  std::uint32_t first_tile_ = 0;
   memory::AccessLog geometry_log_;
   GeometryCounters counted_;                            // what was counted up to the round before
   memory::Traffic front_end_traffic_, binner_traffic_;  // seen so far

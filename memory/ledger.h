@@ -21,11 +21,12 @@ enum class Purpose : std::uint8_t {
   kAttributes,
   kCoarseDepth,
   kSignatures,
-  kSceneColor
+  kSceneColor,
+  kShadowMap
 };
 
 inline constexpr std::size_t kUnitCount = 5;
-inline constexpr std::size_t kPurposeCount = 12;
+inline constexpr std::size_t kPurposeCount = 13;
 
 std::string_view name(Unit unit);
 std::string_view name(Purpose purpose);

@@ -233,6 +233,14 @@ struct LightParameters {
   }
 };
 
+// A light that casts shadows (TESSERA_capture.shadows), and into which maps.
+struct ShadowRequest {
+  int light = kNone;    // of Capture::lights: every node that has it casts
+  int size = 1024;      // texels along a map's side
+  int cascades = 1;     // maps of a directional light, 1 to 8
+  double distance = 0;  // scene units from the camera that they reach, of a directional light; 0: as far as the scene does
+};
+
 // TESSERA_capture: how the file wants to be replayed.
 struct CaptureSettings {
   int width = 1280, height = 720;
@@ -244,6 +252,7 @@ struct CaptureSettings {
   shaders::Surroundings::Kind environment_kind = shaders::Surroundings::Kind::kStudio;
   std::optional<float> environment;  // intensity; unset: 1, or 0.3 of the studio's when the file has lights
   std::optional<Vec3> background;    // linear colour; unset: the environment
+  std::vector<ShadowRequest> shadows{};
   bool declared = false;             // false: the file says nothing, these are defaults
 };
 

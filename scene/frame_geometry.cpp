@@ -153,10 +153,11 @@ TessellationPattern bezier_pattern(const FrameGeometry& frame, const PosedDrawab
 
 // Lights that are visible at shutter open, where they are at a key, which is at `time`.
 std::vector<shaders::Light> place_lights(const Capture& capture, const std::array<Pose, 2>& poses, std::size_t key,
-                                         double time) {
+                                         double time, std::vector<int>& nodes) {
   const Pose& pose = poses[key];
   const std::vector<shaders::Light> unplaced = animate_lights(capture, time);
   std::vector<shaders::Light> lights;
+  nodes.clear();
   for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
     const int light = capture.nodes[n].light;
     if (light == kNone || !poses[0].in_scene[n] || !poses[0].visible[n]) continue;
@@ -166,6 +167,7 @@ std::vector<shaders::Light> place_lights(const Capture& capture, const std::arra
     const DVec3 forward = -DVec3(world[2]);
     if (glm::length(forward) > 0) placed.direction = Vec3(glm::normalize(forward));
     lights.push_back(placed);
+    nodes.push_back(static_cast<int>(n));
   }
   return lights;
 }
@@ -289,8 +291,8 @@ void tessellate(FrameGeometry& frame, const FrameGeometry* before) {
 
 void place_all_lights(FrameGeometry& frame) {
   for (std::size_t key = 0; key < 2; ++key)
-    frame.lights[key] =
-        place_lights(*frame.assembly->capture, frame.poses, key, time_of(frame.request, frame.part.at(key)));
+    frame.lights[key] = place_lights(*frame.assembly->capture, frame.poses, key,
+                                     time_of(frame.request, frame.part.at(key)), frame.light_nodes);
   frame.moving_lights = frame.lights[0] != frame.lights[1];
 }
 
@@ -397,14 +399,19 @@ void cut_shutter(FrameGeometry& frame, const CameraChoice& camera) {
   share_patterns(frame);
 }
 
-// Nodes, camera, lights and materials of a frame: what all of it follows from.
-std::unique_ptr<FrameGeometry> begin_frame(const Assembly& assembly, const CameraChoice& camera,
-                                           const FrameRequest& request) {
+std::unique_ptr<FrameGeometry> new_frame(const Assembly& assembly, const FrameRequest& request) {
   static std::atomic<std::uint64_t> last_identity = 0;
   auto frame = std::make_unique<FrameGeometry>();
   frame->identity = ++last_identity;
   frame->assembly = &assembly;
   frame->request = request;
+  return frame;
+}
+
+// Nodes, camera, lights and materials of a frame: what all of it follows from.
+std::unique_ptr<FrameGeometry> begin_frame(const Assembly& assembly, const CameraChoice& camera,
+                                           const FrameRequest& request) {
+  std::unique_ptr<FrameGeometry> frame = new_frame(assembly, request);
   set_poses(
       *frame, camera, pose_at(*assembly.capture, request.open_time),
       request.close_time == request.open_time ? std::optional<Pose>() : pose_at(*assembly.capture, request.close_time));
@@ -438,6 +445,22 @@ CellRange patch_cells(const FrameGeometry& frame, std::uint32_t patch) {
   if (has_grid(drawable)) return {0, 0, frame.pattern_of(patch).nu, frame.pattern_of(patch).nv};
   const Cluster& cluster = frame.assembly->clusters[drawable.geometry].clusters[patch - drawable.first_patch];
   return {0, 0, static_cast<std::uint8_t>(cluster.cell_count), 1};
+}
+
+std::unique_ptr<FrameGeometry> pose_view(const FrameGeometry& scene, SceneView view) {
+  FrameRequest request = scene.request;
+  request.width = request.height = view.size;
+  request.state_time = request.state();
+  request.close_time = request.open_time;
+  request.motion_segments = 1;
+  request.sample_procedures = request.draw_lines = false;
+  std::unique_ptr<FrameGeometry> frame = new_frame(*scene.assembly, request);
+  set_poses(*frame, view.camera, scene.poses[0], std::nullopt);
+  frame->projection = frame->projections[0];
+  frame->materials = std::move(view.materials);
+  frame->procedures = pose_procedures(*scene.assembly->capture, request.open_time, request.open_time);
+  complete_frame(*frame, view.camera, nullptr);
+  return frame;
 }
 
 std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera,

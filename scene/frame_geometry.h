@@ -92,6 +92,7 @@ struct FrameGeometry {
   std::vector<float>
       displacement_lod;  // as Assembly::grid_patches: level of detail of heights; 0 where nothing displaces
   std::array<std::vector<shaders::Light>, 2> lights;  // in world space, at both motion keys
+  std::vector<int> light_nodes;                       // as these: the nodes that have them
   std::array<Pose, 2> poses;                          // of the nodes
   bool any_motion = false;
   bool moving_lights = false;  // anything of a light differs between the keys
@@ -162,6 +163,15 @@ struct FrameGeometry {
 
 // All cells of a base patch: the grid of a Bezier patch, the list of a cluster.
 CellRange patch_cells(const FrameGeometry& frame, std::uint32_t patch);
+
+// What another view of a posed scene changes of it.
+struct SceneView {
+  CameraChoice camera;
+  int size = 0;                     // pixels along both sides
+  std::vector<Material> materials;  // as Assembly::materials
+};
+// The scene of a frame as it stands at shutter open, without lights, seen otherwise. Runs on all threads.
+std::unique_ptr<FrameGeometry> pose_view(const FrameGeometry& scene, SceneView view);
 
 // Poses the scene at both motion keys and fixes every patch's tessellation pattern. Runs on all threads.
 std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bitset>
 #include <cmath>
@@ -58,6 +59,12 @@ struct Displacement {
   float scale = 1.0f;
   float bias = 0.0f;
 };
+
+// How far displacement takes a surface from its patches, at most, in the mesh's units.
+inline double displacement_limit(const Displacement& displacement) {
+  const auto bias = static_cast<double>(displacement.bias), scale = static_cast<double>(displacement.scale);
+  return std::max(std::abs(bias), std::abs(bias + scale));
+}
 
 // ---- Effects of extensions --------------------------------------------------------------------------------------
 

@@ -164,14 +164,6 @@ void add_corners(const DVec3& low, const DVec3& high, Points& out) {
     out.emplace_back((k & 1) != 0 ? high.x : low.x, (k & 2) != 0 ? high.y : low.y, (k & 4) != 0 ? high.z : low.z, 1.0);
 }
 
-// How far displacement takes a surface from its patches, at most.
-double displacement_reach(const Material& material) {
-  if (!material.displacement) return 0;
-  const auto bias = static_cast<double>(material.displacement->bias),
-             scale = static_cast<double>(material.displacement->scale);
-  return std::max(std::abs(bias), std::abs(bias + scale));
-}
-
 // What is common to the instances of a primitive.
 struct Body {
   Points corners;     // of its box, of what it draws: what a matrix does to these it does to no point more
@@ -330,7 +322,9 @@ class MotionMeter {
       for (const Vec3& p : body.sampled.vertices.positions) body.corners.emplace_back(DVec3(p), 1.0);
       return body;
     }
-    const double reach = primitive.kind == Primitive::Kind::kBezierPatches ? displacement_reach(*posed.material) : 0;
+    const double reach = primitive.kind == Primitive::Kind::kBezierPatches && posed.material->displacement
+                             ? displacement_limit(*posed.material->displacement)
+                             : 0;
     if (reach == 0) return body;
     sample_patches(primitive, body.surfaces);
     body.offsets = extreme_offsets(*posed.material->displacement);

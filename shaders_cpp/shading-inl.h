@@ -8,6 +8,7 @@
 #include "shaders_cpp/environment_map.h"
 #include "shaders_cpp/layered_material.h"
 #include "shaders_cpp/radiance_image.h"
+#include "shaders_cpp/shadow_map.h"
 #include "shaders_cpp/texture.h"
 
 #if defined(TESSERA_SHADERS_CPP_SHADING_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -35,6 +36,7 @@ using tessera::HWY_NAMESPACE::Vector3;
 #include "shaders_cpp/environment_map.inc"
 #include "shaders_cpp/metallic_roughness.inc"
 #include "shaders_cpp/layered_material.inc"
+#include "shaders_cpp/shadow_map.inc"
 // clang-format on
 
 }  // namespace HWY_NAMESPACE

@@ -31,6 +31,12 @@ struct TileCoreCounters {
   std::uint64_t triangle_table_bytes = 0;
 };
 
+// Passes that draw the maps of lights.
+struct ShadowCounters {
+  std::uint64_t texels_stored = 0;
+  std::uint64_t tiles_cleared = 0;
+};
+
 // All that the units of a core count.
 struct CoreCounters {
   TileCoreCounters tilecore;
@@ -44,6 +50,7 @@ struct CoreCounters {
   ResolveCounters resolve;
   StoreCounters store;
   TransmissionCounters transmission;
+  ShadowCounters shadows;
 };
 
 // Calls visit(a's, b's) for each of its counter structs.
@@ -60,6 +67,7 @@ void for_each_unit(A& a, B& b, const Visit& visit) {
   visit(a.resolve, b.resolve);
   visit(a.store, b.store);
   visit(a.transmission, b.transmission);
+  visit(a.shadows, b.shadows);
 }
 inline void merge(CoreCounters& into, const CoreCounters& from) {
   for_each_unit(into, from, [](auto& to, const auto& of) { tessera::merge(to, of); });
@@ -138,5 +146,18 @@ inline constexpr auto kCounterFields<tilecore::TileCoreCounters> = std::to_array
      ""},
 });
 TESSERA_COUNTERS_COVER(tilecore::TileCoreCounters);
+
+template <>
+inline constexpr bool kAbsentWhenIdle<tilecore::ShadowCounters> = true;
+
+template <>
+inline constexpr auto kCounterFields<tilecore::ShadowCounters> =
+    std::to_array<CounterField<tilecore::ShadowCounters>>({
+        {"shadows.texels_stored", &tilecore::ShadowCounters::texels_stored, Combine::kSum, "texels",
+         "Depths that passes of lights stored in their maps.", ""},
+        {"shadows.tiles_cleared", &tilecore::ShadowCounters::tiles_cleared, Combine::kSum, "tiles",
+         "Tiles of maps in which nothing casts: a flag is stored, no texel.", ""},
+    });
+TESSERA_COUNTERS_COVER(tilecore::ShadowCounters);
 
 }  // namespace tessera

@@ -391,7 +391,7 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::ListEntry& ent
       break;
   }
   const std::uint64_t written = state.triangles.end_sub_patch(item.mesh, rays);
-  if (!state.layout.parameters) result_.counters.tilecore.triangle_table_bytes += written;
+  if (!state.layout.parameters && !state.layout.depth_only) result_.counters.tilecore.triangle_table_bytes += written;
 }
 
 void TileCore::find_hits(const TileJob& job, const binner::ListEntry& entry, HitSink& sink) {
@@ -486,6 +486,20 @@ void TileCore::finish_deferred(const TileJob& job, binner::TileIndex tile, Frame
   const double start = thread_seconds();
   resolve_.finish_deferred(*job.resolve, job.grid->pixels(tile), history_storage(job), targets);
   totals_.resolve_seconds += thread_seconds() - start;
+}
+
+void TileCore::finish_depths(const TileJob& job, binner::TileIndex tile, const TileState& state) {
+  const IntRect pixels = job.grid->pixels(tile);
+  TESSERA_CHECK(state.started && samples_.pixels == pixels && samples_.spp == 1, "a depth pass has a sample a texel");
+  const auto texels = static_cast<std::uint64_t>(pixels.width()) * static_cast<std::uint64_t>(pixels.height());
+  result_.stored = job.depths->store(job.depth_layer, pixels, std::span(state.z).first(texels));
+  if (!result_.stored) {
+    ++result_.counters.shadows.tiles_cleared;
+    return;
+  }
+  result_.counters.shadows.texels_stored += texels;
+  result_.ledger.write(memory::Unit::kResolve, memory::Purpose::kShadowMap,
+                       memory::burst_bytes(0, texels * job.depths->texel_bytes(), job.burst_bytes()));
 }
 
 void TileCore::finish_scene_color(const TileJob& job, binner::TileIndex tile, const TileState& state) {

@@ -37,6 +37,8 @@ class TileCore {
   // `write_scene_color`: also leaves what is opaque in job.scene_color.
   void finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets,
               bool write_scene_color = false);
+  // Instead, with job.depths: stores the depths of the tile's samples.
+  void finish_depths(const TileJob& job, binner::TileIndex tile, const TileState& state);
   // Instead, of a tile that will be rendered again with what transmits: leaves what is opaque in job.scene_color.
   void finish_scene_color(const TileJob& job, binner::TileIndex tile, const TileState& state);
   // Charges the tile for its part of the smaller levels of job.scene_color.

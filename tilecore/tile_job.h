@@ -10,6 +10,7 @@
 #include "scene/frame_geometry.h"
 #include "tilecore/core_settings.h"
 #include "tilecore/resolve/tile_store.h"
+#include "tilecore/shading/depth_maps.h"
 #include "tilecore/shading/pixel_shader.h"
 #include "tilecore/shading/shading_settings.h"
 #include "tilecore/shading/texture_unit.h"
@@ -48,6 +49,9 @@ struct TileJob {
   FrameStore store;                               // of finished pixels
   ResolveFrame* resolve = nullptr;                // desampling; nullptr: every pixel is shaded
   shaders::RadianceImage* scene_color = nullptr;  // as lighting.behind, to be filled; nullptr: nothing transmits
+  // Of a pass that draws depths alone, one sample a texel, nothing shaded: where they go. nullptr: colours are made.
+  DepthMaps* depths = nullptr;
+  int depth_layer = 0;
 
   std::uint64_t burst_bytes() const { return static_cast<std::uint64_t>(machine->memory.burst_bytes); }
   std::uint64_t line_bytes() const { return static_cast<std::uint64_t>(machine->line_bytes()); }
@@ -68,7 +72,7 @@ inline bool sees_rest(const TileJob& job) {
 
 // The room that samples take in the tile memory in this frame.
 inline SampleLayout sample_layout(const TileJob& job) {
-  return {job.core.weight_bits, job.procedures != nullptr, sees_rest(job)};
+  return {job.core.weight_bits, job.procedures != nullptr, sees_rest(job), job.depths != nullptr};
 }
 
 }  // namespace tessera::tilecore

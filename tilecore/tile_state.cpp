@@ -47,7 +47,7 @@ std::uint64_t TileState::extra_bytes(std::size_t capacity) const {
   std::vector<std::size_t> of_sample(layers.empty() ? 0 : z.size());
   for (const Layer& layer : layers)
     if (layer.z <= z[layer.sample] && ++of_sample[layer.sample] <= capacity) ++kept;
-  return kept * layout.layer_bytes() + (layout.parameters ? 0 : triangles.bytes());
+  return kept * layout.layer_bytes() + (layout.parameters || layout.depth_only ? 0 : triangles.bytes());
 }
 
 }  // namespace tessera::tilecore

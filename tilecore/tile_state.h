@@ -23,8 +23,10 @@ struct SampleLayout {
   int weight_bits = 16;     // of each of two weights (tilecore.weight_bits)
   bool parameters = false;  // of surfaces that procedures draw: patch and parameters whole, and with `rest` its place
   bool rest = false;
+  bool depth_only = false;
   // Depth, triangle, weights.
   std::uint64_t sample_bytes() const {
+    if (depth_only) return 4;
     if (parameters) return rest ? 28 : 20;
     return 4 + 4 + static_cast<std::uint64_t>(2 * weight_bits + 7) / 8;
   }

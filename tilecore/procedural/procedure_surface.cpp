@@ -200,6 +200,16 @@ void fill_procedure_triangle(const FrameGeometry& frame, const SurfaceLocation& 
   place_point(open, s.drawable->deforming ? point(1) : open, at.t, s);
 }
 
+// Where shadows are looked up: the surface in raster space, with its derivatives, as it is at shutter open where the
+// camera moves.
+one_lane::LaneSurface<float> shadow_receiver(const FrameGeometry& frame, const Surface& surface) {
+  const DMat4 to_raster = frame.projections[0].matrix() * frame.views[0].world_to_camera;
+  const auto derivative = [&](const Vec3& by) { return Vec4(to_raster * DVec4(DVec3(by), 0.0)); };
+  Surface receiver = surface;
+  receiver.raster_p = derivative(surface.position_p), receiver.raster_q = derivative(surface.position_q);
+  return one_lane_surface(receiver);
+}
+
 ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting, const shaders::Lights& lights,
                             const SurfaceLocation& at, const Surface& surface, const Vec3& view,
                             const LookupArrays& lookups, std::size_t lane) {
@@ -245,8 +255,16 @@ ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting
       1.0f + material.occlusion_strength * (textures.read(material.occlusion_texture, Which::kOcclusion).r - 1.0f);
   point.emissive = as_stage(material.emissive * color_of(material.emissive_texture, Which::kEmissive));
   const one_lane::LaneSurroundings<float> around{lighting.environment.surroundings(), lookups, lane};
+  DrawConstants draw;
+  one_lane::LaneSurface<float> receiver;
+  if (lighting.shadows != nullptr) {
+    draw.drawable = surface.drawable;
+    draw.shadows = lighting.shadows->of(frame);
+    receiver = shadow_receiver(frame, surface);
+  }
+  const one_lane::LaneShadows<float> shadows{draw, receiver, lookups, lane, at.t};
   out.color = as_glm(shaders::shade_material(point, as_stage(surface.position), as_stage(normal), as_stage(view),
-                                             lights, lights.t, around));
+                                             lights, lights.t, around, shadows));
   return out;
 }
 

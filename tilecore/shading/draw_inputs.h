@@ -2,10 +2,12 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include "scene/frame_geometry.h"
 #include "shaders_cpp/layered_material.h"
 #include "shaders_cpp/radiance_image.h"
+#include "shaders_cpp/shadow_map.h"
 #include "tilecore/shading/texture_unit.h"
 
 namespace tessera::tilecore {
@@ -42,6 +44,9 @@ struct DrawConstants {
   // What is behind surfaces that transmit, a pixel a texel; none: they show the environment.
   shaders::RadianceView behind;
   float behind_u = 0, behind_v = 0, behind_levels = 0;  // texture coordinates of a pixel; log2 of its width
+  // As `lights`: the maps of each; null: no light casts shadows.
+  const shaders::ShadowView* shadows = nullptr;
+  bool shadow_keys = false;  // the camera moves: receivers that move are looked up where they are at both keys
 };
 
 // Inputs of invocations, lane by lane. Lanes beyond the last invocation hold what some invocation has.
@@ -68,9 +73,16 @@ enum class ImageLookup : std::uint8_t { kMirrored, kCoat, kBehind, kBehindGreen,
 inline constexpr std::size_t kTextureSlots = scene::kMaterialTextureCount, kLookupSlots = kTextureSlots + 5;
 constexpr std::size_t slot_of(ImageLookup lookup) { return kTextureSlots + static_cast<std::size_t>(lookup); }
 inline constexpr std::size_t kLookupLines = 8;  // of each slot: two levels, four texels in each
+inline constexpr std::size_t kShadowLines = 4;  // of a look-up of a shadow: four corners of its texels
+struct ShadowLookups {
+  const TextureLayoutView* layout = nullptr;  // null: not told
+  std::array<std::int32_t*, kShadowLines> line{};
+  std::uint64_t texels = 1;  // texture.texels of a lane
+};
 struct LookupArrays {
   std::array<const TextureLayoutView*, kLookupSlots> layout{};  // of slots with a texture; null: not told
   std::array<std::array<std::int32_t*, kLookupLines>, kLookupSlots> line{};
+  std::span<const ShadowLookups> shadows{};  // as DrawConstants::lights; empty: none is told
 };
 
 }  // namespace tessera::tilecore

@@ -7,6 +7,7 @@
 
 #include "base/check.h"
 #include "base/random.h"
+#include "base/round_up.h"
 #include "scene/drawable_lookup.h"
 #include "tilecore/procedural/procedure_costs.h"
 #include "tilecore/procedural/procedure_surface.h"
@@ -96,6 +97,11 @@ DrawConstants lit_draw(const FrameGeometry& shutter, const FrameGeometry& segmen
   if (shutter.moving_lights) draw.lights.close = lit.lights[1];
   draw.surroundings = lighting.environment.surroundings();
   set_layers(*draw.material, drawable.to_world[0], lighting, draw);
+  if (lighting.shadows != nullptr && !draw.material->unlit) {
+    draw.shadows = lighting.shadows->of(segment);
+    draw.shadow_keys = segment.views[0].world_to_camera != segment.views[1].world_to_camera ||
+                       segment.projections[0] != segment.projections[1];
+  }
   return draw;
 }
 
@@ -308,11 +314,14 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
       tell(slot_of(ImageLookup::kMirrored),
            textures->memory()->layout(lighting.environment.surroundings().image->radiance), lookups);
     if (textures != nullptr) tell_procedure_textures(*drawable.material, *textures, lookups);
+    if (textures != nullptr && lighting.shadows != nullptr && !drawable.material->unlit)
+      tell_shadows(lighting.shadows->of(frame), *lighting.shadows, *textures, lookups);
     shade_batches(order.size(), item, lookups, textures, [&](std::size_t first, std::size_t count) {
       // Not every model of shading looks anything up.
       for (std::size_t slot = 0; slot < kLookupSlots; ++slot)
         if (lookups.layout[slot] != nullptr)
           for (auto& lines : lines_[slot]) std::fill_n(lines.begin(), count, -1);
+      forget_shadows(lookups, count);
       for (std::size_t lane = 0; lane < count; ++lane) {
         const std::uint32_t i = order[first + lane];
         const std::array<std::int32_t, 3> corner =
@@ -358,6 +367,7 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
       for (auto& values : vertex_) values[lane] = values[count - 1];
       for (auto& values : input_) values[lane] = values[count - 1];
     }
+    forget_shadows(lookups, count);
     shade_draw(draw, in, count, lookups, out);
     for (std::size_t lane = 0; lane < count; ++lane) {
       ShadedPoint& point = points[order[first + lane]];
@@ -396,6 +406,26 @@ void PixelShader::tell(std::size_t slot, const TextureLayoutView& layout, Lookup
   for (std::size_t line = 0; line < kLookupLines; ++line) lookups.line[slot][line] = lines_[slot][line].data();
 }
 
+void PixelShader::tell_shadows(const shaders::ShadowView* views, const FrameShadows& shadows,
+                               const TextureUnit& textures, LookupArrays& lookups) {
+  shadow_lines_.resize(shadows.lights());
+  shadow_lookups_.assign(shadows.lights(), {});
+  for (std::size_t light = 0; light < shadows.lights(); ++light) {
+    if (!views[light].casts()) continue;
+    ShadowLookups& told = shadow_lookups_[light];
+    told.layout = &textures.memory()->layout(*shadows.maps(light));
+    told.texels = views[light].filter == shaders::ShadowFilter::k3x3 ? 4 : 1;
+    for (std::size_t line = 0; line < kShadowLines; ++line) told.line[line] = shadow_lines_[light][line].data();
+  }
+  lookups.shadows = shadow_lookups_;
+}
+
+void PixelShader::forget_shadows(const LookupArrays& lookups, std::size_t count) {
+  for (const ShadowLookups& light : lookups.shadows)
+    if (light.layout != nullptr)
+      for (std::int32_t* lines : light.line) std::fill_n(lines, round_up(count, std::size_t{16}), -1);
+}
+
 void PixelShader::tell_procedure_textures(const Material& material, const TextureUnit& textures,
                                           LookupArrays& lookups) {
   using Which = scene::MaterialTexture;
@@ -418,6 +448,7 @@ LookupArrays PixelShader::lookups_of(const DrawConstants& draw, const Lighting& 
       tell(slot_of(ImageLookup::kBehind) + color, textures.memory()->layout(image), lookups);
   };
   if (draw.behind.levels > 0) tell_behind(draw.behind);
+  if (draw.shadows != nullptr) tell_shadows(draw.shadows, *lighting.shadows, textures, lookups);
   if (!looks_around(lighting, *draw.material)) return lookups;
   const shaders::RadianceView& around = draw.surroundings.image->radiance;
   tell(slot_of(ImageLookup::kMirrored), textures.memory()->layout(around), lookups);
@@ -449,6 +480,9 @@ void PixelShader::finish_warps(std::size_t first_warp, std::size_t end, std::siz
       for (std::size_t slot = 0; slot < kLookupSlots; ++slot)
         if (lookups.layout[slot] != nullptr)
           textures->fetch_warp(*lookups.layout[slot], lookups.line[slot], begin - first, warp_ends_[w] - begin);
+    for (const ShadowLookups& light : lookups.shadows)
+      if (light.layout != nullptr)
+        textures->fetch_depths(*light.layout, light.line, begin - first, warp_ends_[w] - begin, light.texels);
     if (!keep_warps_) continue;
     timing::WarpItem& item = warp_items_.emplace_back(of_draw);
     item.lanes = static_cast<std::uint32_t>(warp_ends_[w] - begin);

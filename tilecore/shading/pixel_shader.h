@@ -11,6 +11,7 @@
 #include "shaders_cpp/environment.h"
 #include "shaders_cpp/radiance_image.h"
 #include "tilecore/shading/draw_inputs.h"
+#include "tilecore/shading/frame_shadows.h"
 #include "tilecore/shading/surface.h"
 #include "tilecore/shading/texture_unit.h"
 #include "tilecore/shading/vertex_outputs.h"
@@ -24,6 +25,7 @@ struct Lighting {
   // What is behind surfaces that transmit, a texel a pixel of the frame, and smaller levels; null: they show the
   // environment.
   const shaders::RadianceImage* behind = nullptr;
+  const FrameShadows* shadows = nullptr;  // null: no light casts any
 };
 
 struct ShadedPoint {
@@ -116,6 +118,11 @@ class PixelShader {
                      std::span<const Invocation> invocations, std::span<const std::uint32_t> order, bool heights,
                      std::size_t warp_lanes);
   // Where what lanes look up in a slot is told.
+  // Where what lanes look up of shadows is told; `views`: by light. Lanes that a light does not reach tell nothing, so that
+  // lanes forget what those before told.
+  void tell_shadows(const shaders::ShadowView* views, const FrameShadows& shadows, const TextureUnit& textures,
+                    LookupArrays& lookups);
+  static void forget_shadows(const LookupArrays& lookups, std::size_t count);
   void tell(std::size_t slot, const TextureLayoutView& layout, LookupArrays& lookups);
   // Those that shade_procedure() reads.
   void tell_procedure_textures(const scene::Material& material, const TextureUnit& textures, LookupArrays& lookups);
@@ -140,6 +147,8 @@ class PixelShader {
   std::array<std::array<float, kBatch>, 7> input_;
   std::array<std::array<float, kBatch>, 7> output_;
   std::array<std::array<std::array<std::int32_t, kBatch>, kLookupLines>, kLookupSlots> lines_;
+  std::vector<std::array<std::array<std::int32_t, kBatch>, kShadowLines>> shadow_lines_;  // by light
+  std::vector<ShadowLookups> shadow_lookups_;
   std::uint64_t warps_ = 0;
   SurfaceWork surface_work_;
   bool keep_warps_ = false;

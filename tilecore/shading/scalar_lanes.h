@@ -8,6 +8,7 @@
 #include "base/vector3.h"
 #include "shaders_cpp/bicubic.h"
 #include "shaders_cpp/metallic_roughness.h"
+#include "shaders_cpp/shadow_map.h"
 #include "shaders_cpp/texture.h"
 #include "tilecore/shading/draw_inputs.h"
 #include "tilecore/shading/surface.h"

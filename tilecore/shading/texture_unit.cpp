@@ -6,6 +6,7 @@
 
 #include "base/check.h"
 #include "base/error.h"
+#include "base/round_up.h"
 #include "tilecore/shading/pixel_shader_kernel.h"
 
 namespace tessera::tilecore {
@@ -27,12 +28,21 @@ LineSide line_side(int texels) {
 }
 
 TextureMemory::TextureMemory(std::span<const scene::Material> materials, std::int64_t line_bytes,
-                             std::span<const shaders::RadianceImage* const> images)
+                             std::span<const shaders::RadianceImage* const> images, std::span<const DepthMaps> maps)
     : line_bytes_(line_bytes) {
   for (const scene::Material& m : materials)
     for (const scene::TextureSlot* slot : m.slots())
       if (slot->texture != nullptr) add(*slot->texture, slot->texture.get(), slot->texture->blocks());
   for (const shaders::RadianceImage* image : images) add(*image, image->view().texels, shaders::RadianceImage::kBlocks);
+  first_map_line_ = lines_;
+  for (const DepthMaps& of : maps) {
+    add(of, &of, of.blocks());
+    TextureLayoutView& view = layouts_.at(&of).view;
+    view.depths = &of;
+    view.first_flag = static_cast<std::int32_t>(lines_);
+    view.flags_a_line = static_cast<std::int32_t>(8 * line_bytes_);
+    lines_ += round_up(of.flag_bytes(), static_cast<std::uint64_t>(line_bytes_)) / static_cast<std::uint64_t>(line_bytes_);
+  }
   if (lines_ >= std::numeric_limits<std::int32_t>::max())
     throw LimitError("the textures have more cache lines than 31 bits can number");
 }
@@ -56,7 +66,46 @@ void TextureMemory::add(const Image& image, const void* key, shaders::TexelBlock
     lines_ += across * down;
   }
   found->second.view = {found->second.first_line.data(), found->second.lines_across.data(), width, height,
-                        blocks.side > 1};
+                        blocks.side > 1,
+                        nullptr,
+                        0,
+                        1};
+}
+
+namespace {
+
+// The tile of a map that a line of it belongs to.
+std::size_t tile_of(const TextureLayoutView& layout, std::int32_t line) {
+  const DepthMaps& maps = *layout.depths;
+  const std::int32_t across = layout.lines_across[0], first = layout.first_line[0],
+                     in_layer = maps.layers() > 1 ? layout.first_line[1] - first : layout.first_flag - first,
+                     layer = (line - first) / in_layer, in = (line - first) % in_layer;
+  const int x = in % across * layout.width.texels, y = in / across * layout.height.texels;
+  return static_cast<std::size_t>((layer * maps.tiles_down() + y / maps.tile_height()) * maps.tiles_across() +
+                                  x / maps.tile_width());
+}
+
+}  // namespace
+
+void TextureUnit::fetch_depths(const TextureLayoutView& layout, const std::array<std::int32_t*, 4>& lines,
+                               std::size_t first, std::size_t lanes, std::uint64_t texels) {
+  if (candidates_.size() < lanes + 16) candidates_.resize(lanes + 16);
+  std::uint64_t reads = 0;
+  for (std::size_t lane = 0; lane < lanes; ++lane) reads += lines[0][first + lane] >= 0 ? 1 : 0;
+  if (reads == 0) return;
+  counters_.texels += reads * texels;
+  asked_.clear();
+  ++lookup_;
+  for (std::size_t corner = 0; corner < lines.size(); ++corner) {
+    const std::size_t count = distinct_neighbours(lines[corner] + first, lanes, candidates_.data());
+    for (std::size_t k = 0; k < count; ++k) {
+      if (!ask_once(candidates_[k])) continue;
+      const std::size_t tile = tile_of(layout, candidates_[k]);
+      const std::int32_t flags = layout.first_flag + static_cast<std::int32_t>(tile) / layout.flags_a_line;
+      if (ask_once(flags)) need_line(static_cast<std::uint32_t>(flags));
+      if (layout.depths->cleared()[tile] == 0) need_line(static_cast<std::uint32_t>(candidates_[k]));
+    }
+  }
 }
 
 void TextureUnit::begin_tile(const Settings& settings) {

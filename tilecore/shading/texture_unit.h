@@ -12,6 +12,7 @@
 #include "scene/capture.h"
 #include "shaders_cpp/radiance_image.h"
 #include "shaders_cpp/texture.h"
+#include "tilecore/shading/depth_maps.h"
 
 namespace tessera::tilecore {
 
@@ -31,6 +32,9 @@ struct TextureLayoutView {
   const std::int32_t *first_line, *lines_across;  // by level
   LineSide width, height;                         // of a line
   bool compressed;                                // lookups decode blocks
+  const DepthMaps* depths = nullptr;  // whose lines these are; null: those of a texture or of an image
+  std::int32_t first_flag = 0;        // of its flags, the line of the first
+  std::int32_t flags_a_line = 1;
 };
 
 // Where the textures of a capture lie in the emulated memory, by numbers of cache lines: one after the other in the
@@ -42,15 +46,19 @@ struct TextureLayoutView {
 //   TX4  A line holds line_bytes / block bytes blocks.
 class TextureMemory {
  public:
-  // `materials`: those that frames are drawn with. `images`: others that shaders read; without levels: none.
+  // `materials`: those that frames are drawn with. `images`: others that shaders read; without levels: none. `maps`: of
+  // lights, which lie behind the rest.
   TextureMemory(std::span<const scene::Material> materials, std::int64_t line_bytes,
-                std::span<const shaders::RadianceImage* const> images = {});
+                std::span<const shaders::RadianceImage* const> images = {}, std::span<const DepthMaps> maps = {});
 
   // Of a texture of the materials, or of an image.
   const TextureLayoutView& layout(const shaders::Texture* texture) const { return layouts_.at(texture).view; }
   const TextureLayoutView& layout(const shaders::RadianceImage* image) const { return layout(image->view()); }
   const TextureLayoutView& layout(const shaders::RadianceView& image) const { return layouts_.at(image.texels).view; }
+  const TextureLayoutView& layout(const DepthMaps& maps) const { return layouts_.at(&maps).view; }
   std::uint64_t lines() const { return lines_; }
+  // The first line of depth maps; those from here on are theirs.
+  std::uint64_t first_map_line() const { return first_map_line_; }
 
  private:
   // An image with levels of its own, or the texture of a slot, once each; found by `key`.
@@ -58,7 +66,7 @@ class TextureMemory {
   void add(const Image& image, const void* key, shaders::TexelBlocks blocks);
 
   std::int64_t line_bytes_;
-  std::uint64_t lines_ = 0;
+  std::uint64_t lines_ = 0, first_map_line_ = 0;
   struct Layout {
     std::vector<std::int32_t> first_line, lines_across;
     TextureLayoutView view{};
@@ -102,6 +110,10 @@ class TextureUnit {
   // corner.
   void fetch_warp(const TextureLayoutView& layout, const std::array<std::int32_t*, 8>& lines, std::size_t first,
                   std::size_t lanes);
+  // The same of look-ups in depth maps, in one level, of `texels` each: the flags of their tiles, then the lines of those
+  // that are stored.
+  void fetch_depths(const TextureLayoutView& layout, const std::array<std::int32_t*, 4>& lines, std::size_t first,
+                    std::size_t lanes, std::uint64_t texels);
   // The lookup of one lane alone, as fetch() has it.
   void fetch_lane(const TextureLayoutView& layout, const std::array<std::int32_t*, 8>& lines, std::size_t lane);
   // Null: the unit counts nothing.

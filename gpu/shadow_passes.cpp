@@ -1,0 +1,118 @@
+#include "gpu/shadow_passes.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "scene/limits.h"
+
+namespace tessera::gpu {
+namespace {
+
+using scene::Capture;
+using shaders::Light;
+
+// A spot light whose cone an animation widens may come to need a cube.
+bool cone_is_animated(const Capture& capture, int light) {
+  const auto moves = [&](const scene::AnimationChannel& channel) {
+    return channel.path == scene::AnimatedPath::kOuterCone && channel.object == light;
+  };
+  return std::ranges::any_of(capture.animations,
+                             [&](const scene::Animation& animation) { return std::ranges::any_of(animation.channels, moves); });
+}
+
+int most_layers(const Capture& capture, const scene::ShadowRequest& request) {
+  const Light& light = capture.lights[static_cast<std::size_t>(request.light)];
+  if (light.type == Light::Type::kDirectional) return request.cascades;
+  return scene::needs_cube(light) || cone_is_animated(capture, request.light) ? 6 : 1;
+}
+
+}  // namespace
+
+ShadowPasses::ShadowPasses(const scene::Assembly& assembly, const frontend::PyramidLibrary& pyramids,
+                           const GpuConfiguration& gpu, const RunSettings& settings, Pipeline::Cores cores)
+    : gpu_(gpu), settings_(settings) {
+  const Capture& capture = *assembly.capture;
+  if (settings.effects.shadows == ShadowCasters::kOff) return;
+  std::vector<scene::ShadowRequest> requests;
+  for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
+    if (capture.nodes[n].light == scene::kNone) continue;
+    const std::optional<scene::ShadowRequest> request = scene::shadow_request(
+        capture, capture.nodes[n].light, settings.shadows, settings.effects.shadows == ShadowCasters::kAll);
+    if (!request) continue;
+    slots_.push_back({static_cast<int>(n), {}});
+    requests.push_back(*request);
+  }
+  if (slots_.size() > scene::kMaxShadowLights)
+    throw LimitError(fmt::format("{} lights cast shadows; {} may", slots_.size(), scene::kMaxShadowLights));
+  scene::MemoryBudget budget(capture.max_bytes, capture.file.string(), assembly.charged_bytes());
+  for (const scene::ShadowRequest& request : requests) {
+    const auto side = static_cast<std::uint64_t>(request.size);
+    budget.charge(side * side * static_cast<std::uint64_t>(most_layers(capture, request)), sizeof(float),
+                  "depths of the maps of lights");
+  }
+  maps_.reserve(slots_.size());
+  for (std::size_t k = 0; k < slots_.size(); ++k) {
+    const int layers = most_layers(capture, requests[k]);
+    maps_.emplace_back(requests[k].size, layers, settings.shadows.format, gpu.tile.width, gpu.tile.height);
+    for (int layer = 0; layer < layers; ++layer)
+      slots_[k].pipelines.push_back(std::make_unique<Pipeline>(gpu, pyramids, cores));
+  }
+}
+
+const tilecore::DepthMaps* ShadowPasses::maps_of(int node) const {
+  const auto slot = std::ranges::find(slots_, node, &Slot::node);
+  return slot == slots_.end() ? nullptr : &maps_[static_cast<std::size_t>(slot - slots_.begin())];
+}
+
+void ShadowPasses::render(const scene::FrameGeometry& frame, const tilecore::TileJob& job, WorkRecorder& recorder,
+                          WorkProgress* progress, int number, FrameResult& result) {
+  shadows_.reset();
+  results_.clear();
+  if (slots_.empty()) return;
+  const StageTimer timer(result, "shadows");
+  const std::vector<scene::ShadowLight> lights =
+      shadow_lights(frame, settings_.shadows, settings_.effects.shadows == ShadowCasters::kAll);
+  views_ = light_views(frame, lights, settings_.shadows);
+  const tilecore::SamplePattern pattern({.samples_per_pixel = 1});
+  std::vector<tilecore::FrameShadows::Caster> casters;
+  binner::TileIndex first_tile = job.grid->tile_count();
+  for (std::size_t k = 0; k < lights.size(); ++k) {
+    const int node = frame.light_nodes[lights[k].light];
+    const auto slot = static_cast<std::size_t>(std::ranges::find(slots_, node, &Slot::node) - slots_.begin());
+    for (const scene::LightView& view : views_[k]) {
+      const std::unique_ptr<scene::FrameGeometry> posed = pose_for_light(frame, view, settings_.shadows);
+      const binner::TileGrid grid(view.size, view.size, gpu_.tile.width, gpu_.tile.height);
+      maps_[slot].begin(view.layer, static_cast<double>(view.camera.camera.near), static_cast<double>(view.camera.camera.far));
+      tilecore::TileJob depths = job;
+      depths.frame = posed.get(), depths.grid = &grid, depths.pattern = &pattern;
+      depths.depths = &maps_[slot], depths.depth_layer = view.layer;
+      FrameResult& pass = results_.emplace_back(number, tilecore::FrameTargets(IntRect{0, 0, 0, 0}, false));
+      const std::string name = fmt::format("shadow {}.{}", slot, view.layer);
+      ViewRun run{gpu_, depths, recorder, pass, nullptr, progress};
+      run.pass = name;
+      run.first_tile = first_tile;
+      run.waits = false;
+      first_tile += grid.tile_count();
+      slots_[slot].pipelines[static_cast<std::size_t>(view.layer)]->render(run, {});
+    }
+    casters.push_back({lights[k].light, views_[k], &maps_[slot]});
+  }
+  if (!casters.empty()) shadows_.emplace(frame, casters, settings_.shadows);
+}
+
+void ShadowPasses::finish(FrameResult& result) {
+  std::vector<PassResult> passes;
+  for (FrameResult& pass : results_) {
+    result.counters.merge(pass.counters);
+    merge(result.drawables, pass.drawables);
+    for (PassResult& one : pass.passes) passes.push_back(std::move(one));
+  }
+  result.passes.insert(result.passes.begin(), std::make_move_iterator(passes.begin()),
+                       std::make_move_iterator(passes.end()));
+  results_.clear();
+}
+
+}  // namespace tessera::gpu

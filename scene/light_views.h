@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "scene/frame_geometry.h"
+#include "scene/shadow_settings.h"
+
+namespace tessera::scene {
+
+// Lights that may cast in one frame, each with one or more maps.
+inline constexpr std::size_t kMaxShadowLights = 16;
+
+// A light of a frame that casts shadows.
+struct ShadowLight {
+  std::uint32_t light = 0;  // of FrameGeometry::lights
+  ShadowRequest request;    // with the sizes that the settings give it
+};
+
+// What is asked of a light's maps, or nothing: by the capture or, with `all`, by default.
+std::optional<ShadowRequest> shadow_request(const Capture& capture, int light, const ShadowSettings& settings, bool all);
+
+// Lights of a frame that cast: those that the capture names or, with `all`, all of them. Throws LimitError where they are
+// more than kMaxShadowLights.
+std::vector<ShadowLight> shadow_lights(const FrameGeometry& frame, const ShadowSettings& settings, bool all);
+
+// What one map of a light sees: a spot light's cone, a face of a cube around a point light (and around a spot whose cone
+// is wider than 120 degrees), or a cascade of a directional light.
+struct LightView {
+  int layer = 0;        // of the light's maps; of cascades, those nearer to the camera come first
+  int size = 0;         // texels along a side
+  CameraChoice camera;  // fixed
+};
+
+// The maps of each of a frame's lights, as they stand at shutter open. Depth begins before all casters. A border of kShadowBorder texels
+// lies around what a map is for, so that filters find their texels in it. Cascades are split at 0.85 of a logarithmic
+// and 0.15 of an even division of the view's depth (Zhang et al. 2006, "Parallel-split shadow maps").
+// A light whose node is scaled to nothing looks along -z.
+std::vector<std::vector<LightView>> light_views(const FrameGeometry& frame, std::span<const ShadowLight> lights,
+                                                const ShadowSettings& settings);
+inline constexpr int kShadowBorder = 2;
+// Whether a light has the faces of a cube.
+bool needs_cube(const shaders::Light& light);
+
+// The frame's scene at shutter open, as a map of a light sees it: drawables that cast, without lights. Runs on all threads.
+std::unique_ptr<FrameGeometry> pose_for_light(const FrameGeometry& frame, const LightView& view,
+                                              const ShadowSettings& settings);
+
+// From the raster space of a frame's key to that of a light's view, as a matrix on (xh, yh, depth, 1). Made in double
+// precision: world space, where far places are coarse, is never passed.
+DMat4 raster_to_light(const FrameGeometry& frame, std::size_t key, const LightView& view);
+
+// A pixel's raster projection as a map has it.
+Projection light_projection(const LightView& view);
+
+}  // namespace tessera::scene

@@ -1,0 +1,31 @@
+#include "scene/shadow_settings.h"
+
+namespace tessera::scene {
+
+Keys<ShadowSettings> shadow_keys() {
+  using S = ShadowSettings;
+  return {
+      {"shadows.filter", &S::filter,
+       "How a shadow is looked up: one comparison with the nearest texel; four, weighed bilinearly (2x2); or a box of "
+       "three by three of these, which reads 16 texels (3x3)."},
+      {"shadows.format", &S::format,
+       "How maps hold depths, which are linear between the nearest and the farthest caster: 16 bits, 24 bits in 4 bytes, "
+       "or single precision."},
+      {"shadows.size", &S::size, "texels", 0, 16384, "Along the sides of all maps; 0 takes the capture's."},
+      {"shadows.cascades", &S::cascades, "", 0, 8, "Maps of a directional light; 0 takes the capture's."},
+      {"shadows.fit", &S::fit,
+       "How maps of a directional light lie over the part of the view that each is for: over the sphere around it, in "
+       "steps of whole texels, so that edges stand still while the camera moves; over its own box; or over the box of "
+       "what receives shadows in it."},
+      {"shadows.faces", &S::faces, "Which sides of single-sided surfaces cast."},
+      {"shadows.blended", &S::blended, "Whether blended surfaces cast none, or as if they were opaque."},
+      {"shadows.bias", &S::bias, "", 0, 64,
+       "Factor on the bias of a look-up: half a texel of the receiver's slope, half a step of the depths' format, and "
+       "what rounding vertices to sub-pixels moves."},
+      {"shadows.offset", &S::offset, "scene units", 0, 1e6, "Is added to the bias of a look-up."},
+      {"shadows.max_slope", &S::max_slope, "", 0, 1e6,
+       "The steepest slope, depth over width, that the bias and the texels around a look-up take of a receiver."},
+  };
+}
+
+}  // namespace tessera::scene

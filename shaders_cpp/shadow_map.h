@@ -1,0 +1,44 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "base/real.h"
+#include "base/vec.h"
+#include "base/vector3.h"
+#include "shaders_cpp/texture.h"
+
+namespace tessera::shaders {
+
+// Which comparisons with the depths of a map a look-up takes: one with the nearest texel; four around, weighed
+// bilinearly; or a box of three by three of these.
+enum class ShadowFilter : std::uint8_t { kNearest, k2x2, k3x3 };
+
+// One map of a light as look-ups see it.
+struct ShadowLayer {
+  // From the camera's raster space, as a matrix on (xh, yh, depth, 1), to that of the map in texels, at both keys of the
+  // camera's motion.
+  std::array<Mat4, 2> from_raster{Mat4(1.0f), Mat4(1.0f)};
+  float bias = 0;  // depth, beside what slopes add
+};
+
+// The maps of a light, layer by layer in squares of `size` rows and columns: the depth of what is nearest to the light at
+// the middle of a texel, infinity where nothing is.
+struct ShadowView {
+  const float* texels = nullptr;  // null: the light casts no shadows
+  int size = 0, layers = 0;
+  bool perspective = false;
+  ShadowFilter filter = ShadowFilter::k2x2;
+  float slope_bias = 0;  // share of the receiver's slope, depth per texel along both axes together
+  float max_slope = 0;   // of it; in perspective, of a receiver at depth 1
+  const ShadowLayer* layer = nullptr;
+
+  bool casts() const { return texels != nullptr; }
+};
+
+namespace scalar {
+#include "shaders_cpp/shadow_map.inc"
+}  // namespace scalar
+using namespace scalar;
+
+}  // namespace tessera::shaders

@@ -1,0 +1,214 @@
+// Shadows of lights from their maps: closed forms of where they fall, what looking them up without a bias does, what their
+// passes cost.
+#include "base/error.h"
+#include "base/parallel.h"
+#include "gpu/device.h"
+#include "gpu/settings.h"
+#include "scene/light_views.h"
+#include "tests/support/tests.h"
+
+namespace tessera::gpu::shadows_test {
+namespace {
+
+using memory::Purpose;
+using memory::Unit;
+using scene::Capture;
+using shaders::Light;
+
+constexpr int kSide = 128;
+constexpr double kHalf = 4;  // of what the camera sees, scene units
+
+// Turns -z towards `direction`.
+DQuat looking(const DVec3& direction) {
+  const DVec3 back = -glm::normalize(direction),
+              right = glm::normalize(glm::cross(std::abs(back.y) < 0.99 ? DVec3(0, 1, 0) : DVec3(0, 0, 1), back));
+  return glm::quat_cast(DMat3(right, glm::cross(back, right), back));
+}
+
+int add_light(Capture& capture, const Light& light, const DVec3& place, const DVec3& direction) {
+  capture.lights.push_back(light);
+  capture.light_parameters.push_back({.color = light.color, .intensity = 1, .inner_cone = std::acos(light.cos_inner), .outer_cone = std::acos(light.cos_outer)});
+  scene::Node node;
+  node.light = static_cast<int>(capture.lights.size()) - 1;
+  node.transform.translation = place;
+  node.transform.rotation = looking(direction);
+  capture.nodes.push_back(node);
+  capture.roots.push_back(static_cast<int>(capture.nodes.size()) - 1);
+  capture.settings.shadows.push_back({.light = node.light, .size = 256});
+  return capture.roots.back();
+}
+
+scene::Material white() {
+  scene::Material m;
+  m.metallic = 0, m.roughness = 1;
+  m.double_sided = true;
+  return m;
+}
+
+// A square of the plane y = 0, and around it.
+scene::Primitive square(double half, int material) {
+  const auto h = static_cast<float>(half);
+  return test::triangles({{-h, 0, h}, {h, 0, h}, {h, 0, -h}, {-h, 0, -h}}, {0, 1, 2, 0, 2, 3}, material);
+}
+
+// A floor seen from above, and a card over it.
+struct Floor {
+  Capture capture;
+  int card = 0, camera = 0;
+
+  explicit Floor(const DVec3& card_at = DVec3(0, 2, 0), double card_half = 0.75) {
+    const int material = test::add_material(capture, white());
+    test::add_node(capture, square(3 * kHalf, material));
+    card = test::add_node(capture, square(card_half, material), card_at);
+    scene::Camera lens;
+    lens.type = scene::Camera::Type::kOrthographic;
+    lens.x_mag = lens.y_mag = static_cast<float>(kHalf);
+    camera = test::add_camera(capture, {0, 10, 0}, lens);
+    capture.nodes[static_cast<std::size_t>(camera)].transform.rotation = looking({0, -1, 0});
+    capture.settings.environment = 0.0f;
+    capture.settings.background = Vec3(0.0f);
+  }
+};
+
+FrameResult frame_of(const Capture& capture, const std::vector<std::string>& keys = {}, int frame = 0) {
+  RunSettings settings;
+  GpuConfiguration gpu;
+  for (const std::string& key : keys) apply_setting(key, settings, gpu);
+  return Device(capture, gpu, settings, {kSide, kSide, {0, 0, kSide, kSide}}).render(frame);
+}
+
+// How much of the light that there is without shadows every pixel has.
+std::vector<double> lit_shares(const Capture& capture, std::vector<std::string> keys = {}) {
+  const FrameResult with = frame_of(capture, keys);
+  keys.emplace_back("effects.shadows=off");
+  const FrameResult without = frame_of(capture, keys);
+  std::vector<double> shares;
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x) {
+      const double all = static_cast<double>(without.targets.color.at(x, y)[0]);
+      shares.push_back(all > 0 ? static_cast<double>(with.targets.color.at(x, y)[0]) / all : 0.0);
+    }
+  return shares;
+}
+
+// The middle of a pixel on the floor: x to the right, z down, as `looking` turns the camera.
+DVec2 floor_place(int x, int y) {
+  return {(x + 0.5 - kSide / 2) * 2 * kHalf / kSide, (y + 0.5 - kSide / 2) * 2 * kHalf / kSide};
+}
+
+// Signed distance to a square of the floor, negative inside, where the larger of two axes counts.
+double to_square(const DVec2& place, const DVec2& middle, double half) {
+  const DVec2 off = glm::abs(place - middle) - half;
+  return std::max(off.x, off.y);
+}
+
+// Pixels that are wrong, of those that are farther than `margin` scene units from the shadow's edge and are not the card's.
+struct Wrong {
+  int lit = 0, dark = 0, looked_at = 0;
+};
+Wrong compare(const std::vector<double>& shares, const DVec2& middle, double half, double margin,
+              const DVec2& card = DVec2(0, 0), double card_half = 0.75) {
+  Wrong wrong;
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x) {
+      const DVec2 place = floor_place(x, y);
+      const double distance = to_square(place, middle, half);
+      if (std::abs(distance) < margin || to_square(place, card, card_half) < 0.1) continue;
+      const double share = shares[static_cast<std::size_t>(y * kSide + x)];
+      ++wrong.looked_at;
+      if (distance < 0 && share > 1e-6) ++wrong.lit;
+      if (distance > 0 && share < 1 - 1e-6) ++wrong.dark;
+    }
+  return wrong;
+}
+
+class Filters : public testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(All, Filters, testing::Values("nearest", "2x2", "3x3"));
+
+// A sun at 45 degrees moves the shadow of a card of height h by h.
+TEST_P(Filters, ASunsShadowOfACardIsACardBesideIt) {
+  Floor floor;
+  add_light(floor.capture, {}, {0, 0, 0}, {1, -1, 0});
+  const std::vector<double> shares = lit_shares(floor.capture, {"shadows.filter=" + GetParam()});
+  // A map of 256 texels over the sphere around the view.
+  const Wrong wrong = compare(shares, {2, 0}, 0.75, 0.3);
+  EXPECT_EQ(wrong.lit, 0);
+  EXPECT_EQ(wrong.dark, 0);
+  EXPECT_GT(wrong.looked_at, kSide * kSide / 2);
+}
+
+// A lamp at height H over the middle throws the shadow of a card at height h larger by H / (H - h).
+TEST_P(Filters, ALampsShadowOfACardIsLarger) {
+  for (const Light::Type type : {Light::Type::kPoint, Light::Type::kSpot}) {
+    Floor floor({0, 2, 0}, 0.5);
+    Light lamp;
+    lamp.type = type;
+    lamp.color = Vec3(30.0f);
+    lamp.cos_outer = 0.5f, lamp.cos_inner = 0.51f;
+    add_light(floor.capture, lamp, {1, 6, 0}, {0, -1, 0});
+    const std::vector<double> shares = lit_shares(floor.capture, {"shadows.filter=" + GetParam()});
+    const Wrong wrong = compare(shares, {-0.5, 0}, 0.75, 0.2, {0, 0}, 0.5);
+    EXPECT_EQ(wrong.lit, 0) << static_cast<int>(type);
+    EXPECT_EQ(wrong.dark, 0) << static_cast<int>(type);
+  }
+}
+
+// Known answer: without a bias the nearest depth lies before half of a tilted plane and behind the other half.
+TEST(Shadows, WithoutABiasHalfOfAPlaneShadowsItself) {
+  Floor floor({0, -1, 0});
+  add_light(floor.capture, {}, {0, 0, 0}, {1, -1.3, 0.45});
+  const auto dark_share = [&](const std::vector<std::string>& keys) {
+    const std::vector<double> shares = lit_shares(floor.capture, keys);
+    return static_cast<double>(std::ranges::count_if(shares, [](double s) { return s < 0.5; })) / (kSide * kSide);
+  };
+  EXPECT_NEAR(dark_share({"shadows.filter=nearest", "shadows.bias=0"}), 0.5, 0.05);
+  for (const char* filter : {"shadows.filter=nearest", "shadows.filter=2x2", "shadows.filter=3x3"}) {
+    EXPECT_EQ(dark_share({filter}), 0) << filter;
+    EXPECT_EQ(dark_share({filter, "shadows.format=d16"}), 0) << filter;
+  }
+}
+
+// Grazing light, too, and far from the world's origin.
+TEST(Shadows, APlaneUnderAGrazingSunIsLitWhereverItIs) {
+  for (const double away : {0.0, 1e6}) {
+    Floor floor({0, -1, 0});
+    add_light(floor.capture, {}, {0, 0, 0}, {1, -0.04, 0.3});
+    for (std::size_t n = 0; n < floor.capture.nodes.size(); ++n)
+      floor.capture.nodes[n].transform.translation += DVec3(away, 0.5 * away, -away);
+    for (const char* filter : {"shadows.filter=nearest", "shadows.filter=2x2", "shadows.filter=3x3"})
+      EXPECT_EQ(std::ranges::count_if(lit_shares(floor.capture, {filter}), [](double s) { return s < 1 - 1e-6; }), 0)
+          << filter << " " << away;
+  }
+}
+
+TEST(Shadows, AMapStoresItsTexelsAndClearedTilesAreAFlag) {
+  Floor floor;
+  add_light(floor.capture, {}, {0, 0, 0}, {0, -1, 0.001});
+  const FrameResult frame = frame_of(floor.capture);
+  ASSERT_EQ(frame.passes.size(), 2u);
+  EXPECT_EQ(frame.passes[0].name, "shadow 0.0");
+  const FrameCounters& pass = frame.passes[0].counters;
+  const memory::Traffic stored = pass.ledger.traffic(Unit::kResolve, Purpose::kShadowMap);
+  const GpuConfiguration gpu;
+  const std::uint64_t tiles = 256 * 256 / static_cast<std::uint64_t>(gpu.tile.width * gpu.tile.height);
+  EXPECT_EQ(pass.shadows.texels_stored + pass.shadows.tiles_cleared * 256 * 256 / tiles, 256u * 256u);
+  EXPECT_EQ(stored.written_bytes, 4 * pass.shadows.texels_stored + (tiles / 8 + 63) / 64 * 64);
+  EXPECT_EQ(pass.shading.pixel_shader_invocations, 0u);
+  EXPECT_GT(frame.passes[1].counters.ledger.traffic(Unit::kTilecore, Purpose::kShadowMap).read_bytes, 0u);
+}
+
+TEST(Shadows, FramesAreTheSameOnAnyThreads) {
+  Floor floor;
+  add_light(floor.capture, {}, {0, 0, 0}, {1, -1, 0});
+  const auto render = [&](std::size_t threads) {
+    const ThreadLimit limit(threads);
+    return frame_of(floor.capture);
+  };
+  const FrameResult one = render(1), four = render(4);
+  EXPECT_EQ(one.targets.color.values, four.targets.color.values);
+  EXPECT_EQ(one.counters.texture.cache_misses, four.counters.texture.cache_misses);
+  EXPECT_EQ(one.model->timing.cycles, four.model->timing.cycles);
+}
+
+}  // namespace
+}  // namespace tessera::gpu::shadows_test

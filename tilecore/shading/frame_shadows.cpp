@@ -1,0 +1,72 @@
+#include "tilecore/shading/frame_shadows.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/check.h"
+
+namespace tessera::tilecore {
+namespace {
+
+using scene::FrameGeometry;
+using scene::LightView;
+using scene::ShadowSettings;
+using shaders::ShadowLayer;
+using shaders::ShadowView;
+
+// Of the receiver's slope: half a texel between the point that is asked for and the middle of a texel, and what rounding
+// vertices to sub-pixels moves the casters, in each view at most half a step along both axes.
+float slope_share(const FrameGeometry& frame, const ShadowSettings& settings) {
+  return static_cast<float>(settings.bias * (0.5 + 1.0 / static_cast<double>(frame.request.subpixels())));
+}
+
+// Half a step of the format, and what single precision leaves of a depth.
+float constant_bias(const LightView& view, const DepthMaps& maps, const ShadowSettings& settings) {
+  const double far = static_cast<double>(view.camera.camera.far);
+  return static_cast<float>(settings.offset + settings.bias * (0.5 * maps.step(view.layer) + far * 0x1p-21));
+}
+
+ShadowView view_of(const FrameGeometry& frame, const FrameShadows::Caster& caster, const ShadowSettings& settings,
+                   ShadowLayer* layers) {
+  const LightView& first = caster.views.front();
+  const scene::Projection projection = light_projection(first);
+  for (const LightView& view : caster.views) {
+    ShadowLayer& layer = layers[view.layer];
+    for (std::size_t key = 0; key < 2; ++key) layer.from_raster[key] = Mat4(raster_to_light(frame, key, view));
+    layer.bias = constant_bias(view, *caster.maps, settings);
+  }
+  ShadowView out;
+  out.texels = caster.maps->texels();
+  out.size = first.size, out.layers = static_cast<int>(caster.views.size());
+  out.perspective = !projection.orthographic;
+  out.filter = settings.filter;
+  out.slope_bias = slope_share(frame, settings);
+  out.max_slope = static_cast<float>(settings.max_slope / projection.scale);
+  out.layer = layers;
+  return out;
+}
+
+}  // namespace
+
+FrameShadows::FrameShadows(const FrameGeometry& frame, std::span<const Caster> casters, const ShadowSettings& settings)
+    : maps_(frame.lights[0].size(), nullptr) {
+  for (int number = 0; number <= static_cast<int>(frame.segments.size()); ++number) {
+    const FrameGeometry& of = frame.segment(number);
+    Segment& segment = segments_.emplace_back(Segment{&of, std::vector<ShadowView>(maps_.size()), {}});
+    for (const Caster& caster : casters) {
+      TESSERA_CHECK(!caster.views.empty() && static_cast<int>(caster.views.size()) <= caster.maps->layers(),
+                    "a caster has a view for each of its maps");
+      segment.layers.push_back(std::make_unique<ShadowLayer[]>(caster.views.size()));
+      segment.views[caster.light] = view_of(of, caster, settings, segment.layers.back().get());
+    }
+  }
+  for (const Caster& caster : casters) maps_[caster.light] = caster.maps;
+}
+
+const ShadowView* FrameShadows::of(const FrameGeometry& segment) const {
+  const auto found = std::ranges::find(segments_, &segment, &Segment::frame);
+  TESSERA_CHECK(found != segments_.end(), "shadows are those of the frame that is drawn");
+  return found->views.data();
+}
+
+}  // namespace tessera::tilecore

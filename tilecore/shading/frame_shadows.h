@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "scene/light_views.h"
+#include "shaders_cpp/shadow_map.h"
+#include "tilecore/shading/depth_maps.h"
+
+namespace tessera::tilecore {
+
+// What the pixel shader knows of the shadows of a frame: for each of its motion segments, the maps of each light.
+class FrameShadows {
+ public:
+  // A light that casts: which, what its maps see, and what they hold. `maps` must outlive this.
+  struct Caster {
+    std::size_t light = 0;  // of FrameGeometry::lights
+    std::span<const scene::LightView> views;
+    const DepthMaps* maps = nullptr;
+  };
+  FrameShadows(const scene::FrameGeometry& frame, std::span<const Caster> casters,
+               const scene::ShadowSettings& settings);
+
+  // As the lights of the frame; null: none casts. `segment`: the frame or one of its segments.
+  const shaders::ShadowView* of(const scene::FrameGeometry& segment) const;
+  // The maps of a light, or null.
+  const DepthMaps* maps(std::size_t light) const { return maps_[light]; }
+  std::size_t lights() const { return maps_.size(); }
+
+ private:
+  struct Segment {
+    const scene::FrameGeometry* frame;
+    std::vector<shaders::ShadowView> views;                        // by light
+    std::vector<std::unique_ptr<shaders::ShadowLayer[]>> layers;  // of those that cast
+  };
+  std::vector<Segment> segments_;
+  std::vector<const DepthMaps*> maps_;
+};
+
+}  // namespace tessera::tilecore
