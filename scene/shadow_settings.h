@@ -38,7 +38,7 @@ struct ShadowSettings {
   BlendedCasters blended = BlendedCasters::kNothing;
   double bias = 1.0;        // factor on the bias that follows from the receiver's slope and the depths' precision
   double offset = 0.0;      // scene units that are added to the bias
-  double max_slope = 16.0;  // of a receiver's plane, depth over width, as the bias takes it
+  double max_slope = 1000.0; // of a receiver's plane, depth over width, as the bias takes it
 
   bool operator==(const ShadowSettings&) const = default;
 };
