@@ -281,7 +281,8 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
   WorkRecorder recorder(
       gpu_, patch_table_, heights, request_.record_accesses,
       request_.record_items || request_.attribute || gpu_.queues.model == hardware::TimingModel::kEvents,
-      {static_cast<std::uint32_t>(texture_memory_.first_map_line()), static_cast<std::uint32_t>(texture_memory_.lines())});
+      {static_cast<std::uint32_t>(texture_memory_.first_map_line()),
+       static_cast<std::uint32_t>(texture_memory_.lines())});
   {
     tilecore::TileJob depths = make_job(*geometry, grid, pattern);
     depths.store = tilecore::FrameStore(), depths.scene_color = nullptr, depths.lighting = tilecore::Lighting();
@@ -289,7 +290,12 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
     job.lighting.shadows = shadow_passes_.shadows();
   }
   if (eliminates(gpu_)) begin_elimination(frame, eye, job);
-  ViewRun run{gpu_, job, recorder, result, observed ? &record : nullptr, &progress_,
+  ViewRun run{gpu_,
+              job,
+              recorder,
+              result,
+              observed ? &record : nullptr,
+              &progress_,
               gpu_.tile.rendering_elimination ? &eye.inputs : nullptr};
   run.waits = !shadow_passes_.any_pass();
   pipeline_.render(run, {guesses, guess ? &*guess : nullptr});
@@ -299,8 +305,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
     const StageTimer timer(result, "model");
     timing::WarmCaches* const caches = caches_.of_frame(gpu_, frame);
     const timing::WarmCaches before = request_.attribute && caches != nullptr ? *caches : timing::WarmCaches();
-    result.model =
-        model_machine(gpu_, recorder.finish(result.counters.ledger), caches, request_.keep_transactions);
+    result.model = model_machine(gpu_, recorder.finish(result.counters.ledger), caches, request_.keep_transactions);
     if (request_.attribute) {
       const MachineModel& model = *result.model;
       result.shares = attribute_costs(gpu_, model.record.work, model.schedule, model.timing, model.energy,

@@ -27,7 +27,8 @@ Keys<EffectSettings> effect_keys() {
       {"effects.blending", &S::blending, "Blending: what the capture asks for; none, blended surfaces are opaque."},
       {"effects.procedures", &S::procedures, "Procedures: what the capture has; none."},
       {"effects.shadows", &S::shadows,
-       "Shadows: of the lights that the capture names; none; or of all lights, directional ones in four maps of 1024 texels "
+       "Shadows: of the lights that the capture names; none; or of all lights, directional ones in four maps of 1024 "
+       "texels "
        "a side, others in one of that size for each direction that they need."},
   };
 }

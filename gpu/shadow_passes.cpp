@@ -19,8 +19,9 @@ bool cone_is_animated(const Capture& capture, int light) {
   const auto moves = [&](const scene::AnimationChannel& channel) {
     return channel.path == scene::AnimatedPath::kOuterCone && channel.object == light;
   };
-  return std::ranges::any_of(capture.animations,
-                             [&](const scene::Animation& animation) { return std::ranges::any_of(animation.channels, moves); });
+  return std::ranges::any_of(capture.animations, [&](const scene::Animation& animation) {
+    return std::ranges::any_of(animation.channels, moves);
+  });
 }
 
 int most_layers(const Capture& capture, const scene::ShadowRequest& request) {
@@ -45,8 +46,8 @@ ShadowPasses::ShadowPasses(const scene::Assembly& assembly, const frontend::Pyra
     slots_.push_back({static_cast<int>(n), {}});
     requests.push_back(*request);
   }
-  if (slots_.size() > scene::kMaxShadowLights)
-    throw LimitError(fmt::format("{} lights cast shadows; {} may", slots_.size(), scene::kMaxShadowLights));
+  if (slots_.size() > scene::ShadowRequest::kMaxLights)
+    throw LimitError(fmt::format("{} lights cast shadows; {} may", slots_.size(), scene::ShadowRequest::kMaxLights));
   scene::MemoryBudget budget(capture.max_bytes, capture.file.string(), assembly.charged_bytes());
   for (const scene::ShadowRequest& request : requests) {
     const auto side = static_cast<std::uint64_t>(request.size);
@@ -85,7 +86,8 @@ void ShadowPasses::render(const scene::FrameGeometry& frame, const tilecore::Til
     for (const scene::LightView& view : views_[k]) {
       const std::unique_ptr<scene::FrameGeometry> posed = pose_for_light(frame, view, settings_.shadows);
       const binner::TileGrid grid(view.size, view.size, gpu_.tile.width, gpu_.tile.height);
-      maps_[slot].begin(view.layer, static_cast<double>(view.camera.camera.near), static_cast<double>(view.camera.camera.far));
+      maps_[slot].begin(view.layer, static_cast<double>(view.camera.camera.near),
+                        static_cast<double>(view.camera.camera.far));
       tilecore::TileJob depths = job;
       depths.frame = posed.get(), depths.grid = &grid, depths.pattern = &pattern;
       depths.depths = &maps_[slot], depths.depth_layer = view.layer;

@@ -16,7 +16,7 @@ namespace tessera::gpu {
 // The maps of a capture's lights, and the passes that draw them: one for each map, before what looks them up.
 class ShadowPasses {
  public:
-  // All must outlive it. Throws LimitError where more lights cast than scene::kMaxShadowLights, BudgetError where their maps
+  // All must outlive it. Throws LimitError where more lights cast than scene::ShadowRequest::kMaxLights, BudgetError where their maps
   // take more memory than reading the capture left.
   ShadowPasses(const scene::Assembly& assembly, const frontend::PyramidLibrary& pyramids, const GpuConfiguration& gpu,
                const RunSettings& settings, Pipeline::Cores cores);

@@ -79,10 +79,10 @@ void WorkRecorder::end_view(const tilecore::TileJob& job) {
   const auto blocks = [](std::uint64_t pixels) {
     return (pixels + tilecore::DepthBlocks::kSide - 1) / tilecore::DepthBlocks::kSide;
   };
-  state_bytes_.resize(record_.work.rounds.size(),
-                      width * height * static_cast<std::uint64_t>(job.pattern->samples_per_pixel()) *
-                              tilecore::sample_layout(job).sample_bytes() +
-                          blocks(width) * blocks(height) * sizeof(float));
+  state_bytes_.resize(record_.work.rounds.size(), width * height *
+                                                          static_cast<std::uint64_t>(job.pattern->samples_per_pixel()) *
+                                                          tilecore::sample_layout(job).sample_bytes() +
+                                                      blocks(width) * blocks(height) * sizeof(float));
 }
 
 void WorkRecorder::front_end(const scene::FrameGeometry& frame, const frontend::FrontEndResult& result) {

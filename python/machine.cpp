@@ -132,6 +132,21 @@ void add_scene(py::module_& module) {
           },
           "The frames that the file asks for, as a range.")
       .def_property_readonly("variants", &Scene::variants, "Names of the file's variants of materials.")
+      .def_property_readonly(
+          "shadows",
+          [](const Scene& scene) {
+            py::list rows;
+            for (const Shadow& shadow : scene.shadows()) {
+              py::dict row;
+              row["light"] = shadow.light;
+              row["size"] = shadow.size;
+              row["cascades"] = shadow.cascades;
+              row["distance"] = shadow.distance;
+              rows.append(std::move(row));
+            }
+            return rows;
+          },
+          "The lights that the file wants to cast shadows: light, size, cascades, distance.")
       .def_property_readonly("notices", &Scene::notices, "What the reader skipped or assumed, one line each.");
 }
 

@@ -154,6 +154,51 @@ json cameras_json(const Capture& capture) {
   return rows;
 }
 
+const char* type_name(shaders::Light::Type type) {
+  switch (type) {
+    case shaders::Light::Type::kDirectional:
+      return "directional";
+    case shaders::Light::Type::kPoint:
+      return "point";
+    case shaders::Light::Type::kSpot:
+      return "spot";
+  }
+  return "";
+}
+
+// The most maps that one node of a light has: a wide spot and a point have those faces of a cube that receivers touch.
+int max_maps(const Capture& capture, const scene::ShadowRequest& shadow) {
+  constexpr double kWidestMap = 2.0943951023931953;  // radians: 120 degrees
+  const auto light = static_cast<std::size_t>(shadow.light);
+  const shaders::Light::Type type = capture.lights[light].type;
+  if (type == shaders::Light::Type::kDirectional) return shadow.cascades;
+  const bool narrow = 2 * capture.light_parameters[light].outer_cone <= kWidestMap;
+  return type == shaders::Light::Type::kSpot && narrow ? 1 : 6;
+}
+
+json shadows_json(const Capture& capture) {
+  json rows = json::array();
+  if (capture.settings.shadows.empty()) return rows;
+  const std::vector<bool> in_scene = scene::pose_at(capture, 0).in_scene;
+  for (const scene::ShadowRequest& shadow : capture.settings.shadows) {
+    int nodes = 0;
+    for (std::size_t n = 0; n < capture.nodes.size(); ++n)
+      nodes += in_scene[n] && capture.nodes[n].light == shadow.light;
+    const auto maps = static_cast<std::uint64_t>(nodes) * static_cast<std::uint64_t>(max_maps(capture, shadow));
+    constexpr std::uint64_t kTexelBytes = 4;
+    const auto size = static_cast<std::uint64_t>(shadow.size);
+    rows.push_back({{"light", shadow.light},
+                    {"type", type_name(capture.lights[static_cast<std::size_t>(shadow.light)].type)},
+                    {"nodes", nodes},
+                    {"size", shadow.size},
+                    {"cascades", shadow.cascades},
+                    {"distance", shadow.distance},
+                    {"max_maps", maps},
+                    {"max_bytes", maps * size * size * kTexelBytes}});
+  }
+  return rows;
+}
+
 // The camera that takes the image at the capture's size: as a glTF node's matrix and camera have it; `whole`: also where,
 // for which the scene may have to be framed.
 json view_json(const Capture& capture, bool whole) {
@@ -220,6 +265,7 @@ json inspect(const Capture& capture, const scene::SceneList& scenes, bool whole)
           {"cameras", cameras_json(capture)},
           {"view", view_json(capture, whole)},
           {"lights", capture.lights.size()},
+          {"shadows", shadows_json(capture)},
           {"variants", capture.variants},
           {"settings",
            {{"declared", s.declared},
@@ -254,6 +300,19 @@ void print_cameras(const json& j) {
     fmt::print("  camera auto {}the scene is framed automatically\n", j["cameras"].empty() ? "none: " : "");
 }
 
+void print_shadows(const json& j) {
+  for (const json& s : j["shadows"]) {
+    const auto maps = s["max_maps"].get<std::uint64_t>();
+    fmt::print("  shadows     light {}, {}: {}{} map{} of {}x{}", s["light"].dump(), s["type"].get<std::string>(),
+               s["type"] == "directional" || maps <= 1 ? "" : "at most ", maps, maps == 1 ? "" : "s", s["size"].dump(),
+               s["size"].dump());
+    if (s["distance"] != 0) fmt::print(" up to {:g} from the camera", s["distance"].get<double>());
+    fmt::print(", {}", human_bytes(s["max_bytes"].get<std::uint64_t>()));
+    if (s["nodes"] != 1) fmt::print(", in {} nodes", s["nodes"].dump());
+    fmt::print("\n");
+  }
+}
+
 void print_animations(const json& j) {
   for (std::size_t n = 0; n < j["animations"].size(); ++n) {
     const json& a = j["animations"][n];
@@ -281,6 +340,7 @@ void print_table(const json& j) {
                  j["scenes"][n]["drawn"].get<bool>() ? "" : ", not drawn");
   print_cameras(j);
   fmt::print("  lights      {}\n", j["lights"].dump());
+  print_shadows(j);
   if (!j["variants"].empty()) {
     std::vector<std::string> names;
     for (const json& name : j["variants"]) names.push_back(quoted(name));

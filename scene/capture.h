@@ -233,12 +233,15 @@ struct LightParameters {
   }
 };
 
-// A light that casts shadows (TESSERA_capture.shadows), and into which maps.
+// A light that casts shadows (TESSERA_capture.shadows), and the maps that hold them.
 struct ShadowRequest {
+  static constexpr std::size_t kMaxLights = 16;  // of a capture that cast
+  static constexpr int kMaxSize = 16384, kMaxCascades = 8;
+
   int light = kNone;    // of Capture::lights: every node that has it casts
   int size = 1024;      // texels along a map's side
-  int cascades = 1;     // maps of a directional light, 1 to 8
-  double distance = 0;  // scene units from the camera that they reach, of a directional light; 0: as far as the scene does
+  int cascades = 1;     // maps of a directional light
+  double distance = 0;  // scene units from the camera that they reach; 0: as far as the scene does
 };
 
 // TESSERA_capture: how the file wants to be replayed.
@@ -250,10 +253,10 @@ struct CaptureSettings {
   int camera_node = kNone;  // kNone: the first camera in the scene, or automatic framing
   float exposure = 1.0f;
   shaders::Surroundings::Kind environment_kind = shaders::Surroundings::Kind::kStudio;
-  std::optional<float> environment;  // intensity; unset: 1, or 0.3 of the studio's when the file has lights
-  std::optional<Vec3> background;    // linear colour; unset: the environment
-  std::vector<ShadowRequest> shadows{};
-  bool declared = false;             // false: the file says nothing, these are defaults
+  std::optional<float> environment;      // intensity; unset: 1, or 0.3 of the studio's when the file has lights
+  std::optional<Vec3> background;        // linear colour; unset: the environment
+  std::vector<ShadowRequest> shadows{};  // none: lights shine through everything
+  bool declared = false;                 // false: the file says nothing, these are defaults
 };
 
 struct Capture {

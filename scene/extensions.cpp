@@ -137,7 +137,11 @@ std::vector<Extension> own_extensions() {
         {"environment", "number, string or object", "", "1, or 0.3 with lights",
          "Brightness of the built-in studio; or \"uniform\"; or the URI of an equirectangular EXR or HDR image; or an "
          "object: image, bufferView or uniform, intensity, rotation."},
-        {"background", "number[3]", "linear RGB", "the environment", "Colour behind everything."}}},
+        {"background", "number[3]", "linear RGB", "the environment", "Colour behind everything."},
+        {"shadows", "object[]", "", "none",
+         "Lights that cast shadows: light (a light of KHR_lights_punctual, required), size (texels along a map's side, "
+         "default 1024); of a directional light cascades (maps, 1 to 8, default 1) and distance (scene units from the "
+         "camera that they reach, default 0: as far as the scene)."}}},
       {"TESSERA_clusters",
        "mesh primitive",
        "The triangles lie in the order of clusters: a reader with the same limits cuts them off one after the other. A "

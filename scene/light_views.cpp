@@ -84,7 +84,9 @@ std::vector<DrawableBox> drawable_boxes(const FrameGeometry& frame, const Shadow
       if (!drawable.visible) continue;
       DrawableBox& box = boxes[drawn.drawable(i)];
       const DMat4 world(drawable.to_world[0]);
-      const DVec3 half = 0.5 * (local.high - local.low) + DVec3(drawable.material->displacement ? displacement_limit(*drawable.material->displacement) : 0.0);
+      const DVec3 half =
+          0.5 * (local.high - local.low) +
+          DVec3(drawable.material->displacement ? displacement_limit(*drawable.material->displacement) : 0.0);
       box.middle = DVec3(world * DVec4(0.5 * (local.low + local.high), 1.0));
       box.half = glm::abs(DVec3(world[0])) * half.x + glm::abs(DVec3(world[1])) * half.y +
                  glm::abs(DVec3(world[2])) * half.z +
@@ -97,7 +99,8 @@ std::vector<DrawableBox> drawable_boxes(const FrameGeometry& frame, const Shadow
 }
 
 DMat4 light_world(const FrameGeometry& frame, const ShadowLight& light) {
-  return view_from_world(frame.poses[0].world[static_cast<std::size_t>(frame.light_nodes[light.light])]).camera_to_world;
+  return view_from_world(frame.poses[0].world[static_cast<std::size_t>(frame.light_nodes[light.light])])
+      .camera_to_world;
 }
 
 // The share of a map's side that lies within its border.
@@ -133,7 +136,8 @@ double cone_of(const shaders::Light& light) {
   return 2.0 * std::acos(std::clamp(static_cast<double>(light.cos_outer), -1.0, 1.0));
 }
 
-std::vector<LightView> cone_or_cube(const FrameGeometry& frame, const ShadowLight& light, const std::vector<DrawableBox>& boxes) {
+std::vector<LightView> cone_or_cube(const FrameGeometry& frame, const ShadowLight& light,
+                                    const std::vector<DrawableBox>& boxes) {
   const shaders::Light& lit = frame.lights[0][light.light];
   const DMat4 world = light_world(frame, light);
   const int size = light.request.size;
@@ -150,11 +154,11 @@ std::vector<LightView> cone_or_cube(const FrameGeometry& frame, const ShadowLigh
   }
   const DVec4 place = world[3];
   for (const auto& [back, up] : std::to_array<std::pair<DVec3, DVec3>>({{{-1, 0, 0}, {0, 1, 0}},
-                                                                         {{1, 0, 0}, {0, 1, 0}},
-                                                                         {{0, -1, 0}, {0, 0, 1}},
-                                                                         {{0, 1, 0}, {0, 0, 1}},
-                                                                         {{0, 0, -1}, {0, 1, 0}},
-                                                                         {{0, 0, 1}, {0, 1, 0}}}))
+                                                                        {{1, 0, 0}, {0, 1, 0}},
+                                                                        {{0, -1, 0}, {0, 0, 1}},
+                                                                        {{0, 1, 0}, {0, 0, 1}},
+                                                                        {{0, 0, -1}, {0, 1, 0}},
+                                                                        {{0, 0, 1}, {0, 1, 0}}}))
     add(DMat4(DVec4(glm::cross(up, back), 0), DVec4(up, 0), DVec4(back, 0), place), 1.0);
   return views;
 }
@@ -202,7 +206,8 @@ struct Sphere {
   double radius;
 };
 Sphere sphere_around(const Projection& projection, const View& view, const Slice& slice) {
-  const double near = glm::length(half_seen(projection, slice.near)), far = glm::length(half_seen(projection, slice.far));
+  const double near = glm::length(half_seen(projection, slice.near)),
+               far = glm::length(half_seen(projection, slice.far));
   // On the camera's axis, as far from the corners in front as from those behind, but not behind these.
   const double length = std::max(slice.far - slice.near, 1e-300);
   const double depth =
@@ -263,8 +268,8 @@ class CascadePlanner {
     const double half = (std::max(open.radius, close.radius) + 0.5 * between) / inner_share(light_.request.size);
     // Steps of whole texels of the map as it will be rounded.
     const double texel = 2.0 * static_cast<double>(static_cast<float>(half)) / light_.request.size;
-    return {std::floor(glm::dot(axis(0), middle) / texel) * texel, std::floor(glm::dot(axis(1), middle) / texel) * texel,
-            half};
+    return {std::floor(glm::dot(axis(0), middle) / texel) * texel,
+            std::floor(glm::dot(axis(1), middle) / texel) * texel, half};
   }
 
   Square around_box(const Slice& slice) const {
@@ -333,9 +338,9 @@ std::optional<ShadowRequest> shadow_request(const Capture& capture, int light, c
   const auto& requests = capture.settings.shadows;
   const auto named = std::ranges::find(requests, light, &ShadowRequest::light);
   if (named == requests.end() && !all) return std::nullopt;
-  const bool directional =
-      capture.lights[static_cast<std::size_t>(light)].type == shaders::Light::Type::kDirectional;
-  ShadowRequest request = named != requests.end() ? *named : ShadowRequest{.light = light, .cascades = directional ? 4 : 1};
+  const bool directional = capture.lights[static_cast<std::size_t>(light)].type == shaders::Light::Type::kDirectional;
+  ShadowRequest request =
+      named != requests.end() ? *named : ShadowRequest{.light = light, .cascades = directional ? 4 : 1};
   if (settings.size > 0) request.size = settings.size;
   if (settings.cascades > 0 && directional) request.cascades = settings.cascades;
   return request;
@@ -348,8 +353,9 @@ std::vector<ShadowLight> shadow_lights(const FrameGeometry& frame, const ShadowS
     const int light = capture.nodes[static_cast<std::size_t>(frame.light_nodes[k])].light;
     if (const auto request = shadow_request(capture, light, settings, all)) lights.push_back({k, *request});
   }
-  if (lights.size() > kMaxShadowLights)
-    throw LimitError(fmt::format("{} lights of a frame cast shadows; {} may", lights.size(), kMaxShadowLights));
+  if (lights.size() > ShadowRequest::kMaxLights)
+    throw LimitError(
+        fmt::format("{} lights of a frame cast shadows; {} may", lights.size(), ShadowRequest::kMaxLights));
   return lights;
 }
 

@@ -11,9 +11,6 @@
 
 namespace tessera::scene {
 
-// Lights that may cast in one frame, each with one or more maps.
-inline constexpr std::size_t kMaxShadowLights = 16;
-
 // A light of a frame that casts shadows.
 struct ShadowLight {
   std::uint32_t light = 0;  // of FrameGeometry::lights
@@ -21,10 +18,11 @@ struct ShadowLight {
 };
 
 // What is asked of a light's maps, or nothing: by the capture or, with `all`, by default.
-std::optional<ShadowRequest> shadow_request(const Capture& capture, int light, const ShadowSettings& settings, bool all);
+std::optional<ShadowRequest> shadow_request(const Capture& capture, int light, const ShadowSettings& settings,
+                                            bool all);
 
 // Lights of a frame that cast: those that the capture names or, with `all`, all of them. Throws LimitError where they are
-// more than kMaxShadowLights.
+// more than ShadowRequest::kMaxLights.
 std::vector<ShadowLight> shadow_lights(const FrameGeometry& frame, const ShadowSettings& settings, bool all);
 
 // What one map of a light sees: a spot light's cone, a face of a cube around a point light (and around a spot whose cone

@@ -9,7 +9,8 @@ Keys<ShadowSettings> shadow_keys() {
        "How a shadow is looked up: one comparison with the nearest texel; four, weighed bilinearly (2x2); or a box of "
        "three by three of these, which reads 16 texels (3x3)."},
       {"shadows.format", &S::format,
-       "How maps hold depths, which are linear between the nearest and the farthest caster: 16 bits, 24 bits in 4 bytes, "
+       "How maps hold depths, which are linear between the nearest and the farthest caster: 16 bits, 24 bits in 4 "
+       "bytes, "
        "or single precision."},
       {"shadows.size", &S::size, "texels", 0, 16384, "Along the sides of all maps; 0 takes the capture's."},
       {"shadows.cascades", &S::cascades, "", 0, 8, "Maps of a directional light; 0 takes the capture's."},

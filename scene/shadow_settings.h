@@ -36,9 +36,9 @@ struct ShadowSettings {
   ShadowFit fit = ShadowFit::kSphere;
   CasterFaces faces = CasterFaces::kBoth;
   BlendedCasters blended = BlendedCasters::kNothing;
-  double bias = 1.0;        // factor on the bias that follows from the receiver's slope and the depths' precision
-  double offset = 0.0;      // scene units that are added to the bias
-  double max_slope = 1000.0; // of a receiver's plane, depth over width, as the bias takes it
+  double bias = 1.0;          // factor on the bias that follows from the receiver's slope and the depths' precision
+  double offset = 0.0;        // scene units that are added to the bias
+  double max_slope = 1000.0;  // of a receiver's plane, depth over width, as the bias takes it
 
   bool operator==(const ShadowSettings&) const = default;
 };
@@ -49,7 +49,8 @@ Keys<ShadowSettings> shadow_keys();
 namespace tessera {
 
 template <>
-inline constexpr auto kEnumWords<scene::ShadowFit> = std::to_array<std::string_view>({"sphere", "frustum", "receivers"});
+inline constexpr auto kEnumWords<scene::ShadowFit> = std::to_array<std::string_view>({"sphere", "frustum",
+                                                                                      "receivers"});
 template <>
 inline constexpr auto kEnumWords<scene::ShadowFilter> = std::to_array<std::string_view>({"nearest", "2x2", "3x3"});
 template <>

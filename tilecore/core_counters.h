@@ -151,13 +151,12 @@ template <>
 inline constexpr bool kAbsentWhenIdle<tilecore::ShadowCounters> = true;
 
 template <>
-inline constexpr auto kCounterFields<tilecore::ShadowCounters> =
-    std::to_array<CounterField<tilecore::ShadowCounters>>({
-        {"shadows.texels_stored", &tilecore::ShadowCounters::texels_stored, Combine::kSum, "texels",
-         "Depths that passes of lights stored in their maps.", ""},
-        {"shadows.tiles_cleared", &tilecore::ShadowCounters::tiles_cleared, Combine::kSum, "tiles",
-         "Tiles of maps in which nothing casts: a flag is stored, no texel.", ""},
-    });
+inline constexpr auto kCounterFields<tilecore::ShadowCounters> = std::to_array<CounterField<tilecore::ShadowCounters>>({
+    {"shadows.texels_stored", &tilecore::ShadowCounters::texels_stored, Combine::kSum, "texels",
+     "Depths that passes of lights stored in their maps.", ""},
+    {"shadows.tiles_cleared", &tilecore::ShadowCounters::tiles_cleared, Combine::kSum, "tiles",
+     "Tiles of maps in which nothing casts: a flag is stored, no texel.", ""},
+});
 TESSERA_COUNTERS_COVER(tilecore::ShadowCounters);
 
 }  // namespace tessera

@@ -34,6 +34,12 @@ int Scene::first_frame() const { return content_->capture.settings.first_frame; 
 int Scene::frame_count() const { return content_->capture.settings.frame_count; }
 double Scene::frame_rate() const { return content_->capture.settings.frame_rate; }
 const std::vector<std::string>& Scene::variants() const { return content_->capture.variants; }
+std::vector<Shadow> Scene::shadows() const {
+  std::vector<Shadow> shadows;
+  for (const scene::ShadowRequest& s : content_->capture.settings.shadows)
+    shadows.push_back({s.light, s.size, s.cascades, s.distance});
+  return shadows;
+}
 const std::vector<std::string>& Scene::notices() const { return content_->capture.notices; }
 
 }  // namespace tessera

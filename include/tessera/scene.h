@@ -33,6 +33,14 @@ struct View {
   std::optional<std::string> shutter{};    // "OPEN:CLOSE" in fractions of a frame
 };
 
+// A light that casts shadows, as a file asks for it.
+struct Shadow {
+  int light = 0;        // of the file's lights; every node that has it casts
+  int size = 0;         // texels along a map's side
+  int cascades = 1;     // maps of a directional light
+  double distance = 0;  // scene units from the camera that they reach; 0: as far as the scene does
+};
+
 // A capture: what is drawn, and how its file wants it to be drawn. Immutable; copies share one content, and any number
 // of devices on any threads may render it.
 class TESSERA_API Scene {
@@ -52,6 +60,8 @@ class TESSERA_API Scene {
   double frame_rate() const;  // per second
   // Names of the file's variants of materials; empty where it has none.
   const std::vector<std::string>& variants() const;
+  // The lights that the file wants to cast shadows; without any, lights shine through everything.
+  std::vector<Shadow> shadows() const;
   // What the reader skipped or assumed, for people; one line each.
   const std::vector<std::string>& notices() const;
 

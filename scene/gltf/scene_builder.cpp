@@ -400,6 +400,18 @@ void build_lights(const Document& document, Capture& capture) {
   }
 }
 
+std::vector<ShadowRequest> build_shadows(const json& extension) {
+  std::vector<ShadowRequest> shadows;
+  for (const json& row : list_of(extension, "shadows")) {
+    ShadowRequest& shadow = shadows.emplace_back();
+    shadow.light = row["light"].get<int>();
+    shadow.size = row.value("size", shadow.size);
+    shadow.cascades = row.value("cascades", shadow.cascades);
+    shadow.distance = row.value("distance", shadow.distance);
+  }
+  return shadows;
+}
+
 CaptureSettings build_settings(const Document& document) {
   CaptureSettings settings;
   const json* extension = find_extension(document.json, "TESSERA_capture");
@@ -422,6 +434,7 @@ CaptureSettings build_settings(const Document& document) {
   settings.exposure = extension->value("exposure", 1.0f);
   if (const json* c = find(*extension, "background"))
     settings.background = {(*c)[0].get<float>(), (*c)[1].get<float>(), (*c)[2].get<float>()};
+  settings.shadows = build_shadows(*extension);
   return settings;
 }
 

@@ -10,6 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "scene/capture.h"
 #include "scene/extensions.h"
 #include "scene/gltf/procedure_builder.h"
 #include "scene/material.h"
@@ -411,6 +412,21 @@ Rule environment_rule(const json& d) {
   };
 }
 
+Rule shadows_rule(const json& d) {
+  const Rule light = index_below(extension_count(d, "/extensions/KHR_lights_punctual/lights"), "light");
+  const Rule shadow = object({
+      {"light", light, kRequired},
+      {"size", integer(1, ShadowRequest::kMaxSize)},
+      {"cascades", integer(1, ShadowRequest::kMaxCascades)},
+      {"distance", number(0)},
+  });
+  return [=](json& value, const Place& place, Notes& notes) {
+    list(shadow)(value, place, notes);
+    if (value.size() > ShadowRequest::kMaxLights)
+      place.refuse("are of {} lights, at most {} may cast", value.size(), ShadowRequest::kMaxLights);
+  };
+}
+
 Rule capture_settings_rule(const json& d) {
   return object({
       {"resolution", list(integer(1, 16384), 2, 2)},
@@ -422,6 +438,7 @@ Rule capture_settings_rule(const json& d) {
       {"exposure", number(0, 1e6, true)},
       {"environment", environment_rule(d)},
       {"background", numbers(3, 0)},
+      {"shadows", shadows_rule(d)},
   });
 }
 

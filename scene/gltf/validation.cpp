@@ -336,6 +336,21 @@ void check_lights(const json& d, const Place& root, Notes& notes) {
   }
 }
 
+void check_shadows(const json& d, const json& shadows, const Place& place) {
+  std::map<std::size_t, std::size_t> first_of;  // by light
+  for (std::size_t s = 0; s < shadows.size(); ++s) {
+    const auto light = shadows[s]["light"].get<std::size_t>();
+    const auto [found, fresh] = first_of.try_emplace(light, s);
+    if (!fresh) place.at(s).at("light").refuse("is light {}, which shadows/{} names already", light, found->second);
+    const auto& type = d["extensions"]["KHR_lights_punctual"]["lights"][light]["type"].get_ref<const std::string&>();
+    if (type == "directional") continue;
+    if (shadows[s].value("cascades", 1) > 1)
+      place.at(s).at("cascades").refuse("need a directional light, light {} is a {} light", light, type);
+    if (shadows[s].value("distance", 0.0) > 0)
+      place.at(s).at("distance").refuse("needs a directional light, light {} is a {} light", light, type);
+  }
+}
+
 void check_capture_settings(const json& d, const Place& root) {
   const json* settings = find_extension(d, "TESSERA_capture");
   if (settings == nullptr) return;
@@ -345,6 +360,7 @@ void check_capture_settings(const json& d, const Place& root) {
   if (const json* camera = find(*settings, "camera"))
     if (!d["nodes"][camera->get<std::size_t>()].contains("camera"))
       place.at("camera").refuse("is a node without a camera");
+  if (const json* shadows = find(*settings, "shadows")) check_shadows(d, *shadows, place.at("shadows"));
 }
 
 }  // namespace

@@ -27,7 +27,10 @@ DQuat looking(const DVec3& direction) {
 
 int add_light(Capture& capture, const Light& light, const DVec3& place, const DVec3& direction) {
   capture.lights.push_back(light);
-  capture.light_parameters.push_back({.color = light.color, .intensity = 1, .inner_cone = std::acos(light.cos_inner), .outer_cone = std::acos(light.cos_outer)});
+  capture.light_parameters.push_back({.color = light.color,
+                                      .intensity = 1,
+                                      .inner_cone = std::acos(light.cos_inner),
+                                      .outer_cone = std::acos(light.cos_outer)});
   scene::Node node;
   node.light = static_cast<int>(capture.lights.size()) - 1;
   node.transform.translation = place;

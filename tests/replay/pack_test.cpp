@@ -174,6 +174,23 @@ TEST(Pack, SettingsReplaceThoseOfTheAssetMemberByMember) {
   EXPECT_EQ(after.cameras[0].lens.focus_distance, 3.0f);
 }
 
+TEST(Pack, ShadowsOfTheAssetStay) {
+  GltfSource source = animated_grid();
+  source.document["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "directional"}}};
+  const json shadows = {{{"light", 0}, {"size", 512}, {"cascades", 3}, {"distance", 20}}};
+  source.document["extensions"]["TESSERA_capture"] = {{"shadows", shadows}};
+  source.document["extensionsUsed"].push_back("TESSERA_capture");
+  PackOptions options;
+  options.capture_settings = {{"exposure", 0.5}};
+  const Packed p(source, options);
+  EXPECT_EQ(p.parts.document["extensions"]["TESSERA_capture"], json({{"exposure", 0.5}, {"shadows", shadows}}));
+  const scene::Capture after = p.after();
+  ASSERT_EQ(after.settings.shadows.size(), 1u);
+  EXPECT_EQ(after.settings.shadows[0].size, 512);
+  EXPECT_EQ(after.settings.shadows[0].cascades, 3);
+  EXPECT_EQ(after.settings.shadows[0].distance, 20.0);
+}
+
 TEST(Pack, AnEnvironmentsImageMovesInside) {
   const std::string sky = hdr_file(sky_image(8, [](const DVec3& d) { return DVec3(1.0 + d.y, 1.0, 2.0); }));
   const std::string uri = "data:;base64," + base64(bytes_of(sky));

@@ -2,6 +2,7 @@
 #include "base/exr_file.h"
 #include "base/image_codec.h"
 #include "base/image_metrics.h"
+#include "tests/support/gltf_asset.h"
 #include "tests/support/tests.h"
 
 namespace tessera::replay::program_test {
@@ -358,6 +359,40 @@ TEST(InspectCommand, SaysWhatIsInACapture) {
   EXPECT_EQ(report["skins"], 1);
   EXPECT_EQ(report["settings"]["first_frame"], 12);
   EXPECT_TRUE(report["meshes"][0]["skinned"].get<bool>());
+}
+
+TEST(InspectCommand, SaysWhichLightsCastShadows) {
+  test::GltfAsset asset = test::everything_asset();
+  json& lights = asset.document["extensions"]["KHR_lights_punctual"]["lights"];  // light 0: a spot of 69 degrees
+  lights.push_back({{"type", "directional"}});
+  lights.push_back({{"type", "point"}});
+  lights.push_back({{"type", "spot"}, {"spot", {{"outerConeAngle", 1.1}}}});
+  for (const auto& [node, light] : {std::pair{1u, 2}, {2u, 1}, {3u, 2}, {4u, 3}})
+    asset.document["nodes"][node]["extensions"]["KHR_lights_punctual"]["light"] = light;
+  asset.document["extensions"]["TESSERA_capture"]["shadows"] = {
+      {{"light", 1}, {"size", 512}, {"cascades", 4}, {"distance", 200}},
+      {{"light", 0}},
+      {{"light", 2}, {"size", 64}},
+      {{"light", 3}, {"size", 64}}};
+  const test::TemporaryFolder folder;
+  test::write_text(folder / "lit.glb", asset.glb());
+  const std::string file = (folder / "lit.glb").string();
+  const ProcessResult table = run_tessera({"inspect", file});
+  for (const char* line : {"  shadows     light 1, directional: 4 maps of 512x512 up to 200 from the camera, 4.0 MiB\n",
+                           "  shadows     light 0, spot: 1 map of 1024x1024, 4.0 MiB\n",
+                           "  shadows     light 2, point: at most 12 maps of 64x64, 192.0 KiB, in 2 nodes\n",
+                           "  shadows     light 3, spot: at most 6 maps of 64x64, 96.0 KiB\n"})
+    EXPECT_THAT(table.output, HasSubstr(line)) << table.errors;
+  const json shadows = json::parse(run_tessera({"inspect", file, "--json"}).output)["shadows"];
+  EXPECT_EQ(shadows[0], json({{"light", 1},
+                              {"type", "directional"},
+                              {"nodes", 1},
+                              {"size", 512},
+                              {"cascades", 4},
+                              {"distance", 200.0},
+                              {"max_maps", 4},
+                              {"max_bytes", 4 * 512 * 512 * 4}}));
+  EXPECT_EQ(shadows[2]["max_maps"], 12);
 }
 
 TEST(InspectCommand, SaysWhatAReplayTook) {

@@ -45,7 +45,8 @@ bool DepthMaps::store(int layer, const IntRect& pixels, std::span<const float> d
     float* to = &texels_[first_texel(layer) + offset(pixels.x0, y)];
     for (std::size_t k = 0; k < width; ++k) {
       const double z = static_cast<double>(from[k]);
-      to[k] = step == 0 || !(from[k] < kNothing) ? from[k] : static_cast<float>(near + std::round((z - near) / step) * step);
+      to[k] = step == 0 || !(from[k] < kNothing) ? from[k]
+                                                 : static_cast<float>(near + std::round((z - near) / step) * step);
     }
   }
   return true;

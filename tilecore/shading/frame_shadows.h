@@ -32,7 +32,7 @@ class FrameShadows {
  private:
   struct Segment {
     const scene::FrameGeometry* frame;
-    std::vector<shaders::ShadowView> views;                        // by light
+    std::vector<shaders::ShadowView> views;                       // by light
     std::vector<std::unique_ptr<shaders::ShadowLayer[]>> layers;  // of those that cast
   };
   std::vector<Segment> segments_;

@@ -41,7 +41,8 @@ TextureMemory::TextureMemory(std::span<const scene::Material> materials, std::in
     view.depths = &of;
     view.first_flag = static_cast<std::int32_t>(lines_);
     view.flags_a_line = static_cast<std::int32_t>(8 * line_bytes_);
-    lines_ += round_up(of.flag_bytes(), static_cast<std::uint64_t>(line_bytes_)) / static_cast<std::uint64_t>(line_bytes_);
+    lines_ +=
+        round_up(of.flag_bytes(), static_cast<std::uint64_t>(line_bytes_)) / static_cast<std::uint64_t>(line_bytes_);
   }
   if (lines_ >= std::numeric_limits<std::int32_t>::max())
     throw LimitError("the textures have more cache lines than 31 bits can number");
@@ -65,7 +66,10 @@ void TextureMemory::add(const Image& image, const void* key, shaders::TexelBlock
     found->second.lines_across.push_back(static_cast<std::int32_t>(across));
     lines_ += across * down;
   }
-  found->second.view = {found->second.first_line.data(), found->second.lines_across.data(), width, height,
+  found->second.view = {found->second.first_line.data(),
+                        found->second.lines_across.data(),
+                        width,
+                        height,
                         blocks.side > 1,
                         nullptr,
                         0,

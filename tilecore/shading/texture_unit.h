@@ -32,8 +32,8 @@ struct TextureLayoutView {
   const std::int32_t *first_line, *lines_across;  // by level
   LineSide width, height;                         // of a line
   bool compressed;                                // lookups decode blocks
-  const DepthMaps* depths = nullptr;  // whose lines these are; null: those of a texture or of an image
-  std::int32_t first_flag = 0;        // of its flags, the line of the first
+  const DepthMaps* depths = nullptr;              // whose lines these are; null: those of a texture or of an image
+  std::int32_t first_flag = 0;                    // of its flags, the line of the first
   std::int32_t flags_a_line = 1;
 };
 
