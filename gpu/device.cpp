@@ -288,6 +288,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
     depths.store = tilecore::FrameStore(), depths.scene_color = nullptr, depths.lighting = tilecore::Lighting();
     shadow_passes_.render(*geometry, depths, recorder, &progress_, frame, result);
     job.lighting.shadows = shadow_passes_.shadows();
+    job.maps_signature = shadow_passes_.signature();
   }
   if (eliminates(gpu_)) begin_elimination(frame, eye, job);
   ViewRun run{gpu_,
@@ -299,7 +300,9 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
               gpu_.tile.rendering_elimination ? &eye.inputs : nullptr};
   run.waits = !shadow_passes_.any_pass();
   pipeline_.render(run, {guesses, guess ? &*guess : nullptr});
+  for (const tilecore::DepthMaps* maps : shadow_passes_.stored()) recorder.stored(texture_memory_.range(*maps));
   shadow_passes_.finish(result);
+  if (result.counters.transmission.pixels_kept > 0) recorder.stored(texture_memory_.range(behind_));
   record.textures = recorder.take_textures();
   if (settings_.output.machine_model) {
     const StageTimer timer(result, "model");

@@ -125,6 +125,11 @@ void report_effects(const EffectSources& from, FrameEffects& effects, EffectReas
   if (from.environment != nullptr)
     everywhere("environment_image", true, all,
                fmt::format("TESSERA_capture.environment is an image {} pixels wide", from.environment->source_width()));
+  const auto casting = std::ranges::count(frame.light_casts, true);
+  everywhere("shadows", casting > 0, all,
+             settings.shadows == scene::ShadowCasters::kOff ? "effects.shadows=off"
+             : casting == 0                                 ? "no light casts: TESSERA_capture.shadows names none"
+                            : fmt::format("{} of {} lights cast", casting, frame.light_casts.size()));
   everywhere("stereo", from.stereo, all, from.stereo ? "stereo.eye_separation is not 0" : "stereo.eye_separation is 0");
   everywhere("frame_buffer_compression", from.compressed, all,
              from.compressed ? "the machine compresses its frame buffer" : "frame_buffer.compression=none");

@@ -130,6 +130,7 @@ std::uint64_t constants_signature(const GpuConfiguration& gpu, const TileJob& jo
     add_views(crc, *segment);
   }
   if (goes_on(gpu, job)) crc.add_value(job.pattern->frame());
+  crc.add_value(job.maps_signature);
   return crc.value();
 }
 
@@ -226,6 +227,13 @@ std::vector<bool> InputSignatures::unchanged(const GpuConfiguration& gpu, const 
     }
   }
   return same;
+}
+
+std::optional<std::uint64_t> InputSignatures::of_all_tiles() const {
+  if (!whole_) return std::nullopt;
+  Crc64 crc;
+  crc.add_values(std::span<const std::uint64_t>(shown_));
+  return crc.value();
 }
 
 void InputSignatures::keep_images(IntRect tile, tilecore::FrameTargets& targets) const {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "base/counter.h"
@@ -40,6 +41,8 @@ struct SignatureMemory {
 // a sub-patch's with it, and a tile's list takes eight bytes of that for each entry. The paper's hashes all attributes
 // of all triangles.
 //
+// Views that look shadows up have one signature of all maps in those of all their tiles.
+//
 // A tile's inputs are its entries in their order; of each its record but for its number, and the pose, vertices, grids and
 // material of its drawable; camera and lights; where something moves in the tile, or light, or a lens is open, also the
 // frame's number, by which times and lens points of samples change. So they are of all tiles with what goes on from frame
@@ -61,6 +64,9 @@ class InputSignatures {
                               EliminationCounters& counters);
   // Of the frame before.
   bool known() const { return known_; }
+  // One signature of all tiles of this frame, for views that read what this one stores; none where its lists were not
+  // whole.
+  std::optional<std::uint64_t> of_all_tiles() const;
   // A tile that is not rendered keeps its images.
   void keep_images(IntRect tile, tilecore::FrameTargets& targets) const;
   // The frame is done.

@@ -24,9 +24,6 @@ enum class EffectMode : std::uint8_t { kAuto, kOn, kOff };
 // Of effects that have no other kernels: what the capture asks for, or none.
 enum class EffectSwitch : std::uint8_t { kAuto, kOff };
 
-// Which lights cast shadows: those that the capture names, none, or all of them.
-enum class ShadowCasters : std::uint8_t { kAuto, kOff, kAll };
-
 // Keys effects.*.
 struct EffectSettings {
   EffectMode motion = EffectMode::kAuto;
@@ -35,7 +32,7 @@ struct EffectSettings {
   EffectMode alpha_test = EffectMode::kAuto;
   EffectSwitch blending = EffectSwitch::kAuto;
   EffectSwitch procedures = EffectSwitch::kAuto;
-  ShadowCasters shadows = ShadowCasters::kAuto;
+  scene::ShadowCasters shadows = scene::ShadowCasters::kAuto;
 };
 
 // Keys stereo.*.
@@ -87,7 +84,5 @@ template <>
 inline constexpr auto kEnumWords<gpu::EffectMode> = std::to_array<std::string_view>({"auto", "on", "off"});
 template <>
 inline constexpr auto kEnumWords<gpu::EffectSwitch> = std::to_array<std::string_view>({"auto", "off"});
-template <>
-inline constexpr auto kEnumWords<gpu::ShadowCasters> = std::to_array<std::string_view>({"auto", "off", "all"});
 
 }  // namespace tessera

@@ -5,7 +5,9 @@
 
 #include <fmt/format.h>
 
+#include "base/crc64.h"
 #include "base/error.h"
+#include "base/random.h"
 #include "scene/limits.h"
 
 namespace tessera::gpu {
@@ -36,12 +38,12 @@ ShadowPasses::ShadowPasses(const scene::Assembly& assembly, const frontend::Pyra
                            const GpuConfiguration& gpu, const RunSettings& settings, Pipeline::Cores cores)
     : gpu_(gpu), settings_(settings) {
   const Capture& capture = *assembly.capture;
-  if (settings.effects.shadows == ShadowCasters::kOff) return;
+  if (settings.effects.shadows == scene::ShadowCasters::kOff) return;
   std::vector<scene::ShadowRequest> requests;
   for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
     if (capture.nodes[n].light == scene::kNone) continue;
     const std::optional<scene::ShadowRequest> request = scene::shadow_request(
-        capture, capture.nodes[n].light, settings.shadows, settings.effects.shadows == ShadowCasters::kAll);
+        capture, capture.nodes[n].light, settings.shadows, settings.effects.shadows == scene::ShadowCasters::kAll);
     if (!request) continue;
     slots_.push_back({static_cast<int>(n), {}});
     requests.push_back(*request);
@@ -59,7 +61,7 @@ ShadowPasses::ShadowPasses(const scene::Assembly& assembly, const frontend::Pyra
     const int layers = most_layers(capture, requests[k]);
     maps_.emplace_back(requests[k].size, layers, settings.shadows.format, gpu.tile.width, gpu.tile.height);
     for (int layer = 0; layer < layers; ++layer)
-      slots_[k].pipelines.push_back(std::make_unique<Pipeline>(gpu, pyramids, cores));
+      slots_[k].layers.push_back({std::make_unique<Pipeline>(gpu, pyramids, cores)});
   }
 }
 
@@ -72,14 +74,16 @@ void ShadowPasses::render(const scene::FrameGeometry& frame, const tilecore::Til
                           WorkProgress* progress, int number, FrameResult& result) {
   shadows_.reset();
   results_.clear();
+  slot_of_.clear();
   if (slots_.empty()) return;
   const StageTimer timer(result, "shadows");
   const std::vector<scene::ShadowLight> lights =
-      shadow_lights(frame, settings_.shadows, settings_.effects.shadows == ShadowCasters::kAll);
+      shadow_lights(frame, settings_.shadows, settings_.effects.shadows == scene::ShadowCasters::kAll);
   views_ = light_views(frame, lights, settings_.shadows);
   const tilecore::SamplePattern pattern({.samples_per_pixel = 1});
   std::vector<tilecore::FrameShadows::Caster> casters;
   binner::TileIndex first_tile = job.grid->tile_count();
+  Crc64 signature;
   for (std::size_t k = 0; k < lights.size(); ++k) {
     const int node = frame.light_nodes[lights[k].light];
     const auto slot = static_cast<std::size_t>(std::ranges::find(slots_, node, &Slot::node) - slots_.begin());
@@ -91,18 +95,40 @@ void ShadowPasses::render(const scene::FrameGeometry& frame, const tilecore::Til
       tilecore::TileJob depths = job;
       depths.frame = posed.get(), depths.grid = &grid, depths.pattern = &pattern;
       depths.depths = &maps_[slot], depths.depth_layer = view.layer;
+      slot_of_.push_back(slot);
       FrameResult& pass = results_.emplace_back(number, tilecore::FrameTargets(IntRect{0, 0, 0, 0}, false));
       const std::string name = fmt::format("shadow {}.{}", slot, view.layer);
       ViewRun run{gpu_, depths, recorder, pass, nullptr, progress};
       run.pass = name;
+      Slot::Layer& layer = slots_[slot].layers[static_cast<std::size_t>(view.layer)];
+      if (gpu_.tile.rendering_elimination) {
+        layer.inputs.begin(layer.kept && *layer.kept == number - 1);
+        layer.kept.reset();  // a frame that is not finished leaves nothing
+        run.inputs = &layer.inputs;
+      }
       run.first_tile = first_tile;
       run.waits = false;
       first_tile += grid.tile_count();
-      slots_[slot].pipelines[static_cast<std::size_t>(view.layer)]->render(run, {});
+      layer.pipeline->render(run, {});
+      if (!gpu_.tile.rendering_elimination) continue;
+      layer.kept = number;
+      // Maps whose lists were not whole may hold anything.
+      signature.add_value(layer.inputs.of_all_tiles().value_or(hash32(static_cast<std::uint32_t>(number), 0)));
     }
     casters.push_back({lights[k].light, views_[k], &maps_[slot]});
   }
+  signature_ = signature.value();
   if (!casters.empty()) shadows_.emplace(frame, casters, settings_.shadows);
+}
+
+std::vector<const tilecore::DepthMaps*> ShadowPasses::stored() const {
+  std::vector<const tilecore::DepthMaps*> maps;
+  for (std::size_t pass = 0; pass < results_.size(); ++pass) {
+    const tilecore::ShadowCounters& counted = results_[pass].counters.shadows;
+    const tilecore::DepthMaps* of = &maps_[slot_of_[pass]];
+    if (counted.texels_stored + counted.tiles_cleared > 0 && (maps.empty() || maps.back() != of)) maps.push_back(of);
+  }
+  return maps;
 }
 
 void ShadowPasses::finish(FrameResult& result) {

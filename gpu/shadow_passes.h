@@ -30,16 +30,25 @@ class ShadowPasses {
   // are added to `result` later, by finish().
   void render(const scene::FrameGeometry& frame, const tilecore::TileJob& job, WorkRecorder& recorder,
               WorkProgress* progress, int number, FrameResult& result);
+  // Of all maps of that frame, for tiles that look them up; only with tile.rendering_elimination.
+  std::uint64_t signature() const { return signature_; }
   // What the pixel shader reads; null where no light of the frame casts. Of the frame rendered last.
   const tilecore::FrameShadows* shadows() const { return shadows_ ? &*shadows_ : nullptr; }
   bool any_pass() const { return !results_.empty(); }
+  // Maps of which the passes stored anything; until finish().
+  std::vector<const tilecore::DepthMaps*> stored() const;
   // Adds the counters of the passes to those of the view, and puts them before its own passes.
   void finish(FrameResult& result);
 
  private:
   struct Slot {
     int node;
-    std::vector<std::unique_ptr<Pipeline>> pipelines;  // by layer
+    struct Layer {
+      std::unique_ptr<Pipeline> pipeline;
+      InputSignatures inputs{};
+      std::optional<int> kept{};  // the frame whose depths it holds
+    };
+    std::vector<Layer> layers;
   };
   const GpuConfiguration& gpu_;
   const RunSettings& settings_;
@@ -48,6 +57,8 @@ class ShadowPasses {
   std::vector<std::vector<scene::LightView>> views_;
   std::optional<tilecore::FrameShadows> shadows_;
   std::vector<FrameResult> results_;
+  std::vector<std::size_t> slot_of_;  // as results_
+  std::uint64_t signature_ = 0;
 };
 
 }  // namespace tessera::gpu

@@ -145,7 +145,10 @@ void TileScheduler::share_flags(Round& round) {
   if (run_.job.depths == nullptr || !round.last) return;
   TileArray flags{memory::Unit::kResolve, memory::Purpose::kShadowMap, true, run_.job.depths->bytes()};
   std::uint64_t number = 0;
-  for (const binner::TileIndex tile : order_.tiles()) round.work.move(tile, flags, number++ / 8, 1);
+  for (const binner::TileIndex tile : order_.tiles()) {
+    if (round.shared[tile].finished) round.work.move(tile, flags, number / 8, 1);
+    ++number;
+  }
 }
 
 std::uint64_t TileScheduler::tile_depth_bytes() const {

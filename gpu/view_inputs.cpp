@@ -43,6 +43,7 @@ scene::FrameRequest frame_request(const scene::Capture& capture, const GpuConfig
   request.alpha_test = settings.effects.alpha_test != EffectMode::kOff;
   request.blending = settings.effects.blending != EffectSwitch::kOff;
   request.procedures = settings.effects.procedures != EffectSwitch::kOff;
+  request.shadow_casters = settings.effects.shadows;
   return request;
 }
 

@@ -123,6 +123,9 @@ class WorkRecorder {
   };
   Sums take_sums();
 
+  // The frame stores these lines before it reads them.
+  void stored(const timing::LineRange& lines) { record_.work.stored_lines.push_back(lines); }
+
   // By tile, of the whole frame.
   std::vector<TextureUse> take_textures() { return std::exchange(textures_, {}); }
 

@@ -244,6 +244,8 @@ json describe_effects() {
        "effects.motion"},
       {"procedures", "Surfaces that are formulas are sampled by the sampling controller.", "frame, tile",
        "the capture has TESSERA_procedure", "effects.procedures (off only), procedures.path"},
+      {"shadows", "Passes draw maps of depths from lights, and the pixel shader looks up whether light is kept off.",
+       "frame, light", "TESSERA_capture.shadows names the light", "effects.shadows"},
       {"stereo", "A second image for a right eye.", "frame", "stereo.eye_separation is not 0", "stereo.eye_separation"},
   };
   json rows = json::array();

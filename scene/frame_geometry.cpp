@@ -294,6 +294,14 @@ void place_all_lights(FrameGeometry& frame) {
     frame.lights[key] = place_lights(*frame.assembly->capture, frame.poses, key,
                                      time_of(frame.request, frame.part.at(key)), frame.light_nodes);
   frame.moving_lights = frame.lights[0] != frame.lights[1];
+  const Capture& capture = *frame.assembly->capture;
+  for (const int node : frame.light_nodes) {
+    const int light = capture.nodes[static_cast<std::size_t>(node)].light;
+    const bool named = std::ranges::find(capture.settings.shadows, light, &ShadowRequest::light) !=
+                       capture.settings.shadows.end();
+    frame.light_casts.push_back(frame.request.shadow_casters == ShadowCasters::kAll ||
+                                (named && frame.request.shadow_casters == ShadowCasters::kAuto));
+  }
 }
 
 // Throws BudgetError where the poses of all segments need more memory than the capture left.

@@ -11,6 +11,7 @@
 #include "scene/animation.h"
 #include "scene/assembly.h"
 #include "scene/pose.h"
+#include "scene/shadow_settings.h"
 #include "scene/tessellation_pattern.h"
 #include "scene/view.h"
 
@@ -39,6 +40,7 @@ struct FrameRequest {
   bool projection_moves = false;
   // Whether the scene has what the capture says of it; false: as a capture without it.
   bool displacement = true, alpha_test = true, blending = true, procedures = true;
+  ShadowCasters shadow_casters = ShadowCasters::kAuto;
   bool procedure_limits = true;  // procedures are tessellated within their own limits
 
   double state() const { return state_time.value_or(open_time); }
@@ -93,6 +95,7 @@ struct FrameGeometry {
       displacement_lod;  // as Assembly::grid_patches: level of detail of heights; 0 where nothing displaces
   std::array<std::vector<shaders::Light>, 2> lights;  // in world space, at both motion keys
   std::vector<int> light_nodes;                       // as these: the nodes that have them
+  std::vector<bool> light_casts;                      // as these: whether anything may be in their way
   std::array<Pose, 2> poses;                          // of the nodes
   bool any_motion = false;
   bool moving_lights = false;  // anything of a light differs between the keys

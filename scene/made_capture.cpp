@@ -42,6 +42,29 @@ int add_camera(Capture& capture, const DVec3& eye, const Camera& camera) {
   return capture.roots.back();
 }
 
+DQuat looking(const DVec3& direction) {
+  const DVec3 back = -glm::normalize(direction),
+              right = glm::normalize(glm::cross(std::abs(back.y) < 0.99 ? DVec3(0, 1, 0) : DVec3(0, 0, -1), back));
+  return glm::quat_cast(DMat3(right, glm::cross(back, right), back));
+}
+
+int add_light(Capture& capture, const shaders::Light& light, const DVec3& place, const DVec3& direction,
+              const ShadowRequest& maps) {
+  capture.lights.push_back(light);
+  capture.light_parameters.push_back({.color = light.color,
+                                      .inner_cone = std::acos(static_cast<double>(light.cos_inner)),
+                                      .outer_cone = std::acos(static_cast<double>(light.cos_outer))});
+  Node node;
+  node.light = static_cast<int>(capture.lights.size()) - 1;
+  node.transform.translation = place;
+  node.transform.rotation = looking(direction);
+  capture.nodes.push_back(node);
+  capture.roots.push_back(static_cast<int>(capture.nodes.size()) - 1);
+  capture.settings.shadows.push_back(maps);
+  capture.settings.shadows.back().light = node.light;
+  return capture.roots.back();
+}
+
 void add_morph(Capture& capture, int node) {
   capture.nodes[static_cast<std::size_t>(node)].weights = {0.0f};
   play(capture, {.node = node, .path = AnimatedPath::kWeights, .components = 1, .times = {0, 1}, .values = {0, 1}});

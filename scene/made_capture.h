@@ -14,6 +14,11 @@ int add_material(Capture& capture, Material material = {});
 int add_node(Capture& capture, Primitive primitive, const DVec3& translation = DVec3(0.0));
 // Adds a camera at `eye` that looks along -z; returns its node.
 int add_camera(Capture& capture, const DVec3& eye, const Camera& camera = {});
+// A rotation that turns -z, along which cameras and lights look, towards a direction. Straight down, y is up as -z.
+DQuat looking(const DVec3& direction);
+// Adds a light at a place, looking along a direction, and has it cast; returns its node.
+int add_light(Capture& capture, const shaders::Light& light, const DVec3& place, const DVec3& direction,
+              const ShadowRequest& maps = {});
 // Adds a channel to the animation that plays.
 void play(Capture& capture, const AnimationChannel& channel);
 // The node's only morph target comes in during the first second.

@@ -12,6 +12,8 @@ namespace tessera::scene {
 // How a directional light's maps are laid over what the camera sees.
 enum class ShadowFit : std::uint8_t { kSphere, kFrustum, kReceivers };
 using shaders::ShadowFilter;
+// Which lights cast shadows: those that the capture names, none, or all of them.
+enum class ShadowCasters : std::uint8_t { kAuto, kOff, kAll };
 // How a map holds a depth.
 enum class DepthFormat : std::uint8_t { kD16, kD24, kD32F };
 // Which sides of single-sided surfaces cast.
@@ -48,6 +50,8 @@ Keys<ShadowSettings> shadow_keys();
 
 namespace tessera {
 
+template <>
+inline constexpr auto kEnumWords<scene::ShadowCasters> = std::to_array<std::string_view>({"auto", "off", "all"});
 template <>
 inline constexpr auto kEnumWords<scene::ShadowFit> = std::to_array<std::string_view>({"sphere", "frustum",
                                                                                       "receivers"});

@@ -51,6 +51,7 @@ struct TileJob {
   shaders::RadianceImage* scene_color = nullptr;  // as lighting.behind, to be filled; nullptr: nothing transmits
   // Of a pass that draws depths alone, one sample a texel, nothing shaded: where they go. nullptr: colours are made.
   DepthMaps* depths = nullptr;
+  std::uint64_t maps_signature = 0;  // of all maps that lighting.shadows has, where tiles may be eliminated
   int depth_layer = 0;
 
   std::uint64_t burst_bytes() const { return static_cast<std::uint64_t>(machine->memory.burst_bytes); }

@@ -15,10 +15,11 @@ std::vector<StabilityCase> binning_cases();
 std::vector<StabilityCase> visibility_cases();
 std::vector<StabilityCase> layer_cases();
 std::vector<StabilityCase> resolve_cases();
+std::vector<StabilityCase> shadow_cases();
 
 inline constexpr std::string_view kBounds = "Bounds of patches", kMotion = "Motion",
                                   kPlacesAndScales = "Places and scales", kProcedures = "Procedural surfaces",
                                   kBinning = "Binning", kVisibility = "Visibility", kLayers = "Layers",
-                                  kResolve = "Resolve";
+                                  kResolve = "Resolve", kShadows = "Shadows";
 
 }  // namespace tessera::replay::stability

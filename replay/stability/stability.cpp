@@ -44,6 +44,9 @@ const std::vector<StabilitySection>& stability_sections() {
       {kResolve,
        "Frames of which most pixels are reprojected or reconstructed. The error is the largest difference of a channel "
        "from the surface's colour after seven frames, in steps of 2^-24 of its value (ulp)."},
+      {kShadows,
+       "A floor seen from above, and shadows whose outlines are known. The error counts pixels that have light in the "
+       "shadow, or lack some outside of it; those within two pixels of its edge are not looked at."},
   };
   return kSections;
 }
@@ -52,7 +55,7 @@ const std::vector<StabilityCase>& stability_cases() {
   static const std::vector<StabilityCase> kCases = [] {
     std::vector<StabilityCase> all;
     for (const auto& section : {bound_cases, motion_cases, place_cases, procedure_cases, binning_cases,
-                                visibility_cases, layer_cases, resolve_cases})
+                                visibility_cases, layer_cases, resolve_cases, shadow_cases})
       for (StabilityCase& one : section()) all.push_back(std::move(one));
     return all;
   }();

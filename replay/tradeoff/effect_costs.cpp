@@ -33,6 +33,7 @@ std::vector<EffectCase> make_cases() {
        {"frontend.sub_patches_blended", "tilecore.blended_layers", "tilecore.blend_overflows"}},
       {"procedures", {{"effects.procedures", "off"}}, {}},
       {"environment_image", {}, {}},
+      {"shadows", {{"effects.shadows", "off"}}, {"shadows.texels_stored", "shadows.tiles_cleared"}},
       {"frame_buffer_compression", {{"frame_buffer.compression", "none"}}, {"resolve.pixels_compressed"}},
       {"desampling",
        {{"resolve.desampling", "off"}},

@@ -18,27 +18,10 @@ using shaders::Light;
 constexpr int kSide = 128;
 constexpr double kHalf = 4;  // of what the camera sees, scene units
 
-// Turns -z towards `direction`.
-DQuat looking(const DVec3& direction) {
-  const DVec3 back = -glm::normalize(direction),
-              right = glm::normalize(glm::cross(std::abs(back.y) < 0.99 ? DVec3(0, 1, 0) : DVec3(0, 0, -1), back));
-  return glm::quat_cast(DMat3(right, glm::cross(back, right), back));
-}
+using scene::made::looking;
 
 int add_light(Capture& capture, const Light& light, const DVec3& place, const DVec3& direction) {
-  capture.lights.push_back(light);
-  capture.light_parameters.push_back({.color = light.color,
-                                      .intensity = 1,
-                                      .inner_cone = std::acos(light.cos_inner),
-                                      .outer_cone = std::acos(light.cos_outer)});
-  scene::Node node;
-  node.light = static_cast<int>(capture.lights.size()) - 1;
-  node.transform.translation = place;
-  node.transform.rotation = looking(direction);
-  capture.nodes.push_back(node);
-  capture.roots.push_back(static_cast<int>(capture.nodes.size()) - 1);
-  capture.settings.shadows.push_back({.light = node.light, .size = 256});
-  return capture.roots.back();
+  return scene::made::add_light(capture, light, place, direction, {.size = 256});
 }
 
 scene::Material white() {
@@ -206,6 +189,60 @@ TEST(Shadows, AMapStoresItsTexelsAndClearedTilesAreAFlag) {
   EXPECT_EQ(stored.written_bytes, 4 * pass.shadows.texels_stored + (tiles / 8 + 63) / 64 * 64);
   EXPECT_EQ(pass.shading.pixel_shader_invocations, 0u);
   EXPECT_GT(frame.passes[1].counters.ledger.traffic(Unit::kTilecore, Purpose::kShadowMap).read_bytes, 0u);
+}
+
+// A still map in the second frame costs nothing, by elimination alone; what looks it up does not change either.
+TEST(Shadows, AStillMapIsNotRenderedAgain) {
+  Floor floor;
+  add_light(floor.capture, {}, {0, 0, 0}, {1, -1, 0});
+  const auto second = [&](const std::string& elimination) {
+    RunSettings settings;
+    GpuConfiguration gpu;
+    apply_setting("tile.rendering_elimination=" + elimination, settings, gpu);
+    Device device(floor.capture, gpu, settings, {kSide, kSide, {0, 0, kSide, kSide}});
+    device.render(0);
+    return device.render(1);
+  };
+  const FrameResult eliminated = second("true"), rendered = second("false");
+  EXPECT_GT(rendered.passes[0].counters.shadows.texels_stored, 0u);
+  EXPECT_EQ(eliminated.passes[0].counters.shadows.texels_stored, 0u);
+  EXPECT_EQ(eliminated.passes[0].counters.shadows.tiles_cleared, 0u);
+  EXPECT_EQ(eliminated.passes[0].counters.ledger.traffic(Unit::kResolve, Purpose::kShadowMap).written_bytes, 0u);
+  EXPECT_EQ(eliminated.passes[1].counters.elimination.tiles_eliminated, eliminated.maps.tiles.size());
+  EXPECT_EQ(eliminated.targets.color.values, rendered.targets.color.values);
+}
+
+// A card that moves over a floor which rests: tiles that only its shadow reaches are rendered again, and pixels that it
+// reaches or leaves are shaded anew.
+TEST(Shadows, WhatRestsIsRenderedAgainWhereAShadowMoves) {
+  Floor floor({-1, 2, 0});
+  add_light(floor.capture, {}, {0, 0, 0}, {1, -1, 0});
+  scene::made::play(
+      floor.capture,
+      {.node = floor.card, .path = scene::AnimatedPath::kTranslation, .times = {0, 1}, .values = {-1, 2, 0, 2, 2, 0}});
+  const auto frames = [&](const std::vector<std::string>& keys) {
+    RunSettings settings;
+    GpuConfiguration gpu;
+    for (const std::string& key : keys) apply_setting(key, settings, gpu);
+    Device device(floor.capture, gpu, settings, {kSide, kSide, {0, 0, kSide, kSide}});
+    FrameResult last = device.render(0);
+    for (int frame = 1; frame < 6; ++frame) last = device.render(frame);
+    return last;
+  };
+  const FrameResult plain = frames({}), eliminated = frames({"tile.rendering_elimination=true"}),
+                    advected = frames({"resolve.desampling=adaptive"});
+  EXPECT_EQ(eliminated.targets.color.values, plain.targets.color.values);
+  // Pixels in the shadow of now and of five frames before.
+  double worst = 0;
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x) {
+      const DVec2 place = floor_place(x, y);
+      for (const DVec2& middle : {DVec2(1.5, 0), DVec2(1.0, 0)})
+        if (to_square(place, middle, 0.75) < -0.2 && to_square(place, DVec2(-0.5, 0), 0.85) > 0)
+          worst = std::max(worst, std::abs(static_cast<double>(advected.targets.color.at(x, y)[0]) -
+                                           static_cast<double>(plain.targets.color.at(x, y)[0])));
+    }
+  EXPECT_LT(worst, 0.05);
 }
 
 TEST(Shadows, FramesAreTheSameOnAnyThreads) {

@@ -305,5 +305,23 @@ TEST(Transmission, ARegionAndBaselinesAreRefusedAndDesamplingLeftOut) {
   EXPECT_NE(adaptive.effect_reasons.at("desampling").find("transmit"), std::string::npos);
 }
 
+// A frame's image of what is behind is stored anew: what caches hold of it from the frame before is no more.
+TEST(Transmission, AStoreDropsTheLinesThatCachesHold) {
+  GpuConfiguration gpu;
+  RunSettings settings;
+  apply_setting("machine.timing=events", settings, gpu);
+  const FrameResult frame = frame_of(Window(glass()).capture, {"machine.timing=events"});
+  timing::FrameWork work = frame.model->record.work;
+  ASSERT_EQ(work.stored_lines.size(), 1u);
+  const auto second_misses = [&] {
+    timing::WarmCaches caches;
+    timing::simulate_events(gpu, work, &caches);
+    return timing::simulate_events(gpu, work, &caches).counts.memory.l2_misses;
+  };
+  const std::uint64_t dropped = second_misses();
+  work.stored_lines.clear();
+  EXPECT_GT(dropped, second_misses());
+}
+
 }  // namespace
 }  // namespace tessera::gpu::transmission_test

@@ -40,6 +40,8 @@ FrameWork random_work(test::Random& random) {
   };
   FrameWork work;
   work.passes = {"behind", "", "main"};
+  for (int k = random.integer(0, 3); k > 0; --k)
+    work.stored_lines.push_back({static_cast<std::uint32_t>(number()), static_cast<std::uint32_t>(number())});
   for (int r = random.integer(0, 3); r > 0; --r) {
     WorkRound& round = work.rounds.emplace_back();
     round.pass = static_cast<std::uint32_t>(random.integer(0, 2));
@@ -70,6 +72,7 @@ RC_GTEST_PROP(WorkCode, IsReadBackAsItWas, (std::uint32_t seed)) {  // WC1
   RC_ASSERT(again.rounds.size() == work.rounds.size());
   RC_ASSERT(again.dram_bytes() == work.dram_bytes());
   RC_ASSERT(again.passes == work.passes);
+  RC_ASSERT(again.stored_lines == work.stored_lines);
   for (std::size_t r = 0; r < work.rounds.size(); ++r)
     for (std::size_t t = 0; t < work.rounds[r].tiles.size(); ++t) {
       RC_ASSERT(again.rounds[r].tiles[t].tile == work.rounds[r].tiles[t].tile);

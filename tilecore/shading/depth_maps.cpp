@@ -27,17 +27,12 @@ DepthMaps::DepthMaps(int side, int layers, scene::DepthFormat format, int tile_w
 
 void DepthMaps::begin(int layer, double near, double far) {
   steps_[static_cast<std::size_t>(layer)] = {near, scene::depth_step(format_, far - near)};
-  const std::size_t texels = first_texel(1), tiles_a_layer = cleared_.size() / static_cast<std::size_t>(layers_);
-  std::fill_n(texels_.begin() + static_cast<std::ptrdiff_t>(first_texel(layer)), texels, kNothing);
-  std::fill_n(cleared_.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(layer) * tiles_a_layer),
-              tiles_a_layer, std::uint8_t{1});
 }
 
 bool DepthMaps::store(int layer, const IntRect& pixels, std::span<const float> depths) {
   const auto tile = static_cast<std::size_t>((layer * tiles_down_ + pixels.y0 / tile_height_) * tiles_across_ +
                                              pixels.x0 / tile_width_);
   cleared_[tile] = std::ranges::none_of(depths, [](float z) { return z < kNothing; }) ? 1 : 0;
-  if (cleared_[tile] != 0) return false;
   const auto [near, step] = steps_[static_cast<std::size_t>(layer)];
   const auto width = static_cast<std::size_t>(pixels.width());
   for (int y = pixels.y0; y < pixels.y1; ++y) {
@@ -49,7 +44,7 @@ bool DepthMaps::store(int layer, const IntRect& pixels, std::span<const float> d
                                                  : static_cast<float>(near + std::round((z - near) / step) * step);
     }
   }
-  return true;
+  return cleared_[tile] == 0;
 }
 
 }  // namespace tessera::tilecore

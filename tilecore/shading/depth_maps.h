@@ -38,7 +38,7 @@ class DepthMaps {
   int width(int = 0) const { return side_; }
   int height(int = 0) const { return side_; }
 
-  // Says between which depths a layer's lie, and forgets what it holds.
+  // Says between which depths a layer's lie, for the tiles that are stored from now on.
   void begin(int layer, double near, double far);
   // A step between depths of a layer.
   double step(int layer) const { return steps_[static_cast<std::size_t>(layer)].step; }

@@ -43,6 +43,7 @@ TextureMemory::TextureMemory(std::span<const scene::Material> materials, std::in
     view.flags_a_line = static_cast<std::int32_t>(8 * line_bytes_);
     lines_ +=
         round_up(of.flag_bytes(), static_cast<std::uint64_t>(line_bytes_)) / static_cast<std::uint64_t>(line_bytes_);
+    layouts_.at(&of).range.end = static_cast<std::uint32_t>(lines_);
   }
   if (lines_ >= std::numeric_limits<std::int32_t>::max())
     throw LimitError("the textures have more cache lines than 31 bits can number");
@@ -54,6 +55,7 @@ void TextureMemory::add(const Image& image, const void* key, shaders::TexelBlock
   const auto [found, fresh] = layouts_.try_emplace(key);
   if (!fresh) return;
   TESSERA_CHECK(std::max(image.width(), image.height()) < 1 << 15, "texels are numbered with 15 bits");
+  found->second.range.first = static_cast<std::uint32_t>(lines_);
   const int blocks_log2 = log2_of(line_bytes_ / blocks.bytes);
   const LineSide width = line_side(blocks.side << (blocks_log2 + 1) / 2),
                  height = line_side(blocks.side << blocks_log2 / 2);
@@ -66,6 +68,7 @@ void TextureMemory::add(const Image& image, const void* key, shaders::TexelBlock
     found->second.lines_across.push_back(static_cast<std::int32_t>(across));
     lines_ += across * down;
   }
+  found->second.range.end = static_cast<std::uint32_t>(lines_);
   found->second.view = {found->second.first_line.data(),
                         found->second.lines_across.data(),
                         width,

@@ -38,6 +38,16 @@ class RequestCache {
     for (std::size_t way = ways_ - 1; way > 0; --way) set[way] = set[way - 1];
     set[0] = {line, request};
   }
+  // Forgets the lines [first, end), which nothing fetches at the time.
+  void drop(std::uint32_t first, std::uint32_t end) {
+    for (std::size_t set = 0; set < entries_.size(); set += ways_) {
+      std::size_t kept = 0;
+      for (std::size_t way = 0; way < ways_; ++way)
+        if (const Entry& entry = entries_[set + way]; entry.line < first || entry.line >= end)
+          entries_[set + kept++] = entry;
+      for (; kept < ways_; ++kept) entries_[set + kept] = {};
+    }
+  }
   // The line's request is answered.
   void fill(std::uint32_t line, std::uint32_t request) {
     if (sets_ == 0) return;
