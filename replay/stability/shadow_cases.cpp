@@ -175,16 +175,18 @@ std::vector<StabilityCase> shadow_cases() {
          return over_floor({-2000, 2000, 0}, 1, sun({1, -1, 0}));
        },
        square({0, 0}, 1), nowhere(), let_light_through},
-      {"a card that almost lies on the floor", "ThinGap", "The gap is smaller than a texel.",
-       "The bias is no larger than the slope of the floor asks for.", "its bias a unit larger",
+      {"a wall that stands on the floor", "WallsFoot", "At its foot it is no distance from what it shades.",
+       "The bias is no larger than the slope of the floor asks for.", "half a unit more of bias",
        [] {
-         return over_floor({0, 0.02, 0}, 1, sun({60, -1, 0}));
+         Stage stage = over_floor({}, 0, sun({1, -1, 0}, 2048));
+         stage.add(quad({0, 0, 1}, {0, 0, -1}, {0, 2, -1}, {0, 2, 1}, white(stage)));
+         return stage;
        },
-       square({1.2, 0}, 1), square({0, 0}, 1), [](Stage& stage) { set(stage, "shadows.offset=1000"); }},
+       square({1, 0}, 1), nowhere(), [](Stage& stage) { set(stage, "shadows.offset=0.5"); }, 0.1},
       {"a lamp a hair above its card", "LampInItsShade", "The card lies before any near plane that is not a hair's.",
        "The near plane is at the nearest that casts.", "its card lets light through",
        [] {
-         return over_floor({0, 2.999, 0}, 0.5, lamp(Light::Type::kSpot, {0, 3, 0}));
+         return over_floor({0, 2.9, 0}, 0.5, lamp(Light::Type::kSpot, {0, 3, 0}));
        },
        square({0, 0}, 100), square({0, 0}, 0.5), let_light_through},
       {"a lamp over the edges of its faces", "FaceEdges", "Look-ups of filters reach over the edges of a cube's faces.",
