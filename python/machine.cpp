@@ -147,6 +147,8 @@ void add_scene(py::module_& module) {
             return rows;
           },
           "The lights that the file wants to cast shadows: light, size, cascades, distance.")
+      .def_property_readonly("passes", &Scene::passes,
+                             "Names of the passes that the file describes. A Device refuses a scene that has any.")
       .def_property_readonly("notices", &Scene::notices, "What the reader skipped or assumed, one line each.");
 }
 

@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <set>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -17,6 +19,8 @@
 #include "replay/statistics.h"
 #include "replay/view_options.h"
 #include "scene/assembly.h"
+#include "scene/light_views.h"
+#include "scene/pass_graph.h"
 #include "scene/pose.h"
 #include "scene/view.h"
 #include "scene/view_choices.h"
@@ -166,14 +170,11 @@ const char* type_name(shaders::Light::Type type) {
   return "";
 }
 
-// The most maps that one node of a light has: a wide spot and a point have those faces of a cube that receivers touch.
+// The most maps that one node of a light has: of a cube only those faces are drawn that receivers touch.
 int max_maps(const Capture& capture, const scene::ShadowRequest& shadow) {
-  constexpr double kWidestMap = 2.0943951023931953;  // radians: 120 degrees
-  const auto light = static_cast<std::size_t>(shadow.light);
-  const shaders::Light::Type type = capture.lights[light].type;
-  if (type == shaders::Light::Type::kDirectional) return shadow.cascades;
-  const bool narrow = 2 * capture.light_parameters[light].outer_cone <= kWidestMap;
-  return type == shaders::Light::Type::kSpot && narrow ? 1 : 6;
+  const shaders::Light& light = capture.lights[static_cast<std::size_t>(shadow.light)];
+  if (light.type == shaders::Light::Type::kDirectional) return shadow.cascades;
+  return scene::needs_cube(light) ? 6 : 1;
 }
 
 json shadows_json(const Capture& capture) {
@@ -197,6 +198,53 @@ json shadows_json(const Capture& capture) {
                     {"max_bytes", maps * size * size * kTexelBytes}});
   }
   return rows;
+}
+
+template <class Enum, std::size_t kCount>
+std::string name_in(const std::array<std::string_view, kCount>& names, Enum value) {
+  return std::string(names[static_cast<std::size_t>(value)]);
+}
+
+json attachment_json(const scene::Attachment& a) {
+  return {{"name", a.name},
+          {"format", name_in(scene::kAttachmentFormatNames, a.format)},
+          {"sample_bits", scene::sample_bits(a.format)},
+          {"size", a.size ? json(*a.size) : json()},
+          {"scale", a.size ? json() : json(a.scale)},
+          {"samples", a.samples == 0 ? json() : json(a.samples)},
+          {"layers", a.layers},
+          {"levels", a.levels},
+          {"life", name_in(scene::kAttachmentLifeNames, a.life)}};
+}
+
+json pass_json(const scene::PassGraph& graph, const scene::Pass& pass) {
+  json subpasses = json::array(), load = json::object(), store = json::object();
+  for (const scene::Subpass& s : pass.subpasses)
+    subpasses.push_back({{"draw", name_in(scene::kDrawFilterNames, s.draw)},
+                         {"shader", name_in(scene::kPassShaderNames, s.shader)},
+                         {"input", s.input},
+                         {"write", s.write},
+                         {"sample", s.sample}});
+  for (const auto& [name, action] : pass.load) load[name] = name_in(scene::kLoadActionNames, action);
+  for (const auto& [name, action] : pass.store) store[name] = name_in(scene::kStoreActionNames, action);
+  return {{"name", pass.name},
+          {"view", name_in(scene::kPassViewNames, pass.view)},
+          {"subpasses", std::move(subpasses)},
+          {"depth", scene::depth_attachment(graph, pass)},
+          {"load", std::move(load)},
+          {"store", std::move(store)},
+          {"tile_bytes_per_sample", scene::tile_bytes_per_sample(graph, pass)}};
+}
+
+// The attachments and the passes in the order in which they run; null where the file describes none.
+json graph_json(const Capture& capture) {
+  if (!capture.settings.graph) return {};
+  const scene::PassGraph& graph = *capture.settings.graph;
+  json attachments = json::array(), passes = json::array();
+  for (const scene::Attachment& attachment : graph.attachments) attachments.push_back(attachment_json(attachment));
+  for (const int pass : scene::pass_order(graph))
+    passes.push_back(pass_json(graph, graph.passes[static_cast<std::size_t>(pass)]));
+  return {{"attachments", std::move(attachments)}, {"passes", std::move(passes)}};
 }
 
 // The camera that takes the image at the capture's size: as a glTF node's matrix and camera have it; `whole`: also where,
@@ -266,6 +314,7 @@ json inspect(const Capture& capture, const scene::SceneList& scenes, bool whole)
           {"view", view_json(capture, whole)},
           {"lights", capture.lights.size()},
           {"shadows", shadows_json(capture)},
+          {"graph", graph_json(capture)},
           {"variants", capture.variants},
           {"settings",
            {{"declared", s.declared},
@@ -313,6 +362,40 @@ void print_shadows(const json& j) {
   }
 }
 
+// Names of attachments behind a word; nothing where there are none.
+std::string listed(const char* word, const json& names) {
+  if (names.empty()) return "";
+  std::vector<std::string> texts;
+  for (const json& name : names) texts.push_back(quoted(name));
+  return fmt::format(" {} {}", word, fmt::join(texts, " "));
+}
+
+void print_graph(const json& j) {
+  const json& graph = j["graph"];
+  if (graph.is_null()) return;
+  for (const json& a : graph["attachments"]) {
+    fmt::print("  attachment  {}: {}", quoted(a["name"]), a["format"].get<std::string>());
+    if (!a["size"].is_null()) fmt::print(", {}x{}", a["size"][0].dump(), a["size"][1].dump());
+    if (!a["scale"].is_null() && a["scale"] != 1) fmt::print(", {:g} of the frame", a["scale"].get<double>());
+    if (!a["samples"].is_null()) fmt::print(", {} samples", a["samples"].dump());
+    if (a["layers"] != 1) fmt::print(", {} layers", a["layers"].dump());
+    if (a["levels"] != 1) fmt::print(", {} levels", a["levels"].dump());
+    if (a["life"] != "frame") fmt::print(", {}", a["life"].get<std::string>());
+    fmt::print("\n");
+  }
+  for (const json& p : graph["passes"]) {
+    fmt::print("  pass        {}: ", quoted(p["name"]));
+    for (std::size_t s = 0; s < p["subpasses"].size(); ++s) {
+      const json& subpass = p["subpasses"][s];
+      fmt::print("{}{}", s == 0 ? "" : "; ", subpass["shader"].get<std::string>());
+      if (subpass["draw"] != "nothing") fmt::print(" draws {}", subpass["draw"].get<std::string>());
+      fmt::print("{}{}{}", listed("inputs", subpass["input"]), listed("samples", subpass["sample"]),
+                 listed("writes", subpass["write"]));
+    }
+    fmt::print(", {} B of tile memory a sample\n", p["tile_bytes_per_sample"].dump());
+  }
+}
+
 void print_animations(const json& j) {
   for (std::size_t n = 0; n < j["animations"].size(); ++n) {
     const json& a = j["animations"][n];
@@ -341,6 +424,7 @@ void print_table(const json& j) {
   print_cameras(j);
   fmt::print("  lights      {}\n", j["lights"].dump());
   print_shadows(j);
+  print_graph(j);
   if (!j["variants"].empty()) {
     std::vector<std::string> names;
     for (const json& name : j["variants"]) names.push_back(quoted(name));

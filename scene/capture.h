@@ -12,6 +12,7 @@
 
 #include "base/vec.h"
 #include "scene/material.h"
+#include "scene/pass_graph.h"
 #include "shaders_cpp/metallic_roughness.h"
 #include "shaders_cpp/procedures/program.h"
 #include "shaders_cpp/surroundings.h"
@@ -256,6 +257,7 @@ struct CaptureSettings {
   std::optional<float> environment;      // intensity; unset: 1, or 0.3 of the studio's when the file has lights
   std::optional<Vec3> background;        // linear colour; unset: the environment
   std::vector<ShadowRequest> shadows{};  // none: lights shine through everything
+  std::optional<PassGraph> graph{};      // unset: passes follow from shadows, materials and settings
   bool declared = false;                 // false: the file says nothing, these are defaults
 };
 

@@ -141,7 +141,13 @@ std::vector<Extension> own_extensions() {
         {"shadows", "object[]", "", "none",
          "Lights that cast shadows: light (a light of KHR_lights_punctual, required), size (texels along a map's side, "
          "default 1024); of a directional light cascades (maps, 1 to 8, default 1) and distance (scene units from the "
-         "camera that they reach, default 0: as far as the scene)."}}},
+         "camera that they reach, default 0: as far as the scene)."},
+        {"attachments", "object", "", "none",
+         "Images that passes write, by name, beside frame and depth, which always exist: format, size or scale, "
+         "samples, layers, levels, life."},
+        {"passes", "object[]", "", "those that shadows and materials ask for",
+         "Passes of a frame: name, view, load, store and subpasses, or the members of the only one: draw, shader, "
+         "input, write, sample. They are read and checked, but not rendered."}}},
       {"TESSERA_clusters",
        "mesh primitive",
        "The triangles lie in the order of clusters: a reader with the same limits cuts them off one after the other. A "

@@ -40,6 +40,12 @@ std::vector<Shadow> Scene::shadows() const {
     shadows.push_back({s.light, s.size, s.cascades, s.distance});
   return shadows;
 }
+std::vector<std::string> Scene::passes() const {
+  std::vector<std::string> names;
+  if (content_->capture.settings.graph)
+    for (const scene::Pass& pass : content_->capture.settings.graph->passes) names.push_back(pass.name);
+  return names;
+}
 const std::vector<std::string>& Scene::notices() const { return content_->capture.notices; }
 
 }  // namespace tessera

@@ -28,6 +28,9 @@ void build_materials(Document& document, Capture& capture);  // and the KTX2 ima
 // Nodes, skins, animations, cameras, lights, settings; what is drawn of them is what was selected.
 void build_scene(Document& document, const Selected& selected, Capture& capture);
 
+// TESSERA_capture.passes and .attachments of settings that passed check_schema(); nothing where there are no passes.
+std::optional<PassGraph> read_passes(const nlohmann::json& settings);
+
 // TESSERA_capture.environment of a checked document in its long form, an object; a number is its `intensity`, the text
 // "uniform" stands for {"uniform": true}, any other for {"image": text}. Empty where there is none.
 nlohmann::json environment_settings(const nlohmann::json& document);

@@ -435,6 +435,7 @@ CaptureSettings build_settings(const Document& document) {
   if (const json* c = find(*extension, "background"))
     settings.background = {(*c)[0].get<float>(), (*c)[1].get<float>(), (*c)[2].get<float>()};
   settings.shadows = build_shadows(*extension);
+  settings.graph = read_passes(*extension);
   return settings;
 }
 

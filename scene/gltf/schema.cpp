@@ -5,15 +5,20 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "base/text.h"
 #include "scene/capture.h"
 #include "scene/extensions.h"
 #include "scene/gltf/procedure_builder.h"
 #include "scene/material.h"
+#include "scene/pass_graph.h"
 
 namespace tessera::scene::gltf {
 namespace {
@@ -427,6 +432,75 @@ Rule shadows_rule(const json& d) {
   };
 }
 
+// One of an enumeration's names.
+Rule word_of(std::span<const std::string_view> names) {
+  return [=](json& value, const Place& place, Notes&) {
+    if (!value.is_string() || std::find(names.begin(), names.end(), value.get_ref<const std::string&>()) == names.end())
+      place.refuse("is {}, not one of {}", escape_control(value.dump(-1, ' ', true), 60), fmt::join(names, ", "));
+  };
+}
+
+constexpr std::size_t kMaxNameBytes = 64;  // of an attachment or a pass
+
+Rule short_name() {
+  return [](json& value, const Place& place, Notes&) {
+    if (!value.is_string()) place.refuse("is not a text");
+    const std::size_t bytes = value.get_ref<const std::string&>().size();
+    if (bytes == 0 || bytes > kMaxNameBytes)
+      place.refuse("is a name of {} bytes, allowed are 1 to {}", bytes, kMaxNameBytes);
+  };
+}
+
+Rule attachments_rule() {
+  const Rule attachment = object({
+      {"format", word_of(kAttachmentFormatNames), kRequired},
+      {"size", list(integer(1, Attachment::kMaxSize), 2, 2)},
+      {"scale", number(0, 16, true)},
+      {"samples", one_of({1, 2, 4, 8, Attachment::kMaxSamples})},
+      {"layers", integer(1, Attachment::kMaxLayers)},
+      {"levels", integer(1, Attachment::kMaxLevels)},
+      {"life", word_of(kAttachmentLifeNames)},
+  });
+  return [=](json& value, const Place& place, Notes& notes) {
+    map_of(attachment)(value, place, notes);
+    if (value.size() > PassGraph::kMaxAttachments)
+      place.refuse("are {}, allowed are {}", value.size(), PassGraph::kMaxAttachments);
+    for (const auto& [name, a] : value.items()) {
+      json key = name;
+      short_name()(key, place.at(name), notes);
+      if (a.contains("size") && a.contains("scale")) place.at(name).refuse("has both a size and a scale");
+    }
+  };
+}
+
+Rule passes_rule() {
+  const Rule names = list(short_name(), 0, PassGraph::kMaxAttachments);
+  const std::vector<Property> of_subpass = {
+      {"draw", word_of(std::span(kDrawFilterNames).subspan(1))},
+      {"shader", word_of(kPassShaderNames)},
+      {"input", names},
+      {"write", names},
+      {"sample", names},
+  };
+  std::vector<Property> subpass = of_subpass, pass = of_subpass;
+  subpass[1].required = true;
+  pass.insert(pass.end(), {
+                              {"name", short_name(), kRequired},
+                              {"view", word_of(kPassViewNames)},
+                              {"subpasses", list(object(subpass), 1, Pass::kMaxSubpasses)},
+                              {"load", map_of(word_of(kLoadActionNames))},
+                              {"store", map_of(word_of(kStoreActionNames))},
+                          });
+  const Rule one = [=, fields = object(pass)](json& value, const Place& place, Notes& notes) {
+    fields(value, place, notes);
+    const bool listed = value.contains("subpasses");
+    if (!listed && !value.contains("shader")) place.refuse("lacks the property 'shader', or 'subpasses'");
+    for (const Property& property : of_subpass)
+      if (listed && value.contains(property.name)) place.at(property.name).refuse("belongs to one of the subpasses");
+  };
+  return list(one, 1, PassGraph::kMaxPasses);
+}
+
 Rule capture_settings_rule(const json& d) {
   return object({
       {"resolution", list(integer(1, 16384), 2, 2)},
@@ -439,6 +513,8 @@ Rule capture_settings_rule(const json& d) {
       {"environment", environment_rule(d)},
       {"background", numbers(3, 0)},
       {"shadows", shadows_rule(d)},
+      {"attachments", attachments_rule()},
+      {"passes", passes_rule()},
   });
 }
 

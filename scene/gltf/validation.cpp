@@ -361,6 +361,7 @@ void check_capture_settings(const json& d, const Place& root) {
     if (!d["nodes"][camera->get<std::size_t>()].contains("camera"))
       place.at("camera").refuse("is a node without a camera");
   if (const json* shadows = find(*settings, "shadows")) check_shadows(d, *shadows, place.at("shadows"));
+  check_passes(*settings, place);
 }
 
 }  // namespace

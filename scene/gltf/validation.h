@@ -48,5 +48,7 @@ std::size_t target_count(const nlohmann::json& mesh);
 
 void check_meshes(const nlohmann::json& d, const Place& root, Notes& notes);      // mesh_validation.cpp
 void check_animations(const nlohmann::json& d, const Place& root, Notes& notes);  // animation_validation.cpp
+// TESSERA_capture.attachments and .passes of `settings`, whose place this is: passes_reader.cpp.
+void check_passes(const nlohmann::json& settings, const Place& place);
 
 }  // namespace tessera::scene::gltf::validation

@@ -8,6 +8,7 @@
 #include "tests/fuzz/document_mutator.h"
 #include "tests/support/captures.h"
 #include "tests/support/gltf_asset.h"
+#include "tests/support/pass_assets.h"
 #include "tests/support/programs.h"
 
 namespace tessera::fuzz {
@@ -155,6 +156,16 @@ std::string wire_capture() {
   return asset.glb();
 }
 
+// Lights that cast shadows, and passes.
+std::string casting_capture(bool passes) {
+  test::GltfAsset asset = test::everything_asset();
+  json& settings = asset.document["extensions"]["TESSERA_capture"];
+  asset.document["extensions"]["KHR_lights_punctual"]["lights"].push_back({{"type", "directional"}});
+  settings["shadows"] = {{{"light", 1}, {"size", 64}, {"cascades", 2}, {"distance", 50}}, {{"light", 0}}};
+  if (passes) settings.update(test::deferred_passes());
+  return asset.glb();
+}
+
 }  // namespace
 
 std::vector<std::string> small_captures() {
@@ -167,7 +178,9 @@ std::vector<std::string> small_captures() {
                                   moving_capture(),
                                   erring_capture(),
                                   pointing_capture(),
-                                  wire_capture()};
+                                  wire_capture(),
+                                  casting_capture(false),
+                                  casting_capture(true)};
   for (const char* name : {"city", "eggs", "flyby", "garden", "serpent", "stroll", "vases", "workshop"})
     all.push_back(without_buffers(test::read_text(test::shipped_capture(name))));
   for (const shaders::StageDeclaration& shape : shaders::shape_declarations())

@@ -8,9 +8,17 @@
 #include <fstream>
 #include <functional>
 #include <set>
+#include <string>
+#include <vector>
+
+#include "tests/support/captures.h"
+#include "tests/support/gltf_asset.h"
+#include "tests/support/pass_assets.h"
+#include "tests/support/temporary_folder.h"
 
 namespace {
 
+namespace test = tessera::test;
 using testing::HasSubstr;
 
 const char* const kCapture = TESSERA_SOURCE_DIR "/captures/eggs.glb";
@@ -84,6 +92,32 @@ TEST(Library, RefusalsAreExceptionsOfOneHierarchy) {
   EXPECT_THAT(message_of([&] { frame.image("depth"); }), HasSubstr("no layer 'depth'; it has color"));
   EXPECT_THROW(frame.image("color", tessera::Eye::kRight), tessera::UsageError);
   EXPECT_THROW(frame.patches(), tessera::UsageError);
+}
+
+TEST(Library, TellsShadowsAndPassesAndRefusesToRenderPasses) {
+  const tessera::Scene plain(kCapture);
+  EXPECT_TRUE(plain.shadows().empty());
+  EXPECT_TRUE(plain.passes().empty());
+  test::GltfAsset asset = test::everything_asset();
+  auto& settings = asset.document["extensions"]["TESSERA_capture"];
+  settings["shadows"] = {{{"light", 0}, {"size", 256}}};
+  const test::TemporaryFolder folder;
+  test::write_text(folder / "shadows.glb", asset.glb());
+  const tessera::Scene casting(folder / "shadows.glb");
+  ASSERT_EQ(casting.shadows().size(), 1u);
+  EXPECT_EQ(casting.shadows()[0].light, 0);
+  EXPECT_EQ(casting.shadows()[0].size, 256);
+  EXPECT_EQ(casting.shadows()[0].cascades, 1);
+  EXPECT_EQ(casting.shadows()[0].distance, 0.0);
+  settings.update(test::deferred_passes());
+  test::write_text(folder / "passes.glb", asset.glb());
+  const tessera::Scene scene(folder / "passes.glb");
+  EXPECT_EQ(scene.passes(), (std::vector<std::string>{"main", "bloom", "final"}));
+  EXPECT_THROW(tessera::Device(scene, tessera::Gpu(), {}, small_frame()), tessera::InputError);
+  EXPECT_THAT(
+      message_of([&] { tessera::Device device(scene, tessera::Gpu(), {}, small_frame()); }),
+      HasSubstr("/extensions/TESSERA_capture/passes: passes of a capture are read and checked, but this machine "
+                "renders only those that shadows and materials ask for"));
 }
 
 TEST(Library, AnUnknownVariantIsWrongUsage) {

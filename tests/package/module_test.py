@@ -98,6 +98,8 @@ class Errors(unittest.TestCase):
         with self.assertRaisesRegex(tessera.UsageError, "no variant 'gold' in .*, which has none"):
             tessera.Scene(CAPTURE, variant="gold")
         self.assertEqual(tessera.Scene(CAPTURE).variants, [])
+        self.assertEqual(tessera.Scene(CAPTURE).shadows, [])
+        self.assertEqual(tessera.Scene(CAPTURE).passes, [])
         with self.assertRaises(tessera.UsageError):
             device(region=(0, 0, 97, 1))
         with self.assertRaises(TypeError):

@@ -7,6 +7,7 @@
 #include "tests/replay/pack_sources.h"
 #include "tests/support/environments.h"
 #include "tests/support/gltf_asset.h"
+#include "tests/support/pass_assets.h"
 #include "tests/support/radiance_files.h"
 #include "tests/support/tests.h"
 
@@ -189,6 +190,15 @@ TEST(Pack, ShadowsOfTheAssetStay) {
   EXPECT_EQ(after.settings.shadows[0].size, 512);
   EXPECT_EQ(after.settings.shadows[0].cascades, 3);
   EXPECT_EQ(after.settings.shadows[0].distance, 20.0);
+}
+
+TEST(Pack, PassesOfTheAssetStay) {
+  GltfSource source = animated_grid();
+  source.document["extensions"]["TESSERA_capture"] = test::deferred_passes();
+  source.document["extensionsUsed"].push_back("TESSERA_capture");
+  const Packed p(source);
+  EXPECT_EQ(p.parts.document["extensions"]["TESSERA_capture"], test::deferred_passes());
+  EXPECT_EQ(p.after().settings.graph.value().passes.size(), 3u);
 }
 
 TEST(Pack, AnEnvironmentsImageMovesInside) {

@@ -3,6 +3,7 @@
 #include "base/image_codec.h"
 #include "base/image_metrics.h"
 #include "tests/support/gltf_asset.h"
+#include "tests/support/pass_assets.h"
 #include "tests/support/tests.h"
 
 namespace tessera::replay::program_test {
@@ -393,6 +394,56 @@ TEST(InspectCommand, SaysWhichLightsCastShadows) {
                               {"max_maps", 4},
                               {"max_bytes", 4 * 512 * 512 * 4}}));
   EXPECT_EQ(shadows[2]["max_maps"], 12);
+}
+
+std::string capture_with_passes(const test::TemporaryFolder& folder) {
+  test::GltfAsset asset = test::everything_asset();
+  asset.document["extensions"]["TESSERA_capture"].update(test::deferred_passes());
+  test::write_text(folder / "passes.glb", asset.glb());
+  return (folder / "passes.glb").string();
+}
+
+TEST(InspectCommand, ShowsPassesAndAttachments) {
+  const test::TemporaryFolder folder;
+  const std::string file = capture_with_passes(folder);
+  const ProcessResult table = run_tessera({"inspect", file});
+  for (const char* line :
+       {"  attachment  albedo: rgba8\n", "  attachment  glow: r11g11b10f, 0.5 of the frame, 5 levels\n",
+        "  pass        main: gbuffer draws opaque writes albedo normal pbr; light inputs albedo normal pbr depth "
+        "writes "
+        "lit; forward draws blended writes lit, 24 B of tile memory a sample\n",
+        "  pass        bloom: bloom samples lit writes glow, 4 B of tile memory a sample\n"})
+    EXPECT_THAT(table.output, HasSubstr(line)) << table.errors;
+  const json graph = json::parse(run_tessera({"inspect", file, "--json"}).output)["graph"];
+  EXPECT_EQ(graph["attachments"].size(), 5u);
+  EXPECT_EQ(graph["attachments"][1], json({{"name", "glow"},
+                                           {"format", "r11g11b10f"},
+                                           {"sample_bits", 32},
+                                           {"size", nullptr},
+                                           {"scale", 0.5},
+                                           {"samples", nullptr},
+                                           {"layers", 1},
+                                           {"levels", 5},
+                                           {"life", "frame"}}));
+  EXPECT_EQ(graph["passes"][0]["depth"], "depth");
+  EXPECT_EQ(graph["passes"][0]["subpasses"][1]["input"], json({"albedo", "normal", "pbr", "depth"}));
+  EXPECT_EQ(graph["passes"][2]["name"], "final");
+  EXPECT_TRUE(json::parse(run_tessera({"inspect", capture("eggs"), "--json"}).output)["graph"].is_null());
+}
+
+TEST(ReplayCommand, RefusesACaptureWithPassesOfItsOwn) {
+  const test::TemporaryFolder folder;
+  const std::string file = capture_with_passes(folder);
+  const fs::path out = folder / "out";
+  for (const char* command : {"replay", "tradeoff", "view"}) {
+    const ProcessResult r = run_tessera({command, file, "--size", "32x18", "--out", out.string()});
+    EXPECT_EQ(r.status, 3) << command;
+    EXPECT_EQ(r.errors, "tessera: " + file +
+                            ": /extensions/TESSERA_capture/passes: passes of a capture are read and checked, but this "
+                            "machine renders only those that shadows and materials ask for\n")
+        << command;
+    EXPECT_TRUE(files_in(out).empty()) << command;
+  }
 }
 
 TEST(InspectCommand, SaysWhatAReplayTook) {

@@ -1,5 +1,6 @@
 #include "tests/scene/gltf/broken_captures.h"
 #include "tests/support/meshopt_asset.h"
+#include "tests/support/pass_assets.h"
 #include "tests/support/tests.h"
 
 namespace tessera::test {
@@ -35,6 +36,7 @@ GltfAsset base_asset(const std::string& name) {
   if (name == "meshopt") return meshopt_asset();
   if (name == "sequential" || name == "edgebreaker") return draco_asset(name == "sequential");
   GltfAsset asset = everything_asset();
+  if (name == "passes") asset.document["extensions"]["TESSERA_capture"].update(deferred_passes());
   if (name != "variants") return asset;
   asset.document["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "plain"}}, {{"name", "dressed"}}};
   asset.document["meshes"][0]["primitives"][0]["extensions"]["KHR_materials_variants"]["mappings"] = {
