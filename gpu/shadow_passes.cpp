@@ -26,7 +26,7 @@ bool cone_is_animated(const Capture& capture, int light) {
   });
 }
 
-int most_layers(const Capture& capture, const scene::ShadowRequest& request) {
+int max_layers(const Capture& capture, const scene::ShadowRequest& request) {
   const Light& light = capture.lights[static_cast<std::size_t>(request.light)];
   if (light.type == Light::Type::kDirectional) return request.cascades;
   return scene::needs_cube(light) || cone_is_animated(capture, request.light) ? 6 : 1;
@@ -53,12 +53,12 @@ ShadowPasses::ShadowPasses(const scene::Assembly& assembly, const frontend::Pyra
   scene::MemoryBudget budget(capture.max_bytes, capture.file.string(), assembly.charged_bytes());
   for (const scene::ShadowRequest& request : requests) {
     const auto side = static_cast<std::uint64_t>(request.size);
-    budget.charge(side * side * static_cast<std::uint64_t>(most_layers(capture, request)), sizeof(float),
+    budget.charge(side * side * static_cast<std::uint64_t>(max_layers(capture, request)), sizeof(float),
                   "depths of the maps of lights");
   }
   maps_.reserve(slots_.size());
   for (std::size_t k = 0; k < slots_.size(); ++k) {
-    const int layers = most_layers(capture, requests[k]);
+    const int layers = max_layers(capture, requests[k]);
     maps_.emplace_back(requests[k].size, layers, settings.shadows.format, gpu.tile.width, gpu.tile.height);
     for (int layer = 0; layer < layers; ++layer)
       slots_[k].layers.push_back({std::make_unique<Pipeline>(gpu, pyramids, cores)});

@@ -21,11 +21,11 @@ Keys<ShadowSettings> shadow_keys() {
       {"shadows.faces", &S::faces, "Which sides of single-sided surfaces cast."},
       {"shadows.blended", &S::blended, "Whether blended surfaces cast none, or as if they were opaque."},
       {"shadows.bias", &S::bias, "", 0, 64,
-       "Factor on the bias of a look-up: half a texel of the receiver's slope, half a step of the depths' format, and "
+       "Factor on the bias of a lookup: half a texel of the receiver's slope, half a step of the depths' format, and "
        "what rounding vertices to sub-pixels moves."},
-      {"shadows.offset", &S::offset, "scene units", 0, 1e6, "Is added to the bias of a look-up."},
+      {"shadows.offset", &S::offset, "scene units", 0, 1e6, "Is added to the bias of a lookup."},
       {"shadows.max_slope", &S::max_slope, "", 0, 1e6,
-       "The steepest slope, depth over width, that the bias and the texels around a look-up take of a receiver."},
+       "The steepest slope, depth over width, that the bias and the texels around a lookup take of a receiver."},
   };
 }
 

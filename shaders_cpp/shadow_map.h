@@ -10,11 +10,11 @@
 
 namespace tessera::shaders {
 
-// Which comparisons with the depths of a map a look-up takes: one with the nearest texel; four around, weighed
+// Which comparisons with the depths of a map a lookup takes: one with the nearest texel; four around, weighed
 // bilinearly; or a box of three by three of these.
 enum class ShadowFilter : std::uint8_t { kNearest, k2x2, k3x3 };
 
-// One map of a light as look-ups see it.
+// One map of a light as lookups see it.
 struct ShadowLayer {
   // From the camera's raster space, as a matrix on (xh, yh, depth, 1), to that of the map in texels, at both keys of the
   // camera's motion.

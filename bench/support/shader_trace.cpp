@@ -35,6 +35,9 @@ using shaders::lobe_numbers;
 using shaders::MipFilter;
 using shaders::RadianceView;
 using shaders::Sampler;
+using shaders::ShadowFilter;
+using shaders::ShadowLayer;
+using shaders::ShadowView;
 using shaders::soft_box_axes;
 using shaders::SoftBox;
 using shaders::Surroundings;
@@ -51,6 +54,7 @@ using shaders::Wrap;
 #include "shaders_cpp/environment_map.inc"
 #include "shaders_cpp/metallic_roughness.inc"
 #include "shaders_cpp/layered_material.inc"
+#include "shaders_cpp/shadow_map.inc"
 // clang-format on
 }  // namespace stage
 

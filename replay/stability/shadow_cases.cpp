@@ -189,7 +189,7 @@ std::vector<StabilityCase> shadow_cases() {
          return over_floor({0, 2.9, 0}, 0.5, lamp(Light::Type::kSpot, {0, 3, 0}));
        },
        square({0, 0}, 100), square({0, 0}, 0.5), let_light_through},
-      {"a lamp over the edges of its faces", "FaceEdges", "Look-ups of filters reach over the edges of a cube's faces.",
+      {"a lamp over the edges of its faces", "FaceEdges", "Lookups of filters reach over the edges of a cube's faces.",
        "Faces have a border of two texels.", "no bias",
        [] {
          Stage stage = over_floor({}, 0, lamp(Light::Type::kPoint, {0, 2, 0}));

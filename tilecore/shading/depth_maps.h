@@ -16,8 +16,8 @@ namespace tessera::tilecore {
 // Tiles of a layer write disjoint parts. A tile in which nothing casts is not written: a flag of one bit says so.
 //
 // Invariants (cited by the tests):
-//   DM1  A depth that is read differs from the one that was stored by at most half a step of the format.
-//   DM2  A tile that is not written reads as if nothing were there.
+//   MAP1  A depth that is read differs from the one that was stored by at most half a step of the format.
+//   MAP2  A tile that is not written reads as if nothing were there.
 class DepthMaps {
  public:
   // `side`: texels along a layer; `tile_width`, `tile_height`: of the tiles that write it.

@@ -73,7 +73,7 @@ enum class ImageLookup : std::uint8_t { kMirrored, kCoat, kBehind, kBehindGreen,
 inline constexpr std::size_t kTextureSlots = scene::kMaterialTextureCount, kLookupSlots = kTextureSlots + 5;
 constexpr std::size_t slot_of(ImageLookup lookup) { return kTextureSlots + static_cast<std::size_t>(lookup); }
 inline constexpr std::size_t kLookupLines = 8;  // of each slot: two levels, four texels in each
-inline constexpr std::size_t kShadowLines = 4;  // of a look-up of a shadow: four corners of its texels
+inline constexpr std::size_t kShadowLines = 4;  // of a lookup of a shadow: four corners of its texels
 struct ShadowLookups {
   const TextureLayoutView* layout = nullptr;  // null: not told
   std::array<std::int32_t*, kShadowLines> line{};

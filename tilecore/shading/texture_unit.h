@@ -115,7 +115,7 @@ class TextureUnit {
   // corner.
   void fetch_warp(const TextureLayoutView& layout, const std::array<std::int32_t*, 8>& lines, std::size_t first,
                   std::size_t lanes);
-  // The same of look-ups in depth maps, in one level, of `texels` each: the flags of their tiles, then the lines of those
+  // The same of lookups in depth maps, in one level, of `texels` each: the flags of their tiles, then the lines of those
   // that are stored.
   void fetch_depths(const TextureLayoutView& layout, const std::array<std::int32_t*, 4>& lines, std::size_t first,
                     std::size_t lanes, std::uint64_t texels);
