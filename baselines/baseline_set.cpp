@@ -138,8 +138,7 @@ void BaselineObserver::view_rendered(const gpu::RenderedView& view) {
   if (view.result.model) {
     machine.emplace(MachineWork{view.result.model->record.work, view.record.textures, view.heights});
     add_patch_machine(view.gpu, machine->work, view.result.counters, SchemeId::kTessera);
-    add_patch_machine(whole_gpu, whole_work.finish(whole.counters.ledger).work, whole.counters,
-                      SchemeId::kPatchWhole);
+    add_patch_machine(whole_gpu, whole_work.finish(whole.counters.ledger).work, whole.counters, SchemeId::kPatchWhole);
   }
   // What the previous frame's depth hid is in no list of this one, but an immediate machine draws it.
   measure_triangle_machines(job, view.gpu.frontend.previous_depth_culling ? whole_record : view.record, view.pyramids,

@@ -10,9 +10,8 @@ std::string_view name(Unit unit) {
 
 std::string_view name(Purpose purpose) {
   static constexpr std::array<std::string_view, kPurposeCount> kNames = {
-      "patch_data", "tile_queue",    "tile_state", "frame_buffer", "texture",    "history",
-      "neighbours", "sampling_maps", "attributes", "coarse_depth", "signatures", "scene_color",
-      "shadow_map"};
+      "patch_data",    "tile_queue", "tile_state",   "frame_buffer", "texture",     "history",   "neighbours",
+      "sampling_maps", "attributes", "coarse_depth", "signatures",   "scene_color", "shadow_map"};
   return kNames[static_cast<std::size_t>(purpose)];
 }
 
@@ -31,7 +30,8 @@ std::string_view meaning(Purpose purpose) {
       "farthest depths of blocks, which the next frame's front end guesses by, and what it deferred",
       "signatures of tiles, of their colours or of what they are rendered from",
       "what is behind surfaces that transmit, and its smaller levels, when it is made; they are read as a texture",
-      "depths of the maps of lights that cast shadows, and flags of tiles in which nothing does: written by their passes, "
+      "depths of the maps of lights that cast shadows, and flags of tiles in which nothing does: written by their "
+      "passes, "
       "read through the texture units"};
   return kMeanings[static_cast<std::size_t>(purpose)];
 }

@@ -297,8 +297,8 @@ void place_all_lights(FrameGeometry& frame) {
   const Capture& capture = *frame.assembly->capture;
   for (const int node : frame.light_nodes) {
     const int light = capture.nodes[static_cast<std::size_t>(node)].light;
-    const bool named = std::ranges::find(capture.settings.shadows, light, &ShadowRequest::light) !=
-                       capture.settings.shadows.end();
+    const bool named =
+        std::ranges::find(capture.settings.shadows, light, &ShadowRequest::light) != capture.settings.shadows.end();
     frame.light_casts.push_back(frame.request.shadow_casters == ShadowCasters::kAll ||
                                 (named && frame.request.shadow_casters == ShadowCasters::kAuto));
   }
