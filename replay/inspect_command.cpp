@@ -380,8 +380,7 @@ void print_graph(const json& j) {
     if (!a["samples"].is_null()) fmt::print(", {} samples", a["samples"].dump());
     if (a["layers"] != 1) fmt::print(", {} layers", a["layers"].dump());
     if (a["levels"] != 1) fmt::print(", {} levels", a["levels"].dump());
-    if (a["life"] != "frame") fmt::print(", {}", a["life"].get<std::string>());
-    fmt::print("\n");
+    fmt::print(", {}\n", a["life"].get<std::string>());
   }
   for (const json& p : graph["passes"]) {
     fmt::print("  pass        {}: ", quoted(p["name"]));
