@@ -634,12 +634,13 @@ TEST(DescribeCommand, NamesExactlyTheCountersThatStatisticsHold) {
                          (out / "instances").string()})
                 .status,
             0);
-  // The front end looks at the depths of the frame before.
-  ASSERT_EQ(run_tessera({"replay", capture("city"), "--size", "64x36", "--frames", "0:2", "--quiet", "--no-report",
-                         "--set", "frontend.previous_depth_culling=true", "--set", "tile.rendering_elimination=true",
-                         "--out", (out / "depths").string()})
-                .status,
-            0);
+  // The front end looks at the depths of the frame before, and lights cast shadows.
+  ASSERT_EQ(
+      run_tessera({"replay", capture("city"), "--size", "64x36", "--frames", "0:2", "--quiet", "--no-report", "--set",
+                   "frontend.previous_depth_culling=true", "--set", "tile.rendering_elimination=true", "--set",
+                   "effects.shadows=all", "--set", "shadows.size=64", "--out", (out / "depths").string()})
+          .status,
+      0);
   // Nothing changes from frame to frame.
   ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "16x16", "--frames", "0:2", "--quiet", "--no-report",
                          "--set", "frame_buffer.transaction_elimination=true", "--out", (out / "still").string()})
