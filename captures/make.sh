@@ -8,7 +8,7 @@ out=${1:-$here}
 sources=$(mktemp -d)
 trap 'rm -rf "$sources"' EXIT
 "$build/tessera_make_captures" "$sources"
-for name in eggs vases serpent flyby stroll workshop city garden; do
+for name in eggs vases serpent flyby stroll workshop city garden city_evening garden_lamps; do
   "$build/tessera" pack "$sources/$name.gltf" "$out/$name.glb"
 done
 mkdir -p "$out/studies"

@@ -1,6 +1,7 @@
 #include "captures/sources/asset.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "base/atomic_file.h"
@@ -61,7 +62,7 @@ void Asset::use_extension(const std::string& name) {
 int Asset::add_texture(std::string file, std::string bytes) {
   document_["images"].push_back({{"uri", file}});
   document_["textures"].push_back({{"source", document_["images"].size() - 1}});
-  images_.push_back({std::move(file), std::move(bytes)});
+  files_.push_back({std::move(file), std::move(bytes)});
   return static_cast<int>(document_["textures"].size()) - 1;
 }
 
@@ -73,6 +74,27 @@ int Asset::add_data_texture(const Image8& image, const std::string& file) {
 }
 int Asset::add_height_texture(const Image16& image, const std::string& file) {
   return add_texture(file + ".png", encode_png(image));
+}
+
+void Asset::set_environment(int width, int height, const std::function<Vec3(Vec3)>& radiance, const std::string& file) {
+  constexpr float kCircle = 6.28318531f;
+  std::string bytes =
+      "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y " + std::to_string(height) + " +X " + std::to_string(width) + "\n";
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      // +x lies in the middle of the image, +z a quarter of its width further right.
+      const float around = ((static_cast<float>(x) + 0.5f) / static_cast<float>(width) - 0.5f) * kCircle,
+                  down = (static_cast<float>(y) + 0.5f) / static_cast<float>(height) * 0.5f * kCircle;
+      const Vec3 light =
+          radiance({std::sin(down) * std::cos(around), std::cos(down), std::sin(down) * std::sin(around)});
+      int exponent = 0;
+      std::frexp(std::max({light.x, light.y, light.z, 1e-9f}), &exponent);
+      for (int k = 0; k < 3; ++k)
+        bytes.push_back(static_cast<char>(std::clamp(static_cast<int>(std::ldexp(light[k], 8 - exponent)), 0, 255)));
+      bytes.push_back(static_cast<char>(exponent + 128));
+    }
+  capture_settings()["environment"] = {{"image", file + ".hdr"}};
+  files_.push_back({file + ".hdr", std::move(bytes)});
 }
 
 int Asset::add_accessor(std::span<const std::uint8_t> bytes, int component_type, std::size_t count, const char* type,
@@ -91,7 +113,8 @@ int Asset::add_accessor(std::span<const std::uint8_t> bytes, int component_type,
 
 int Asset::add_material(json material) {
   const std::string text = material.dump();
-  for (const char* extension : {"KHR_texture_transform", "KHR_materials_unlit", "TESSERA_displacement"})
+  for (const char* extension :
+       {"KHR_texture_transform", "KHR_materials_unlit", "KHR_materials_emissive_strength", "TESSERA_displacement"})
     if (text.find(extension) != std::string::npos) use_extension(extension);
   document_["materials"].push_back(std::move(material));
   return static_cast<int>(document_["materials"].size()) - 1;
@@ -232,7 +255,7 @@ void Asset::write(const std::filesystem::path& folder) {
     if (!claimed[n]) document_["scenes"][0]["nodes"].push_back(n);
   document_["buffers"] = json::array({{{"uri", name_ + ".bin"}, {"byteLength", binary_.size()}}});
   write_file_atomically(folder / (name_ + ".bin"), {reinterpret_cast<const char*>(binary_.data()), binary_.size()});
-  for (const Image& frame_image : images_) write_file_atomically(folder / frame_image.file, frame_image.bytes);
+  for (const File& file : files_) write_file_atomically(folder / file.name, file.bytes);
   write_file_atomically(folder / (name_ + ".gltf"), document_.dump(1));
 }
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -42,6 +43,8 @@ class Asset {
   int add_color_texture(const Image8& image, const std::string& file);
   int add_data_texture(const Image8& image, const std::string& file);
   int add_height_texture(const Image16& image, const std::string& file);
+  // The light from around: a Radiance file, whose pixels are 4 bytes each. `radiance` of a direction, +y up.
+  void set_environment(int width, int height, const std::function<Vec3(Vec3)>& radiance, const std::string& file);
 
   int add_material(nlohmann::json material);
   int add_mesh(const Geometry& geometry, int material);
@@ -72,8 +75,8 @@ class Asset {
   void write(const std::filesystem::path& folder);
 
  private:
-  struct Image {
-    std::string file, bytes;
+  struct File {
+    std::string name, bytes;
   };
   int add_texture(std::string file, std::string bytes);
   int add_accessor(std::span<const std::uint8_t> bytes, int component_type, std::size_t count, const char* type,
@@ -86,7 +89,7 @@ class Asset {
   std::string name_;
   nlohmann::json document_;
   std::vector<std::uint8_t> binary_;
-  std::vector<Image> images_;
+  std::vector<File> files_;  // images
 };
 
 // {"index": texture} with a texture transform when `repeat` is not 1.

@@ -19,6 +19,7 @@ constexpr float kQuarterTurn = 1.57079633f;
 constexpr float kRoad = 4.2f, kStreet = 7.5f, kKerb = 0.14f;  // half widths of road and street, height of the kerb
 constexpr float kNear = 9.0f, kFar = -150.0f;                 // the street along z
 constexpr float kCrossNear = -46.0f, kCrossFar = -57.0f;      // the street across
+constexpr float kWalkSeconds = 3.0f;
 
 json matt(int colors, Vec2 repeat, float roughness) {
   return {
@@ -69,7 +70,7 @@ CityMaterials add_city_materials(Asset& asset) {
   return m;
 }
 
-// Share of the sun that reaches a point of the street, and of the sky between the houses.
+// The share of the sun that reaches a point of the street, and of the sky between the houses.
 Vec3 street_light(const Shades& shades, Vec3 at) {
   const float corner = 1.0f - 0.45f * std::exp(-1.4f * std::max(0.0f, kStreet - std::abs(at.x)));
   return mix(Vec3(0.22f, 0.25f, 0.31f), Vec3(1.0f), sunlight(shades, at)) * corner;
@@ -80,7 +81,7 @@ struct Terrace {
   std::vector<int> meshes;
 };
 
-Terrace add_terraces(Asset& asset, const CityMaterials& m) {
+Terrace add_terraces(Asset& asset, const CityMaterials& m, Shadows shadows) {
   Terrace t;
   //           bays floors bay floor ground  window      sill  in     deep  door  shop  mansard seed
   t.styles = {{4, 3, 2.6f, 3.2f, 3.8f, 1.15f, 1.95f, 0.75f, 0.24f, 11.0f, 3, false, false, 1},
@@ -88,7 +89,7 @@ Terrace add_terraces(Asset& asset, const CityMaterials& m) {
               {3, 3, 3.1f, 3.5f, 4.2f, 1.35f, 2.20f, 0.70f, 0.34f, 12.0f, 0, true, false, 3},
               {4, 4, 2.5f, 3.1f, 3.9f, 1.10f, 1.85f, 0.75f, 0.24f, 11.0f, 2, true, true, 4}};
   for (std::size_t k = 0; k < t.styles.size(); ++k)
-    t.meshes.push_back(asset.add_mesh(terraced_building(t.styles[k], m.facades[k])));
+    t.meshes.push_back(asset.add_mesh(lit(terraced_building(t.styles[k], m.facades[k]), shadows)));
   return t;
 }
 
@@ -119,11 +120,12 @@ Shades add_street_sides(Asset& asset, const Terrace& t) {
 }
 
 // Rows of towers behind, and the end of the street.
-void add_towers(Asset& asset, const CityMaterials& m) {
-  const std::vector<int> towers = {asset.add_mesh(tower(5, 4, 8, 3.0f, 3.2f), m.brick_tower),
-                                   asset.add_mesh(tower(4, 4, 11, 3.0f, 3.2f), m.stone_tower),
-                                   asset.add_mesh(tower(5, 5, 6, 3.0f, 3.2f), m.stone_tower),
-                                   asset.add_mesh(tower(4, 5, 14, 3.0f, 3.2f), m.brick_tower)};
+void add_towers(Asset& asset, const CityMaterials& m, Shadows shadows) {
+  const auto kind_of = [&](int bays_x, int bays_z, int floors, int material) {
+    return asset.add_mesh(lit(tower(bays_x, bays_z, floors, 3.0f, 3.2f), shadows), material);
+  };
+  const std::vector<int> towers = {kind_of(5, 4, 8, m.brick_tower), kind_of(4, 4, 11, m.stone_tower),
+                                   kind_of(5, 5, 6, m.stone_tower), kind_of(4, 5, 14, m.brick_tower)};
   const auto place = [&](std::size_t kind, float x, float z) {
     asset.add_node({{"name", "tower"}, {"mesh", towers[kind]}, {"translation", {x, 0.0f, z}}});
   };
@@ -143,7 +145,7 @@ void add_towers(Asset& asset, const CityMaterials& m) {
 }
 
 // A church where the street ends: a tower of ashlar with a spire.
-void add_church(Asset& asset, const CityMaterials& m) {
+void add_church(Asset& asset, const CityMaterials& m, Shadows shadows) {
   Geometry stone, spire;
   const Vec2 low(-3.2f, -6.4f), high(3.2f, 0.0f);
   for (int k = 0; k < 8; ++k) {
@@ -165,12 +167,12 @@ void add_church(Asset& asset, const CityMaterials& m) {
     }
   }
   asset.add_node({{"name", "church"},
-                  {"mesh", asset.add_mesh({{stone, m.facades[2].wall}, {spire, m.facades[0].slate}})},
+                  {"mesh", asset.add_mesh(lit({{stone, m.facades[2].wall}, {spire, m.facades[0].slate}}, shadows))},
                   {"translation", {1.5f, 0.0f, kFar + 1.0f}}});
 }
 
 // Trees along the pavements; what they shade is added.
-void add_street_trees(Asset& asset, Shades& shades) {
+void add_street_trees(Asset& asset, Shades& shades, Shadows shadows) {
   json leaves = {{"doubleSided", true},
                  {"alphaMode", "MASK"},
                  {"alphaCutoff", 0.4},
@@ -187,9 +189,9 @@ void add_street_trees(Asset& asset, Shades& shades) {
   add_tube(wood, {Vec3(0, 2.4f, 0), {0.1f, 2.9f, 0.1f}, {0.4f, 3.5f, 0.2f}, {0.8f, 4.3f, 0.3f}}, 0.07f, 0.02f, 3.0f);
   add_tube(wood, {Vec3(0, 2.7f, 0), {-0.1f, 3.1f, 0}, {-0.5f, 3.6f, 0.1f}, {-0.8f, 4.3f, -0.3f}}, 0.07f, 0.02f, 3.0f);
   const Vec3 radii(1.55f, 1.7f, 1.55f), middle(0, 4.3f, 0);
-  Geometry top = crown({700, radii, 0.34f, 1, 330});
+  Geometry top = crown({700, radii, 0.34f, 1, 330, shadows == Shadows::kBaked});
   for (Vec3& p : top.positions) p += middle;
-  const int tree = asset.add_mesh({{top, asset.add_material(leaves)}, {wood, bark}});
+  const int tree = asset.add_mesh({{top, asset.add_material(leaves)}, {lit(wood, shadows), bark}});
   Asset::Instances places;
   for (const Vec2& p :
        {Vec2(5.6f, -16.5f), Vec2(-5.6f, -13.0f), Vec2(5.6f, -30.5f), Vec2(-5.6f, -27.0f), Vec2(-5.6f, -41.0f),
@@ -252,7 +254,8 @@ std::vector<Part> car(int paint, int tyre) {
   return {{shell, paint}, {wheels, tyre}};
 }
 
-void add_cars(Asset& asset, Shades& shades) {
+// Cars stand beside the kerbs. Where their shadows are cast, two more drive, one each way.
+void add_cars(Asset& asset, Shades& shades, Shadows shadows) {
   const auto enamel = [&](Vec3 color, float roughness) {
     return asset.add_material({{"pbrMetallicRoughness",
                                 {{"baseColorFactor", {color.x, color.y, color.z, 1.0}},
@@ -266,13 +269,21 @@ void add_cars(Asset& asset, Shades& shades) {
   const Vec3 places[] = {{3.1f, 0, -9.0f},   {3.1f, 0, -21.5f},  {-3.1f, 0, -17.5f}, {3.1f, 0, -36.0f},
                          {-3.1f, 0, -33.0f}, {-3.1f, 0, -38.5f}, {3.1f, 0, -66.0f},  {-3.1f, 0, -72.0f}};
   std::size_t kind = 0;
+  const auto add_car = [&](Vec3 at) {
+    return asset.add_node(
+        {{"name", "car"},
+         {"mesh", cars[kind++ % cars.size()]},
+         {"translation", array_of(at)},
+         {"rotation", array_of(glm::angleAxis(at.x < 0 ? 0.0f : 2.0f * kQuarterTurn, Vec3(0, 1, 0)))}});
+  };
   for (const Vec3& at : places) {
     shades.blocks.push_back({at + Vec3(-0.75f, 0.22f, -1.85f), at + Vec3(0.75f, 1.2f, 1.85f)});
-    asset.add_node({{"name", "car"},
-                    {"mesh", cars[kind++ % cars.size()]},
-                    {"translation", array_of(at)},
-                    {"rotation", array_of(glm::angleAxis(at.x < 0 ? 0.0f : 2.0f * kQuarterTurn, Vec3(0, 1, 0)))}});
+    add_car(at);
   }
+  if (shadows == Shadows::kBaked) return;
+  for (const auto& [from, to] : {std::pair(Vec3(-1.2f, 0, -4.0f), Vec3(-1.2f, 0, -30.0f)),
+                                 std::pair(Vec3(1.2f, 0, -38.0f), Vec3(1.2f, 0, -11.0f))})
+    asset.animate(add_car(from), "translation", {0.0f, kWalkSeconds}, std::vector<Vec3>{from, to});
 }
 
 // A strip of the street along z: patches get longer with distance. Texture coordinates per metre: `scale`.
@@ -291,7 +302,7 @@ void add_strip(Geometry& g, float x0, float x1, int columns, float y, float scal
   }
 }
 
-void add_ground_of_city(Asset& asset, const CityMaterials& m, const Shades& shades) {
+void add_ground_of_city(Asset& asset, const CityMaterials& m, const Shades& shades, Shadows shadows) {
   Geometry road, pavement, kerbs, paint;
   add_strip(road, -kRoad, kRoad, 20, 0.0f, 1.0f / 3.0f, shades);
   for (const float side : {-1.0f, 1.0f}) {
@@ -313,7 +324,8 @@ void add_ground_of_city(Asset& asset, const CityMaterials& m, const Shades& shad
   }
   asset.add_node(
       {{"name", "street"},
-       {"mesh", asset.add_mesh({{road, m.asphalt}, {pavement, m.slabs}, {kerbs, m.trim}, {paint, m.paint}})}});
+       {"mesh",
+        asset.add_mesh(lit({{road, m.asphalt}, {pavement, m.slabs}, {kerbs, m.trim}, {paint, m.paint}}, shadows))}});
   // What lies beyond: yards and the other streets.
   Geometry beyond;
   for (int j = 0; j < 12; ++j)
@@ -363,13 +375,12 @@ void add_lamps(Asset& asset, const CityMaterials& m) {
 }
 
 void add_walk(Asset& asset) {
-  add_sun(asset, 5.4f);
   const auto eye_at = [](float t) {
     return Vec3(-1.7f + 0.10f * t + 0.02f * std::sin(6.0f * t), 1.68f + 0.025f * std::sin(12.0f * t), 5.0f - 1.7f * t);
   };
   std::vector<float> times;
   std::vector<Vec3> eyes, targets;
-  for (int k = 0; k <= 72; ++k) {
+  for (int k = 0; k <= 24 * static_cast<int>(kWalkSeconds); ++k) {
     const float t = static_cast<float>(k) / 24.0f;
     times.push_back(t);
     eyes.push_back(eye_at(t));
@@ -385,22 +396,52 @@ void add_walk(Asset& asset) {
                               {"environment", 0.55},       {"exposure", 1.05}};
 }
 
-}  // namespace
+// The sun stands 8 degrees high behind the camera, a little to its left, so that it shines along the street: shadows of
+// lamps and trees go across the right pavement and up its houses, those of the houses at the left across the road.
+void add_evening(Asset& asset) {
+  constexpr float kHigh = 8.0f / 180.0f * kPi, kAside = -11.0f / 180.0f * kPi;
+  const Vec3 to_sun(std::sin(kAside) * std::cos(kHigh), std::sin(kHigh), std::cos(kAside) * std::cos(kHigh));
+  add_sky(asset, {"sky_evening", {0.20f, 0.27f, 0.47f}, {0.74f, 0.60f, 0.58f}, {0.98f, 0.72f, 0.58f}, 0.75f});
+  const int sun = add_sun(asset, {15.0f, to_sun, {1.0, 0.62, 0.33}});
+  json& settings = asset.capture_settings();
+  settings["frames"] = {{"first", 0}, {"count", 60}};
+  settings["exposure"] = 1.15;
+  settings["shadows"] = {{{"light", sun}, {"size", 1024}, {"cascades", 4}, {"distance", 160.0}}};
+  // Blue from above, a warm rim around the sun, little from the ground.
+  asset.set_environment(
+      32, 16,
+      [&](Vec3 way) {
+        if (way.y < 0) return Vec3(0.05f, 0.045f, 0.04f);
+        const float low = std::pow(1.0f - way.y, 4.0f), near = std::max(0.0f, glm::dot(way, to_sun));
+        return mix(Vec3(0.13f, 0.19f, 0.33f), Vec3(0.30f, 0.26f, 0.27f), low) +
+               Vec3(0.8f, 0.42f, 0.18f) * (low * std::pow(near, 4.0f));
+      },
+      "evening");
+}
 
-void make_city(const std::filesystem::path& folder) {
-  Asset asset("city");
+void write_city(const std::string& name, Shadows shadows, const std::filesystem::path& folder) {
+  Asset asset(name);
   const CityMaterials materials = add_city_materials(asset);
-  const Terrace terrace = add_terraces(asset, materials);
+  const Terrace terrace = add_terraces(asset, materials, shadows);
   Shades shades = add_street_sides(asset, terrace);
-  add_towers(asset, materials);
-  add_church(asset, materials);
-  add_street_trees(asset, shades);
-  add_cars(asset, shades);
-  add_ground_of_city(asset, materials, shades);
+  add_towers(asset, materials, shadows);
+  add_church(asset, materials, shadows);
+  add_street_trees(asset, shades, shadows);
+  add_cars(asset, shades, shadows);
+  add_ground_of_city(asset, materials, shades, shadows);
   add_lamps(asset, materials);
-  add_sky(asset);
+  if (shadows == Shadows::kBaked) {
+    add_sky(asset);
+    add_sun(asset, {5.4f});
+  }
   add_walk(asset);
+  if (shadows == Shadows::kCast) add_evening(asset);
   asset.write(folder);
 }
+
+}  // namespace
+
+void make_city(const std::filesystem::path& folder) { write_city("city", Shadows::kBaked, folder); }
+void make_city_evening(const std::filesystem::path& folder) { write_city("city_evening", Shadows::kCast, folder); }
 
 }  // namespace tessera::captures

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "base/random.h"
+#include "captures/sources/lanterns.h"
 #include "captures/sources/outdoors.h"
 #include "captures/sources/patterns.h"
 #include "captures/sources/plants.h"
@@ -101,14 +102,15 @@ Vec3 garden_light(const Shades& shades, Vec3 at) {
   return mix(Vec3(0.34f, 0.38f, 0.42f), Vec3(1.0f), sunlight(shades, at));
 }
 
-void add_garden_ground(Asset& asset, const GardenMaterials& m, const Shades& shades) {
-  Geometry lawn, gravel, soil, stones;
+void add_garden_ground(Asset& asset, const GardenMaterials& m, const Shades& shades, Shadows shadows) {
+  const bool cast = shadows == Shadows::kCast;
+  Geometry lawn, gravel, soil;
   // Lines across at offsets from the path's middle.
   const std::vector<float> lines = {-16.0f, -11.0f, -8.0f, -6.0f, -4.8f, -3.6f, -2.7f, -kBed, -1.35f, -kPath, -0.25f,
                                     0.25f,  kPath,  1.35f, kBed,  2.7f,  3.6f,  4.8f,  6.0f,  8.0f,   11.0f,  16.0f};
   const auto corner = [&](float offset, float z, float scale, float tone) {
     const Vec3 p(path_middle(z) + offset, 0.0f, z);
-    return Corner{p, Vec2(p.x, p.z) * scale, garden_light(shades, p + Vec3(0, 0.04f, 0)) * tone};
+    return Corner{p, Vec2(p.x, p.z) * scale, (cast ? Vec3(1.0f) : garden_light(shades, p + Vec3(0, 0.04f, 0))) * tone};
   };
   int row = 0;
   for (float z = kGardenNear; z > kGardenFar; z -= 0.75f, ++row)
@@ -132,8 +134,10 @@ void add_garden_ground(Asset& asset, const GardenMaterials& m, const Shades& sha
                      0.1f * (random_unit(1, static_cast<std::uint32_t>(edging.translations.size())) - 0.5f),
                  1.0f);
     }
-  asset.add_instances("edging", asset.add_mesh(stone, m.stone), edging);
-  asset.add_node({{"name", "ground"}, {"mesh", asset.add_mesh({{lawn, m.lawn}, {gravel, m.gravel}, {soil, m.soil}})}});
+  asset.add_instances("edging", asset.add_mesh(lit(stone, shadows), m.stone), edging);
+  asset.add_node(
+      {{"name", "ground"},
+       {"mesh", asset.add_mesh({{lawn, m.lawn}, {lit(gravel, shadows), m.gravel}, {lit(soil, shadows), m.soil}})}});
 }
 
 // A clipped hedge two metres long: a rough body and sprigs all over it.
@@ -158,8 +162,8 @@ std::vector<Part> hedge(const GardenMaterials& m) {
   return {{body, m.hedge}, {sprigs, m.hedge_leaves}};
 }
 
-void add_hedges(Asset& asset, const GardenMaterials& m, Shades& shades) {
-  const int mesh = asset.add_mesh(hedge(m));
+void add_hedges(Asset& asset, const GardenMaterials& m, Shades& shades, Shadows shadows) {
+  const int mesh = asset.add_mesh(lit(hedge(m), shadows));
   Asset::Instances low, tall;
   for (float z = 4.0f; z > -12.0f; z -= 1.9f)
     for (const float side : {-1.0f, 1.0f}) {
@@ -177,10 +181,11 @@ void add_hedges(Asset& asset, const GardenMaterials& m, Shades& shades) {
   asset.add_instances("tall hedge", mesh, tall);
 }
 
-// Seconds at which what moves in the wind has keys.
-std::vector<float> wind_times() {
+// The seconds at which everything that moves in the wind has keys: at each of 24 frames, or at every second one of 62.
+std::vector<float> wind_times(Shadows shadows) {
+  const bool cast = shadows == Shadows::kCast;
   std::vector<float> times;
-  for (int k = 0; k <= 24; ++k) times.push_back(static_cast<float>(k) / 24.0f);
+  for (int k = 0; k <= (cast ? 31 : 24); ++k) times.push_back(static_cast<float>(k) / (cast ? 12.0f : 24.0f));
   return times;
 }
 
@@ -192,9 +197,9 @@ struct Plant {
   float speed, swing;
 };
 
-void add_plant(Asset& asset, const Plant& plant, Vec3 at, float turn, float size, std::uint32_t seed) {
+void add_plant(Asset& asset, const Plant& plant, Vec3 at, float turn, float size, std::uint32_t seed, Shadows shadows) {
   const glm::quat turned = glm::angleAxis(turn, Vec3(0, 1, 0));
-  const std::vector<float> times = wind_times();
+  const std::vector<float> times = wind_times(shadows);
   std::vector<int> joints;
   for (int j = 0; j < plant.joints; ++j) {
     const auto n = static_cast<std::uint32_t>(j);
@@ -222,7 +227,8 @@ void add_plant(Asset& asset, const Plant& plant, Vec3 at, float turn, float size
   asset.add_node({{"name", "crown"}, {"mesh", plant.crown}, {"skin", skin}});
 }
 
-void add_trees(Asset& asset, const GardenMaterials& m, Shades& shades) {
+void add_trees(Asset& asset, const GardenMaterials& m, Shades& shades, Shadows shadows) {
+  const bool shaded = shadows == Shadows::kBaked;
   Geometry wood;
   const auto branch = [&](Vec3 a, Vec3 b, Vec3 c, Vec3 d, float thick, float thin) {
     add_tube(wood, {a, b, c, d}, thick, thin, 3.0f);
@@ -231,8 +237,8 @@ void add_trees(Asset& asset, const GardenMaterials& m, Shades& shades) {
   branch({0, 1.4f, 0}, {0.1f, 1.8f, 0.1f}, {0.4f, 2.2f, 0.2f}, {0.75f, 2.9f, 0.3f}, 0.08f, 0.025f);
   branch({0, 1.6f, 0}, {-0.1f, 2.0f, 0.0f}, {-0.5f, 2.3f, 0.1f}, {-0.8f, 2.8f, -0.2f}, 0.08f, 0.025f);
   branch({0, 1.8f, 0}, {0.05f, 2.2f, -0.1f}, {-0.1f, 2.6f, -0.2f}, {0.1f, 3.2f, -0.3f}, 0.09f, 0.02f);
-  const int trunk = asset.add_mesh(wood, m.bark);
-  const Plant tree{asset.add_mesh(crown({920, {1.45f, 1.15f, 1.45f}, 0.25f, 9, 500}), m.tree_leaves),
+  const int trunk = asset.add_mesh(lit(wood, shadows), m.bark);
+  const Plant tree{asset.add_mesh(crown({920, {1.45f, 1.15f, 1.45f}, 0.25f, 9, 500, shaded}), m.tree_leaves),
                    {0, 2.75f, 0},
                    9,
                    1.1f,
@@ -244,7 +250,7 @@ void add_trees(Asset& asset, const GardenMaterials& m, Shades& shades) {
       {{-3.9f, 0, -2.2f}, 1.4f}, {{5.0f, 0, -6.5f}, 1.3f}, {{-6.4f, 0, -10.0f}, 1.25f}, {{3.9f, 0, -13.0f}, 1.1f}};
   std::uint32_t seed = 1;
   for (const auto& p : places) {
-    add_plant(asset, tree, p.at, 1.7f * static_cast<float>(seed), p.size, seed);
+    add_plant(asset, tree, p.at, 1.7f * static_cast<float>(seed), p.size, seed, shadows);
     asset.add_node(
         {{"name", "trunk"}, {"mesh", trunk}, {"translation", array_of(p.at)}, {"scale", {p.size, p.size, p.size}}});
     shades.crowns.push_back({p.at + tree.middle * p.size, Vec3(1.45f, 1.15f, 1.45f) * p.size});
@@ -256,25 +262,27 @@ void add_trees(Asset& asset, const GardenMaterials& m, Shades& shades) {
     woods.add({-23.0f + 3.2f * static_cast<float>(k % 15) + 2.0f * random_unit(k, 31), 2.6f + 2.2f * random_unit(k, 32),
                kGardenFar - 4.0f - 2.5f * static_cast<float>(k / 15) - 2.0f * random_unit(k, 33)},
               kTurn * random_unit(k, 34), 2.2f + 0.9f * random_unit(k, 35));
-  asset.add_instances("woods", asset.add_mesh(crown({520, {1.3f, 1.35f, 1.3f}, 0.26f, 1, 520}), m.hedge_leaves), woods);
+  asset.add_instances("woods", asset.add_mesh(crown({520, {1.3f, 1.35f, 1.3f}, 0.26f, 1, 520, shaded}), m.hedge_leaves),
+                      woods);
 
-  const Plant shrub{asset.add_mesh(crown({190, {0.62f, 0.55f, 0.62f}, 0.24f, 6, 540}), m.shrub_leaves),
+  const Plant shrub{asset.add_mesh(crown({190, {0.62f, 0.55f, 0.62f}, 0.24f, 6, 540, shaded}), m.shrub_leaves),
                     {0, 0.45f, 0},
                     6,
                     1.5f,
                     0.09f};
   const Vec3 shrubs[] = {{-3.5f, 0, 1.7f}, {3.7f, 0, -0.5f}, {3.4f, 0, -8.6f}, {-3.4f, 0, -7.5f}, {6.0f, 0, -2.2f}};
   for (const Vec3& at : shrubs) {
-    add_plant(asset, shrub, at, 2.1f * static_cast<float>(seed), 0.9f + 0.3f * random_unit(seed, 36), seed);
+    add_plant(asset, shrub, at, 2.1f * static_cast<float>(seed), 0.9f + 0.3f * random_unit(seed, 36), seed, shadows);
     shades.crowns.push_back({at + shrub.middle, Vec3(0.6f, 0.5f, 0.6f)});
     ++seed;
   }
 }
 
 // Instances of one mesh that share a breath of wind.
-void add_swaying(Asset& asset, const std::string& name, int mesh, const Asset::Instances& places, std::uint32_t seed) {
+void add_swaying(Asset& asset, const std::string& name, int mesh, const Asset::Instances& places, std::uint32_t seed,
+                 Shadows shadows) {
   const int node = asset.add_instances(name, mesh, places);
-  const std::vector<float> times = wind_times();
+  const std::vector<float> times = wind_times(shadows);
   const float phase = kTurn * random_unit(seed, 41), other = kTurn * random_unit(seed, 42),
               speed = 1.0f + 0.6f * random_unit(seed, 43);
   std::vector<float> weights;
@@ -285,7 +293,7 @@ void add_swaying(Asset& asset, const std::string& name, int mesh, const Asset::I
   asset.animate_weights(node, times, weights);
 }
 
-void add_flowers(Asset& asset, const GardenMaterials& m) {
+void add_flowers(Asset& asset, const GardenMaterials& m, Shadows shadows) {
   const Species species[] = {
       {{0.72f, 0.03f, 0.02f}, {0.02f, 0.02f, 0.02f}, 5, 0.052f, 0.50f, 0.55f, 601},   // poppies
       {{0.85f, 0.83f, 0.78f}, {0.75f, 0.48f, 0.03f}, 11, 0.046f, 0.38f, 0.10f, 602},  // daisies
@@ -313,10 +321,10 @@ void add_flowers(Asset& asset, const GardenMaterials& m) {
             at, kTurn * random_unit(number, 54), 0.75f + 0.4f * random_unit(number, 55) + (row > 1.4f ? 0.15f : 0.0f));
       }
   for (std::uint32_t k = 0; k < clumps.size(); ++k)
-    add_swaying(asset, "flowers", meshes[k / kBreaths], clumps[k], 800 + k);
+    add_swaying(asset, "flowers", meshes[k / kBreaths], clumps[k], 800 + k, shadows);
 }
 
-void add_grass(Asset& asset, const GardenMaterials& m) {
+void add_grass(Asset& asset, const GardenMaterials& m, Shadows shadows) {
   constexpr std::uint32_t kBreaths = 6;
   std::vector<Asset::Instances> tufts(kBreaths);
   std::uint32_t n = 0;
@@ -335,7 +343,7 @@ void add_grass(Asset& asset, const GardenMaterials& m) {
         0.55f + 0.4f * random_unit(k, 60));
   }
   const int mesh = asset.add_mesh(grass(22, 0.2f, 0.24f, 910), m.plain);
-  for (std::uint32_t k = 0; k < kBreaths; ++k) add_swaying(asset, "grass", mesh, tufts[k], 920 + k);
+  for (std::uint32_t k = 0; k < kBreaths; ++k) add_swaying(asset, "grass", mesh, tufts[k], 920 + k, shadows);
 }
 
 // A stone basin where the path ends.
@@ -364,13 +372,9 @@ void add_basin(Asset& asset, Shades& shades) {
   shades.blocks.push_back({at - Vec3(0.4f, 0, 0.4f), at + Vec3(0.4f, 1.3f, 0.4f)});
 }
 
-void add_garden_view(Asset& asset) {
-  add_sun(asset, 4.8f);
-  std::vector<float> times;
+void add_garden_view(Asset& asset, const std::vector<float>& times) {
   std::vector<Vec3> eyes, targets;
-  for (int k = 0; k <= 24; ++k) {
-    const float t = static_cast<float>(k) / 24.0f;
-    times.push_back(t);
+  for (const float t : times) {
     eyes.emplace_back(path_middle(6.6f) + 0.10f + 0.12f * t, 1.42f, 6.6f - 0.25f * t);
     targets.emplace_back(-0.10f, 0.85f, -1.5f);
   }
@@ -383,21 +387,58 @@ void add_garden_view(Asset& asset) {
                               {"environment", 0.6},        {"exposure", 1.05}};
 }
 
-}  // namespace
+// A dim blue night and eight spot lights, which all cast: four on posts beside the path, two that hang in trees and
+// swing, one below a tree, one that shows the basin. All are narrow enough for a single map.
+void add_lamps_and_night(Asset& asset) {
+  add_sky(asset, {"sky_night", {0.07f, 0.10f, 0.20f}, {0.16f, 0.20f, 0.32f}, {0.24f, 0.27f, 0.36f}, 0.7f});
+  Lanterns lanterns(asset);
+  json& cast = asset.capture_settings()["shadows"];
+  const auto casts = [&](int light, int size) { cast.push_back({{"light", light}, {"size", size}}); };
+  const auto beside = [](float z, float side) { return Vec3(path_middle(z) + side, 0.0f, z); };
+  const struct { float z, side; } posts[] = {{3.2f, 1.98f}, {0.2f, -1.98f}, {-3.9f, 1.98f}, {-7.6f, -1.98f}};
+  for (const auto& [z, side] : posts)
+    casts(lanterns.add_on_post(beside(z, side), 1.75f, beside(z - 0.5f, 0.0f), {22.0f, 38.0f, 56.0f}), 1024);
+  const std::vector<float> times = wind_times(Shadows::kCast);
+  casts(lanterns.add_on_cord({-2.7f, 3.9f, -1.2f}, 1.7f, {40.0f, 40.0f, 58.0f}, times, 0.4f), 1024);
+  casts(lanterns.add_on_cord({3.9f, 4.1f, -5.7f}, 1.3f, {90.0f, 40.0f, 58.0f}, times, 2.1f), 1024);
+  casts(lanterns.add_from_below({-5.1f, 0.15f, -8.6f}, {-6.4f, 3.4f, -10.0f}, {110.0f, 30.0f, 45.0f}), 512);
+  const Vec3 basin(path_middle(-13.2f), 1.0f, -13.2f);
+  casts(lanterns.add_on_post(basin + Vec3(-1.5f, -1.0f, 2.0f), 2.3f, basin, {40.0f, 22.0f, 34.0f}), 512);
+  // The moon is too weak to show shadows.
+  add_sun(asset, {0.6f, Vec3(0.5f, 0.7f, 0.2f), {0.55, 0.70, 1.0}});
+  json& settings = asset.capture_settings();
+  settings["exposure"] = 1.3;
+  asset.set_environment(
+      16, 8,
+      [](Vec3 way) {
+        return way.y < 0 ? Vec3(0.045f, 0.055f, 0.06f)
+                         : mix(Vec3(0.15f, 0.20f, 0.36f), Vec3(0.09f, 0.12f, 0.23f), way.y);
+      },
+      "night");
+}
 
-void make_garden(const std::filesystem::path& folder) {
-  Asset asset("garden");
+void write_garden(const std::string& name, Shadows shadows, const std::filesystem::path& folder) {
+  Asset asset(name);
   const GardenMaterials materials = add_garden_materials(asset);
   Shades shades;
-  add_hedges(asset, materials, shades);
-  add_trees(asset, materials, shades);
+  add_hedges(asset, materials, shades, shadows);
+  add_trees(asset, materials, shades, shadows);
   add_basin(asset, shades);
-  add_garden_ground(asset, materials, shades);
-  add_flowers(asset, materials);
-  add_grass(asset, materials);
-  add_sky(asset);
-  add_garden_view(asset);
+  add_garden_ground(asset, materials, shades, shadows);
+  add_flowers(asset, materials, shadows);
+  add_grass(asset, materials, shadows);
+  if (shadows == Shadows::kBaked) {
+    add_sky(asset);
+    add_sun(asset, {4.8f});
+  }
+  add_garden_view(asset, wind_times(shadows));
+  if (shadows == Shadows::kCast) add_lamps_and_night(asset);
   asset.write(folder);
 }
+
+}  // namespace
+
+void make_garden(const std::filesystem::path& folder) { write_garden("garden", Shadows::kBaked, folder); }
+void make_garden_lamps(const std::filesystem::path& folder) { write_garden("garden_lamps", Shadows::kCast, folder); }
 
 }  // namespace tessera::captures

@@ -18,6 +18,8 @@ int main(int argc, char** argv) {
     tessera::captures::make_workshop(argv[1]);
     tessera::captures::make_city(argv[1]);
     tessera::captures::make_garden(argv[1]);
+    tessera::captures::make_city_evening(argv[1]);
+    tessera::captures::make_garden_lamps(argv[1]);
     for (const int layers : {1, 4, 16}) tessera::captures::make_wall(argv[1], layers, true);
     tessera::captures::make_wall(argv[1], 4, false);
   } catch (const std::exception& error) {

@@ -11,14 +11,14 @@ namespace {
 
 using nlohmann::json;
 
-// Of the whole sky: u around, v from the zenith down.
-Image8 sky_colors() {
-  return color_image(512, 256, [](float u, float v) {
+// u runs around, v from the zenith down.
+Image8 sky_colors(const Sky& sky) {
+  return color_image(512, 256, [&](float u, float v) {
     const float down = std::min(v / 0.5f, 1.0f);  // 1 at the horizon
-    const Vec3 blue = mix(Vec3(0.27f, 0.47f, 0.78f), Vec3(0.72f, 0.83f, 0.93f), std::pow(down, 1.6f));
+    const Vec3 blue = mix(sky.zenith, sky.horizon, std::pow(down, 1.6f));
     const float cloud = smooth_step(0.50f, 0.74f, noise(u, v * 2.0f, 10, 5, 97)) * smooth_step(0.1f, 0.5f, down);
     const float lit = 0.86f + 0.12f * noise(u, v * 2.0f, 24, 3, 98);
-    return mix(blue, Vec3(lit, lit, lit * 1.01f), 0.85f * cloud);
+    return mix(blue, lit * sky.clouds, sky.cover * cloud);
   });
 }
 
@@ -41,7 +41,7 @@ float way_through(const Foliage& f, Vec3 from, Vec3 direction) {
 
 }  // namespace
 
-void add_sky(Asset& asset) {
+void add_sky(Asset& asset, const Sky& sky) {
   constexpr float kCircle = 6.2831853f;
   // Seen from inside.
   const Geometry dome = mesh_of(
@@ -50,17 +50,29 @@ void add_sky(Asset& asset) {
         return Vec3(std::sin(down) * std::sin(around), std::cos(down), std::sin(down) * std::cos(around)) * 420.0f;
       },
       32, 24);
-  const int material = asset.add_material(
-      {{"pbrMetallicRoughness", {{"baseColorTexture", texture_info(asset.add_color_texture(sky_colors(), "sky"))}}},
-       {"extensions", {{"KHR_materials_unlit", json::object()}}}});
+  const int material =
+      asset.add_material({{"pbrMetallicRoughness",
+                           {{"baseColorTexture", texture_info(asset.add_color_texture(sky_colors(sky), sky.file))}}},
+                          {"extensions", {{"KHR_materials_unlit", json::object()}}}});
   asset.add_node({{"name", "sky"}, {"mesh", asset.add_mesh(dome, material)}});
 }
 
-void add_sun(Asset& asset, float intensity) {
-  const int sun = asset.add_light({{"type", "directional"}, {"color", {1.0, 0.93, 0.82}}, {"intensity", intensity}});
-  json key = look_at(kToSun, Vec3(0));
-  key["extensions"]["KHR_lights_punctual"]["light"] = sun;
+int add_sun(Asset& asset, const Sun& sun) {
+  const int light = asset.add_light({{"type", "directional"}, {"color", sun.color}, {"intensity", sun.intensity}});
+  json key = look_at(sun.to_sun, Vec3(0));
+  key["extensions"]["KHR_lights_punctual"]["light"] = light;
   asset.add_node(key);
+  return light;
+}
+
+Geometry lit(Geometry geometry, Shadows shadows) {
+  if (shadows == Shadows::kCast) geometry.colors.clear();
+  return geometry;
+}
+
+std::vector<Part> lit(std::vector<Part> parts, Shadows shadows) {
+  for (Part& part : parts) part.geometry = lit(std::move(part.geometry), shadows);
+  return parts;
 }
 
 float sunlight(const Shades& shades, Vec3 at) {

@@ -1,18 +1,36 @@
 #pragma once
 
+#include <array>
+#include <string>
 #include <vector>
 
 #include "captures/sources/asset.h"
 
 namespace tessera::captures {
 
-// Daylight of the captures under the open sky. The renderer casts no shadows: they are baked into vertex colours.
+// The light of the captures under the open sky.
 
-inline const Vec3 kToSun{-0.38f, 0.85f, 0.45f};  // not normalised
+// Shadows are baked into vertex colours, or lights cast them and vertex colours hold none.
+enum class Shadows { kBaked, kCast };
 
-// An unlit dome around everything with clouds, and the sun.
-void add_sky(Asset& asset);
-void add_sun(Asset& asset, float intensity);
+inline const Vec3 kToSun{-0.38f, 0.85f, 0.45f};  // of a day with baked shadows; not normalised
+
+// Colours of the sky (sRGB). Its lower half repeats the horizon.
+struct Sky {
+  std::string file = "sky";
+  Vec3 zenith{0.27f, 0.47f, 0.78f}, horizon{0.72f, 0.83f, 0.93f}, clouds{1.0f, 1.0f, 1.01f};
+  float cover = 0.85f;  // of the clouds
+};
+// An unlit dome around everything, with clouds.
+void add_sky(Asset& asset, const Sky& sky = {});
+
+struct Sun {
+  float intensity;
+  Vec3 to_sun = kToSun;
+  std::array<double, 3> color = {1.0, 0.93, 0.82};
+};
+// Returns the light's number.
+int add_sun(Asset& asset, const Sun& sun);
 
 // A box that casts shadows.
 struct Block {
@@ -26,6 +44,10 @@ struct Shades {
   std::vector<Block> blocks;
   std::vector<Foliage> crowns;
 };
+
+// Drops vertex colours where lights cast; for geometry whose colours hold nothing but baked light.
+Geometry lit(Geometry geometry, Shadows shadows);
+std::vector<Part> lit(std::vector<Part> parts, Shadows shadows);
 
 // Share of the sun's disc, made larger, that a point sees.
 float sunlight(const Shades& shades, Vec3 at);

@@ -175,7 +175,8 @@ Geometry crown(const Crown& c) {
     const Vec3 along = glm::normalize(from + any_direction(c.seed, n, 4) * 0.75f + Vec3(0, 0.15f, 0));
     const Vec3 across = glm::normalize(glm::cross(along, any_direction(c.seed, n, 6) + along * 0.01f));
     const float size = c.size * (0.75f + 0.5f * chance(c.seed, n, 8));
-    const float light = (0.42f + 0.58f * smooth_step(0.45f, 1.0f, r)) * (0.78f + 0.22f * glm::dot(from, sun));
+    const float light =
+        c.shaded ? (0.42f + 0.58f * smooth_step(0.45f, 1.0f, r)) * (0.78f + 0.22f * glm::dot(from, sun)) : 0.92f;
     const float warm = chance(c.seed, n, 9);
     add_sprig(g, {from * c.radii * r, along, across, size, size * 0.9f, 0.5f * chance(c.seed, n, 10) - 0.1f,
                   static_cast<int>(hash32(c.seed, n, 11) % 4),

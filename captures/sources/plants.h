@@ -16,7 +16,7 @@ struct Sprig {
 };
 void add_sprig(Geometry& g, const Sprig& sprig);
 
-// Sprigs all through an ellipsoid around the origin, darker inside. With `joints` > 1 each hangs on joint 0, and the
+// Sprigs all through an ellipsoid around the origin. With `shaded` they are darker inside and away from kToSun. With `joints` > 1 each hangs on joint 0, and the
 // more the nearer to its tip on one of the others.
 struct Crown {
   int count;
@@ -24,6 +24,7 @@ struct Crown {
   float size;  // of a sprig
   int joints;
   std::uint32_t seed;
+  bool shaded = true;
 };
 Geometry crown(const Crown& crown);
 

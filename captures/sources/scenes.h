@@ -13,6 +13,9 @@ void make_flyby(const std::filesystem::path& folder);     // fast motion across 
 void make_stroll(const std::filesystem::path& folder);    // the same with a moving camera, 60 frames
 void make_city(const std::filesystem::path& folder);      // deep, mostly hidden: walking along a street
 void make_garden(const std::filesystem::path& folder);    // leaves, flowers and grass in the wind
+// The same two where lights cast the shadows, which vertex colours hold above.
+void make_city_evening(const std::filesystem::path& folder);  // a low sun, long thin shadows, cars that drive
+void make_garden_lamps(const std::filesystem::path& folder);  // eight spot lights at night, two of them swing
 
 // wall_LAYERS, of the study docs/when_it_pays.md: displaced patches that cover every pixel LAYERS times, at rest and moving
 // by 8 and by 32 pixels in its three frames. Without attributes (wall_LAYERS_plain) its pixel shader reads the normal alone.
