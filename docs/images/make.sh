@@ -11,10 +11,12 @@ for name in vases serpent flyby; do
   "$root/tessera" replay "$root/captures/$name.glb" --size 480x270 --spp 64 --quiet --out "$out/$name"
   cp "$out/$name"/frame_*.png "$here/$name.png"
 done
-for name in city garden; do
+for name in city garden garden_lamps; do
   "$root/tessera" replay "$root/captures/$name.glb" --size 480x270 --spp 16 --quiet --out "$out/$name"
   cp "$out/$name"/frame_*.png "$here/$name.png"
 done
+"$root/tessera" replay "$root/captures/city_evening.glb" --frames 0:1 --size 480x270 --spp 16 --quiet --out "$out/city_evening"
+cp "$out"/city_evening/frame_*.png "$here/city_evening.png"
 "$root/tessera" replay "$root/captures/workshop.glb" --size 960x540 --spp 64 --quiet --out "$out/workshop"
 cp "$out"/workshop/frame_*.png "$here/workshop.png"
 "$root/tessera" replay "$root/captures/workshop.glb" --size 960x540 --spp 16 --set procedures.style=lines --quiet --out "$out/lines"
