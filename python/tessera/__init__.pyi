@@ -198,6 +198,17 @@ class SettingsKeys(TypedDict, total=False):
     effects__alpha_test: Literal["auto", "on", "off"]  # Alpha test: where a masked material may be transparent; all over it (same image); none, masked surfaces are opaque.
     effects__blending: Literal["auto", "off"]  # Blending: what the capture asks for; none, blended surfaces are opaque.
     effects__procedures: Literal["auto", "off"]  # Procedures: what the capture has; none.
+    effects__shadows: Literal["auto", "off", "all"]  # Shadows: of the lights that the capture names; none; or of all lights, directional ones in four maps of 1024 texels a side, others in one of that size for each direction that they need.
+    shadows__filter: Literal["nearest", "2x2", "3x3"]  # How a shadow is looked up: one comparison with the nearest texel; four, weighed bilinearly (2x2); or a box of three by three of these, which reads 16 texels (3x3).
+    shadows__format: Literal["d16", "d24", "d32f"]  # How maps hold depths, which are linear between the nearest and the farthest caster: 16 bits, 24 bits in 4 bytes, or single precision.
+    shadows__size: int  # 0 to 16384 texels. Along the sides of all maps; 0 takes the capture's.
+    shadows__cascades: int  # 0 to 8. Maps of a directional light; 0 takes the capture's.
+    shadows__fit: Literal["sphere", "frustum", "receivers"]  # How maps of a directional light lie over the part of the view that each is for: over the sphere around it, in steps of whole texels, so that edges stand still while the camera moves; over its own box; or over the box of what receives shadows in it.
+    shadows__faces: Literal["both", "front", "back"]  # Which sides of single-sided surfaces cast.
+    shadows__blended: Literal["none", "solid"]  # Whether blended surfaces cast none, or as if they were opaque.
+    shadows__bias: float  # 0 to 64. Factor on the bias of a lookup: half a texel of the receiver's slope, half a step of the depths' format, and what rounding vertices to sub-pixels moves.
+    shadows__offset: float  # 0 to 1e+06 scene units. Is added to the bias of a lookup.
+    shadows__max_slope: float  # 0 to 1e+06. The steepest slope, depth over width, that the bias and the texels around a lookup take of a receiver.
     procedures__path: Literal["sampled", "tessellated"]  # How procedures are drawn: by the sampling controller, or as ordinary patches whose vertices the procedure evaluates.
     procedures__mode: Literal["interval", "published"]  # How the sampling controller works: cells bounded by interval evaluation and samples that cover their footprints; or, as published, one tuple per cell with a padded radius, samples that are written to the sub-pixel they fall into (where nothing moves or is out of focus), and geometry images read through the core's texture cache.
     procedures__style: Literal["surface", "lines"]  # Shaded surfaces, or a drawing with lines along the parameters.

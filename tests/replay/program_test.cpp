@@ -408,7 +408,7 @@ TEST(InspectCommand, ShowsPassesAndAttachments) {
   const std::string file = capture_with_passes(folder);
   const ProcessResult table = run_tessera({"inspect", file});
   for (const char* line :
-       {"  attachment  albedo: rgba8\n", "  attachment  glow: r11g11b10f, 0.5 of the frame, 5 levels\n",
+       {"  attachment  albedo: rgba8, frame\n", "  attachment  glow: r11g11b10f, 0.5 of the frame, 5 levels, frame\n",
         "  pass        main: gbuffer draws opaque writes albedo normal pbr; light inputs albedo normal pbr depth "
         "writes "
         "lit; forward draws blended writes lit, 24 B of tile memory a sample\n",
