@@ -8,8 +8,11 @@ out=${1:-$here}
 sources=$(mktemp -d)
 trap 'rm -rf "$sources"' EXIT
 "$build/tessera_make_captures" "$sources"
-for name in eggs vases serpent flyby stroll workshop city garden city_evening garden_lamps; do
+for name in eggs vases serpent flyby stroll workshop city garden; do
   "$build/tessera" pack "$sources/$name.gltf" "$out/$name.glb"
+done
+for name in city_evening garden_lamps; do
+  "$build/tessera" pack "$sources/$name.gltf" "$out/$name.glb" --webp 85
 done
 mkdir -p "$out/studies"
 for name in wall_1 wall_4 wall_16 wall_4_plain; do

@@ -396,8 +396,8 @@ void add_walk(Asset& asset) {
                               {"environment", 0.55},       {"exposure", 1.05}};
 }
 
-// The sun stands 8 degrees high behind the camera, a little to its left, so that it shines along the street: shadows of
-// lamps and trees go across the right pavement and up its houses, those of the houses at the left across the road.
+// The sun stands 8 degrees high behind the camera, a little to its left, and shines along the street. Lamps and trees cast
+// their shadows on the right pavement and its houses; the houses at the left cast theirs on the road.
 void add_evening(Asset& asset) {
   constexpr float kHigh = 8.0f / 180.0f * kPi, kAside = -11.0f / 180.0f * kPi;
   const Vec3 to_sun(std::sin(kAside) * std::cos(kHigh), std::sin(kHigh), std::cos(kAside) * std::cos(kHigh));

@@ -164,7 +164,9 @@ class Pages(unittest.TestCase):
                 shipped = Path(capture(name)).read_bytes()
                 self.assertTrue(Path(out, f"{name}.glb").read_bytes() == shipped, f"{name} differs: run captures/make.sh")
                 sizes.append(len(shipped))
-            self.assertLessEqual(sum(sizes), 5 << 20)
+            self.assertLessEqual(sum(sizes[:8]), 3 << 20)
+            for size in sizes[8:]:
+                self.assertLess(size, 1 << 20)
             for name in ("wall_1", "wall_4", "wall_16", "wall_4_plain"):
                 shipped = Path(capture(f"studies/{name}")).read_bytes()
                 self.assertTrue(Path(out, f"studies/{name}.glb").read_bytes() == shipped, f"{name} differs: run captures/make.sh")
