@@ -94,12 +94,21 @@ Variant rectangles_of(const Variant& variant) {
   return plain;
 }
 
+// Maps of shadows are small, as the frames are.
+Capture shipped(const char* name) {
+  Capture capture = scene::read_capture(test::shipped_capture(name));
+  for (scene::ShadowRequest& shadow : capture.settings.shadows) shadow.size = 128;
+  return capture;
+}
+
 class ShippedCapture : public testing::TestWithParam<const char*> {
  protected:
-  Capture capture = scene::read_capture(test::shipped_capture(GetParam()));
+  Capture capture = shipped(GetParam());
   int frame = capture.settings.first_frame;
   // Procedures, many small objects and many patches take long; their frames are small.
-  bool small = std::set<std::string_view>{"workshop", "stroll", "city", "garden"}.contains(GetParam());
+  bool small =
+      std::set<std::string_view>{"workshop", "stroll", "city", "garden", "city_evening", "garden_lamps"}.contains(
+          GetParam());
   gpu::RenderRequest size = small ? whole(80, 45) : whole(160, 90);
   Prepared prepared = std::make_shared<const gpu::PreparedCapture>(capture);
   gpu::FrameResult shown(const Variant& variant) const { return render(prepared, variant, frame, size); }
@@ -316,7 +325,8 @@ TEST_P(ShippedCapture, FramesAreIndependentOfWhatWasRenderedBefore) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Captures, ShippedCapture,
-                         testing::Values("eggs", "vases", "serpent", "flyby", "workshop", "stroll", "city", "garden"),
+                         testing::Values("eggs", "vases", "serpent", "flyby", "workshop", "stroll", "city", "garden",
+                                         "city_evening", "garden_lamps"),
                          [](const auto& param_info) { return std::string(param_info.param); });
 
 TEST(PartialRender, IsCountedAndLosesNothing) {  // M6

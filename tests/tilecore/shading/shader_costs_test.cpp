@@ -397,6 +397,12 @@ TEST(ShaderFeatures, AreThoseOfTheShippedCapturesMaterials) {
       {"city",
        {"displaced_patch: lit base_color colors", "patch: lit", "patch: lit base_color colors", "patch: lit colors",
         "triangles: unlit base_color"}},
+      {"city_evening",
+       {"displaced_patch: lit base_color", "patch: lit", "patch: lit base_color", "patch: lit base_color colors",
+        "patch: lit colors", "triangles: unlit base_color"}},
+      {"garden_lamps",
+       {"displaced_patch: lit base_color", "displaced_patch: lit base_color colors", "patch: lit",
+        "patch: lit base_color", "patch: lit base_color colors", "patch: lit colors", "triangles: unlit base_color"}},
       {"stroll", {"patch: lit", "patch: lit base_color", "patch: lit base_color occlusion apart", "triangles: lit"}}};
   for (const auto& [name, features] : expected) EXPECT_EQ(features_of(name), features) << name;
 }
