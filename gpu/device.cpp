@@ -283,13 +283,9 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
       request_.record_items || request_.attribute || gpu_.queues.model == hardware::TimingModel::kEvents,
       {static_cast<std::uint32_t>(texture_memory_.first_map_line()),
        static_cast<std::uint32_t>(texture_memory_.lines())});
-  {
-    tilecore::TileJob depths = make_job(*geometry, grid, pattern);
-    depths.store = tilecore::FrameStore(), depths.scene_color = nullptr, depths.lighting = tilecore::Lighting();
-    shadow_passes_.render(*geometry, depths, recorder, &progress_, frame, result);
-    job.lighting.shadows = shadow_passes_.shadows();
-    job.maps_signature = shadow_passes_.signature();
-  }
+  shadow_passes_.render(job, recorder, &progress_, frame, result);
+  job.lighting.shadows = shadow_passes_.shadows();
+  job.maps_signature = shadow_passes_.signature();
   if (eliminates(gpu_)) begin_elimination(frame, eye, job);
   ViewRun run{gpu_,
               job,

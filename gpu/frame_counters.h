@@ -26,7 +26,7 @@ struct FrameCounters : tilecore::CoreCounters {
   void accumulate(const FrameCounters& frame);
   // Adds what another view of the same frame took.
   void merge(const FrameCounters& view);
-  // These counters without those of `before`, an earlier state of the same frame; peaks stay.
+  // Returns what the frame counted after `before`, an earlier state of it; peaks keep their values.
   FrameCounters since(const FrameCounters& before) const;
 };
 

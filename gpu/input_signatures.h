@@ -41,7 +41,7 @@ struct SignatureMemory {
 // a sub-patch's with it, and a tile's list takes eight bytes of that for each entry. The paper's hashes all attributes
 // of all triangles.
 //
-// Views that look shadows up have one signature of all maps in those of all their tiles.
+// Where the pixel shader looks up shadows, every tile's signature includes one signature of all shadow maps.
 //
 // A tile's inputs are its entries in their order; of each its record but for its number, and the pose, vertices, grids and
 // material of its drawable; camera and lights; where something moves in the tile, or light, or a lens is open, also the

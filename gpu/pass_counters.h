@@ -13,8 +13,8 @@ namespace tessera::gpu {
 // Collects the counters of all units of a view, pass by pass.
 //
 // Invariants (cited by the tests):
-//   PA1  The counters and ledgers of a view's passes add up to those of the view. A counter that is a peak has, in each
-//        pass, its value at the end of the pass.
+//   PA1  Counters and ledgers of the passes sum up to those of the view. In each pass a peak counter has the value that it
+//        had when the pass ended.
 class PassCounters {
  public:
   // All must outlive it. Counters that `run.result` already has belong to the first pass.
@@ -24,7 +24,7 @@ class PassCounters {
 
   // Adds a pass to the result, with all that the units counted since the last call.
   void end(std::string_view pass);
-  // Sets the result's counters to those of the whole view. No pass may follow.
+  // Gives the result the counters of the whole view. Call it after the last pass.
   void finish() { run_.result.counters = seen_; }
 
  private:

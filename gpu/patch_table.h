@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "memory/line_cache.h"
 #include "scene/frame_geometry.h"
 #include "tilecore/tessellation/tessellation_cache.h"
 #include "timing/events/memory_layout.h"
@@ -21,9 +22,7 @@ class PatchTable {
   // One line behind the last.
   std::uint64_t end() const { return end_; }
 
-  struct Lines {
-    std::uint32_t first, end;
-  };
+  using Lines = memory::LineRange;
   // What shading reads (frontend::patch_shading_bytes()).
   Lines of_shading(const scene::FrameGeometry& frame, std::uint32_t patch) const;
   // What vertices follow from (frontend::patch_record_bytes()).

@@ -32,57 +32,56 @@ int max_layers(const Capture& capture, const scene::ShadowRequest& request) {
   return scene::needs_cube(light) || cone_is_animated(capture, request.light) ? 6 : 1;
 }
 
+// The machine and settings of a job, without everything that colours take.
+tilecore::TileJob depth_job(const tilecore::TileJob& view) {
+  tilecore::TileJob job;
+  job.machine = view.machine, job.core = view.core;
+  job.textures = view.textures;
+  job.forced = view.forced;
+  return job;
+}
+
 }  // namespace
 
 ShadowPasses::ShadowPasses(const scene::Assembly& assembly, const frontend::PyramidLibrary& pyramids,
                            const GpuConfiguration& gpu, const RunSettings& settings, Pipeline::Cores cores)
-    : gpu_(gpu), settings_(settings) {
+    : gpu_(gpu), settings_(settings), pipeline_(gpu, pyramids, std::move(cores)) {
   const Capture& capture = *assembly.capture;
-  if (settings.effects.shadows == scene::ShadowCasters::kOff) return;
   std::vector<scene::ShadowRequest> requests;
   for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
     if (capture.nodes[n].light == scene::kNone) continue;
-    const std::optional<scene::ShadowRequest> request = scene::shadow_request(
-        capture, capture.nodes[n].light, settings.shadows, settings.effects.shadows == scene::ShadowCasters::kAll);
+    const auto request = scene::shadow_request(capture, capture.nodes[n].light, settings.effects.shadows);
     if (!request) continue;
-    slots_.push_back({static_cast<int>(n), {}});
-    requests.push_back(*request);
+    requests.push_back(scene::sized_request(capture, *request, settings.shadows));
+    const auto layers = static_cast<std::size_t>(max_layers(capture, requests.back()));
+    slots_.push_back({static_cast<int>(n), std::vector<Slot::Layer>(layers)});
   }
   if (slots_.size() > scene::ShadowRequest::kMaxLights)
     throw LimitError(fmt::format("{} lights cast shadows; {} may", slots_.size(), scene::ShadowRequest::kMaxLights));
   scene::MemoryBudget budget(capture.max_bytes, capture.file.string(), assembly.charged_bytes());
-  for (const scene::ShadowRequest& request : requests) {
-    const auto side = static_cast<std::uint64_t>(request.size);
-    budget.charge(side * side * static_cast<std::uint64_t>(max_layers(capture, request)), sizeof(float),
-                  "depths of the maps of lights");
+  for (std::size_t k = 0; k < slots_.size(); ++k) {
+    const auto side = static_cast<std::uint64_t>(requests[k].size);
+    budget.charge(side * side * slots_[k].layers.size(), sizeof(float), "depths of the maps of lights");
   }
   maps_.reserve(slots_.size());
-  for (std::size_t k = 0; k < slots_.size(); ++k) {
-    const int layers = max_layers(capture, requests[k]);
-    maps_.emplace_back(requests[k].size, layers, settings.shadows.format, gpu.tile.width, gpu.tile.height);
-    for (int layer = 0; layer < layers; ++layer)
-      slots_[k].layers.push_back({std::make_unique<Pipeline>(gpu, pyramids, cores)});
-  }
+  for (std::size_t k = 0; k < slots_.size(); ++k)
+    maps_.emplace_back(requests[k].size, static_cast<int>(slots_[k].layers.size()), settings.shadows.format,
+                       gpu.tile.width, gpu.tile.height);
 }
 
-const tilecore::DepthMaps* ShadowPasses::maps_of(int node) const {
-  const auto slot = std::ranges::find(slots_, node, &Slot::node);
-  return slot == slots_.end() ? nullptr : &maps_[static_cast<std::size_t>(slot - slots_.begin())];
-}
-
-void ShadowPasses::render(const scene::FrameGeometry& frame, const tilecore::TileJob& job, WorkRecorder& recorder,
-                          WorkProgress* progress, int number, FrameResult& result) {
+void ShadowPasses::render(const tilecore::TileJob& view_job, WorkRecorder& recorder, WorkProgress* progress, int number,
+                          FrameResult& result) {
   shadows_.reset();
   results_.clear();
   slot_of_.clear();
   if (slots_.empty()) return;
+  const scene::FrameGeometry& frame = *view_job.frame;
   const StageTimer timer(result, "shadows");
-  const std::vector<scene::ShadowLight> lights =
-      shadow_lights(frame, settings_.shadows, settings_.effects.shadows == scene::ShadowCasters::kAll);
+  const std::vector<scene::ShadowLight> lights = shadow_lights(frame, settings_.shadows);
   views_ = light_views(frame, lights, settings_.shadows);
   const tilecore::SamplePattern pattern({.samples_per_pixel = 1});
   std::vector<tilecore::FrameShadows::Caster> casters;
-  binner::TileIndex first_tile = job.grid->tile_count();
+  binner::TileIndex first_tile = view_job.grid->tile_count();
   Crc64 signature;
   for (std::size_t k = 0; k < lights.size(); ++k) {
     const int node = frame.light_nodes[lights[k].light];
@@ -92,7 +91,7 @@ void ShadowPasses::render(const scene::FrameGeometry& frame, const tilecore::Til
       const binner::TileGrid grid(view.size, view.size, gpu_.tile.width, gpu_.tile.height);
       maps_[slot].begin(view.layer, static_cast<double>(view.camera.camera.near),
                         static_cast<double>(view.camera.camera.far));
-      tilecore::TileJob depths = job;
+      tilecore::TileJob depths = depth_job(view_job);
       depths.frame = posed.get(), depths.grid = &grid, depths.pattern = &pattern;
       depths.depths = &maps_[slot], depths.depth_layer = view.layer;
       slot_of_.push_back(slot);
@@ -109,7 +108,7 @@ void ShadowPasses::render(const scene::FrameGeometry& frame, const tilecore::Til
       run.first_tile = first_tile;
       run.waits = false;
       first_tile += grid.tile_count();
-      layer.pipeline->render(run, {});
+      pipeline_.render(run, {});
       if (!gpu_.tile.rendering_elimination) continue;
       layer.kept = number;
       // Maps whose lists were not whole may hold anything.

@@ -16,26 +16,25 @@ namespace tessera::gpu {
 // The maps of a capture's lights, and the passes that draw them: one for each map, before what looks them up.
 class ShadowPasses {
  public:
-  // All must outlive it. Throws LimitError where more lights cast than scene::ShadowRequest::kMaxLights, BudgetError where their maps
-  // take more memory than reading the capture left.
+  // All must outlive it. Throws LimitError where more than scene::ShadowRequest::kMaxLights lights cast, BudgetError where
+  // their maps take more memory than reading the capture left.
   ShadowPasses(const scene::Assembly& assembly, const frontend::PyramidLibrary& pyramids, const GpuConfiguration& gpu,
                const RunSettings& settings, Pipeline::Cores cores);
 
-  // Of all lights that may cast in some frame; none: nothing casts.
+  // The maps of all lights that may cast in some frame; empty where nothing casts.
   std::span<const tilecore::DepthMaps> maps() const { return maps_; }
-  // Whether a node's light casts, and its maps.
-  const tilecore::DepthMaps* maps_of(int node) const;
 
-  // Draws the maps of a frame. `job`: what passes share, with the frame, grid and pattern of none. Counters and passes
-  // are added to `result` later, by finish().
-  void render(const scene::FrameGeometry& frame, const tilecore::TileJob& job, WorkRecorder& recorder,
-              WorkProgress* progress, int number, FrameResult& result);
-  // Of all maps of that frame, for tiles that look them up; only with tile.rendering_elimination.
+  // Draws the maps of the frame number `number`. `view`: the job that will look them up. `result` gets host times;
+  // finish() adds counters and passes to it.
+  void render(const tilecore::TileJob& view, WorkRecorder& recorder, WorkProgress* progress, int number,
+              FrameResult& result);
+  // One signature of all maps of that frame, which tiles that look them up depend on. Only with
+  // tile.rendering_elimination.
   std::uint64_t signature() const { return signature_; }
-  // What the pixel shader reads; null where no light of the frame casts. Of the frame rendered last.
+  // The shadows that the pixel shader looks up in the frame rendered last; null where no light of it casts.
   const tilecore::FrameShadows* shadows() const { return shadows_ ? &*shadows_ : nullptr; }
   bool any_pass() const { return !results_.empty(); }
-  // Maps of which the passes stored anything; until finish().
+  // The maps in which the passes stored anything; valid until finish().
   std::vector<const tilecore::DepthMaps*> stored() const;
   // Adds the counters of the passes to those of the view, and puts them before its own passes.
   void finish(FrameResult& result);
@@ -44,7 +43,6 @@ class ShadowPasses {
   struct Slot {
     int node;
     struct Layer {
-      std::unique_ptr<Pipeline> pipeline;
       InputSignatures inputs{};
       std::optional<int> kept{};  // the frame whose depths it holds
     };
@@ -52,6 +50,7 @@ class ShadowPasses {
   };
   const GpuConfiguration& gpu_;
   const RunSettings& settings_;
+  Pipeline pipeline_;
   std::vector<Slot> slots_;
   std::vector<tilecore::DepthMaps> maps_;  // as slots_
   std::vector<std::vector<scene::LightView>> views_;

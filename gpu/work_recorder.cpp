@@ -25,7 +25,7 @@ std::uint64_t& bytes_of(TileTraffic& traffic, Purpose purpose, bool write) {
 }  // namespace
 
 WorkRecorder::WorkRecorder(const GpuConfiguration& gpu, const PatchTable& records, const DisplacementMemory* heights,
-                           bool record_accesses, bool keep_items, PatchTable::Lines maps)
+                           bool record_accesses, bool keep_items, memory::LineRange maps)
     : gpu_(gpu),
       records_(records),
       heights_(heights),
@@ -479,7 +479,7 @@ WorkRecorder::Sums WorkRecorder::take_sums() {
 }
 
 FrameRecord WorkRecorder::finish(const memory::Ledger& ledger) {
-  // What all tiles take; those of some views take more.
+  // The frame has what every tile takes; tiles of some views take more.
   if (!state_bytes_.empty()) record_.work.tile_state_bytes = *std::ranges::min_element(state_bytes_);
   for (std::size_t r = 0; r < state_bytes_.size(); ++r)
     for (timing::TileWork& tile : record_.work.rounds[r].tiles)

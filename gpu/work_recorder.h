@@ -94,13 +94,13 @@ class WorkRecorder {
   // warp, for machine.timing=events.
   // `maps`: the lines of depth maps among those of textures.
   WorkRecorder(const GpuConfiguration& gpu, const PatchTable& records, const DisplacementMemory* heights,
-               bool record_accesses, bool keep_items = false, PatchTable::Lines maps = {0, 0});
+               bool record_accesses, bool keep_items = false, memory::LineRange maps = {});
 
-  // What follows belongs to a view of its own, with a front end, lists and tiles of its own. At first and before each
-  // further view; tiles' textures and traffic are kept of the last one. `first_tile`: the number that its first tile has in
-  // the record.
+  // Begins a view: everything up to end_view() belongs to it, and it has a front end, lists and tiles of its own. The
+  // recorder keeps textures and traffic of tiles of the last view alone. `first_tile`: the number that the record gives the
+  // view's first tile.
   void begin_view(std::uint32_t first_tile = 0);
-  // Ends it: says what the tiles of its rounds keep in their cores' memories.
+  // Ends the view: the recorder notes how much of their cores' memories the tiles of its rounds take.
   void end_view(const tilecore::TileJob& job);
   // Events of the front end since the last call; they go to the round that begins next.
   void front_end(const scene::FrameGeometry& frame, const frontend::FrontEndResult& result);
@@ -124,7 +124,7 @@ class WorkRecorder {
   Sums take_sums();
 
   // The frame stores these lines before it reads them.
-  void stored(const timing::LineRange& lines) { record_.work.stored_lines.push_back(lines); }
+  void stored(const memory::LineRange& lines) { record_.work.stored_lines.push_back(lines); }
 
   // By tile, of the whole frame.
   std::vector<TextureUse> take_textures() { return std::exchange(textures_, {}); }
@@ -197,7 +197,7 @@ class WorkRecorder {
   tilecore::TextureCounters image_counts_;  // of it
   std::array<std::array<hardware::ShaderCost, 3>, 3> domain_costs_;  // by ShaderFeatures::Surface, Motion
   bool record_accesses_, keep_items_;
-  PatchTable::Lines maps_;
+  memory::LineRange maps_;
   std::vector<std::uint64_t> state_bytes_;  // of a tile, by round
   memory::L2 l2_;
   PerThread<Sums> sums_;

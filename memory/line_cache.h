@@ -6,6 +6,12 @@
 
 namespace tessera::memory {
 
+// Cache lines [first, end).
+struct LineRange {
+  std::uint32_t first = 0, end = 0;
+  bool operator==(const LineRange&) const = default;
+};
+
 // A set-associative cache of lines that are only read; the least recently used line of a set goes first. Line n is
 // bytes [n, n+1) * line size of the emulated memory and belongs to set n modulo the number of sets.
 //

@@ -9,6 +9,7 @@
 
 #include "base/parallel.h"
 #include "scene/animation.h"
+#include "scene/light_views.h"
 #include "scene/limits.h"
 #include "scene/motion_segments.h"
 #include "scene/patch_displacement.h"
@@ -92,7 +93,8 @@ std::array<Mat3, 2> normals_to_world(const std::array<DMat3, 2>& worlds) {
 }
 
 // `posed.deforming` is known.
-void pose_drawable(const FrameGeometry& frame, std::span<const Material> materials, const Drawable& drawable,
+void pose_drawable(const FrameGeometry& frame, std::span<const Material> materials,
+                   std::span<const std::array<Deformed, 2>> deformed, const Drawable& drawable,
                    const std::array<DMat4, 2>& world_to_raster, PosedDrawable& posed) {
   const Assembly& assembly = *frame.assembly;
   const Capture& capture = *assembly.capture;
@@ -124,7 +126,7 @@ void pose_drawable(const FrameGeometry& frame, std::span<const Material> materia
   if (has_grid(drawable) && posed.mirrored != (glm::determinant(worlds[0]) < 0))
     for (Mat3& normals : posed.normal_to_world) normals *= -1.0f;
   posed.moving = posed.deforming || posed.to_raster[0] != posed.to_raster[1];
-  connect_spans(assembly, frame.deformed[drawable.drawn], posed);
+  connect_spans(assembly, deformed[drawable.drawn], posed);
 }
 
 // Factors of a Bezier patch: each edge by its own control points, the grid by the longest of all rows and columns.
@@ -195,12 +197,23 @@ std::span<const Material> materials_of(const FrameGeometry& frame) {
                                  : std::span<const Material>(frame.materials);
 }
 
-// All drawables; of a segment of `whole` those that are curved. Its others are there, but for nobody to draw.
-void pose_drawables(FrameGeometry& frame, std::span<const Material> materials, const FrameGeometry* whole) {
-  const Assembly& assembly = *frame.assembly;
+// Places all drawables of a frame whose vertices are deformed, where its views see them; of a segment of `whole` those
+// that are curved.
+void place_drawables(FrameGeometry& frame, std::span<const Material> materials,
+                     std::span<const std::array<Deformed, 2>> deformed, const FrameGeometry* whole) {
   std::array<DMat4, 2> world_to_raster;
   for (std::size_t key = 0; key < 2; ++key)
     world_to_raster[key] = frame.projections[key].matrix() * frame.views[key].world_to_camera;
+  const std::vector<Drawable>& drawables = frame.assembly->drawables;
+  parallel_for(drawables.size(), [&](std::size_t d) {
+    if (whole == nullptr || whole->drawables[d].curved)
+      pose_drawable(frame, materials, deformed, drawables[d], world_to_raster, frame.drawables[d]);
+  });
+}
+
+// All drawables; of a segment of `whole` those that are curved. Its others are there, but for nobody to draw.
+void pose_drawables(FrameGeometry& frame, std::span<const Material> materials, const FrameGeometry* whole) {
+  const Assembly& assembly = *frame.assembly;
   if (whole != nullptr)
     frame.drawables = whole->drawables;
   else
@@ -216,9 +229,7 @@ void pose_drawables(FrameGeometry& frame, std::span<const Material> materials, c
     for (std::uint32_t i = 0; i < drawn.count; ++i)
       if (!left_out(drawn.drawable(i))) frame.drawables[drawn.drawable(i)].deforming = deforming;
   });
-  parallel_for(assembly.drawables.size(), [&](std::size_t d) {
-    if (!left_out(d)) pose_drawable(frame, materials, assembly.drawables[d], world_to_raster, frame.drawables[d]);
-  });
+  place_drawables(frame, materials, frame.deformed, whole);
 }
 
 bool same_bits(std::span<const DMat4> a, std::span<const DMat4> b) {
@@ -297,10 +308,7 @@ void place_all_lights(FrameGeometry& frame) {
   const Capture& capture = *frame.assembly->capture;
   for (const int node : frame.light_nodes) {
     const int light = capture.nodes[static_cast<std::size_t>(node)].light;
-    const bool named =
-        std::ranges::find(capture.settings.shadows, light, &ShadowRequest::light) != capture.settings.shadows.end();
-    frame.light_casts.push_back(frame.request.shadow_casters == ShadowCasters::kAll ||
-                                (named && frame.request.shadow_casters == ShadowCasters::kAuto));
+    frame.light_casts.push_back(shadow_request(capture, light, frame.request.shadow_casters).has_value());
   }
 }
 
@@ -467,7 +475,9 @@ std::unique_ptr<FrameGeometry> pose_view(const FrameGeometry& scene, SceneView v
   frame->projection = frame->projections[0];
   frame->materials = std::move(view.materials);
   frame->procedures = pose_procedures(*scene.assembly->capture, request.open_time, request.open_time);
-  complete_frame(*frame, view.camera, nullptr);
+  frame->drawables.resize(scene.drawables.size());
+  place_drawables(*frame, materials_of(*frame), scene.deformed, nullptr);
+  tessellate(*frame, nullptr);
   return frame;
 }
 

@@ -167,13 +167,14 @@ struct FrameGeometry {
 // All cells of a base patch: the grid of a Bezier patch, the list of a cluster.
 CellRange patch_cells(const FrameGeometry& frame, std::uint32_t patch);
 
-// What another view of a posed scene changes of it.
+// Another view of a posed scene.
 struct SceneView {
   CameraChoice camera;
   int size = 0;                     // pixels along both sides
   std::vector<Material> materials;  // as Assembly::materials
 };
-// The scene of a frame as it stands at shutter open, without lights, seen otherwise. Runs on all threads.
+// The scene of a frame as it stands at shutter open, without lights, seen otherwise. It refers to vertices of `scene`, which
+// must outlive it. Runs on all threads.
 std::unique_ptr<FrameGeometry> pose_view(const FrameGeometry& scene, SceneView view);
 
 // Poses the scene at both motion keys and fixes every patch's tessellation pattern. Runs on all threads.

@@ -6,19 +6,16 @@
 #include <limits>
 #include <utility>
 
-#include <fmt/format.h>
-
-#include "base/error.h"
 #include "base/parallel.h"
-#include "scene/limits.h"
-#include "shaders_cpp/procedures/procedures.h"
+#include "scene/drawable_box.h"
 
 namespace tessera::scene {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// A spot light whose cone is wider than this gets the faces of a cube.
-constexpr double kWidestCone = 2.0943951023931953;  // 120 degrees
+// A spot light whose cone is wider than this gets the faces of a cube: 120 degrees, and what rounding the cosine makes
+// of them.
+constexpr double kWidestCone = 2.0943951023931953 + 1e-6;
 // The nearest depth of a perspective map, over the farthest.
 constexpr double kNearShare = 1e-4;
 constexpr double kLogarithmic = 0.85;
@@ -32,67 +29,31 @@ struct Range {
   Range intersect(const Range& other) const { return {std::max(low, other.low), std::min(high, other.high)}; }
 };
 
-// A drawable's box, along the axes of the world.
+// A drawable's box in the world, along whose axes it lies.
 struct DrawableBox {
   DVec3 middle{0.0}, half{-1.0};  // negative: nothing is drawn
   bool casts = false, receives = false;
 
   bool empty() const { return half.x < 0; }
-  // Of its points' places along an axis, from the world's origin.
+  // The places of its points along an axis, counted from the world's origin.
   Range along(const DVec3& axis) const {
     const double at = glm::dot(axis, middle), reach = glm::dot(glm::abs(axis), half);
     return {at - reach, at + reach};
   }
 };
 
-bool casts(const Material& material, const ShadowSettings& settings) {
-  return !material.unlit && (material.alpha_mode != AlphaMode::kBlend || settings.blended == BlendedCasters::kSolid);
-}
-
-struct LocalBox {
-  DVec3 low{kInfinity}, high{-kInfinity};
-  void add(const DVec3& p) { low = glm::min(low, p), high = glm::max(high, p); }
-};
-
-LocalBox local_box(const PosedDrawable& drawable) {
-  LocalBox box;
-  for (const Vec3& p : drawable.positions[0]) box.add(DVec3(p));
-  if (drawable.procedure == nullptr) return box;
-  constexpr int kSteps = 16;
-  for (const Procedure::Piece& piece : drawable.procedure->pieces)
-    for (int k = 0; k < (kSteps + 1) * (kSteps + 1); ++k) {
-      const Vector3<double> p =
-          shaders::shape_point(drawable.procedure->shape, piece.input, static_cast<double>(k % (kSteps + 1)) / kSteps,
-                               static_cast<double>(k / (kSteps + 1)) / kSteps);
-      box.add({p.x, p.y, p.z});
-    }
-  // Between the points of the grid it may reach farther.
-  const DVec3 slack = (box.high - box.low) * 0.1;
-  box.low -= slack, box.high += slack;
-  return box;
-}
-
 std::vector<DrawableBox> drawable_boxes(const FrameGeometry& frame, const ShadowSettings& settings) {
   const Assembly& assembly = *frame.assembly;
   std::vector<DrawableBox> boxes(frame.drawables.size());
   parallel_for(assembly.drawn.size(), [&](std::size_t d) {
     const DrawnPrimitive& drawn = assembly.drawn[d];
-    const LocalBox local = local_box(frame.drawables[drawn.first_drawable]);
-    if (!(local.low.x <= local.high.x)) return;
+    const SpaceBox own = own_box(frame.drawables[drawn.first_drawable], 0);
     for (std::uint32_t i = 0; i < drawn.count; ++i) {
       const PosedDrawable& drawable = frame.drawables[drawn.drawable(i)];
-      if (!drawable.visible) continue;
-      DrawableBox& box = boxes[drawn.drawable(i)];
-      const DMat4 world(drawable.to_world[0]);
-      const DVec3 half =
-          0.5 * (local.high - local.low) +
-          DVec3(drawable.material->displacement ? displacement_limit(*drawable.material->displacement) : 0.0);
-      box.middle = DVec3(world * DVec4(0.5 * (local.low + local.high), 1.0));
-      box.half = glm::abs(DVec3(world[0])) * half.x + glm::abs(DVec3(world[1])) * half.y +
-                 glm::abs(DVec3(world[2])) * half.z +
-                 1e-6 * glm::abs(box.middle);  // transforms are rounded to single precision
-      box.casts = casts(*drawable.material, settings), box.receives = !drawable.material->unlit;
-      if (!std::isfinite(box.half.x + box.half.y + box.half.z + box.middle.x + box.middle.y + box.middle.z)) box = {};
+      const SpaceBox world = drawable.visible ? world_box(drawable, 0, own) : SpaceBox();
+      if (!world.empty())
+        boxes[drawn.drawable(i)] = {world.middle(), world.half(), casts(*drawable.material, settings.blended),
+                                    !drawable.material->unlit};
     }
   });
   return boxes;
@@ -117,7 +78,7 @@ CameraChoice perspective(const DMat4& world, double tangent, const Range& depth)
   return choice;
 }
 
-// What of the boxes lies in front of a place, along an axis.
+// The depths, seen from a place along an axis, between which boxes that cast lie in front of it.
 Range depths_in_front(const std::vector<DrawableBox>& boxes, const DVec3& eye, const DVec3& forward) {
   Range depth;
   for (const DrawableBox& box : boxes) {
@@ -254,8 +215,12 @@ class CascadePlanner {
         }
     }
     double far = depth.empty() ? 0 : depth.high;
+    if (light_.request.distance > 0) {
+      // Spheres stay as large while the camera walks, wherever the scene ends.
+      const double distance = light_.request.distance;
+      far = settings_.fit == ShadowFit::kSphere ? distance : std::min(far, distance);
+    }
     if (projection.far > 0) far = std::min(far, projection.far);
-    if (light_.request.distance > 0) far = std::min(far, light_.request.distance);
     const double near = std::max(projection.near, 1e-9 * std::abs(far));
     return {near, std::max(far, near * (1 + 1e-6))};
   }
@@ -333,29 +298,35 @@ bool needs_cube(const shaders::Light& light) {
          (light.type == shaders::Light::Type::kSpot && cone_of(light) > kWidestCone);
 }
 
-std::optional<ShadowRequest> shadow_request(const Capture& capture, int light, const ShadowSettings& settings,
-                                            bool all) {
+bool casts(const Material& material, BlendedCasters blended) {
+  return !material.unlit && (material.alpha_mode != AlphaMode::kBlend || blended == BlendedCasters::kSolid);
+}
+
+std::optional<ShadowRequest> shadow_request(const Capture& capture, int light, ShadowCasters casters) {
+  if (casters == ShadowCasters::kOff) return std::nullopt;
   const auto& requests = capture.settings.shadows;
-  const auto named = std::ranges::find(requests, light, &ShadowRequest::light);
-  if (named == requests.end() && !all) return std::nullopt;
+  if (const auto named = std::ranges::find(requests, light, &ShadowRequest::light); named != requests.end())
+    return *named;
+  if (casters != ShadowCasters::kAll) return std::nullopt;
   const bool directional = capture.lights[static_cast<std::size_t>(light)].type == shaders::Light::Type::kDirectional;
-  ShadowRequest request =
-      named != requests.end() ? *named : ShadowRequest{.light = light, .cascades = directional ? 4 : 1};
+  return ShadowRequest{.light = light, .cascades = directional ? 4 : 1};
+}
+
+ShadowRequest sized_request(const Capture& capture, ShadowRequest request, const ShadowSettings& settings) {
   if (settings.size > 0) request.size = settings.size;
-  if (settings.cascades > 0 && directional) request.cascades = settings.cascades;
+  const shaders::Light& light = capture.lights[static_cast<std::size_t>(request.light)];
+  if (settings.cascades > 0 && light.type == shaders::Light::Type::kDirectional) request.cascades = settings.cascades;
   return request;
 }
 
-std::vector<ShadowLight> shadow_lights(const FrameGeometry& frame, const ShadowSettings& settings, bool all) {
+std::vector<ShadowLight> shadow_lights(const FrameGeometry& frame, const ShadowSettings& settings) {
   const Capture& capture = *frame.assembly->capture;
   std::vector<ShadowLight> lights;
   for (std::uint32_t k = 0; k < frame.light_nodes.size(); ++k) {
     const int light = capture.nodes[static_cast<std::size_t>(frame.light_nodes[k])].light;
-    if (const auto request = shadow_request(capture, light, settings, all)) lights.push_back({k, *request});
+    if (const auto request = shadow_request(capture, light, frame.request.shadow_casters))
+      lights.push_back({k, sized_request(capture, *request, settings)});
   }
-  if (lights.size() > ShadowRequest::kMaxLights)
-    throw LimitError(
-        fmt::format("{} lights of a frame cast shadows; {} may", lights.size(), ShadowRequest::kMaxLights));
   return lights;
 }
 
@@ -375,7 +346,7 @@ std::unique_ptr<FrameGeometry> pose_for_light(const FrameGeometry& frame, const 
                                               const ShadowSettings& settings) {
   std::unique_ptr<FrameGeometry> posed = pose_view(frame, {view.camera, view.size, caster_materials(frame, settings)});
   for (PosedDrawable& drawable : posed->drawables) {
-    drawable.visible = drawable.visible && casts(*drawable.material, settings);
+    drawable.visible = drawable.visible && casts(*drawable.material, settings.blended);
     if (settings.faces == CasterFaces::kBack) drawable.mirrored = !drawable.mirrored;
   }
   return posed;

@@ -17,15 +17,18 @@ struct ShadowLight {
   ShadowRequest request;    // with the sizes that the settings give it
 };
 
-// What is asked of a light's maps, or nothing: by the capture or, with `all`, by default.
-std::optional<ShadowRequest> shadow_request(const Capture& capture, int light, const ShadowSettings& settings,
-                                            bool all);
+// Whether surfaces of a material cast.
+bool casts(const Material& material, BlendedCasters blended);
 
-// Lights of a frame that cast: those that the capture names or, with `all`, all of them. Throws LimitError where they are
-// more than ShadowRequest::kMaxLights.
-std::vector<ShadowLight> shadow_lights(const FrameGeometry& frame, const ShadowSettings& settings, bool all);
+// The request for the maps of a light, by the capture or, where all cast, by default; none where it does not cast.
+std::optional<ShadowRequest> shadow_request(const Capture& capture, int light, ShadowCasters casters);
+// The same with the sizes that the settings give it.
+ShadowRequest sized_request(const Capture& capture, ShadowRequest request, const ShadowSettings& settings);
 
-// What one map of a light sees: a spot light's cone, a face of a cube around a point light (and around a spot whose cone
+// The lights of a frame that cast, in the order of FrameGeometry::lights.
+std::vector<ShadowLight> shadow_lights(const FrameGeometry& frame, const ShadowSettings& settings);
+
+// One map of a light, and what it sees: a spot light's cone, a face of a cube around a point light (and around a spot whose cone
 // is wider than 120 degrees), or a cascade of a directional light.
 struct LightView {
   int layer = 0;        // of the light's maps; of cascades, those nearer to the camera come first

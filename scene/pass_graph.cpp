@@ -208,7 +208,7 @@ class Check {
                           : fmt::format("{} sample{}", a.samples, a.samples == 1 ? "" : "s");
   }
 
-  // What is wrong with two attachments in one pass; empty where they fit.
+  // Says why two attachments do not fit into one pass; empty where they do.
   static std::string misfit(const Attachment& a, const Attachment& b) {
     const bool same_size = a.size ? a.size == b.size : !b.size && a.scale == b.scale;
     if (!same_size) return fmt::format("has {}, {} has {}", size_text(a), in_quotes(b.name), size_text(b));

@@ -49,7 +49,7 @@ struct TileJob {
   FrameStore store;                               // of finished pixels
   ResolveFrame* resolve = nullptr;                // desampling; nullptr: every pixel is shaded
   shaders::RadianceImage* scene_color = nullptr;  // as lighting.behind, to be filled; nullptr: nothing transmits
-  // Of a pass that draws depths alone, one sample a texel, nothing shaded: where they go. nullptr: colours are made.
+  // A pass that draws depths alone, one sample a texel, stores them here and shades nothing. nullptr: colours are made.
   DepthMaps* depths = nullptr;
   std::uint64_t maps_signature = 0;  // of all maps that lighting.shadows has, where tiles may be eliminated
   int depth_layer = 0;

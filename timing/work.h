@@ -10,6 +10,7 @@
 #include "hardware/machine.h"
 #include "hardware/stage.h"
 #include "memory/ledger.h"
+#include "memory/line_cache.h"
 #include "timing/items.h"
 
 namespace tessera::timing {
@@ -62,17 +63,11 @@ struct WorkRound {
   std::uint32_t geometry_after = kAllBefore, tiles_after = kAllBefore;
 };
 
-// Cache lines [first, end).
-struct LineRange {
-  std::uint32_t first = 0, end = 0;
-  bool operator==(const LineRange&) const = default;
-};
-
 struct FrameWork {
   std::vector<std::string> passes;  // their names, in the order in which they begin
   std::vector<WorkRound> rounds;    // pass by pass
-  // Of images that the frame stores before it reads them: what caches hold of them from the frame before is no more.
-  std::vector<LineRange> stored_lines{};
+  // Lines of images that the frame stores before it reads them: caches lose those that they hold from the frame before.
+  std::vector<memory::LineRange> stored_lines{};
   std::uint64_t tile_state_bytes = 0;     // what all samples of a tile see, in its core's memory, without layers
   std::uint64_t other_bytes = 0;          // of the ledger, by what is no part of the rounds; moved after them
   std::uint64_t other_written_bytes = 0;  // of these

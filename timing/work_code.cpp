@@ -141,7 +141,7 @@ std::string encode(const FrameWork& work) {
   out.number(work.passes.size());
   for (const std::string& pass : work.passes) out.text(pass);
   out.number(work.stored_lines.size());
-  for (const LineRange& lines : work.stored_lines) out.number(lines.first), out.number(lines.end);
+  for (const memory::LineRange& lines : work.stored_lines) out.number(lines.first), out.number(lines.end);
   out.number(work.rounds.size());
   for (const WorkRound& round : work.rounds) {
     out.number(round.pass), out.number(round.geometry_after), out.number(round.tiles_after);
@@ -172,7 +172,7 @@ FrameWork decode(std::string_view bytes) {
   FrameWork work;
   for (std::size_t left = in.length(); left > 0; --left) work.passes.push_back(in.text());
   for (std::size_t left = in.length(); left > 0; --left) {
-    LineRange& lines = work.stored_lines.emplace_back();
+    memory::LineRange& lines = work.stored_lines.emplace_back();
     in.into(lines.first), in.into(lines.end);
   }
   const std::size_t rounds = in.length();

@@ -5,6 +5,7 @@
 #include "gpu/device.h"
 #include "gpu/settings.h"
 #include "scene/light_views.h"
+#include "scene/limits.h"
 #include "tests/support/tests.h"
 
 namespace tessera::gpu::shadows_test {
@@ -243,6 +244,53 @@ TEST(Shadows, WhatRestsIsRenderedAgainWhereAShadowMoves) {
                                            static_cast<double>(plain.targets.color.at(x, y)[0])));
     }
   EXPECT_LT(worst, 0.05);
+}
+
+// FSH1 and AT1 where tiles of maps are beside those of the image (gpu/cost_attribution.h), by both timing models.
+TEST(Shadows, SharesOfDrawablesAddUpAndTilesAreThoseOfTheImage) {
+  Floor floor;
+  add_light(floor.capture, {}, {0, 0, 0}, {1, -1, 0});
+  for (const char* timing : {"machine.timing=phases", "machine.timing=events"}) {
+    RunSettings settings;
+    GpuConfiguration gpu;
+    apply_setting(timing, settings, gpu);
+    RenderRequest request{kSide, kSide, {0, 0, kSide, kSide}};
+    request.attribute = true;
+    const FrameResult frame = Device(floor.capture, gpu, settings, request).render(0);
+    ASSERT_TRUE(frame.shares);
+    timing::DrawableShare sum;
+    for (const auto& [drawable, share] : frame.shares->drawables) sum += share;
+    EXPECT_EQ(sum.dram_bytes, frame.model->record.work.dram_bytes()) << timing;
+    EXPECT_NEAR(sum.cycles, frame.model->timing.cycles, 1e-6 * sum.cycles) << timing;
+    EXPECT_NEAR(sum.energy_nj, frame.model->energy.total_nj(), 1e-6 * sum.energy_nj) << timing;
+    EXPECT_EQ(frame.shares->traffic.size(), frame.maps.tiles.size());
+    for (const timing::TileShare& tile : frame.shares->tiles) EXPECT_LT(tile.tile, frame.maps.tiles.size());
+    std::set<std::uint32_t> numbers;
+    for (const timing::WorkRound& round : frame.model->record.work.rounds)
+      for (const timing::TileWork& tile : round.tiles) EXPECT_TRUE(numbers.insert(tile.tile).second) << tile.tile;
+  }
+}
+
+// The effect is reported where it ran, with its reason (gpu/effect_report.cpp).
+TEST(Shadows, AreReportedAsAnEffect) {
+  Floor floor;
+  EXPECT_FALSE(frame_of(floor.capture).effects.at("shadows"));
+  add_light(floor.capture, {}, {0, 0, 0}, {1, -1, 0});
+  const FrameResult frame = frame_of(floor.capture);
+  EXPECT_TRUE(frame.effects.at("shadows"));
+  EXPECT_EQ(frame.effect_reasons.at("shadows"), "1 of 1 lights cast");
+  EXPECT_EQ(frame_of(floor.capture, {"effects.shadows=off"}).effect_reasons.at("shadows"), "effects.shadows=off");
+}
+
+// Limits before allocation (gpu/shadow_passes.cpp).
+TEST(Shadows, TooManyLightsAndTooLargeMapsAreRefused) {
+  Floor many;
+  for (int k = 0; k < 17; ++k) add_light(many.capture, {}, {0, 0, 0}, {1, -1, 0});
+  EXPECT_THROW(frame_of(many.capture), LimitError);
+  Floor large;
+  add_light(large.capture, {}, {0, 0, 0}, {1, -1, 0});
+  large.capture.max_bytes = std::uint64_t{64} << 20;
+  EXPECT_THROW(frame_of(large.capture, {"shadows.size=16384"}), scene::BudgetError);
 }
 
 TEST(Shadows, FramesAreTheSameOnAnyThreads) {

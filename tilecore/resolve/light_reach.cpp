@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <numbers>
+
+#include "scene/drawable_box.h"
+#include "scene/light_views.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -20,42 +22,39 @@ Keys keys_of(const scene::FrameGeometry& frame, std::size_t light) {
   return {frame.lights[0][light], frame.lights[1][light]};
 }
 
-bool casts(const scene::PosedDrawable& drawable) {
-  return drawable.visible && !drawable.material->unlit && drawable.material->alpha_mode != scene::AlphaMode::kBlend;
+// Whether it casts with some setting of shadows.blended.
+bool may_cast(const scene::PosedDrawable& drawable) {
+  return drawable.visible && scene::casts(*drawable.material, scene::BlendedCasters::kSolid);
 }
 
 // Whether a drawable may shade other places in one frame than in the other, or does within one.
 bool shades_otherwise(const scene::PosedDrawable& now, const scene::PosedDrawable& then) {
-  if (casts(now) != casts(then)) return true;
-  if (!casts(now)) return false;
+  if (may_cast(now) != may_cast(then)) return true;
+  if (!may_cast(now)) return false;
   if (now.deforming || then.deforming || !now.own_vertices || !then.own_vertices) return true;
-  return now.to_world[0] != now.to_world[1] || now.to_world != then.to_world;
+  return now.to_world[0] != now.to_world[1] || now.to_world != then.to_world || now.procedure != then.procedure;
 }
 
-struct Sphere {
-  Vec3 middle{0.0f};
-  float radius = -1;
-};
-// Around a drawable at both keys of both frames; a negative radius: it has no points.
-Sphere sphere_around(const scene::PosedDrawable& now, const scene::PosedDrawable& then) {
-  Vec3 low(std::numeric_limits<float>::infinity()), high(-low);
+// The box around a drawable at both keys of both frames.
+scene::SpaceBox box_around(const scene::PosedDrawable& now, const scene::PosedDrawable& then) {
+  scene::SpaceBox box;
   for (const scene::PosedDrawable* drawable : {&now, &then})
-    for (std::size_t key = 0; key < 2; ++key) {
-      Vec3 of_low(std::numeric_limits<float>::infinity()), of_high(-of_low);
-      for (const Vec3& p : drawable->positions[key]) of_low = glm::min(of_low, p), of_high = glm::max(of_high, p);
-      if (drawable->material->displacement) {
-        const auto reach = static_cast<float>(scene::displacement_limit(*drawable->material->displacement));
-        of_low -= reach, of_high += reach;
-      }
-      for (int k = 0; k < 8 && of_low.x <= of_high.x; ++k) {
-        const Vec3 corner((k & 1) != 0 ? of_high.x : of_low.x, (k & 2) != 0 ? of_high.y : of_low.y,
-                          (k & 4) != 0 ? of_high.z : of_low.z);
-        const Vec3 at(drawable->to_world[key] * Vec4(corner, 1.0f));
-        low = glm::min(low, at), high = glm::max(high, at);
-      }
-    }
-  if (!(low.x <= high.x)) return {};
-  return {0.5f * (low + high), 0.5f * glm::length(high - low)};
+    for (std::size_t key = 0; key < 2; ++key) box.add(scene::world_box(*drawable, key, scene::own_box(*drawable, key)));
+  return box;
+}
+
+bool casts_at(const scene::FrameGeometry& frame, std::size_t light) {
+  return light < frame.light_casts.size() && frame.light_casts[light];
+}
+
+// Drawables that may cast and differ; none where no light casts.
+std::vector<std::size_t> moved_casters(const scene::FrameGeometry& now, const scene::FrameGeometry& then) {
+  std::vector<std::size_t> moved;
+  if (std::ranges::none_of(now.light_casts, std::identity()) && std::ranges::none_of(then.light_casts, std::identity()))
+    return moved;
+  for (std::size_t d = 0; d < now.drawables.size(); ++d)
+    if (shades_otherwise(now.drawables[d], then.drawables[d])) moved.push_back(d);
+  return moved;
 }
 
 }  // namespace
@@ -63,50 +62,42 @@ Sphere sphere_around(const scene::PosedDrawable& now, const scene::PosedDrawable
 LightReach::LightReach(const scene::FrameGeometry& now, const scene::FrameGeometry& then)
     : orthographic_(now.projection.orthographic),
       to_world_(Mat4(now.views[0].camera_to_world * now.projection.unprojection())) {
-  add_shadows(now, then);
-  if (everywhere_ || now.lights == then.lights) return;
+  const std::vector<std::size_t> moved = moved_casters(now, then);
+  const bool lights_differ = now.lights != then.lights;
+  if (moved.empty() && !lights_differ) return;
   const std::size_t count = now.lights[0].size();
   // Lights come and go: which is which nobody knows. Curved motion leads elsewhere than the keys say.
-  if (count != then.lights[0].size() || !now.segments.empty() || !then.segments.empty()) {
+  if (count != then.lights[0].size() || ((!now.segments.empty() || !then.segments.empty()) && lights_differ)) {
     everywhere_ = true;
     return;
   }
-  std::vector<std::size_t> changed;
-  for (std::size_t i = 0; i < count; ++i)
-    if (!(keys_of(now, i) == keys_of(then, i))) changed.push_back(i);
+  std::vector<std::size_t> changed;  // lights that are others, or of which something that moves keeps light off
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool same = keys_of(now, i) == keys_of(then, i), casts = casts_at(now, i) || casts_at(then, i);
+    if (same && casts && !moved.empty() && now.lights[0][i].type == Light::Type::kDirectional)
+      add_shafts(now, then, moved, i);
+    else if (!same || (casts && !moved.empty()))
+      changed.push_back(i);
+  }
   for (const std::size_t i : changed)
     for (const scene::FrameGeometry* frame : {&now, &then})
       for (std::size_t key = 0; key < 2; ++key)
         add(frame->lights[key][i], kUnseenLight / static_cast<float>(changed.size()));
 }
 
-void LightReach::add_shadows(const scene::FrameGeometry& now, const scene::FrameGeometry& then) {
-  if (std::ranges::none_of(now.light_casts, std::identity()) && std::ranges::none_of(then.light_casts, std::identity()))
+void LightReach::add_shafts(const scene::FrameGeometry& now, const scene::FrameGeometry& then,
+                            std::span<const std::size_t> moved, std::size_t light) {
+  // Within curved motion drawables are elsewhere than at the keys.
+  if (moved.size() > kMaxShafts || !now.segments.empty() || !then.segments.empty()) {
+    everywhere_ = true;
     return;
-  std::vector<std::size_t> moved;
-  for (std::size_t d = 0; d < now.drawables.size() && moved.size() <= kMaxShafts; ++d)
-    if (shades_otherwise(now.drawables[d], then.drawables[d])) moved.push_back(d);
-  if (moved.empty()) return;
-  // Procedures have no points to be found by.
-  const auto unbounded = [&](std::size_t d) { return now.drawables[d].procedure != nullptr; };
-  everywhere_ = moved.size() > kMaxShafts || std::ranges::any_of(moved, unbounded) || !now.segments.empty() ||
-                !then.segments.empty();
-  if (everywhere_) return;
-  std::vector<Sphere> spheres;
-  for (const std::size_t d : moved)
-    if (const Sphere sphere = sphere_around(now.drawables[d], then.drawables[d]); sphere.radius >= 0)
-      spheres.push_back(sphere);
-  for (const scene::FrameGeometry* frame : {&now, &then})
-    for (std::size_t light = 0; light < frame->light_casts.size(); ++light) {
-      if (!frame->light_casts[light]) continue;
-      const Light& of = frame->lights[0][light];
-      if (of.type != Light::Type::kDirectional) {
-        add(of, kUnseenLight);
-        continue;
-      }
-      for (const Sphere& sphere : spheres)
-        volumes_.push_back({sphere.middle, of.direction, sphere.radius, Shape::kShaft, 0, 0});
-    }
+  }
+  for (const std::size_t d : moved) {
+    const scene::SpaceBox box = box_around(now.drawables[d], then.drawables[d]);
+    if (!box.empty())
+      volumes_.push_back({Vec3(box.middle()), now.lights[0][light].direction,
+                          static_cast<float>(glm::length(box.half())) * (1 + 1e-6f), Shape::kShaft, 0, 0});
+  }
 }
 
 void LightReach::add(const Light& light, float least) {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "base/vec.h"
@@ -12,11 +14,11 @@ namespace tessera::tilecore {
 // step of an image of eight bits. A highlight of a smooth surface may show more; the discrepancy check finds it.
 inline constexpr float kUnseenLight = 1.0f / 256;
 
-// Where lights that differ between two frames fall, in either of them, and shadows of what casts and differs: what colours
-// may not be taken over from the earlier one. Point and spot lights fade with distance (KHR_lights_punctual), so that each has a sphere beyond which
-// nothing shows that it changed; a spot lights its cone alone. Directional lights reach everything. A drawable that is elsewhere in the
-// two frames, or moves within one, may change all that point and spot lights reach which cast shadows, and what lies
-// behind its bounding sphere along the rays of a directional one.
+// The places where light may differ between two frames: there colours may not be taken over from the earlier one. Lights
+// that differ change what they reach in either frame. Point and spot lights fade with distance (KHR_lights_punctual), so
+// that each has a sphere beyond which nothing shows that it changed; a spot lights its cone alone. Directional lights
+// reach everything. A drawable that casts and is elsewhere in the two frames, or moves within one, changes everything that
+// point and spot lights which cast reach and, of a directional one, what lies behind its bounding sphere along the rays.
 //
 // Invariant (cited by the tests):
 //   LR1  Where nothing reaches, irradiance of what changed is at most pi * kUnseenLight, all such lights together.
@@ -46,12 +48,13 @@ class LightReach {
     Shape shape;         // kShaft: a sphere, and all that is behind it along the direction
     float cosine, sine;  // of a cone's outer angle
   };
-  // So many drawables that cast and move have a shaft each; more, and everything is reached.
+  // Up to so many drawables that cast and move have a shaft each; where there are more, everything is reached.
   static constexpr std::size_t kMaxShafts = 64;
 
   void add(const shaders::Light& light, float least);
-  // Shadows of what moves, of lights that cast.
-  void add_shadows(const scene::FrameGeometry& now, const scene::FrameGeometry& then);
+  // What drawables that moved keep a directional light off.
+  void add_shafts(const scene::FrameGeometry& now, const scene::FrameGeometry& then, std::span<const std::size_t> moved,
+                  std::size_t light);
 
   std::vector<Volume> volumes_;
   bool everywhere_ = false, orthographic_ = false;

@@ -27,7 +27,7 @@ class DepthMaps {
   int layers() const { return layers_; }
   shaders::TexelBlocks blocks() const { return {1, scene::depth_bytes(format_)}; }
   std::uint64_t texel_bytes() const { return static_cast<std::uint64_t>(scene::depth_bytes(format_)); }
-  // Of all layers, without flags.
+  // The size of all layers in memory, without flags.
   std::uint64_t bytes() const {
     return texel_bytes() * static_cast<std::uint64_t>(side_) * static_cast<std::uint64_t>(side_) *
            static_cast<std::uint64_t>(layers_);

@@ -14,8 +14,8 @@ using scene::ShadowSettings;
 using shaders::ShadowLayer;
 using shaders::ShadowView;
 
-// Of the receiver's slope: half a texel between the point that is asked for and the middle of a texel, and what rounding
-// vertices to sub-pixels moves the casters, in each view at most half a step along both axes.
+// The share of the receiver's slope in the bias: half a texel lies between the point that is asked for and the middle of a
+// texel, and rounding vertices to sub-pixels moves casters by at most half a step along both axes, in each view.
 float slope_share(const FrameGeometry& frame, const ShadowSettings& settings) {
   return static_cast<float>(settings.bias * (0.5 + 1.0 / static_cast<double>(frame.request.subpixels())));
 }

@@ -11,7 +11,7 @@
 
 namespace tessera::tilecore {
 
-// What the pixel shader knows of the shadows of a frame: for each of its motion segments, the maps of each light.
+// The shadow maps of a frame's lights as the pixel shader looks them up, for each of its motion segments.
 class FrameShadows {
  public:
   // A light that casts: which, what its maps see, and what they hold. `maps` must outlive this.

@@ -13,7 +13,6 @@
 #include "shaders_cpp/radiance_image.h"
 #include "shaders_cpp/texture.h"
 #include "tilecore/shading/depth_maps.h"
-#include "timing/work.h"
 
 namespace tessera::tilecore {
 
@@ -58,8 +57,8 @@ class TextureMemory {
   const TextureLayoutView& layout(const shaders::RadianceView& image) const { return layouts_.at(image.texels).view; }
   const TextureLayoutView& layout(const DepthMaps& maps) const { return layouts_.at(&maps).view; }
   // All lines of an image or of maps.
-  timing::LineRange range(const shaders::RadianceImage& image) const { return layouts_.at(image.view().texels).range; }
-  timing::LineRange range(const DepthMaps& maps) const { return layouts_.at(&maps).range; }
+  memory::LineRange range(const shaders::RadianceImage& image) const { return layouts_.at(image.view().texels).range; }
+  memory::LineRange range(const DepthMaps& maps) const { return layouts_.at(&maps).range; }
   std::uint64_t lines() const { return lines_; }
   // The first line of depth maps; those from here on are theirs.
   std::uint64_t first_map_line() const { return first_map_line_; }
@@ -74,7 +73,7 @@ class TextureMemory {
   struct Layout {
     std::vector<std::int32_t> first_line, lines_across;
     TextureLayoutView view{};
-    timing::LineRange range;
+    memory::LineRange range;
   };
   std::unordered_map<const void*, Layout> layouts_;
 };

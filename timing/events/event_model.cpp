@@ -228,7 +228,7 @@ class EventSimulation {
     if (caches.l2) memory_.l2() = *caches.l2;
     for (std::size_t c = 0; c < std::min(cores_.size(), caches.textures.size()); ++c)
       cores_[c]->textures.cache() = caches.textures[c];
-    for (const LineRange& lines : work_.stored_lines) {
+    for (const memory::LineRange& lines : work_.stored_lines) {
       memory_.l2().drop(lines.first, lines.end);
       for (const auto& core : cores_) core->textures.cache().drop(lines.first, lines.end);
     }

@@ -326,6 +326,51 @@ TEST(LightReach, DirectionalLightsAndLightsThatComeReachEverything) {
   EXPECT_TRUE(LightReach(now, then).everywhere());
 }
 
+// A card that moves over a floor under a sun: the places behind it along the rays are reached, others are not. The oracle
+// goes from a place towards the sun and looks for the card at both ends of both frames.
+TEST(LightReach, BehindWhatMovesAlongTheRaysOfASunEverythingIsReached) {
+  scene::Capture capture;
+  const int material = test::add_material(capture);
+  test::add_node(capture,
+                 test::triangles({{-9, 0, 9}, {9, 0, 9}, {9, 0, -9}, {-9, 0, -9}}, {0, 1, 2, 0, 2, 3}, material));
+  const int card = test::add_node(
+      capture, test::triangles({{-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}}, {0, 1, 2, 0, 2, 3}, material));
+  scene::made::play(
+      capture,
+      {.node = card, .path = scene::AnimatedPath::kTranslation, .times = {0, 1}, .values = {-2, 3, 0, 2, 3, 0}});
+  const DVec3 rays = glm::normalize(DVec3(1, -2, 0.5));
+  scene::made::add_light(capture, {}, DVec3(0.0), rays);
+  test::add_camera(capture, {0, 4, 20});
+  const scene::Assembly assembly = scene::assemble(capture);
+  const auto posed = [&](double open, scene::ShadowCasters casters) {
+    scene::FrameRequest request;
+    request.width = 64, request.height = 36;
+    request.open_time = open, request.close_time = open + 0.1;
+    request.shadow_casters = casters;
+    return scene::pose_frame(assembly, scene::choose_camera(capture, 64, 36), request);
+  };
+  const auto then = posed(0.2, scene::ShadowCasters::kAuto), now = posed(0.4, scene::ShadowCasters::kAuto);
+  const LightReach reach(*now, *then);
+  EXPECT_FALSE(reach.everywhere());
+  EXPECT_TRUE(LightReach(*posed(0.4, scene::ShadowCasters::kOff), *posed(0.2, scene::ShadowCasters::kOff)).none());
+  test::Random random(3);
+  int shaded = 0, unreached = 0;
+  for (int k = 0; k < 8000; ++k) {
+    const DVec3 place(random.uniform(-9, 9), random.uniform(-1, 6), random.uniform(-9, 9));
+    const bool reached = reach.reaches(Vec3(place), 0.0f);
+    unreached += !reached;
+    const double way = (3 - place.y) / -rays.y;  // towards the sun, to the card's height
+    const DVec3 there = place - rays * way;
+    for (const double time : {0.2, 0.3, 0.4, 0.5})
+      if (way >= 0 && std::abs(there.x - (-2 + 4 * time)) < 1 && std::abs(there.z) < 1) {
+        ++shaded;
+        EXPECT_TRUE(reached) << place.x << " " << place.y << " " << place.z;
+      }
+  }
+  EXPECT_GT(shaded, 200);
+  EXPECT_GT(unreached, 1000);
+}
+
 // ---- The camera's own motion ------------------------------------------------------------------------------------
 
 TEST(CameraMotion, IsWhereRestingPointsGoAndACutIsAChangeOfIt) {
