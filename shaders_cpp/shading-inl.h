@@ -36,6 +36,7 @@ using tessera::HWY_NAMESPACE::Vector3;
 #include "shaders_cpp/environment_map.inc"
 #include "shaders_cpp/metallic_roughness.inc"
 #include "shaders_cpp/layered_material.inc"
+#include "shaders_cpp/shadow_texels.inc"
 #include "shaders_cpp/shadow_map.inc"
 // clang-format on
 

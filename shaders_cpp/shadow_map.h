@@ -37,7 +37,10 @@ struct ShadowView {
 };
 
 namespace scalar {
+// clang-format off
+#include "shaders_cpp/shadow_texels.inc"
 #include "shaders_cpp/shadow_map.inc"
+// clang-format on
 }  // namespace scalar
 using namespace scalar;
 
