@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 
 #include "base/vec.h"
 #include "shaders_cpp/layered_material.h"
@@ -48,6 +49,25 @@ struct EnvironmentMap {
   std::array<Vec3, 9> diffuse;
 };
 struct Sampler {};
+
+// As shadow_map.h. The maps of a light are the layers of one image.
+enum class ShadowFilter : std::uint8_t { kNearest, k2x2, k3x3 };
+struct ShadowLayer {
+  std::array<Mat4, 2> from_raster{Mat4(1.0f), Mat4(1.0f)};
+  float bias = 0;
+};
+struct ShadowView {
+  const TESSERA_CONSTANT gpu_cost::ImageConstants* image = nullptr;
+  bool there = false;
+  float size = 0, texel = 0;  // of an axis, in texels; of a texel, in texture coordinates
+  int layers = 0;
+  bool perspective = false;
+  ShadowFilter filter = ShadowFilter::k2x2;
+  float slope_bias = 0, max_slope = 0;
+  const ShadowLayer* layer = nullptr;
+
+  bool casts() const { return there; }
+};
 // Slots with one number of a coordinate have one transform, too.
 template <class T>
 struct SharedByCoordinate : T {
@@ -137,6 +157,14 @@ struct PosedDrawable {
 
 namespace tessera::tilecore {
 
+// By light.
+struct ShadowViews {
+  bool there = false;
+  const shaders::ShadowView* first = nullptr;
+  const shaders::ShadowView& operator[](std::size_t light) const { return first[light]; }
+  bool operator==(std::nullptr_t) const { return !there; }
+};
+
 struct DrawConstants {
   const scene::PosedDrawable* drawable = nullptr;
   const scene::Material* material = nullptr;
@@ -154,6 +182,8 @@ struct DrawConstants {
   float ior = 1.5f, reflectance = 0.04f, anisotropy_cosine = 1.0f, anisotropy_sine = 0.0f, volume_scale = 1.0f;
   shaders::RadianceView behind;
   float behind_u = 0, behind_v = 0, behind_levels = 0;
+  ShadowViews shadows;
+  bool shadow_keys = false;
 };
 
 // No texture unit is told of lookups.
@@ -168,11 +198,16 @@ struct TextureLayoutView {
 };
 enum class ImageLookup : std::uint8_t { kMirrored, kCoat, kBehind, kBehindGreen, kBehindBlue };
 inline constexpr std::size_t kTextureSlots = scene::kMaterialTextureCount, kLookupSlots = kTextureSlots + 5,
-                             kLookupLines = 8;
+                             kLookupLines = 8, kShadowLines = 4;
 constexpr std::size_t slot_of(ImageLookup lookup) { return kTextureSlots + static_cast<std::size_t>(lookup); }
+struct ShadowLookups {
+  const TextureLayoutView* layout = nullptr;
+  std::array<std::int32_t*, kShadowLines> line{};
+};
 struct LookupArrays {
   std::array<const TextureLayoutView*, kLookupSlots> layout{};
   std::array<std::array<std::int32_t*, kLookupLines>, kLookupSlots> line{};
+  std::span<const ShadowLookups> shadows{};
 };
 
 }  // namespace tessera::tilecore

@@ -11,6 +11,7 @@ namespace tessera::gpu_cost {
 using tilecore::DrawConstants;
 using tilecore::ImageLookup;
 using tilecore::kLookupLines;
+using tilecore::kShadowLines;
 using tilecore::LineSide;
 using tilecore::LookupArrays;
 using tilecore::slot_of;
@@ -24,6 +25,7 @@ template <bool kSame>
 void set_triangle_raster(const DrawConstants& draw, const LaneInputs<Lane<kSame>>& in, LaneSurface<Lane<kSame>>& s) {
   using Real = Lane<kSame>;
   Point4<Real> corner[3];
+  Vector3<Real> at_key[2][3];
   for (int k = 0; k < 3; ++k)
     for (std::size_t key = 0; key < (draw.drawable->moving ? 2u : 1u); ++key) {
       const float* numbers = &draw.drawable->raster[key].data()->x;
@@ -31,9 +33,15 @@ void set_triangle_raster(const DrawConstants& draw, const LaneInputs<Lane<kSame>
       const Point4<Real> there{gather(numbers, at), gather(numbers + 1, at), gather(numbers + 2, at),
                                gather(numbers + 3, at)};
       corner[k] = key == 0 ? there : at_time(corner[k], there, in.t);
+      at_key[key][k] = place_of(there);
     }
   const Point4<Real>&a = corner[0], &b = corner[1], &c = corner[2];
   const Real* w = s.weight;
+  if (draw.shadow_keys && draw.drawable->moving)
+    for (std::size_t key = 0; key < 2; ++key) {
+      const Vector3<Real>* const at = at_key[key];
+      s.key[key] = {at[0] * w[0] + at[1] * w[1] + at[2] * w[2], at[1] - at[0], at[2] - at[0]};
+    }
   s.raster = {a.x * w[0] + b.x * w[1] + c.x * w[2], a.y * w[0] + b.y * w[1] + c.y * w[2],
               a.z * w[0] + b.z * w[1] + c.z * w[2], a.w * w[0] + b.w * w[1] + c.w * w[2]};
   s.raster_p = {b.x - a.x, b.y - a.y, b.z - a.z, b.w - a.w};
@@ -42,6 +50,7 @@ void set_triangle_raster(const DrawConstants& draw, const LaneInputs<Lane<kSame>
 
 // ---- What a draw has ------------------------------------------------------------------------------------------------
 
+inline constexpr std::size_t kMaxShadowLayers = 4;
 struct TextureUniforms {
   float transform[6];
   ImageConstants image;
@@ -85,11 +94,17 @@ struct Uniforms {
     float to_world[3][9], inverse_focus;
   } rays;
   float height_metric[2][9];
+  // The maps of each light: how the camera's raster space at both keys is put into that of a layer.
+  struct ShadowUniforms {
+    float from_raster[kMaxShadowLayers][2][16], bias[kMaxShadowLayers], size, texel, slope_bias, max_slope;
+    ImageConstants image;
+  } shadows[2];
 };
 
 enum class Surface { kTriangles, kPatch, kDisplacedPatch, kComputed };
 enum class Motion { kStill, kMoving, kDeforming };
 enum class Normals { kOfSurface, kMapped, kMappedAlongTangents };
+using shaders::ShadowFilter;
 enum class LightKind { kDirectional, kPoint, kPointInRange, kSpot, kSpotInRange };
 
 // A shader's features. The same names as in hardware/shader_costs.h, which a compiler for the device cannot read.
@@ -109,6 +124,10 @@ struct Shader {
 #include "scene/material_extensions.def"
   bool environment_image = false;
   bool height_normals = false;  // of triangles: turned by the gradient of heights; of outputs: without displacement
+  // The first lights cast shadows into maps of so many layers; receivers are looked up where they are at both keys.
+  int shadows = 0, shadow_layers = 1;
+  ShadowFilter shadow_filter = ShadowFilter::k2x2;
+  bool shadow_keys = false;
 };
 
 template <class Matrix>
@@ -232,6 +251,23 @@ void set_constants(const TESSERA_CONSTANT Uniforms& u, DrawConstants& draw) {
   draw.behind_u = u.behind.scale_u, draw.behind_v = u.behind.scale_v, draw.behind_levels = u.behind.levels;
 }
 
+template <Shader S>
+void set_shadows(const TESSERA_CONSTANT Uniforms& u, std::size_t light, shaders::ShadowLayer* layers,
+                 shaders::ShadowView& view) {
+  const Uniforms::ShadowUniforms TESSERA_CONSTANT& from = u.shadows[light];
+  constexpr auto kLayers = static_cast<std::size_t>(S.shadow_layers);
+  static_assert(kLayers <= kMaxShadowLayers);
+  for (std::size_t layer = 0; layer < kLayers; ++layer) {
+    for (std::size_t key = 0; key < 2; ++key)
+      layers[layer].from_raster[key] = matrix<Mat4>(from.from_raster[layer][key]);
+    layers[layer].bias = from.bias[layer];
+  }
+  view.there = static_cast<int>(light) < S.shadows, view.image = &from.image, view.layer = layers;
+  view.size = from.size, view.texel = from.texel, view.layers = S.shadow_layers;
+  view.perspective = S.light != LightKind::kDirectional, view.filter = S.shadow_filter;
+  view.slope_bias = from.slope_bias, view.max_slope = from.max_slope;
+}
+
 // Calls `shade(draw)`.
 template <Shader S, class Shade>
 __attribute__((always_inline)) inline void with_draw(const TESSERA_CONSTANT Uniforms& u, const Shade& shade) {
@@ -258,6 +294,12 @@ __attribute__((always_inline)) inline void with_draw(const TESSERA_CONSTANT Unif
   constexpr auto kCount = static_cast<std::size_t>(S.lights);
   draw.lights.open = {open.data(), kCount};
   if (S.light_moves) draw.lights.close = {close.data(), kCount};
+  shaders::ShadowLayer layers0[kMaxShadowLayers], layers1[kMaxShadowLayers];
+  shaders::ShadowView shadows[2];
+  if constexpr (S.shadows > 0) {
+    set_shadows<S>(u, 0, layers0, shadows[0]), set_shadows<S>(u, 1, layers1, shadows[1]);
+    draw.shadows = {true, shadows}, draw.shadow_keys = S.shadow_keys;
+  }
   shade(draw);
 }
 
@@ -336,8 +378,16 @@ __attribute__((always_inline, flatten)) inline void computed_shader(const TESSER
     m.emissive = constant_vector<Real>(draw.material->emissive);
     const LookupArrays lookups;
     const LaneSurroundings<Real> around{draw.surroundings, lookups, 0};
+    if (S.shadows > 0) {
+      // The surface's derivatives come in registers that hold what this shader has no use for.
+      const auto number = [](std::int32_t bits) { return Real(__builtin_bit_cast(float, bits)); };
+      s.raster_p = turned4(d.to_raster[0], Vector3<Real>{number(v.vertex0), number(v.vertex1), number(v.vertex2)});
+      s.raster_q = turned4(d.to_raster[0], Vector3<Real>{number(v.triangle), Real(v.step_x), Real(v.step_y)});
+    }
+    const LaneShadows<Real> shadows{draw, s, lookups, 0, in.t};
     const Vector3<Real> out =
-        S.unlit ? m.base_color : stage::shade_material(m, s.position, normal, view, draw.lights, in.light_t, around);
+        S.unlit ? m.base_color
+                : stage::shade_material(m, s.position, normal, view, draw.lights, in.light_t, around, shadows);
     export_color(0, 15, out.x.v, out.y.v, out.z.v, 1.0f, true, true);
   });
 }

@@ -41,6 +41,10 @@ Vec4f sample_level(std::int32_t mask, float u, float v, float lod, ImageResource
                    std::int32_t) __asm("llvm.amdgcn.image.sample.l.2d.v4f32.f32");
 Vec4f gather4_level(std::int32_t mask, float u, float v, float lod, ImageResource, ImageSampler, bool, std::int32_t,
                     std::int32_t) __asm("llvm.amdgcn.image.gather4.l.2d.v4f32.f32");
+float load_layer(std::int32_t mask, std::int32_t column, std::int32_t row, std::int32_t layer, ImageResource,
+                 std::int32_t, std::int32_t) __asm("llvm.amdgcn.image.load.2darray.f32.i32");
+Vec4f gather4_layer(std::int32_t mask, float u, float v, float layer, ImageResource, ImageSampler, bool, std::int32_t,
+                    std::int32_t) __asm("llvm.amdgcn.image.gather4.lz.2darray.v4f32.f32");
 float hardware_exp2(float) __asm("llvm.exp2.f32");
 float hardware_log2(float) __asm("llvm.log2.f32");
 float hardware_cos(float) __asm("llvm.cos.f32");
@@ -69,6 +73,9 @@ using shaders::Lights;
 using shaders::lobe_numbers;
 using shaders::RadianceView;
 using shaders::Sampler;
+using shaders::ShadowFilter;
+using shaders::ShadowLayer;
+using shaders::ShadowView;
 using shaders::soft_box_axes;
 using shaders::SoftBox;
 using shaders::Surroundings;
@@ -194,6 +201,31 @@ HeightGradient<Real> height_gradient_in_nearest_level(const TextureView& texture
   return height_gradient_in_level<Real>(texture, u, v, Real(texture.width[0]) * share, Real(texture.height[0]) * share,
                                         level);
 }
+
+// As shadow_texels.inc: one image instruction for a texel, and one for a square of four; what is outside of the map is the
+// sampler's edge.
+template <class Int, class Real>
+Real texel_depth(const ShadowView& map, Real layer, Real column, Real row) {
+  return load_layer(1, to_int(column).sum(), to_int(row).sum(), to_int(layer).sum(), map.image->resource, 0, 0);
+}
+template <class Real>
+struct DepthSquare {
+  Real at[2][2];
+};
+template <class Int, class Real>
+DepthSquare<Real> square_depths(const ShadowView& map, Real layer, Real column, Real row) {
+  const Real texel(map.texel), u = (column + Real(1.0f)) * texel, v = (row + Real(1.0f)) * texel;
+  const Vec4f d = gather4_layer(1, u.v, v.v, layer.v, map.image->resource, map.image->sampler, false, 0, 0);
+  return {{{Real(d.w), Real(d.z)}, {Real(d.x), Real(d.y)}}};
+}
+// Nobody is told of texels.
+template <class Int>
+Int within_map(const ShadowView&, Int at) {
+  return at;
+}
+
+#define TESSERA_UNROLLED _Pragma("unroll")
+#include "shaders_cpp/shadow_map.inc"
 
 }  // namespace stage
 }  // namespace tessera::gpu_cost

@@ -41,7 +41,8 @@ NORMALS = {"of_surface": "Normals::kOfSurface", "mapped": "Normals::kMapped",
 LIGHTS = {"directional": "LightKind::kDirectional", "point": "LightKind::kPoint",
           "point_in_range": "LightKind::kPointInRange", "spot": "LightKind::kSpot",
           "spot_in_range": "LightKind::kSpotInRange"}
-ENUMS = {"surface": SURFACES, "motion": MOTIONS, "normals": NORMALS, "light": LIGHTS}
+SHADOW_FILTERS = {"nearest": "ShadowFilter::kNearest", "2x2": "ShadowFilter::k2x2", "3x3": "ShadowFilter::k3x3"}
+ENUMS = {"surface": SURFACES, "motion": MOTIONS, "normals": NORMALS, "light": LIGHTS, "shadow_filter": SHADOW_FILTERS}
 
 
 def read_layers():
@@ -56,7 +57,9 @@ def read_layers():
 
 LAYERS = read_layers()
 FIELDS = ["surface", "motion", "quads", "unlit", "colors", "base_color", "metallic_roughness", "occlusion", "emissive",
-          "normals", "lights", "light", "light_moves", "apart", "layered", "layer_texture", "coat_normals"] + list(LAYERS) + ["environment_image", "height_normals"]
+          "normals", "lights", "light", "light_moves", "apart", "layered", "layer_texture", "coat_normals"] + list(LAYERS) + [
+              "environment_image", "height_normals", "shadows", "shadow_layers", "shadow_filter", "shadow_keys"]
+NUMBERS = {"lights", "shadows", "shadow_layers"}
 
 
 class Shader:
@@ -76,7 +79,7 @@ class Shader:
             if field not in self.features:
                 continue
             value = self.features[field]
-            text = ENUMS[field][value] if field in ENUMS else str(int(value)) if field == "lights" else \
+            text = ENUMS[field][value] if field in ENUMS else str(int(value)) if field in NUMBERS else \
                 ("true" if value else "false")
             values.append(f".{field} = {text}")
         stage = {"pixel": "pixel_shader", "computed": "computed_shader", "alpha": "alpha_test",
@@ -144,6 +147,7 @@ def rows():
             added(f"light/{light}/{name}", one.but(lights=2), one)
     add_layers(all_rows, added, drawn)
     add_environment(all_rows, added)
+    add_shadows(all_rows)
     for surface in drawn:
         for motion in kinds_of_motion(surface):
             for name, quads in derivatives.items():
@@ -220,6 +224,34 @@ def add_environment(all_rows, added):
         with_it = layered.but(**{layer: True})
         all_rows.append((f"add/environment/{layer}", [with_it.but(environment_image=True), layered],
                          [with_it, layered.but(environment_image=True)]))
+
+
+def add_shadows(all_rows):
+    """What lights add that cast shadows: each by its projection, its filter and whether the camera moves; where one has
+    more than one map, what the choice takes, and each further map; and once for all of them where the surface is in the
+    camera's raster space."""
+    cameras = {"still": Shader(lights=2), "moving": Shader(lights=2, motion="moving", shadow_keys=True)}
+    for projection, light in {"orthographic": "directional", "perspective": "spot"}.items():
+        for camera, lit in cameras.items():
+            for shadow_filter in SHADOW_FILTERS:
+                cast = lit.but(light=light, shadow_filter=shadow_filter)
+                all_rows.append((f"add/shadow/{projection}/{shadow_filter}/{camera}", [cast.but(shadows=2)],
+                                 [cast.but(shadows=1)]))
+            one, two, three = (lit.but(lights=1, light=light, shadows=1, shadow_layers=n) for n in (1, 2, 3))
+            all_rows.append((f"add/shadow_layers/{projection}/{camera}", [two, two], [one, three]))
+            all_rows.append((f"add/shadow_layer/{projection}/{camera}", [three], [two]))
+    for surface in SURFACES:
+        for motion in kinds_of_motion(surface):
+            lit = Shader(surface=surface, motion=motion, lights=1)
+            # Where derivatives are the surface's own, they have taken some of it.
+            names = {"": lit} if surface == "computed" else {"/quads": lit, "/surface": lit.but(base_color=True)}
+            for name, base in names.items():
+                for camera, other in cameras.items():
+                    if camera == "moving" and (motion == "still" or surface == "computed"):
+                        continue
+                    all_rows.append((f"add/shadows/{surface}/{motion}{name}/{camera}",
+                                     [base.but(shadows=1, shadow_keys=camera == "moving"), other.but(shadows=1)],
+                                     [base, other.but(shadows=2)]))
 
 
 def run(command, text=None):
