@@ -20,6 +20,8 @@ constexpr std::array<std::string_view, 4> kSurfaceNames = {"triangles", "patch",
 constexpr std::array<std::string_view, 3> kMotionNames = {"still", "moving", "deforming"};
 constexpr std::array<std::string_view, Features::kLightKinds> kLightNames = {"directional", "point", "point_in_range",
                                                                              "spot", "spot_in_range"};
+constexpr std::array<std::string_view, Features::kShadowProjections> kShadowNames = {"orthographic", "perspective"};
+constexpr std::array<std::string_view, 3> kShadowFilterNames = {"nearest", "2x2", "3x3"};
 
 std::string_view take(std::string_view& text, char end) {
   const std::size_t at = std::min(text.find(end), text.size());
@@ -90,6 +92,12 @@ std::string joined(std::initializer_list<std::string_view> parts) {
   return name;
 }
 
+// Whether textures are read at coordinates, with derivatives of these.
+bool has_coordinates(const Features& f) {
+  return f.base_color || f.metallic_roughness || f.occlusion || f.emissive || f.height_normals ||
+         f.normals != Features::Normals::kOfSurface;
+}
+
 // Of a pixel shader: what its textures and vertex colours add.
 void add_textures(const Features& f, std::string_view surface, std::string_view motion, std::string_view derivatives,
                   Sum& sum) {
@@ -102,9 +110,8 @@ void add_textures(const Features& f, std::string_view surface, std::string_view 
                                                                    {f.emissive, "add/emissive"}}};
   for (const auto& [there, name] : slots)
     if (there) sum.add(row_of(joined({name, derivatives})));
-  const bool any = std::any_of(slots.begin(), slots.end(), [](const auto& slot) { return slot.first; });
   if (f.height_normals) sum.add(row_of(joined({"add/height_normals", motion, derivatives})));
-  if (any || mapped || f.height_normals) {
+  if (has_coordinates(f)) {
     // The row has the first texture, the base colour's, as well.
     sum.add(row_of(joined({"add/coordinate", f.unlit ? "unlit" : "lit", surface, motion, derivatives})));
     sum.add(row_of(joined({"add/base_color", derivatives})), -1);
@@ -164,6 +171,28 @@ void add_environment(const Features& f, Sum& sum) {
   if (f.has("diffuse_transmission")) sum.add(row_of("add/environment/diffuse_transmission"));
 }
 
+// Of a lit pixel shader: what lights add that cast shadows.
+void add_shadows(const Features& f, std::string_view surface, std::string_view motion, Sum& sum) {
+  const std::string_view camera = f.shadow_keys ? "moving" : "still";
+  bool any = false;
+  for (std::size_t projection = 0; projection < f.shadows.size(); ++projection) {
+    const Features::ShadowCasters& casters = f.shadows[projection];
+    if (casters.lights == 0) continue;
+    any = true;
+    const std::string_view name = kShadowNames[projection];
+    const std::string_view filter = kShadowFilterNames[static_cast<std::size_t>(f.shadow_filter)];
+    sum.add(row_of(joined({"add/shadow", name, filter, camera})), casters.lights);
+    if (casters.layered == 0) continue;
+    sum.add(row_of(joined({"add/shadow_layers", name, camera})), casters.layered);
+    sum.add(row_of(joined({"add/shadow_layer", name, camera})), casters.layers - casters.lights);
+  }
+  if (!any) return;
+  if (f.surface == Features::Surface::kComputed)
+    return sum.add(row_of(joined({"add/shadows", surface, motion, camera})));
+  const bool has_derivatives = has_coordinates(f) && !f.quads;  // the surface's own
+  sum.add(row_of(joined({"add/shadows", surface, motion, has_derivatives ? "surface" : "quads", camera})));
+}
+
 }  // namespace
 
 ShaderCost shader_cost(const ShaderFeatures& f) {
@@ -206,6 +235,7 @@ ShaderCost shader_cost(const ShaderFeatures& f) {
   if (any_light) sum.add(row_of("add/lights"));
   add_layers(f, surface, motion, derivatives, sum);
   add_environment(f, sum);
+  add_shadows(f, surface, motion, sum);
   return sum.total();
 }
 

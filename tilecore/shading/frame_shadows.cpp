@@ -69,4 +69,9 @@ const ShadowView* FrameShadows::of(const FrameGeometry& segment) const {
   return found->views.data();
 }
 
+bool has_receiver_keys(const FrameGeometry& segment) {
+  return segment.views[0].world_to_camera != segment.views[1].world_to_camera ||
+         segment.projections[0] != segment.projections[1];
+}
+
 }  // namespace tessera::tilecore

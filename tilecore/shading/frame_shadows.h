@@ -39,4 +39,8 @@ class FrameShadows {
   std::vector<const DepthMaps*> maps_;
 };
 
+// Whether receivers that move are looked up where they are at both motion keys of a frame or of one of its segments: its
+// camera moves.
+bool has_receiver_keys(const scene::FrameGeometry& segment);
+
 }  // namespace tessera::tilecore

@@ -99,8 +99,7 @@ DrawConstants lit_draw(const FrameGeometry& shutter, const FrameGeometry& segmen
   set_layers(*draw.material, drawable.to_world[0], lighting, draw);
   if (lighting.shadows != nullptr && !draw.material->unlit) {
     draw.shadows = lighting.shadows->of(segment);
-    draw.shadow_keys = segment.views[0].world_to_camera != segment.views[1].world_to_camera ||
-                       segment.projections[0] != segment.projections[1];
+    draw.shadow_keys = has_receiver_keys(segment);
   }
   return draw;
 }
@@ -127,6 +126,7 @@ timing::WarpItem warp_item(const FrameGeometry& frame, const scene::PosedDrawabl
       has_vertex_tangents(*drawable.material))
     features.normals = hardware::ShaderFeatures::Normals::kMappedAlongTangents;
   features.environment_image = looks_around(lighting, *drawable.material);
+  if (lighting.shadows != nullptr) add_shadows(*lighting.shadows, frame, drawable, features);
   hardware::ShaderCost cost = hardware::shader_cost(features);
   if (drawable.procedure != nullptr)
     cost.vector_operations +=

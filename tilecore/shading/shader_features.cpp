@@ -22,6 +22,17 @@ std::size_t light_kind(const shaders::Light& light) {
   return (light.type == shaders::Light::Type::kPoint ? 1u : 3u) + (limited ? 1u : 0u);
 }
 
+ShaderFeatures::ShadowFilter filter_of(shaders::ShadowFilter filter) {
+  switch (filter) {
+    case shaders::ShadowFilter::kNearest:
+      return ShaderFeatures::ShadowFilter::kNearest;
+    case shaders::ShadowFilter::k3x3:
+      return ShaderFeatures::ShadowFilter::k3x3;
+    default:
+      return ShaderFeatures::ShadowFilter::k2x2;
+  }
+}
+
 // `reads`: whether a texture is there; it counts coordinates.
 template <class Reads>
 void add_layers(const scene::Material& material, const Reads& reads, ShaderFeatures& f) {
@@ -106,6 +117,22 @@ ShaderFeatures draw_features(const scene::FrameGeometry& frame, const scene::Pos
   for (const shaders::Light& light : frame.lights[0]) ++f.lights[light_kind(light)];
   f.lights_move = frame.moving_lights;
   return f;
+}
+
+void add_shadows(const FrameShadows& shadows, const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
+                 ShaderFeatures& features) {
+  if (features.unlit) return;
+  const shaders::ShadowView* const views = shadows.of(frame);
+  for (std::size_t light = 0; light < shadows.lights(); ++light) {
+    const shaders::ShadowView& view = views[light];
+    if (!view.casts()) continue;
+    ShaderFeatures::ShadowCasters& casters = features.shadows[view.perspective ? 1 : 0];
+    ++casters.lights;
+    if (view.layers > 1) ++casters.layered;
+    casters.layers = static_cast<std::uint16_t>(casters.layers + view.layers);
+    features.shadow_filter = filter_of(view.filter);
+  }
+  features.shadow_keys = has_receiver_keys(frame) && drawable.moving && drawable.procedure == nullptr;
 }
 
 }  // namespace tessera::tilecore

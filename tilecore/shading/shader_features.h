@@ -2,6 +2,7 @@
 
 #include "hardware/shader_costs.h"
 #include "scene/frame_geometry.h"
+#include "tilecore/shading/frame_shadows.h"
 
 namespace tessera::tilecore {
 
@@ -13,6 +14,10 @@ hardware::ShaderFeatures material_features(const scene::Material& material, bool
 // The pixel shader of a drawable in a frame, at its lights; `quads`: derivatives are differences within quads.
 hardware::ShaderFeatures draw_features(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
                                        bool quads, bool height_normals = false);
+
+// The shadows of lights that it looks up; `frame`: one of those that `shadows` has.
+void add_shadows(const FrameShadows& shadows, const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
+                 hardware::ShaderFeatures& features);
 
 // The domain shader of a drawable that has vertices to shade.
 hardware::ShaderFeatures domain_features(const scene::PosedDrawable& drawable);
