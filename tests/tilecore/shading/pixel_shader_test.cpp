@@ -2,6 +2,7 @@
 // what the texture unit is told.
 #include "tilecore/shading/pixel_shader.h"
 #include "base/simd_targets.h"
+#include "scene/light_views.h"
 #include "tests/support/environments.h"
 #include "tests/support/tests.h"
 #include "tests/tilecore/support.h"
@@ -120,6 +121,12 @@ struct ShaderScene : TestFrame {
   shaders::RadianceImage behind;
   Lighting lighting{shaders::Environment(0.8f)};
 
+  // Of cast_shadows().
+  scene::ShadowSettings shadow_settings;
+  std::vector<std::vector<scene::LightView>> light_views;
+  std::vector<DepthMaps> maps;
+  std::unique_ptr<FrameShadows> shadows;
+
   static const shaders::EnvironmentImage& sky() {
     static const auto kSky = test::noisy_environment(20, 5);
     return *kSky;
@@ -164,6 +171,29 @@ struct ShaderScene : TestFrame {
     if (seed % 6 == 3) lighting.environment = shaders::Environment({Kind::kUniform, 0.8f, nullptr});
   }
 
+  // All lights cast, the directional one into two maps. They hold depths of nothing in particular.
+  void cast_shadows(std::uint32_t seed, shaders::ShadowFilter filter) {
+    Random random(seed);
+    shadow_settings.filter = filter;
+    shadow_settings.size = 24, shadow_settings.cascades = 2;
+    const std::vector<scene::ShadowLight> lights = scene::shadow_lights(*frame, shadow_settings, true);
+    light_views = scene::light_views(*frame, lights, shadow_settings);
+    maps.reserve(lights.size());
+    std::vector<FrameShadows::Caster> casters;
+    for (std::size_t k = 0; k < lights.size(); ++k) {
+      const int side = light_views[k].front().size;
+      maps.emplace_back(side, static_cast<int>(light_views[k].size()), scene::DepthFormat::kD32F, side, side);
+      for (const scene::LightView& view : light_views[k]) {
+        std::vector<float> depths(static_cast<std::size_t>(side * side));
+        for (float& z : depths) z = random.uniform(view.camera.camera.near, view.camera.camera.far);
+        maps.back().store(view.layer, {0, 0, side, side}, depths);
+      }
+      casters.push_back({lights[k].light, light_views[k], &maps[k]});
+    }
+    shadows = std::make_unique<FrameShadows>(*frame, casters, shadow_settings);
+    lighting.shadows = shadows.get();
+  }
+
  private:
   void add_invocation(Random& random, bool quads) {
     const int last = static_cast<int>(assembly->patch_drawable.size()) - 1;
@@ -204,23 +234,44 @@ bool same_bits(const ShadedPoint& a, const ShadedPoint& b) {
   return true;
 }
 
+void expect_same_points(const ShaderScene& scene, const std::string& name) {
+  std::vector<ShadedPoint> expected, found(scene.invocations.size());
+  for (const Invocation& v : scene.invocations) expected.push_back(shade_point(*scene.frame, scene.lighting, v));
+  for (const std::string& target : simd_target_names()) {
+    force_simd_target(target);
+    PixelShader shader;
+    shader.shade(*scene.frame, scene.lighting, scene.invocations, found);
+    for (std::size_t i = 0; i < found.size(); ++i)
+      ASSERT_TRUE(same_bits(found[i], expected[i]))
+          << name << ", " << target << ", invocation " << i << ", patch " << scene.invocations[i].at.patch << ": "
+          << found[i].color.x << " " << expected[i].color.x;
+  }
+  force_simd_target("");
+}
+
 // Invariant WARP1.
 TEST(PixelShader, WARP1EachLaneShadesAsAnInvocationAlone) {
-  for (std::uint32_t seed = 0; seed < 60; ++seed) {
-    const ShaderScene scene(seed, seed % 3 == 0);
-    std::vector<ShadedPoint> expected, found(scene.invocations.size());
-    for (const Invocation& v : scene.invocations) expected.push_back(shade_point(*scene.frame, scene.lighting, v));
-    for (const std::string& target : simd_target_names()) {
-      force_simd_target(target);
-      PixelShader shader;
-      shader.shade(*scene.frame, scene.lighting, scene.invocations, found);
-      for (std::size_t i = 0; i < found.size(); ++i)
-        ASSERT_TRUE(same_bits(found[i], expected[i]))
-            << "seed " << seed << ", " << target << ", invocation " << i << ", patch " << scene.invocations[i].at.patch
-            << ": " << found[i].color.x << " " << expected[i].color.x;
+  for (std::uint32_t seed = 0; seed < 60; ++seed)
+    expect_same_points(ShaderScene(seed, seed % 3 == 0), "seed " + std::to_string(seed));
+}
+
+// Invariant WARP1, where receivers and cameras stand still or move.
+TEST(PixelShader, WARP1HoldsUnderLightsThatCastShadows) {
+  int shadowed = 0, points = 0, cameras[2] = {0, 0};
+  for (std::uint32_t seed = 0; seed < 36; ++seed) {
+    ShaderScene scene(seed, seed % 4 == 0);
+    const ShaderScene lit(seed, seed % 4 == 0);
+    scene.cast_shadows(seed, static_cast<shaders::ShadowFilter>(seed % 3));
+    expect_same_points(scene, "seed " + std::to_string(seed));
+    ++cameras[has_receiver_keys(*scene.frame) ? 1 : 0];
+    for (const Invocation& v : scene.invocations) {
+      ++points;
+      shadowed += !same_bits(shade_point(*scene.frame, scene.lighting, v), shade_point(*lit.frame, lit.lighting, v));
     }
-    force_simd_target("");
   }
+  EXPECT_GT(shadowed, points / 5);
+  EXPECT_GT(cameras[0], 9);
+  EXPECT_GT(cameras[1], 9);
 }
 
 // The check sees one invocation in the place of its neighbour.

@@ -64,8 +64,8 @@ TEST(ShaderCosts, RowsOfTheTableAreWhatTheCompilerGives) {
   if (const std::string reason = compiler_or_reason(); !reason.empty()) GTEST_SKIP() << reason;
   const std::string made = made_again(
       "^(unlit|lit/triangles/still|lit/computed/still|add/base_color/quads|alpha_test/triangles/still/quads|"
-      "domain/patch/still|outputs/patch/still|background/studio/still)$");
-  EXPECT_EQ(rows_by_name(made).size(), 9u) << "eight rows and the heading";
+      "domain/patch/still|outputs/patch/still|background/studio/still|add/shadow/orthographic/2x2/still)$");
+  EXPECT_EQ(rows_by_name(made).size(), 10u) << "nine rows and the heading";
   EXPECT_THAT(rows_that_differ(made, test::read_text(kTable)), testing::IsEmpty())
       << "run: tilecore/shading/cost/make_costs.py > hardware/shader_costs.csv";
 }
@@ -99,7 +99,8 @@ std::string surface_name(Surface surface) {
   return std::array{"triangles", "patch", "displaced_patch", "computed"}[static_cast<std::size_t>(surface)];
 }
 
-// As make_costs.py --whole reads it; a second coordinate is the emissive texture's, lights are of one kind.
+// As make_costs.py --whole reads it; a second coordinate is the emissive texture's, lights are of one kind and cast into as
+// many maps each.
 std::string whole_shader(const ShaderFeatures& f) {
   std::ostringstream out;
   out << "surface=" << surface_name(f.surface)
@@ -117,12 +118,47 @@ std::string whole_shader(const ShaderFeatures& f) {
     if (f.lights[kind] > 0) out << " lights=" << f.lights[kind] << " light=" << kinds[kind];
   flag("layered", f.layered()), flag("layer_texture", f.layer_textures > 0), flag("coat_normals", f.coat_normals);
   for (const std::string_view layer : f.layers) flag(layer.data(), true);
+  for (const ShaderFeatures::ShadowCasters& casters : f.shadows)
+    if (casters.lights > 0)
+      out << " shadows=" << casters.lights << " shadow_layers=" << casters.layers / casters.lights;
+  out << " shadow_filter=" << std::array{"nearest", "2x2", "3x3"}[static_cast<std::size_t>(f.shadow_filter)];
+  flag("shadow_keys", f.shadow_keys);
   return out.str();
 }
 
 // Within a share of the compiled one; small shaders within some instructions.
 bool close(std::int32_t sum, std::int32_t compiled, double share, std::int32_t least) {
   return std::abs(sum - compiled) <= std::max(static_cast<double>(least), share * compiled);
+}
+
+// Lights of one kind that cast, each into `layers` maps.
+ShaderFeatures casting(ShaderFeatures f, std::size_t kind, std::uint16_t lights, std::uint16_t layers,
+                       ShaderFeatures::ShadowFilter filter, bool keys) {
+  f.lights[kind] = lights;
+  f.shadows[kind == 0 ? 0 : 1] = {lights, layers > 1 ? lights : std::uint16_t{0},
+                                  static_cast<std::uint16_t>(lights * layers)};
+  f.shadow_filter = filter, f.shadow_keys = keys;
+  return f;
+}
+
+// Shaders of every surface that look shadows up.
+std::vector<ShaderFeatures> with_shadows() {
+  using Filter = ShaderFeatures::ShadowFilter;
+  ShaderFeatures plain, textured, patch, displaced, computed, layered;
+  textured.base_color = textured.metallic_roughness = true, textured.normals = Normals::kMapped;
+  patch.surface = Surface::kPatch, patch.motion = Motion::kMoving, patch.base_color = true;
+  displaced.surface = Surface::kDisplacedPatch, displaced.motion = Motion::kDeforming;
+  computed.surface = Surface::kComputed, computed.motion = Motion::kMoving;
+  layered = textured;
+  layered.quads = true, layered.layers = {"clearcoat"};
+  ShaderFeatures moving = textured;
+  moving.motion = Motion::kMoving, moving.quads = true;
+  return {casting(plain, 0, 1, 1, Filter::k2x2, false),        casting(plain, 0, 2, 4, Filter::kNearest, false),
+          casting(textured, 3, 2, 1, Filter::k3x3, false),     casting(textured, 1, 1, 3, Filter::k2x2, false),
+          casting(moving, 0, 1, 4, Filter::k3x3, true),        casting(moving, 3, 2, 1, Filter::k2x2, true),
+          casting(patch, 0, 1, 1, Filter::k2x2, false),        casting(patch, 0, 1, 2, Filter::k2x2, true),
+          casting(displaced, 4, 1, 1, Filter::kNearest, true), casting(computed, 0, 1, 4, Filter::k2x2, false),
+          casting(layered, 0, 2, 2, Filter::k2x2, false)};
 }
 
 // SHADE3.
@@ -168,6 +204,8 @@ TEST(ShaderCostsWhole, SumsAreCloseToShadersCompiledAtOnce) {
   with_layers(lit, {"specular_glossiness", "diffuse_transmission"});
   textured.surface = Surface::kPatch, textured.layer_textures = 1;
   with_layers(textured, {"clearcoat", "transmission"});
+  const std::vector<ShaderFeatures> shadowed = with_shadows();
+  all.insert(all.end(), shadowed.begin(), shadowed.end());
   std::vector<std::string> command = {"/usr/bin/env", "python3", kScript, "--clang", kClang, "--whole"};
   for (const ShaderFeatures& one : all) command.push_back(whole_shader(one));
   const test::ProcessResult made = test::run_process(command, {.seconds = 900});
@@ -208,6 +246,14 @@ std::vector<ShaderFeatures> with_one_more(const ShaderFeatures& f) {
   if (f.quads) more.push_back(f), more.back().quads = false;  // the surface's own derivatives are computed
   if (f.unlit) more.push_back(f), more.back().unlit = false;
   for (std::size_t kind = 0; kind < f.lights.size(); ++kind) more.push_back(f), ++more.back().lights[kind];
+  for (std::size_t projection = 0; projection < f.shadows.size(); ++projection) {
+    more.push_back(f), ++more.back().shadows[projection].lights, ++more.back().shadows[projection].layers;
+    more.push_back(more.back()), ++more.back().shadows[projection].layered, ++more.back().shadows[projection].layers;
+    more.push_back(more.back()), ++more.back().shadows[projection].layers;
+  }
+  for (const auto filter : {ShaderFeatures::ShadowFilter::k2x2, ShaderFeatures::ShadowFilter::k3x3})
+    if (f.shadow_filter < filter) more.push_back(f), more.back().shadow_filter = filter;
+  if (f.motion != Motion::kStill && !f.shadow_keys) more.push_back(f), more.back().shadow_keys = true;
   // Specular-glossiness comes in place of metalness.
   for (const std::string_view layer : scene::kMaterialEffectNames)
     if (!f.unlit && layer != "specular_glossiness" && !f.has(layer))
@@ -218,7 +264,7 @@ std::vector<ShaderFeatures> with_one_more(const ShaderFeatures& f) {
 // SHADE2.
 TEST(ShaderCosts, AFeatureMoreNeverCostsLess) {
   std::size_t compared = 0;
-  for (unsigned bits = 0; bits < 1u << 9; ++bits)
+  for (unsigned bits = 0; bits < 1u << 10; ++bits)
     for (const Surface surface : {Surface::kTriangles, Surface::kPatch, Surface::kDisplacedPatch})
       for (const Motion motion : {Motion::kStill, Motion::kMoving, Motion::kDeforming}) {
         ShaderFeatures f;
@@ -227,6 +273,8 @@ TEST(ShaderCosts, AFeatureMoreNeverCostsLess) {
         f.metallic_roughness = bits & 16, f.occlusion = bits & 32, f.emissive = bits & 64;
         f.normals = (bits & 128) != 0 && !f.unlit ? Normals::kMapped : Normals::kOfSurface;
         f.lights_move = bits & 256;
+        if ((bits & 512) != 0)
+          f.shadows[(bits >> 8) & 1] = {1, 0, 1}, f.shadow_filter = ShaderFeatures::ShadowFilter::kNearest;
         const ShaderCost cost = shader_cost(f);
         for (const ShaderFeatures& more : with_one_more(f)) {
           const ShaderCost then = shader_cost(more);
@@ -269,6 +317,22 @@ TEST(ShaderCosts, LookupsAreCountedOnce) {
   ShaderFeatures vertex;
   vertex.stage = Stage::kDomain, vertex.surface = Surface::kDisplacedPatch;
   EXPECT_EQ(shader_cost(vertex).texture_instructions, 8);
+}
+
+// A square of four texels is one gather, whichever map it is of; a draw that casts no shadows pays for none.
+TEST(ShaderCosts, LookupsOfShadowsAreOneTexelOneSquareOrFour) {
+  using Filter = ShaderFeatures::ShadowFilter;
+  for (const std::size_t kind : {std::size_t{0}, std::size_t{3}})
+    for (const bool keys : {false, true}) {
+      ShaderFeatures f;
+      f.motion = keys ? Motion::kMoving : Motion::kStill;
+      EXPECT_EQ(shader_cost(casting(f, kind, 2, 1, Filter::kNearest, keys)).texture_instructions, 2);
+      EXPECT_EQ(shader_cost(casting(f, kind, 2, 4, Filter::k2x2, keys)).texture_instructions, 2);
+      EXPECT_EQ(shader_cost(casting(f, kind, 1, 2, Filter::k3x3, keys)).texture_instructions, 4);
+      const ShaderCost lit = shader_cost(f);
+      f.shadow_filter = Filter::k3x3, f.shadow_keys = keys;
+      EXPECT_EQ(shader_cost(f), lit);
+    }
 }
 
 TEST(ShaderCosts, IssueCyclesOfAWarpAreThoseOfItsOperations) {
