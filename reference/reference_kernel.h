@@ -36,4 +36,30 @@ void trace_packet(const ReferenceScene& scene, RayPacket& packet);
 // The same without the tree: all triangles, one by one. What trace_packet is tested against.
 void trace_packet_without_tree(const ReferenceScene& scene, RayPacket& packet);
 
+// Sixteen shadow rays: lines that may run anywhere, through a scene of casters.
+//
+// A line is a function of the coordinate along one of the space's three axes, which is the same one for all sixteen: with
+// axis 2 that is RayPacket's (x, y) = origin + depth * direction, with 0 (y, depth) of x, and with 1 (depth, x) of y.
+struct ShadowPacket {
+  static constexpr std::size_t kRays = RayPacket::kRays;
+  using Numbers = RayPacket::Numbers;
+
+  // In. `light_above`: the light is where the coordinate is larger, so that it sees the sides that a camera at the other
+  // end does not. Hits count between `from` and `to`, which may be infinite, ends left out; never those of the triangle
+  // that a ray starts on (numbers as SurfaceLocation has them).
+  int axis = 2;
+  bool light_above = false;
+  alignas(64) Numbers origin_x, origin_y, direction_x, direction_y, from, to, t;
+  alignas(64) std::array<std::uint32_t, kRays> patch, triangle;
+  // Out: whether an opaque triangle is in the way.
+  alignas(64) std::array<std::int64_t, kRays> blocked;
+  // Out: hits of triangles that are not opaque, in no particular order, of rays that are not blocked or were not yet.
+  std::vector<RayPacket::Crossing> crossings;
+};
+
+// Finds what is in the way, with the scene's tree; the same on every instruction set.
+void trace_shadows(const ReferenceScene& casters, ShadowPacket& packet);
+// The same without the tree.
+void trace_shadows_without_tree(const ReferenceScene& casters, ShadowPacket& packet);
+
 }  // namespace tessera::reference

@@ -10,6 +10,7 @@
 #include "base/check.h"
 #include "base/parallel.h"
 #include "reference/reference_kernel.h"
+#include "reference/shadow_rays.h"
 #include "scene/limits.h"
 #include "tilecore/shading/alpha_test.h"
 #include "tilecore/shading/transmission.h"
@@ -77,8 +78,10 @@ class PixelRenderer {
   struct Part {
     double begin = 0, end = 1;
   };
-  void render(const ReferenceScene& scene, const Part& part, const ReferenceRequest& request, const PacketOrder& order,
-              int px, int py, std::size_t from, std::size_t count) {
+  // `lighting`: the request's; with shadows it is given the shares of the lights. `shadows`: nullptr: none.
+  void render(const ReferenceScene& scene, const ShadowScene* shadows, const Part& part,
+              const ReferenceRequest& request, tilecore::Lighting& lighting, const PacketOrder& order, int px, int py,
+              std::size_t from, std::size_t count) {
     samples_.resize(count);
     color_.resize(count);
     order_.clear();
@@ -98,6 +101,7 @@ class PixelRenderer {
     std::sort(order_.begin(), order_.end());
     seen_.clear();
     invocations_.clear();
+    receivers_.clear();
     for (std::size_t first = 0; first < order_.size(); first += RayPacket::kRays) {
       fill_packet(scene, px, py, first);
       trace_packet(scene, packet_);
@@ -107,7 +111,11 @@ class PixelRenderer {
       }
     }
     points_.resize(invocations_.size());
-    shader_.shade(scene.frame, request.lighting, invocations_, points_);
+    if (shadows != nullptr) {
+      shadow_tracer_.trace(*shadows, receivers_, shares_);
+      lighting.known_shadows = &shares_;
+    }
+    shader_.shade(scene.frame, lighting, invocations_, points_);
     for (std::size_t i = 0; i < seen_.size(); ++i) color_[order_[i].second] = composed(seen_[i]);
   }
   // Per sample from `from` on; black where it is outside the scene's part of the shutter.
@@ -137,16 +145,6 @@ class PixelRenderer {
     }
   }
 
-  SurfaceLocation location(const ReferenceScene& scene, std::int64_t number, double b1, double b2, double t) const {
-    const ReferenceScene::Triangle& triangle = scene.triangles[static_cast<std::size_t>(number)];
-    const scene::PosedDrawable& drawable = scene.frame.drawable_of(triangle.patch);
-    const float time = drawable.moving ? static_cast<float>(t) : 0.0f;
-    if (!tilecore::has_grid(drawable))
-      return {triangle.patch, triangle.triangle, static_cast<float>(b1), static_cast<float>(b2), time};
-    const ReferenceScene::Parameters at = scene.grid_parameters(triangle, b1, b2);
-    return {triangle.patch, SurfaceLocation::kWholePatch, static_cast<float>(at.u), static_cast<float>(at.v), time};
-  }
-
   // Where a packet's ray goes in the end, in world space: the inverse of the mixed poses of the camera, as far points
   // move.
   static Vec3 background_direction(const ReferenceScene& scene, const RayPacket& packet, std::size_t r) {
@@ -166,8 +164,14 @@ class PixelRenderer {
     std::uint32_t first = 0, layers = 0;
   };
 
-  void ask_for(const ReferenceScene& scene, std::int64_t number, double b1, double b2, double t) {
-    invocations_.push_back({location(scene, number, b1, b2, t), static_cast<float>(t)});
+  // What ray `r` sees at a depth.
+  void ask_for(const ReferenceScene& scene, std::size_t r, std::int64_t number, double depth, double b1, double b2,
+               double t) {
+    invocations_.push_back({scene.location(number, b1, b2, t), static_cast<float>(t)});
+    const ReferenceScene::Triangle& triangle = scene.triangles[static_cast<std::size_t>(number)];
+    receivers_.push_back({DVec3(packet_.origin_x[r] + depth * packet_.direction_x[r],
+                                packet_.origin_y[r] + depth * packet_.direction_y[r], depth),
+                          packet_.t[r], t, triangle.patch, triangle.triangle});
   }
 
   Vec3 composed(const Seen& seen) const {
@@ -205,24 +209,24 @@ class PixelRenderer {
       const scene::Material& material =
           *frame.drawable_of(scene.triangles[static_cast<std::size_t>(c.triangle)].patch).material;
       return material.alpha_mode == scene::AlphaMode::kMask &&
-             tilecore::point_alpha(frame, location(scene, c.triangle, c.b1, c.b2, t)) >= material.alpha_cutoff;
+             tilecore::point_alpha(frame, scene.location(c.triangle, c.b1, c.b2, t)) >= material.alpha_cutoff;
     });
     if (masked != layers_.end()) {
-      number = masked->triangle, b1 = masked->b1, b2 = masked->b2;
+      number = masked->triangle, depth = masked->depth, b1 = masked->b1, b2 = masked->b2;
       layers_.erase(masked, layers_.end());
     }
     Seen seen;
     seen.first = static_cast<std::uint32_t>(invocations_.size());
     seen.surface = number != RayPacket::kNothing;
     if (seen.surface)
-      ask_for(scene, number, b1, b2, t);
+      ask_for(scene, r, number, depth, b1, b2, t);
     else if (request.background)
       seen.behind = *request.background;
     else
       seen.behind = request.lighting.environment.background(background_direction(scene, packet_, r));
     for (auto layer = layers_.rbegin(); layer != layers_.rend(); ++layer) {
       if (!blends(scene, layer->triangle)) continue;
-      ask_for(scene, layer->triangle, layer->b1, layer->b2, t);
+      ask_for(scene, r, layer->triangle, layer->depth, layer->b1, layer->b2, t);
       ++seen.layers;
     }
     return seen;
@@ -231,6 +235,9 @@ class PixelRenderer {
   RayPacket packet_;
   std::vector<Seen> seen_;  // as order_
   std::vector<tilecore::Invocation> invocations_;
+  std::vector<ShadowReceiver> receivers_;  // as these
+  ShadowTracer shadow_tracer_;
+  tilecore::KnownShadows shares_;
   std::vector<tilecore::ShadedPoint> points_;
   tilecore::PixelShader shader_;
   std::vector<Sample> samples_;
@@ -318,6 +325,7 @@ std::vector<Image> make_images(const scene::FrameGeometry& frame, const Referenc
 struct ScenePart {
   const ReferenceScene& scene;
   PixelRenderer::Part part;
+  const ShadowScene* shadows = nullptr;  // nullptr: no light casts any
 };
 
 // All scenes have the pixels of the first one's region.
@@ -334,17 +342,27 @@ void add_samples(std::span<const ScenePart> scenes, const ReferenceRequest& requ
     PixelRenderer& renderer = renderers.local();
     const int y = pixels.y0 + static_cast<int>(run / runs), x0 = pixels.x0 + static_cast<int>(run % runs) * kRun,
               x1 = std::min(x0 + kRun, pixels.x1);
+    tilecore::Lighting lighting = request.lighting;
     for (int x = x0; x < x1; ++x)
       for (const ScenePart& one : scenes) {
-        renderer.render(one.scene, one.part, request, order, x, y, sums.from(), sums.to());
+        renderer.render(one.scene, one.shadows, one.part, request, lighting, order, x, y, sums.from(), sums.to());
         sums.add(x, y, renderer.color());
       }
     if (request.finished) request.finished((x1 - x0) * static_cast<double>(sums.to() - sums.from()) * shutter);
   });
 }
 
+// The shadows of a scene, or nullptr.
+std::unique_ptr<ShadowScene> shadows_of(const ReferenceScene& scene, const ReferenceRequest& request,
+                                        scene::MemoryBudget* budget = nullptr) {
+  if (!request.shadows) return nullptr;
+  auto shadows = std::make_unique<ShadowScene>(scene, *request.shadows, budget);
+  return shadows->any() ? std::move(shadows) : nullptr;
+}
+
 void add_scene(const ReferenceScene& scene, const ReferenceRequest& request, Sums& sums) {
-  const ScenePart whole{scene, {}};
+  const std::unique_ptr<ShadowScene> shadows = shadows_of(scene, request);
+  const ScenePart whole{scene, {}, shadows.get()};
   add_samples(std::span(&whole, 1), request, sums);
 }
 
@@ -404,6 +422,7 @@ void add_slices(const ShutterSlices& slices, const ReferenceRequest& request, bo
     const std::uint64_t used = budget.used_bytes(), enough = std::min(kTogetherBytes, budget.left_bytes() / 4);
     std::vector<std::unique_ptr<scene::FrameGeometry>> frames;
     std::vector<std::unique_ptr<ReferenceScene>> scenes;
+    std::vector<std::unique_ptr<ShadowScene>> shadows;
     std::vector<ScenePart> parts;
     for (; next < slices.count() && parts.size() < kTogether && (parts.empty() || budget.used_bytes() - used < enough);
          ++next) {
@@ -415,7 +434,9 @@ void add_slices(const ShutterSlices& slices, const ReferenceRequest& request, bo
               .behind = behind, .region = SampleRegion(frames.back()->projection, pixels), .budget = &budget}));
       // The last one holds the end of the shutter.
       const bool last = next + 1 == slices.count();
-      parts.push_back({*scenes.back(), {slices.at(next), last ? 1.0 + 0x1p-52 : slices.at(next + 1)}});
+      shadows.push_back(shadows_of(*scenes.back(), request, &budget));
+      parts.push_back(
+          {*scenes.back(), {slices.at(next), last ? 1.0 + 0x1p-52 : slices.at(next + 1)}, shadows.back().get()});
     }
     add_samples(parts, request, sums);
   }

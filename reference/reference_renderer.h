@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "base/image.h"
+#include "gpu/settings.h"
 #include "reference/reference_scene.h"
+#include "reference/shadow_rays.h"
 #include "reference/shutter_slices.h"
 #include "tilecore/shading/pixel_shader.h"
 #include "tilecore/visibility/sample_pattern.h"
@@ -18,6 +20,7 @@ namespace tessera::reference {
 struct ReferenceRequest {
   tilecore::Lighting lighting;
   std::optional<Vec3> background;  // else the environment
+  std::optional<scene::ShadowSettings> shadows;  // lights that cast do so by these; unset: nothing is in their way
   // Plain random numbers for place, time and lens point, independent from sample to sample and pixel to pixel: the
   // error of a mean of n samples falls as n^-1/2. They have nothing in common with the machine's pattern.
   std::uint64_t seed = 1;

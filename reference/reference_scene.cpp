@@ -1,6 +1,7 @@
 #include "reference/reference_scene.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -11,6 +12,7 @@
 #include "base/parallel.h"
 #include "reference/bezier_extent.h"
 #include "scene/domain_shader.h"
+#include "scene/light_views.h"
 #include "scene/procedure_patch.h"
 #include "scene/wires.h"
 #include "shaders_cpp/bicubic.h"
@@ -100,6 +102,7 @@ struct ReferenceScene::PatchWork {
 ReferenceScene::ReferenceScene(const FrameGeometry& frame_in, const Options& options)
     : frame(frame_in),
       posed(frame_in.segment(options.segment)),
+      segment(options.segment),
       center_x(posed.projection.center_x),
       center_y(posed.projection.center_y),
       near(posed.projection.near),
@@ -109,6 +112,7 @@ ReferenceScene::ReferenceScene(const FrameGeometry& frame_in, const Options& opt
       inverse_focus(posed.projection.inverse_focus),
       region(options.region.value_or(
           SampleRegion(posed.projection, {0, 0, frame_in.request.width, frame_in.request.height}))) {
+  if (options.casters != nullptr) casters = *options.casters;
   drawable_to_raster_.resize(frame.drawables.size());
   place_drawables(frame);
   find_reach();
@@ -163,16 +167,19 @@ ReferenceScene::Triangle ReferenceScene::triangle_of(std::uint32_t patch) const 
   const PosedDrawable& drawable = frame.drawable_of(patch);
   Triangle t{};
   t.patch = patch;
-  const bool both = drawable.material->double_sided;
-  t.keep_positive = both || drawable.mirrored;
-  t.keep_negative = both || !drawable.mirrored;
-  t.opaque = drawable.material->alpha_mode == scene::AlphaMode::kOpaque;
+  const bool both = drawable.material->double_sided || (casters && casters->faces == scene::CasterFaces::kBoth),
+             mirrored = drawable.mirrored != (casters && casters->faces == scene::CasterFaces::kBack);
+  t.keep_positive = both || mirrored;
+  t.keep_negative = both || !mirrored;
+  // What blends is no caster, or a solid one.
+  t.opaque = casters ? drawable.material->alpha_mode != scene::AlphaMode::kMask
+                     : drawable.material->alpha_mode == scene::AlphaMode::kOpaque;
   return t;
 }
 
 bool ReferenceScene::left_out(std::uint32_t patch, bool behind) const {
   const PosedDrawable& drawable = frame.drawable_of(patch);
-  return !drawable.visible ||
+  return !drawable.visible || (casters && !scene::casts(*drawable.material, casters->blended)) ||
          (behind && (tilecore::transmits(drawable) || drawable.material->alpha_mode == scene::AlphaMode::kBlend));
 }
 
@@ -231,6 +238,17 @@ namespace {
 
 constexpr int kSide = 3;  // cells of a grid's leaf
 
+// Leaves of a grid by what becomes of them: those that are left out, those that are there, and among casters those that
+// stand for a square of leaves that no sample sees, with cells as many times as wide.
+constexpr std::uint8_t kLeftOut = 0, kSeen = 1, kCoarse = 2;
+constexpr int kCoarseCells = 16;  // of a side of a grid that no sample sees; what is behind a camera has the finest grids
+
+int coarse_step(const scene::TessellationPattern& pattern) {
+  int step = 1;
+  while (std::max(pattern.nu, pattern.nv) > kCoarseCells * step) step *= 2;
+  return step;
+}
+
 int leaves_along(int cells) { return (cells + kSide - 1) / kSide; }
 
 // The cells of leaf (column, row) of a grid, or of a block of leaves.
@@ -238,6 +256,39 @@ scene::CellRange leaf_cells(const scene::TessellationPattern& pattern, const Int
   return {static_cast<std::uint8_t>(block.x0 * kSide), static_cast<std::uint8_t>(block.y0 * kSide),
           static_cast<std::uint8_t>(std::min<int>(block.x1 * kSide, pattern.nu)),
           static_cast<std::uint8_t>(std::min<int>(block.y1 * kSide, pattern.nv))};
+}
+
+// A leaf's cells.
+struct LeafGrid {
+  scene::CellRange cells;
+  int step, across, down;  // grid lines from one of its own to the next; cells
+  int column(int i) const { return std::min(cells.i0 + i * step, static_cast<int>(cells.i1)); }
+  int row(int j) const { return std::min(cells.j0 + j * step, static_cast<int>(cells.j1)); }
+};
+LeafGrid leaf_grid(const scene::TessellationPattern& pattern, std::size_t leaf, std::uint8_t seen) {
+  const int columns = leaves_along(pattern.nu), rows = leaves_along(pattern.nv);
+  const int x = static_cast<int>(leaf) % columns, y = static_cast<int>(leaf) / columns;
+  const int step = seen == kCoarse ? coarse_step(pattern) : 1;
+  LeafGrid out{leaf_cells(pattern, {x, y, std::min(x + step, columns), std::min(y + step, rows)}), step, 0, 0};
+  out.across = (out.cells.i1 - out.cells.i0 + step - 1) / step;
+  out.down = (out.cells.j1 - out.cells.j0 + step - 1) / step;
+  return out;
+}
+
+// Covers what is left out of a grid by coarse leaves.
+void cover_unseen(const scene::TessellationPattern& pattern, std::vector<std::uint8_t>& seen) {
+  const int columns = leaves_along(pattern.nu), rows = leaves_along(pattern.nv), step = coarse_step(pattern);
+  for (int y0 = 0; y0 < rows; y0 += step)
+    for (int x0 = 0; x0 < columns; x0 += step) {
+      const int x1 = std::min(x0 + step, columns), y1 = std::min(y0 + step, rows);
+      bool any = step == 1;
+      for (int y = y0; y < y1; ++y)
+        any = any || std::any_of(seen.begin() + y * columns + x0, seen.begin() + y * columns + x1,
+                                 [](std::uint8_t one) { return one != kLeftOut; });
+      for (int y = y0; any && y < y1; ++y)
+        std::fill(seen.begin() + y * columns + x0, seen.begin() + y * columns + x1, kSeen);
+      if (!any) seen[static_cast<std::size_t>(y0 * columns + x0)] = kCoarse;
+    }
 }
 
 // Marks the leaves of a block that the region may see, in quarters.
@@ -288,13 +339,11 @@ ReferenceScene::Amount ReferenceScene::find_seen(std::uint32_t patch, PatchWork&
   }
   find_seen_of_grid(patch, work);
   const scene::TessellationPattern& pattern = frame.pattern_of(patch);
-  const int columns = leaves_along(pattern.nu);
+  if (casters) cover_unseen(pattern, work.seen);
   for (std::size_t leaf = 0; leaf < work.seen.size(); ++leaf) {
-    if (work.seen[leaf] == 0) continue;
-    const int x = static_cast<int>(leaf) % columns, y = static_cast<int>(leaf) / columns;
-    const scene::CellRange cells = leaf_cells(pattern, {x, y, x + 1, y + 1});
-    const auto across = static_cast<std::uint64_t>(cells.i1 - cells.i0),
-               down = static_cast<std::uint64_t>(cells.j1 - cells.j0);
+    if (work.seen[leaf] == kLeftOut) continue;
+    const LeafGrid grid = leaf_grid(pattern, leaf, work.seen[leaf]);
+    const auto across = static_cast<std::uint64_t>(grid.across), down = static_cast<std::uint64_t>(grid.down);
     amount.vertices += (across + 1) * (down + 1);
     amount.triangles += 2 * across * down;
     ++amount.leaves;
@@ -355,6 +404,7 @@ void ReferenceScene::find_seen_of_cluster(std::uint32_t patch, PatchWork& work) 
     }
   });
   if (in_leaf > 0) work.seen.push_back(region.misses(extent) ? 0 : 1);
+  if (casters) std::ranges::fill(work.seen, kSeen);
 }
 
 // ---- Vertices and triangles -------------------------------------------------------------------------------------
@@ -393,25 +443,24 @@ const std::array<double, 6>& ReferenceScene::grid_vertex(std::uint32_t patch, in
 
 void ReferenceScene::fill_grid(std::uint32_t patch, Amount at, PatchWork& work) {
   const scene::TessellationPattern& pattern = frame.pattern_of(patch);
-  const int columns = leaves_along(pattern.nu);
   const bool moving = posed_drawable(patch).moving;
   Triangle t = triangle_of(patch);
   begin_grid(patch, work);
   for (std::size_t leaf = 0; leaf < work.seen.size(); ++leaf) {
-    if (work.seen[leaf] == 0) continue;
-    const int x = static_cast<int>(leaf) % columns, y = static_cast<int>(leaf) / columns;
-    const scene::CellRange cells = leaf_cells(pattern, {x, y, x + 1, y + 1});
+    if (work.seen[leaf] == kLeftOut) continue;
+    const LeafGrid grid = leaf_grid(pattern, leaf, work.seen[leaf]);
     const Amount first = at;
-    for (int j = cells.j0; j <= cells.j1; ++j)
-      for (int i = cells.i0; i <= cells.i1; ++i) vertices[at.vertices++] = grid_vertex(patch, i, j, work);
-    const int width = cells.i1 - cells.i0 + 1;
-    for (int j = cells.j0; j < cells.j1; ++j)
-      for (int i = cells.i0; i < cells.i1; ++i) {
+    for (int j = 0; j <= grid.down; ++j)
+      for (int i = 0; i <= grid.across; ++i)
+        vertices[at.vertices++] = grid_vertex(patch, grid.column(i), grid.row(j), work);
+    t.step_bits = static_cast<std::uint8_t>(std::countr_zero(static_cast<unsigned>(grid.step)));
+    for (int j = 0; j < grid.down; ++j)
+      for (int i = 0; i < grid.across; ++i) {
         const auto corner = [&](int di, int dj) {
-          return static_cast<std::uint8_t>((j + dj - cells.j0) * width + (i + di - cells.i0));
+          return static_cast<std::uint8_t>((j + dj) * (grid.across + 1) + (i + di));
         };
         t.corner = {corner(0, 0), corner(1, 0), corner(1, 1)};
-        t.triangle = 2u * static_cast<std::uint32_t>(j * pattern.nu + i);
+        t.triangle = 2u * static_cast<std::uint32_t>(grid.row(j) * pattern.nu + grid.column(i));
         triangles[at.triangles++] = t;
         t.corner = {corner(0, 0), corner(1, 1), corner(0, 1)};
         ++t.triangle;
@@ -469,11 +518,27 @@ ReferenceScene::Parameters ReferenceScene::grid_parameters(const Triangle& trian
   const std::array<double, 3> weight{1.0 - b1 - b2, b1, b2};
   Parameters mean{0, 0};
   for (std::size_t k = 0; k < 3; ++k) {
-    const auto [i, j] = scene::grid_corner(pattern, triangle.triangle, k);
+    auto [i, j] = scene::grid_corner(pattern, triangle.triangle, k);
+    if (triangle.step_bits > 0) {
+      const int cell = static_cast<int>(triangle.triangle / 2), i0 = cell % pattern.nu, j0 = cell / pattern.nu;
+      i = std::min(i0 + ((i - i0) << triangle.step_bits), static_cast<int>(pattern.nu));
+      j = std::min(j0 + ((j - j0) << triangle.step_bits), static_cast<int>(pattern.nv));
+    }
     mean.u += static_cast<double>(pattern.u(i, j)) * weight[k],
         mean.v += static_cast<double>(pattern.v(i, j)) * weight[k];
   }
   return mean;
+}
+
+tilecore::SurfaceLocation ReferenceScene::location(std::int64_t number, double b1, double b2, double t) const {
+  const Triangle& triangle = triangles[static_cast<std::size_t>(number)];
+  const PosedDrawable& drawable = frame.drawable_of(triangle.patch);
+  const float time = drawable.moving ? static_cast<float>(t) : 0.0f;
+  if (!tilecore::has_grid(drawable))
+    return {triangle.patch, triangle.triangle, static_cast<float>(b1), static_cast<float>(b2), time};
+  const Parameters at = grid_parameters(triangle, b1, b2);
+  return {triangle.patch, tilecore::SurfaceLocation::kWholePatch, static_cast<float>(at.u), static_cast<float>(at.v),
+          time};
 }
 
 }  // namespace tessera::reference

@@ -8,6 +8,8 @@
 #include "reference/sample_region.h"
 #include "scene/frame_geometry.h"
 #include "scene/limits.h"
+#include "scene/shadow_settings.h"
+#include "tilecore/shading/surface.h"
 
 namespace tessera::reference {
 
@@ -37,6 +39,7 @@ struct ReferenceScene {
     std::array<std::uint8_t, 3> corner;         // of the leaf
     bool keep_positive : 1, keep_negative : 1;  // facing, as the machine's HitLimits
     bool opaque : 1;                            // else alpha decides, or it is a layer
+    std::uint8_t step_bits : 4;                 // log2 of the cells of its grid along its sides
   };
   struct Leaf {
     std::uint32_t first_vertex, first_triangle;
@@ -58,6 +61,9 @@ struct ReferenceScene {
     // does not is cut off at its ends.
     int segment = 0;
     bool behind = false;  // only what is seen behind surfaces that transmit, which is neither these nor what blends
+    // Only what casts shadows, by these settings, wherever it is: what shadow rays go through (shadow_rays.h). Parts of
+    // grids that no sample of the region sees are no finer than 16 cells a side.
+    const scene::ShadowSettings* casters = nullptr;
     std::optional<SampleRegion> region;     // what is to be seen; unset: the whole image
     scene::MemoryBudget* budget = nullptr;  // nullptr: what the capture has left of its limit
     bool count_only = false;                // triangle_count alone
@@ -70,6 +76,8 @@ struct ReferenceScene {
 
   const scene::FrameGeometry& frame;  // of the whole shutter
   const scene::FrameGeometry& posed;  // of the segment: camera, and what is curved
+  int segment;
+  std::optional<scene::ShadowSettings> casters;
   double center_x, center_y;
   double near, far;  // far: infinity where unlimited
   bool orthographic;
@@ -80,6 +88,8 @@ struct ReferenceScene {
     double u, v;
   };
   Parameters grid_parameters(const Triangle& triangle, double b1, double b2) const;
+  // A point of a triangle as shading asks for it. `t`: of the whole shutter.
+  tilecore::SurfaceLocation location(std::int64_t triangle, double b1, double b2, double t) const;
 
   std::vector<std::array<double, 6>> vertices;  // at open, at close; leaf by leaf
   std::vector<Triangle> triangles;

@@ -55,11 +55,12 @@ struct PosedReference {
   std::unique_ptr<ShutterSlices> slices;
 };
 
-ReferenceRequest request_of(const scene::Capture& capture, std::uint64_t seed, std::vector<int> samples,
-                            const std::function<void(double)>& finished) {
+ReferenceRequest request_of(const scene::Capture& capture, const gpu::RunSettings& settings, std::uint64_t seed,
+                            std::vector<int> samples, const std::function<void(double)>& finished) {
   ReferenceRequest request;
   request.lighting = gpu::frame_lighting(capture);
   request.background = gpu::frame_background(capture);
+  request.shadows = settings.shadows;
   request.seed = seed;
   request.samples = std::move(samples);
   request.finished = finished;
@@ -102,7 +103,7 @@ Convergence measure_convergence(const gpu::PreparedCapture& prepared, const gpu:
   for (int n = std::min(16, most); n <= most; n *= 2) samples.push_back(n);
   std::vector<std::vector<Image>> series;
   for (std::uint64_t k = 0; k < kSeries; ++k)
-    series.push_back(posed.render(request_of(prepared.capture, kOtherSeed + k, samples, finished)));
+    series.push_back(posed.render(request_of(prepared.capture, settings, kOtherSeed + k, samples, finished)));
   std::vector<double>& errors = out.rms_error;
   for (std::size_t n = 0; n < samples.size(); ++n) {
     double squares = 0;
@@ -146,7 +147,7 @@ Reference make_reference(const gpu::PreparedCapture& prepared, const gpu::GpuCon
     const std::size_t last = made.size() - 1;
     return noise_of(made[last - 1], numbers[last - 1], made[last], numbers[last], exposure);
   };
-  ReferenceRequest request = request_of(prepared.capture, kSeed, numbers, finished);
+  ReferenceRequest request = request_of(prepared.capture, settings, kSeed, numbers, finished);
   if (wanted.enough_db > 0)
     request.enough = [&](std::span<const Image> made) {
       return made.size() > 1 && noise(made).psnr_db >= wanted.enough_db;
@@ -174,8 +175,9 @@ Reference make_reference(const gpu::PreparedCapture& prepared, const gpu::GpuCon
 }
 
 // The settings that a reference depends on.
-json settings_key(const gpu::GpuConfiguration& gpu, const gpu::RunSettings& settings, const ReferenceSettings& wanted) {
-  return {
+json settings_key(const scene::Capture& capture, const gpu::GpuConfiguration& gpu, const gpu::RunSettings& settings,
+                  const ReferenceSettings& wanted) {
+  json key = {
       {"width", wanted.width},
       {"height", wanted.height},
       {"frame", wanted.frame},
@@ -193,6 +195,16 @@ json settings_key(const gpu::GpuConfiguration& gpu, const gpu::RunSettings& sett
       {"blending", settings.effects.blending == gpu::EffectSwitch::kOff},
       {"procedures", settings.effects.procedures == gpu::EffectSwitch::kOff},
       {"exposure", settings.output.exposure}};
+  // References of scenes whose lights cast none keep the names that they had before there were shadows.
+  const scene::ShadowCasters casters = settings.effects.shadows;
+  const bool cast = casters == scene::ShadowCasters::kAll    ? !capture.lights.empty()
+                    : casters == scene::ShadowCasters::kAuto ? !capture.settings.shadows.empty()
+                                                             : false;
+  if (cast)
+    key["shadows"] = {{"casters", word(casters)},
+                      {"faces", word(settings.shadows.faces)},
+                      {"blended", word(settings.shadows.blended)}};
+  return key;
 }
 
 Image read_image(const fs::path& file, const ReferenceSettings& wanted) {
@@ -216,7 +228,7 @@ constexpr int kProbeWidth = 32, kProbeHeight = 18;
 std::string probe_of(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
                      const gpu::RunSettings& settings, const ReferenceSettings& wanted) {
   const PosedReference posed(prepared, gpu, settings, wanted, kProbeWidth, kProbeHeight);
-  const Image image = posed.render(request_of(prepared.capture, kSeed, {1}, {})).front();
+  const Image image = posed.render(request_of(prepared.capture, settings, kSeed, {1}, {})).front();
   Sha256 hash;
   hash.add({reinterpret_cast<const std::uint8_t*>(image.values.data()), image.values.size() * sizeof(float)});
   return hash.finish();
@@ -229,7 +241,7 @@ constexpr std::uint64_t kMaxKeptBytes = 1u << 20;  // [assumed] a thousand times
 Reference get_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
                         const gpu::RunSettings& settings, const ReferenceSettings& wanted, const fs::path& folder,
                         const std::string& inputs, ReferenceProgress* progress) {
-  json key = settings_key(gpu, settings, wanted);
+  json key = settings_key(prepared.capture, gpu, settings, wanted);
   key["inputs"] = inputs;
   const std::string hash = sha256_name(json_text(key));
   const fs::path image = folder / "reference" / (hash + ".exr"), info = folder / "reference" / (hash + ".json");
@@ -252,7 +264,7 @@ Reference get_kept_reference(const gpu::PreparedCapture& prepared, const gpu::Gp
                              const gpu::RunSettings& settings, const ReferenceSettings& wanted,
                              const KeptReference& kept, std::string& note, ReferenceProgress* progress) {
   const std::string stem = fmt::format("{}_{}_{}x{}_{}", kept.name, wanted.frame, wanted.width, wanted.height,
-                                       sha256_name(json_text(settings_key(gpu, settings, wanted))).substr(0, 8));
+                                       sha256_name(json_text(settings_key(prepared.capture, gpu, settings, wanted))).substr(0, 8));
   const fs::path image = kept.folder / (stem + ".exr"), info = kept.folder / (stem + ".json");
   const std::string probe = probe_of(prepared, gpu, settings, wanted);
   std::error_code ignored;

@@ -37,11 +37,22 @@ float middle(const std::array<ReferenceScene::Box, 2>& boxes, std::size_t axis) 
   return 0.25f * ((boxes[0].low[axis] + boxes[0].high[axis]) + (boxes[1].low[axis] + boxes[1].high[axis]));
 }
 
-// Rays run along the depth: what a node costs is its area across it, in pixels when it is in perspective.
-double cost_of(const std::array<ReferenceScene::Box, 2>& boxes, bool orthographic) {
+// The cost of a node. Rays of a camera run along the depth: its area across it, in pixels when it is in perspective. Shadow
+// rays run anywhere: its surface, in scene units.
+double cost_of(const std::array<ReferenceScene::Box, 2>& boxes, const ReferenceScene& scene) {
   double cost = 0;
+  if (scene.casters) {
+    const double unit = 1.0 / scene.posed.projection.scale;
+    for (const ReferenceScene::Box& box : boxes) {
+      const double x = static_cast<double>(box.high[0] - box.low[0]) * unit,
+                   y = static_cast<double>(box.high[1] - box.low[1]) * unit,
+                   z = static_cast<double>(box.high[2] - box.low[2]);
+      cost += x * y + y * z + z * x;
+    }
+    return cost;
+  }
   for (const ReferenceScene::Box& box : boxes) {
-    const double z = orthographic ? 1.0 : std::max(0.5 * static_cast<double>(box.low[2] + box.high[2]), 1e-6);
+    const double z = scene.orthographic ? 1.0 : std::max(0.5 * static_cast<double>(box.low[2] + box.high[2]), 1e-6);
     cost += static_cast<double>(box.high[0] - box.low[0]) * static_cast<double>(box.high[1] - box.low[1]) / (z * z);
   }
   return cost;
@@ -55,12 +66,12 @@ std::array<ReferenceScene::Box, 2> ReferenceScene::leaf_boxes(const Leaf& leaf) 
     low[key].fill(std::numeric_limits<double>::infinity()), high[key].fill(-std::numeric_limits<double>::infinity());
   for (std::size_t v = leaf.first_vertex; v < std::size_t{leaf.first_vertex} + leaf.vertex_count; ++v) {
     // What the walk through the tree rounds in single precision: 16 units in the last place of everything that it adds
-    // up there.
+    // up there. That of shadow rays is in double precision, as their start may be far from the box.
     double size = lens_scale;
     for (std::size_t key = 0; key < 2; ++key)
       for (std::size_t a = 0; a < 3; ++a)
         size = std::max(size, std::abs(vertices[v][3 * key + a]) * (a == 2 ? std::max(center_x, center_y) : 1.0));
-    const double slack = size * 0x1p-20;
+    const double slack = size * (casters ? 0x1p-30 : 0x1p-20);
     for (std::size_t key = 0; key < 2; ++key)
       for (std::size_t a = 0; a < 3; ++a) {
         low[key][a] = std::min(low[key][a], vertices[v][3 * key + a] - slack);
@@ -147,7 +158,7 @@ std::size_t ReferenceScene::choose_split(std::vector<std::uint32_t>& order, std:
         const std::size_t bin = up ? step : kBins - 1 - step;
         total += count[bin];
         for (std::size_t key = 0; key < 2; ++key) grow(sum[key], box[bin][key]);
-        const double cost = total == 0 ? 0 : cost_of(sum, orthographic) * static_cast<double>(total);
+        const double cost = total == 0 ? 0 : cost_of(sum, *this) * static_cast<double>(total);
         if (up) {
           below[bin] = total == 0 ? std::numeric_limits<double>::infinity() : cost;
         } else if (total > 0 && below[bin - 1] + cost < best_cost) {

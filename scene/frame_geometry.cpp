@@ -300,6 +300,15 @@ void tessellate(FrameGeometry& frame, const FrameGeometry* before) {
   });
 }
 
+// Gives a view of a scene the patterns that the scene has. Procedures that the scene samples have none to give.
+void keep_grids(const FrameGeometry& scene, FrameGeometry& view) {
+  parallel_for(scene.patterns.size(), [&](std::size_t g) {
+    if (scene.request.sample_procedures && scene.drawable_of(scene.assembly->grid_patches[g]).procedure != nullptr) return;
+    view.patterns[g] = scene.patterns[g];
+    view.displacement_lod[g] = scene.displacement_lod[g];
+  });
+}
+
 void place_all_lights(FrameGeometry& frame) {
   for (std::size_t key = 0; key < 2; ++key)
     frame.lights[key] = place_lights(*frame.assembly->capture, frame.poses, key,
@@ -478,6 +487,7 @@ std::unique_ptr<FrameGeometry> pose_view(const FrameGeometry& scene, SceneView v
   frame->drawables.resize(scene.drawables.size());
   place_drawables(*frame, materials_of(*frame), scene.deformed, nullptr);
   tessellate(*frame, nullptr);
+  if (view.same_grids) keep_grids(scene, *frame);
   return frame;
 }
 

@@ -172,6 +172,7 @@ struct SceneView {
   CameraChoice camera;
   int size = 0;                     // pixels along both sides
   std::vector<Material> materials;  // as Assembly::materials
+  bool same_grids = false;          // patches keep the patterns of the scene
 };
 // The scene of a frame as it stands at shutter open, without lights, seen otherwise. It refers to vertices of `scene`, which
 // must outlive it. Runs on all threads.

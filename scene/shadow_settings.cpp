@@ -20,6 +20,9 @@ Keys<ShadowSettings> shadow_keys() {
        "what receives shadows in it."},
       {"shadows.faces", &S::faces, "Which sides of single-sided surfaces cast."},
       {"shadows.blended", &S::blended, "Whether blended surfaces cast none, or as if they were opaque."},
+      {"shadows.grids", &S::grids,
+       "Which view sets the tessellation of patches in a map: the light's own, or the camera's. With the camera's a still "
+       "surface is the same triangles in both views, and curved or displaced surfaces do not shade themselves."},
       {"shadows.bias", &S::bias, "", 0, 64,
        "Factor on the bias of a lookup: half a texel of the receiver's slope, half a step of the depths' format, and "
        "what rounding vertices to sub-pixels moves."},

@@ -18,6 +18,8 @@ enum class ShadowCasters : std::uint8_t { kAuto, kOff, kAll };
 enum class DepthFormat : std::uint8_t { kD16, kD24, kD32F };
 // Which sides of single-sided surfaces cast.
 enum class CasterFaces : std::uint8_t { kBoth, kFront, kBack };
+// Whose cells patches have in a map: those that the light's view asks for, or the camera's.
+enum class CasterGrids : std::uint8_t { kLight, kCamera };
 // Whether blended surfaces cast.
 enum class BlendedCasters : std::uint8_t { kNothing, kSolid };
 
@@ -38,6 +40,7 @@ struct ShadowSettings {
   ShadowFit fit = ShadowFit::kSphere;
   CasterFaces faces = CasterFaces::kBoth;
   BlendedCasters blended = BlendedCasters::kNothing;
+  CasterGrids grids = CasterGrids::kLight;
   double bias = 1.0;          // factor on the bias that follows from the receiver's slope and the depths' precision
   double offset = 0.0;        // scene units that are added to the bias
   double max_slope = 1000.0;  // of a receiver's plane, depth over width, as the bias takes it
@@ -61,6 +64,8 @@ template <>
 inline constexpr auto kEnumWords<scene::DepthFormat> = std::to_array<std::string_view>({"d16", "d24", "d32f"});
 template <>
 inline constexpr auto kEnumWords<scene::CasterFaces> = std::to_array<std::string_view>({"both", "front", "back"});
+template <>
+inline constexpr auto kEnumWords<scene::CasterGrids> = std::to_array<std::string_view>({"light", "camera"});
 template <>
 inline constexpr auto kEnumWords<scene::BlendedCasters> = std::to_array<std::string_view>({"none", "solid"});
 

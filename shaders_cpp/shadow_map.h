@@ -25,7 +25,10 @@ struct ShadowLayer {
 // The maps of a light, layer by layer in squares of `size` rows and columns: the depth of what is nearest to the light at
 // the middle of a texel, infinity where nothing is.
 struct ShadowView {
-  const float* texels = nullptr;  // null: the light casts no shadows
+  const float* texels = nullptr;
+  // Lane by lane, the share of the light's rays that arrive, where it is known without maps. With neither of these the
+  // light casts no shadows.
+  const float* shares = nullptr;
   int size = 0, layers = 0;
   bool perspective = false;
   ShadowFilter filter = ShadowFilter::k2x2;
@@ -33,7 +36,7 @@ struct ShadowView {
   float max_slope = 0;   // of it; in perspective, of a receiver at depth 1
   const ShadowLayer* layer = nullptr;
 
-  bool casts() const { return texels != nullptr; }
+  bool casts() const { return texels != nullptr || shares != nullptr; }
 };
 
 namespace scalar {

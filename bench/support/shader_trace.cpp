@@ -54,6 +54,7 @@ using shaders::Wrap;
 #include "shaders_cpp/environment_map.inc"
 #include "shaders_cpp/metallic_roughness.inc"
 #include "shaders_cpp/layered_material.inc"
+#include "shaders_cpp/shadow_texels.inc"
 #include "shaders_cpp/shadow_map.inc"
 // clang-format on
 }  // namespace stage

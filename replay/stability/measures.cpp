@@ -310,6 +310,7 @@ double wrong_samples(const Stage& machine, const Stage& truth) {
   reference::ReferenceRequest request;
   request.lighting = gpu::frame_lighting(truth.capture);
   request.background = gpu::frame_background(truth.capture);
+  request.shadows = posed.settings.shadows;
   request.samples = {};
   request.pattern = &pattern;
   const Image wanted = reference::render_reference(*posed.frame, request).front(), got = render(machine);

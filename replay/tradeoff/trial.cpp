@@ -193,6 +193,7 @@ class Runner {
     reference::ReferenceRequest wanted;
     wanted.lighting = gpu::frame_lighting(capture);
     wanted.background = gpu::frame_background(capture);
+    wanted.shadows = trial.settings.shadows;
     wanted.pattern = &pattern;
     return std::move(render_reference(*frame, wanted).front());
   }

@@ -210,9 +210,9 @@ one_lane::LaneSurface<float> shadow_receiver(const FrameGeometry& frame, const S
   return one_lane_surface(receiver);
 }
 
-ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting, const shaders::Lights& lights,
-                            const SurfaceLocation& at, const Surface& surface, const Vec3& view,
-                            const LookupArrays& lookups, std::size_t lane) {
+ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting, const shaders::ShadowView* shadowed,
+                            const shaders::Lights& lights, const SurfaceLocation& at, const Surface& surface,
+                            const Vec3& view, const LookupArrays& lookups, std::size_t lane) {
   const scene::Material& material = *surface.drawable->material;
   if (frame.request.draw_lines) return {at.triangle == SurfaceLocation::kLine ? kInk : kPaper, 1.0f, surface.normal};
   const ProcedurePatch patch = scene::procedure_patch(frame, at.patch);
@@ -257,9 +257,9 @@ ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting
   const one_lane::LaneSurroundings<float> around{lighting.environment.surroundings(), lookups, lane};
   DrawConstants draw;
   one_lane::LaneSurface<float> receiver;
-  if (lighting.shadows != nullptr) {
+  if (shadowed != nullptr) {
     draw.drawable = surface.drawable;
-    draw.shadows = lighting.shadows->of(frame);
+    draw.shadows = shadowed;
     receiver = shadow_receiver(frame, surface);
   }
   const one_lane::LaneShadows<float> shadows{draw, receiver, lookups, lane, at.t};

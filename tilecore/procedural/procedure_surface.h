@@ -36,7 +36,9 @@ void fill_procedure_triangle(const scene::FrameGeometry& frame, const SurfaceLoc
 // Texture and shading of a point that one of these made. What it looks up is told as that of lane `lane`. With
 // ShadingId::kMaterial the material's textures of base colour, normals, metalness and roughness, occlusion and emission
 // are read, where it blends that of base colour in any case, all of them at (u, v) of the whole procedure, whatever their sets of coordinates.
-ShadedPoint shade_procedure(const scene::FrameGeometry& frame, const Lighting& lighting, const shaders::Lights& lights,
+// `shadowed`: by light, the shadows that they cast; null: none.
+ShadedPoint shade_procedure(const scene::FrameGeometry& frame, const Lighting& lighting,
+                            const shaders::ShadowView* shadowed, const shaders::Lights& lights,
                             const SurfaceLocation& at, const Surface& surface, const Vec3& view,
                             const LookupArrays& lookups, std::size_t lane);
 

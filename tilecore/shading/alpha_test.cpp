@@ -31,6 +31,20 @@ float point_alpha(const FrameGeometry& shutter, const SurfaceLocation& seen) {
   return one_lane::lane_alpha(draw_constants(frame, drawable), in, LookupArrays(), 0);
 }
 
+float finest_alpha(const FrameGeometry& shutter, const SurfaceLocation& seen) {
+  const auto [frame, at] = in_segment(shutter, seen);
+  const PosedDrawable& drawable = frame.drawable_of(at.patch);
+  if (drawable.procedure != nullptr) return procedure_alpha(frame, at, nullptr);
+  const DrawConstants draw = draw_constants(frame, drawable);
+  one_lane::LaneInputs<float> in = lane_inputs(frame, drawable, at);
+  one_lane::LaneSurface<float> s{};
+  const float alpha = one_lane::untextured_alpha(draw, in, s);
+  const scene::TextureSlot& slot = drawable.material->base_color_texture;
+  if (slot.texture == nullptr || slot.texture->opaque()) return alpha;
+  const one_lane::LaneTexcoord<float> uv = one_lane::lane_texcoord(draw, s, slot.texcoord, slot.transform);
+  return alpha * slot.texture->sample(slot.sampler, {uv.u, uv.v}, 0.0f).w;
+}
+
 void AlphaTest::begin(const FrameGeometry& frame, const PosedDrawable& drawable) {
   frame_ = &frame;
   computed_ = drawable.procedure != nullptr;

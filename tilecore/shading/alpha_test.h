@@ -16,6 +16,8 @@ namespace tessera::tilecore {
 // Alpha of a point as the alpha test sees it: factor, texture filtered over the pixel at the location's time, vertex
 // colour. It evaluates the patch there.
 float point_alpha(const scene::FrameGeometry& frame, const SurfaceLocation& at);
+// The same with the finest level of the texture, whoever looks from wherever; procedures are filtered over the pixel.
+float finest_alpha(const scene::FrameGeometry& frame, const SurfaceLocation& at);
 
 // The alpha of points on one sub-patch after another, as shading.surface says: interpolated between the vertices of their
 // triangles, each of which is evaluated once for the sub-patch, or evaluated at the point. Keeps its scratch memory; one

@@ -44,7 +44,7 @@ struct DrawConstants {
   // What is behind surfaces that transmit, a pixel a texel; none: they show the environment.
   shaders::RadianceView behind;
   float behind_u = 0, behind_v = 0, behind_levels = 0;  // texture coordinates of a pixel; log2 of its width
-  // As `lights`: the maps of each; null: no light casts shadows.
+  // As `lights`: the maps of each, or its shares; null: no light casts shadows.
   const shaders::ShadowView* shadows = nullptr;
   bool shadow_keys = false;  // the camera moves: receivers that move are looked up where they are at both keys
 };

@@ -34,8 +34,9 @@ Vec3 towards_viewer(const FrameGeometry& frame, const Surface& surface, float t)
 // Shades the point between the vertices `corner` of `vertices`; without `vertices`, the procedure's own point. Lookups belong to
 // lane `lane`.
 ShadedPoint shade_procedure_point(const FrameGeometry& shutter, const Lighting& lighting, const Invocation& invocation,
-                                  const VertexOutputs* vertices, const std::array<std::int32_t, 3>& corner,
-                                  const LookupArrays& lookups, std::size_t lane) {
+                                  const shaders::ShadowView* shadows, const VertexOutputs* vertices,
+                                  const std::array<std::int32_t, 3>& corner, const LookupArrays& lookups,
+                                  std::size_t lane) {
   const auto [frame, at] = in_segment(shutter, invocation.at);
   Surface surface;
   if (vertices == nullptr) {
@@ -44,7 +45,7 @@ ShadedPoint shade_procedure_point(const FrameGeometry& shutter, const Lighting& 
     surface.drawable = &frame.drawable_of(at.patch);
     fill_procedure_triangle(frame, at, *vertices, corner, surface);
   }
-  return shade_procedure(frame, lighting, shutter.lights_at(invocation.light_time), at, surface,
+  return shade_procedure(frame, lighting, shadows, shutter.lights_at(invocation.light_time), at, surface,
                          towards_viewer(frame, surface, at.t), lookups, lane);
 }
 
@@ -89,7 +90,8 @@ void set_layers(const Material& material, const Mat4& to_world, const Lighting& 
 }
 
 DrawConstants lit_draw(const FrameGeometry& shutter, const FrameGeometry& segment, int lights_in,
-                       const scene::PosedDrawable& drawable, const Lighting& lighting, bool quads) {
+                       const scene::PosedDrawable& drawable, const Lighting& lighting,
+                       const shaders::ShadowView* shadows, bool quads) {
   DrawConstants draw = draw_constants(segment, drawable);
   draw.quads = quads;
   const FrameGeometry& lit = shutter.segment(lights_in);
@@ -97,11 +99,20 @@ DrawConstants lit_draw(const FrameGeometry& shutter, const FrameGeometry& segmen
   if (shutter.moving_lights) draw.lights.close = lit.lights[1];
   draw.surroundings = lighting.environment.surroundings();
   set_layers(*draw.material, drawable.to_world[0], lighting, draw);
-  if (lighting.shadows != nullptr && !draw.material->unlit) {
-    draw.shadows = lighting.shadows->of(segment);
+  if (shadows != nullptr && !draw.material->unlit) {
+    draw.shadows = shadows;
     draw.shadow_keys = has_receiver_keys(segment);
   }
   return draw;
+}
+
+// A view of each light's shares, which begin at shares(light).
+template <class Shares>
+std::vector<shaders::ShadowView> views_of_shares(const KnownShadows& known, const Shares& shares) {
+  std::vector<shaders::ShadowView> views(known.by_light.size());
+  for (std::size_t light = 0; light < views.size(); ++light)
+    if (!known.by_light[light].empty()) views[light].shares = shares(light);
+  return views;
 }
 
 // Whether a material's shader looks at an image of what lies all around.
@@ -182,11 +193,18 @@ ShadedPoint shade_point(const FrameGeometry& shutter, const Lighting& lighting, 
     outputs.begin(frame, drawable);
     corner = outputs.triangle(at.patch, at.triangle);
   }
+  std::vector<shaders::ShadowView> shares;
+  const shaders::ShadowView* shadows = lighting.shadows != nullptr ? lighting.shadows->of(frame) : nullptr;
+  if (lighting.known_shadows != nullptr) {
+    const KnownShadows& known = *lighting.known_shadows;
+    shares = views_of_shares(known, [&](std::size_t light) { return known.by_light[light].data(); });
+    shadows = shares.data();
+  }
   if (drawable.procedure != nullptr)
-    return shade_procedure_point(shutter, lighting, invocation, interpolates ? &outputs : nullptr, corner,
+    return shade_procedure_point(shutter, lighting, invocation, shadows, interpolates ? &outputs : nullptr, corner,
                                  LookupArrays(), 0);
   const int lights_in = light_segment(shutter, invocation.light_time);
-  DrawConstants draw = lit_draw(shutter, frame, lights_in, drawable, lighting, invocation.partner_x != 0);
+  DrawConstants draw = lit_draw(shutter, frame, lights_in, drawable, lighting, shadows, invocation.partner_x != 0);
   one_lane::LaneInputs<float> in = lane_inputs(frame, drawable, at);
   if (interpolates) {
     std::copy(corner.begin(), corner.end(), in.vertex);
@@ -308,6 +326,7 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
   timing::WarpItem item = keep_warps_ ? warp_item(frame, drawable, lighting, quads) : timing::WarpItem();
   item.texels = heights;  // of a lane
   if (interpolates) take_vertices(frame, drawable, invocations, order, textures != nullptr, warp_lanes);
+  const shaders::ShadowView* shadows = shadows_of(lighting, frame);
   if (drawable.procedure != nullptr) {
     LookupArrays lookups;
     if (textures != nullptr && looks_around(lighting, *drawable.material))
@@ -322,18 +341,19 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
         if (lookups.layout[slot] != nullptr)
           for (auto& lines : lines_[slot]) std::fill_n(lines.begin(), count, -1);
       forget_shadows(lookups, count);
+      if (lighting.known_shadows != nullptr) take_shares(*lighting.known_shadows, order.subspan(first, count));
       for (std::size_t lane = 0; lane < count; ++lane) {
         const std::uint32_t i = order[first + lane];
         const std::array<std::int32_t, 3> corner =
             interpolates ? corners_[first + lane] : std::array<std::int32_t, 3>{};
-        points[i] = shade_procedure_point(shutter, lighting, invocations[i], interpolates ? &vertex_outputs_ : nullptr,
-                                          corner, lookups, lane);
+        points[i] = shade_procedure_point(shutter, lighting, invocations[i], shadows,
+                                          interpolates ? &vertex_outputs_ : nullptr, corner, lookups, lane);
       }
     });
     return;
   }
 
-  DrawConstants draw = lit_draw(shutter, frame, lights_in, drawable, lighting, quads);
+  DrawConstants draw = lit_draw(shutter, frame, lights_in, drawable, lighting, shadows, quads);
   if (interpolates) vertex_outputs_.set_mesh(draw);
   LaneArrays in;
   for (std::size_t k = 0; k < 3; ++k) in.vertex[k] = vertex_[k].data();
@@ -368,6 +388,7 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
       for (auto& values : input_) values[lane] = values[count - 1];
     }
     forget_shadows(lookups, count);
+    if (lighting.known_shadows != nullptr) take_shares(*lighting.known_shadows, order.subspan(first, count));
     shade_draw(draw, in, count, lookups, out);
     for (std::size_t lane = 0; lane < count; ++lane) {
       ShadedPoint& point = points[order[first + lane]];
@@ -404,6 +425,25 @@ void PixelShader::take_vertices(const FrameGeometry& frame, const scene::PosedDr
 void PixelShader::tell(std::size_t slot, const TextureLayoutView& layout, LookupArrays& lookups) {
   lookups.layout[slot] = &layout;
   for (std::size_t line = 0; line < kLookupLines; ++line) lookups.line[slot][line] = lines_[slot][line].data();
+}
+
+const shaders::ShadowView* PixelShader::shadows_of(const Lighting& lighting, const FrameGeometry& segment) {
+  if (lighting.known_shadows == nullptr) return lighting.shadows != nullptr ? lighting.shadows->of(segment) : nullptr;
+  shares_.resize(lighting.known_shadows->by_light.size());
+  share_views_ =
+      views_of_shares(*lighting.known_shadows, [&](std::size_t light) { return shares_[light].data(); });
+  return share_views_.data();
+}
+
+void PixelShader::take_shares(const KnownShadows& known, std::span<const std::uint32_t> invocations) {
+  for (std::size_t light = 0; light < known.by_light.size(); ++light) {
+    const std::vector<float>& from = known.by_light[light];
+    if (from.empty()) continue;
+    std::array<float, kBatch>& to = shares_[light];
+    for (std::size_t lane = 0; lane < invocations.size(); ++lane) to[lane] = from[invocations[lane]];
+    std::fill(to.begin() + static_cast<std::ptrdiff_t>(invocations.size()),
+              to.begin() + static_cast<std::ptrdiff_t>(round_up(invocations.size(), std::size_t{16})), 1.0f);
+  }
 }
 
 void PixelShader::tell_shadows(const shaders::ShadowView* views, const FrameShadows& shadows,
@@ -448,7 +488,7 @@ LookupArrays PixelShader::lookups_of(const DrawConstants& draw, const Lighting& 
       tell(slot_of(ImageLookup::kBehind) + color, textures.memory()->layout(image), lookups);
   };
   if (draw.behind.levels > 0) tell_behind(draw.behind);
-  if (draw.shadows != nullptr) tell_shadows(draw.shadows, *lighting.shadows, textures, lookups);
+  if (draw.shadows != nullptr && lighting.shadows != nullptr) tell_shadows(draw.shadows, *lighting.shadows, textures, lookups);
   if (!looks_around(lighting, *draw.material)) return lookups;
   const shaders::RadianceView& around = draw.surroundings.image->radiance;
   tell(slot_of(ImageLookup::kMirrored), textures.memory()->layout(around), lookups);

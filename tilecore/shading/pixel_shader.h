@@ -19,13 +19,20 @@
 
 namespace tessera::tilecore {
 
+// The shares of the lights' rays that arrive at the invocations of a call of PixelShader::shade(), where they are known
+// without maps.
+struct KnownShadows {
+  std::vector<std::vector<float>> by_light;  // invocation by invocation; empty: the light casts no shadows
+};
+
 // Light of the whole frame.
 struct Lighting {
   shaders::Environment environment;
   // What is behind surfaces that transmit, a texel a pixel of the frame, and smaller levels; null: they show the
   // environment.
   const shaders::RadianceImage* behind = nullptr;
-  const FrameShadows* shadows = nullptr;  // null: no light casts any
+  const FrameShadows* shadows = nullptr;  // null: no light casts any, or they are known
+  const KnownShadows* known_shadows = nullptr;
 };
 
 struct ShadedPoint {
@@ -57,7 +64,7 @@ Vec4 look_up(const shaders::Texture& texture, const shaders::Sampler& sampler, V
 // The pixel shader unit: evaluates the surface, fetches the material's textures with derivatives from the surface (not
 // from neighbouring pixels) and runs the metallic-roughness or the unlit shader.
 //
-// This is one invocation alone, the scalar twin of PixelShader.
+// This is one invocation alone, the scalar twin of PixelShader; known shadows are those of one invocation.
 ShadedPoint shade_point(const scene::FrameGeometry& frame, const Lighting& lighting, const Invocation& invocation);
 
 // Many invocations, packed into warps: those of one draw (a drawable in one segment of its motion, under lights of one
@@ -117,12 +124,15 @@ class PixelShader {
   void take_vertices(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
                      std::span<const Invocation> invocations, std::span<const std::uint32_t> order, bool heights,
                      std::size_t warp_lanes);
-  // Where what lanes look up in a slot is told.
+  // The shadows of a draw: the frame's maps, or shares that take_shares() fills; null where no light casts any.
+  const shaders::ShadowView* shadows_of(const Lighting& lighting, const scene::FrameGeometry& segment);
+  void take_shares(const KnownShadows& known, std::span<const std::uint32_t> invocations);
   // Where what lanes look up of shadows is told; `views`: by light. Lanes that a light does not reach tell nothing, so that
   // lanes forget what those before told.
   void tell_shadows(const shaders::ShadowView* views, const FrameShadows& shadows, const TextureUnit& textures,
                     LookupArrays& lookups);
   static void forget_shadows(const LookupArrays& lookups, std::size_t count);
+  // Where what lanes look up in a slot is told.
   void tell(std::size_t slot, const TextureLayoutView& layout, LookupArrays& lookups);
   // Those that shade_procedure() reads.
   void tell_procedure_textures(const scene::Material& material, const TextureUnit& textures, LookupArrays& lookups);
@@ -149,6 +159,9 @@ class PixelShader {
   std::array<std::array<std::array<std::int32_t, kBatch>, kLookupLines>, kLookupSlots> lines_;
   std::vector<std::array<std::array<std::int32_t, kBatch>, kShadowLines>> shadow_lines_;  // by light
   std::vector<ShadowLookups> shadow_lookups_;
+  // By light: known shares of a batch's lanes, and views of them.
+  std::vector<std::array<float, kBatch>> shares_;
+  std::vector<shaders::ShadowView> share_views_;
   std::uint64_t warps_ = 0;
   SurfaceWork surface_work_;
   bool keep_warps_ = false;

@@ -175,8 +175,9 @@ struct ShaderScene : TestFrame {
   void cast_shadows(std::uint32_t seed, shaders::ShadowFilter filter) {
     Random random(seed);
     shadow_settings.filter = filter;
+    frame->request.shadow_casters = scene::ShadowCasters::kAll;
     shadow_settings.size = 24, shadow_settings.cascades = 2;
-    const std::vector<scene::ShadowLight> lights = scene::shadow_lights(*frame, shadow_settings, true);
+    const std::vector<scene::ShadowLight> lights = scene::shadow_lights(*frame, shadow_settings);
     light_views = scene::light_views(*frame, lights, shadow_settings);
     maps.reserve(lights.size());
     std::vector<FrameShadows::Caster> casters;
