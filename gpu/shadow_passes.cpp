@@ -32,6 +32,24 @@ int max_layers(const Capture& capture, const scene::ShadowRequest& request) {
   return scene::needs_cube(light) || cone_is_animated(capture, request.light) ? 6 : 1;
 }
 
+// A scene at a time of the shutter that maps show.
+struct Moment {
+  double time;
+  std::unique_ptr<scene::FrameGeometry> posed;  // null: the frame's own
+  const scene::FrameGeometry* scene;
+};
+
+std::vector<Moment> moments_of(const scene::FrameGeometry& frame, const scene::ShadowSettings& settings) {
+  std::vector<Moment> moments;
+  for (const double time : shadow_times(frame, settings)) {
+    auto posed = scene::pose_moment(frame, time);
+    const scene::FrameGeometry* scene = posed.get();
+    moments.push_back({time, std::move(posed), scene});
+  }
+  if (moments.empty()) moments.push_back({0, nullptr, &frame});
+  return moments;
+}
+
 // The machine and settings of a job, without everything that colours take.
 tilecore::TileJob depth_job(const tilecore::TileJob& view) {
   tilecore::TileJob job;
@@ -53,8 +71,9 @@ ShadowPasses::ShadowPasses(const scene::Assembly& assembly, const frontend::Pyra
     const auto request = scene::shadow_request(capture, capture.nodes[n].light, settings.effects.shadows);
     if (!request) continue;
     requests.push_back(scene::sized_request(capture, *request, settings.shadows));
-    const auto layers = static_cast<std::size_t>(max_layers(capture, requests.back()));
-    slots_.push_back({static_cast<int>(n), std::vector<Slot::Layer>(layers)});
+    const int layers = max_layers(capture, requests.back());
+    slots_.push_back({static_cast<int>(n), layers,
+                      std::vector<Slot::Layer>(static_cast<std::size_t>(layers * settings.shadows.times))});
   }
   if (slots_.size() > scene::ShadowRequest::kMaxLights)
     throw LimitError(fmt::format("{} lights cast shadows; {} may", slots_.size(), scene::ShadowRequest::kMaxLights));
@@ -78,46 +97,59 @@ void ShadowPasses::render(const tilecore::TileJob& view_job, WorkRecorder& recor
   const scene::FrameGeometry& frame = *view_job.frame;
   const StageTimer timer(result, "shadows");
   const std::vector<scene::ShadowLight> lights = shadow_lights(frame, settings_.shadows);
-  views_ = light_views(frame, lights, settings_.shadows);
-  const tilecore::SamplePattern pattern({.samples_per_pixel = 1});
+  const std::vector<Moment> moments = moments_of(frame, settings_.shadows);
+  views_.clear();
+  for (const Moment& moment : moments) views_.push_back(light_views(*moment.scene, lights, settings_.shadows));
   std::vector<tilecore::FrameShadows::Caster> casters;
   binner::TileIndex first_tile = view_job.grid->tile_count();
   Crc64 signature;
   for (std::size_t k = 0; k < lights.size(); ++k) {
     const int node = frame.light_nodes[lights[k].light];
     const auto slot = static_cast<std::size_t>(std::ranges::find(slots_, node, &Slot::node) - slots_.begin());
-    for (const scene::LightView& view : views_[k]) {
-      const std::unique_ptr<scene::FrameGeometry> posed = pose_for_light(frame, view, settings_.shadows);
-      const binner::TileGrid grid(view.size, view.size, gpu_.tile.width, gpu_.tile.height);
-      maps_[slot].begin(view.layer, static_cast<double>(view.camera.camera.near),
-                        static_cast<double>(view.camera.camera.far));
-      tilecore::TileJob depths = depth_job(view_job);
-      depths.frame = posed.get(), depths.grid = &grid, depths.pattern = &pattern;
-      depths.depths = &maps_[slot], depths.depth_layer = view.layer;
-      slot_of_.push_back(slot);
-      FrameResult& pass = results_.emplace_back(number, tilecore::FrameTargets(IntRect{0, 0, 0, 0}, false));
-      const std::string name = fmt::format("shadow {}.{}", slot, view.layer);
-      ViewRun run{gpu_, depths, recorder, pass, nullptr, progress};
-      run.pass = name;
-      Slot::Layer& layer = slots_[slot].layers[static_cast<std::size_t>(view.layer)];
-      if (gpu_.tile.rendering_elimination) {
-        layer.inputs.begin(layer.kept && *layer.kept == number - 1);
-        layer.kept.reset();  // a frame that is not finished leaves nothing
-        run.inputs = &layer.inputs;
+    for (std::size_t m = 0; m < moments.size(); ++m) {
+      const int first_layer = static_cast<int>(m) * slots_[slot].layers_at_once;
+      for (const scene::LightView& view : views_[m][k]) {
+        const Target target{slot, first_layer + view.layer, first_tile};
+        render_map(view_job, *moments[m].scene, view, target, recorder, progress, number);
+        first_tile += binner::TileGrid(view.size, view.size, gpu_.tile.width, gpu_.tile.height).tile_count();
+        if (!gpu_.tile.rendering_elimination) continue;
+        Slot::Layer& layer = slots_[slot].layers[static_cast<std::size_t>(target.layer)];
+        layer.kept = number;
+        // Maps whose lists were not whole may hold anything.
+        signature.add_value(layer.inputs.of_all_tiles().value_or(hash32(static_cast<std::uint32_t>(number), 0)));
       }
-      run.first_tile = first_tile;
-      run.waits = false;
-      first_tile += grid.tile_count();
-      pipeline_.render(run, {});
-      if (!gpu_.tile.rendering_elimination) continue;
-      layer.kept = number;
-      // Maps whose lists were not whole may hold anything.
-      signature.add_value(layer.inputs.of_all_tiles().value_or(hash32(static_cast<std::uint32_t>(number), 0)));
+      casters.push_back({lights[k].light, views_[m][k], &maps_[slot], first_layer, moments[m].time});
     }
-    casters.push_back({lights[k].light, views_[k], &maps_[slot]});
   }
   signature_ = signature.value();
   if (!casters.empty()) shadows_.emplace(frame, casters, settings_.shadows);
+}
+
+void ShadowPasses::render_map(const tilecore::TileJob& view_job, const scene::FrameGeometry& moment,
+                              const scene::LightView& view, const Target& target, WorkRecorder& recorder,
+                              WorkProgress* progress, int number) {
+  const std::unique_ptr<scene::FrameGeometry> posed = pose_for_light(moment, view, settings_.shadows);
+  const binner::TileGrid grid(view.size, view.size, gpu_.tile.width, gpu_.tile.height);
+  const tilecore::SamplePattern pattern({.samples_per_pixel = 1});
+  tilecore::DepthMaps& maps = maps_[target.slot];
+  maps.begin(target.layer, static_cast<double>(view.camera.camera.near), static_cast<double>(view.camera.camera.far));
+  tilecore::TileJob depths = depth_job(view_job);
+  depths.frame = posed.get(), depths.grid = &grid, depths.pattern = &pattern;
+  depths.depths = &maps, depths.depth_layer = target.layer;
+  slot_of_.push_back(target.slot);
+  FrameResult& pass = results_.emplace_back(number, tilecore::FrameTargets(IntRect{0, 0, 0, 0}, false));
+  const std::string name = fmt::format("shadow {}.{}", target.slot, target.layer);
+  ViewRun run{gpu_, depths, recorder, pass, nullptr, progress};
+  run.pass = name;
+  Slot::Layer& layer = slots_[target.slot].layers[static_cast<std::size_t>(target.layer)];
+  if (gpu_.tile.rendering_elimination) {
+    layer.inputs.begin(layer.kept && *layer.kept == number - 1);
+    layer.kept.reset();  // a frame that is not finished leaves nothing
+    run.inputs = &layer.inputs;
+  }
+  run.first_tile = target.first_tile;
+  run.waits = false;
+  pipeline_.render(run, {});
 }
 
 std::vector<const tilecore::DepthMaps*> ShadowPasses::stored() const {

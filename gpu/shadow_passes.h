@@ -46,14 +46,23 @@ class ShadowPasses {
       InputSignatures inputs{};
       std::optional<int> kept{};  // the frame whose depths it holds
     };
-    std::vector<Layer> layers;
+    int layers_at_once;         // maps of one time
+    std::vector<Layer> layers;  // time by time
   };
+  // Where a map is drawn.
+  struct Target {
+    std::size_t slot;
+    int layer;
+    binner::TileIndex first_tile;
+  };
+  void render_map(const tilecore::TileJob& view, const scene::FrameGeometry& moment, const scene::LightView& light,
+                  const Target& target, WorkRecorder& recorder, WorkProgress* progress, int number);
   const GpuConfiguration& gpu_;
   const RunSettings& settings_;
   Pipeline pipeline_;
   std::vector<Slot> slots_;
   std::vector<tilecore::DepthMaps> maps_;  // as slots_
-  std::vector<std::vector<scene::LightView>> views_;
+  std::vector<std::vector<std::vector<scene::LightView>>> views_;  // by time and light
   std::optional<tilecore::FrameShadows> shadows_;
   std::vector<FrameResult> results_;
   std::vector<std::size_t> slot_of_;  // as results_

@@ -14,6 +14,7 @@
 #include "scene/motion_segments.h"
 #include "scene/patch_displacement.h"
 #include "scene/procedure_patch.h"
+#include "scene/view_grids.h"
 #include "scene/wires.h"
 
 namespace tessera::scene {
@@ -300,15 +301,6 @@ void tessellate(FrameGeometry& frame, const FrameGeometry* before) {
   });
 }
 
-// Gives a view of a scene the patterns that the scene has. Procedures that the scene samples have none to give.
-void keep_grids(const FrameGeometry& scene, FrameGeometry& view) {
-  parallel_for(scene.patterns.size(), [&](std::size_t g) {
-    if (scene.request.sample_procedures && scene.drawable_of(scene.assembly->grid_patches[g]).procedure != nullptr) return;
-    view.patterns[g] = scene.patterns[g];
-    view.displacement_lod[g] = scene.displacement_lod[g];
-  });
-}
-
 void place_all_lights(FrameGeometry& frame) {
   for (std::size_t key = 0; key < 2; ++key)
     frame.lights[key] = place_lights(*frame.assembly->capture, frame.poses, key,
@@ -470,6 +462,27 @@ CellRange patch_cells(const FrameGeometry& frame, std::uint32_t patch) {
   if (has_grid(drawable)) return {0, 0, frame.pattern_of(patch).nu, frame.pattern_of(patch).nv};
   const Cluster& cluster = frame.assembly->clusters[drawable.geometry].clusters[patch - drawable.first_patch];
   return {0, 0, static_cast<std::uint8_t>(cluster.cell_count), 1};
+}
+
+std::unique_ptr<FrameGeometry> pose_moment(const FrameGeometry& frame, double time) {
+  FrameRequest request = frame.request;
+  request.state_time = request.state();
+  request.open_time = request.close_time = time_of(frame.request, time);
+  request.motion_segments = 1;
+  std::unique_ptr<FrameGeometry> moment = new_frame(*frame.assembly, request);
+  moment->poses[0] = pose_at(*frame.assembly->capture, request.open_time);
+  moment->poses[0].visible = frame.poses[0].visible;
+  moment->poses[1] = moment->poses[0];
+  moment->views = {frame.views[0], frame.views[0]};
+  moment->projections = {frame.projections[0], frame.projections[0]};
+  moment->projection = frame.projections[0];
+  moment->materials = frame.materials;
+  moment->procedures = pose_procedures(*frame.assembly->capture, request.open_time, request.open_time);
+  place_all_lights(*moment);
+  pose_drawables(*moment, materials_of(*moment), nullptr);
+  moment->patterns = frame.patterns;
+  moment->displacement_lod = frame.displacement_lod;
+  return moment;
 }
 
 std::unique_ptr<FrameGeometry> pose_view(const FrameGeometry& scene, SceneView view) {

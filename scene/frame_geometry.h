@@ -167,6 +167,10 @@ struct FrameGeometry {
 // All cells of a base patch: the grid of a Bezier patch, the list of a cluster.
 CellRange patch_cells(const FrameGeometry& frame, std::uint32_t patch);
 
+// A frame's scene as it stands at one time of its shutter, 0 to 1: seen as at shutter open, with the grids of the frame,
+// without motion. Runs on all threads.
+std::unique_ptr<FrameGeometry> pose_moment(const FrameGeometry& frame, double time);
+
 // Another view of a posed scene.
 struct SceneView {
   CameraChoice camera;
@@ -174,7 +178,7 @@ struct SceneView {
   std::vector<Material> materials;  // as Assembly::materials
   bool same_grids = false;          // patches keep the patterns of the scene
 };
-// The scene of a frame as it stands at shutter open, without lights, seen otherwise. It refers to vertices of `scene`, which
+// The scene of a frame as it stands at shutter open, without lights, in another view. It refers to vertices of `scene`, which
 // must outlive it. Runs on all threads.
 std::unique_ptr<FrameGeometry> pose_view(const FrameGeometry& scene, SceneView view);
 

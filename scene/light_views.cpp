@@ -330,6 +330,16 @@ std::vector<ShadowLight> shadow_lights(const FrameGeometry& frame, const ShadowS
   return lights;
 }
 
+std::vector<double> shadow_times(const FrameGeometry& frame, const ShadowSettings& settings) {
+  const auto moves = [](const PosedDrawable& d) {
+    return d.visible && (d.deforming || d.curved || d.to_world[0] != d.to_world[1]);
+  };
+  std::vector<double> times;
+  if (!frame.moving_lights && std::ranges::none_of(frame.drawables, moves)) return times;
+  for (int k = 0; k < settings.times; ++k) times.push_back((k + 0.5) / settings.times);
+  return times;
+}
+
 std::vector<std::vector<LightView>> light_views(const FrameGeometry& frame, std::span<const ShadowLight> lights,
                                                 const ShadowSettings& settings) {
   if (lights.empty()) return {};

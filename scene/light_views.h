@@ -54,6 +54,10 @@ std::unique_ptr<FrameGeometry> pose_for_light(const FrameGeometry& frame, const 
 // precision: world space, where far places are coarse, is never passed.
 DMat4 raster_to_light(const FrameGeometry& frame, std::size_t key, const LightView& view);
 
+// The times of a frame's shutter of which lights have maps: in the middle of equal parts of it. Empty where nothing moves
+// in the world but the camera: one map shows all times.
+std::vector<double> shadow_times(const FrameGeometry& frame, const ShadowSettings& settings);
+
 // A pixel's raster projection as a map has it.
 Projection light_projection(const LightView& view);
 

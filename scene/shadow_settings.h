@@ -40,7 +40,8 @@ struct ShadowSettings {
   ShadowFit fit = ShadowFit::kSphere;
   CasterFaces faces = CasterFaces::kBoth;
   BlendedCasters blended = BlendedCasters::kNothing;
-  CasterGrids grids = CasterGrids::kLight;
+  CasterGrids grids = CasterGrids::kCamera;
+  int times = 1;              // maps of each light over a shutter in which anything moves
   double bias = 1.0;          // factor on the bias that follows from the receiver's slope and the depths' precision
   double offset = 0.0;        // scene units that are added to the bias
   double max_slope = 1000.0;  // of a receiver's plane, depth over width, as the bias takes it

@@ -22,7 +22,7 @@ struct ShadowLayer {
   float bias = 0;  // depth, beside what slopes add
 };
 
-// The maps of a light, layer by layer in squares of `size` rows and columns: the depth of what is nearest to the light at
+// The maps of a light at one time of the shutter, layer by layer in squares of `size` rows and columns: the depth of what is nearest to the light at
 // the middle of a texel, infinity where nothing is.
 struct ShadowView {
   const float* texels = nullptr;
@@ -30,6 +30,11 @@ struct ShadowView {
   // light casts no shadows.
   const float* shares = nullptr;
   int size = 0, layers = 0;
+  int times = 1;        // of the light's views, which are one after the other
+  int first_layer = 0;  // before these, of the light's maps
+  // Where receivers that move are looked up: 0 to 1 between the keys of their motion, or beyond where they move by a part of
+  // the shutter that the maps are not of.
+  float t = 0;
   bool perspective = false;
   ShadowFilter filter = ShadowFilter::k2x2;
   float slope_bias = 0;  // share of the receiver's slope, depth per texel along both axes together

@@ -184,6 +184,7 @@ std::vector<std::string> Comparison::why(std::size_t run) const {
   const bool path = !figures[0].of(Section::kPath).empty() && !figures[run].of(Section::kPath).empty();
   if (path) add("on the critical path, cycles: ", largest_changes(*this, run, Section::kPath, least, signed_count));
   if (!path) add("busy cycles of units: ", largest_changes(*this, run, Section::kUnits, least, signed_count));
+  add("cycles by pass: ", largest_changes(*this, run, Section::kPasses, least, signed_count));
   add("bytes: ", largest_changes(*this, run, Section::kPurposes,
                                  0.001 * value_or_0(figures[0], Section::kSummary, kTrafficRow), signed_bytes));
   add("cycles by drawable: ", largest_changes(*this, run, Section::kDrawables, least, signed_count));

@@ -16,8 +16,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr Section kSections[] = {Section::kSummary, Section::kPath,      Section::kUnits,     Section::kPurposes,
-                                 Section::kEnergy,  Section::kDrawables, Section::kMaterials, Section::kCounters};
+constexpr Section kSections[] = {Section::kSummary,  Section::kPath,      Section::kPasses,
+                                 Section::kUnits,    Section::kPurposes,  Section::kEnergy,
+                                 Section::kDrawables, Section::kMaterials, Section::kCounters};
 
 std::string lower(std::string text) {
   for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));

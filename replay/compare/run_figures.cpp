@@ -65,6 +65,10 @@ void add_timing(const json* timing, double share, double clock_mhz, RunFigures& 
   const double cycles = share * number(member(timing, "cycles"));
   summary[kCyclesRow] += cycles;
   if (clock_mhz > 0) summary[kTimeRow] += cycles / clock_mhz * 1e-3;
+  if (const json* passes = member(timing, "passes"); passes != nullptr && passes->is_array() && passes->size() > 1)
+    for (const json& pass : *passes)
+      out.of(Section::kPasses)[text(member(&pass, "name"))] +=
+          share * (number(member(&pass, "end_cycles")) - number(member(&pass, "begin_cycles")));
   add_numbers(member(timing, "units"), "busy_cycles", share, out.of(Section::kUnits));
   add_numbers(member(member(timing, "events"), "critical_path"), nullptr, share, out.of(Section::kPath));
 }
@@ -187,6 +191,7 @@ const SectionInfo& info(Section section) {
   static constexpr std::array<SectionInfo, kSectionCount> kInfos = {
       {{"summary", "a frame", ""},
        {"path", "cycles of the critical path", "cycles"},
+       {"passes", "cycles from begin to end of passes", "cycles"},
        {"units", "busy cycles of units", "cycles"},
        {"purposes", "bytes over the memory interface by unit and purpose", "bytes"},
        {"energy", "energy by unit, mJ", "mJ"},

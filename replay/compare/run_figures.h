@@ -28,8 +28,8 @@ RunStatistics read_run(const std::filesystem::path& file_or_folder);
 std::vector<int> common_frames(const std::vector<RunStatistics>& runs);
 
 // Sections of figures that a comparison shows, in order. All but counters are means over the frames.
-enum class Section { kSummary, kPath, kUnits, kPurposes, kEnergy, kDrawables, kMaterials, kCounters };
-inline constexpr std::size_t kSectionCount = 8;
+enum class Section { kSummary, kPath, kPasses, kUnits, kPurposes, kEnergy, kDrawables, kMaterials, kCounters };
+inline constexpr std::size_t kSectionCount = 9;
 struct SectionInfo {
   const char *name, *title, *unit;
 };

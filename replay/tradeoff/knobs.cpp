@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/key_table.h"
+#include "scene/light_views.h"
 
 namespace tessera::replay {
 namespace {
@@ -171,6 +172,29 @@ std::vector<Knob> shading_knobs() {
                values_of("tilecore.weight_bits", {8, 10, 12, 16, 24}, " bits"), "16 bits")};
 }
 
+// Of maps of lights.
+std::vector<Knob> shadow_knobs() {
+  const auto maps = [](const char* name, const char* title, const std::string& key, std::initializer_list<json> values) {
+    std::vector<KnobSetting> settings = {{"as the capture says", {{key, 0}}}};
+    for (KnobSetting& setting : values_of(key, values)) settings.push_back(std::move(setting));
+    return watching(knob(name, title, std::move(settings), "as the capture says", KnobNeed::kShadows),
+                    "shadows.texels_stored", "texels of maps");
+  };
+  return {
+      maps("shadow_size", "texels along the sides of maps", "shadows.size", {256, 512, 1024, 2048, 4096}),
+      maps("shadow_cascades", "maps of a directional light", "shadows.cascades", {1, 2, 3, 4, 6}),
+      knob("shadow_filter", "filter of shadows", values_of("shadows.filter", {"nearest", "2x2", "3x3"}), "2x2",
+           KnobNeed::kShadows),
+      watching(knob("shadow_times", "times of maps", values_of("shadows.times", {1, 2, 4, 8, 16}), "1",
+                    KnobNeed::kMovingShadows),
+               "shadows.texels_stored", "texels of maps"),
+      knob("shadow_grids", "grids in maps", values_of("shadows.grids", {"light", "camera"}), "camera",
+           KnobNeed::kShadows),
+      knob("shadow_format", "format of maps", values_of("shadows.format", {"d16", "d24", "d32f"}), "d32f",
+           KnobNeed::kShadows),
+  };
+}
+
 std::vector<Knob> texture_knobs() {
   return {watching(knob("texture_format", "blocks of textures",
                         values_of("texture.format", {"stored", "etc2", "astc-4x4", "astc-5x5", "astc-6x6", "astc-8x8",
@@ -290,7 +314,7 @@ bool has_texture(const scene::Material& m) {
 const std::vector<Knob>& knobs() {
   static const std::vector<Knob> kKnobs = [] {
     std::vector<Knob> all;
-    for (auto make : {sampling_knobs, geometry_knobs, packing_knobs, procedure_knobs, shading_knobs, texture_knobs,
+    for (auto make : {sampling_knobs, geometry_knobs, packing_knobs, procedure_knobs, shading_knobs, shadow_knobs, texture_knobs,
                       frame_buffer_knobs, resolve_knobs, timing_knobs})
       for (Knob& k : make()) all.push_back(std::move(k));
     return all;
@@ -315,6 +339,7 @@ std::string why_without_effect(const Knob& knob, const scene::FrameGeometry& fra
   const auto displaces = [](const scene::PosedDrawable& d) {
     return d.material->displacement.has_value() && d.drawable->kind == scene::Primitive::Kind::kBezierPatches;
   };
+  const bool casts = std::ranges::count(frame.light_casts, true) > 0;
   switch (knob.need) {
     case KnobNeed::kMotion:
       if (!frame.any_motion) return "nothing moves while the shutter is open";
@@ -340,6 +365,13 @@ std::string why_without_effect(const Knob& knob, const scene::FrameGeometry& fra
     case KnobNeed::kMeshes:
       if (!any_drawable(frame, [](const scene::PosedDrawable& d) { return d.procedure == nullptr; }))
         return "the capture has no meshes";
+      break;
+    case KnobNeed::kShadows:
+      if (!casts) return "no light casts shadows";
+      break;
+    case KnobNeed::kMovingShadows:
+      if (!casts) return "no light casts shadows";
+      if (scene::shadow_times(frame, {}).empty()) return "nothing but the camera moves while the shutter is open";
       break;
     case KnobNeed::kNothing:
       break;

@@ -27,7 +27,18 @@ struct KnobSetting {
 };
 
 // What a capture must have for a knob to change anything.
-enum class KnobNeed { kNothing, kMotion, kCurves, kDisplacement, kGrids, kProcedures, kTextures, kMeshes };
+enum class KnobNeed {
+  kNothing,
+  kMotion,
+  kCurves,
+  kDisplacement,
+  kGrids,
+  kProcedures,
+  kTextures,
+  kMeshes,
+  kShadows,
+  kMovingShadows
+};
 
 // Something of the emulated machine that buys accuracy and costs something.
 struct Knob {

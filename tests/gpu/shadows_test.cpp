@@ -176,6 +176,93 @@ TEST(Shadows, ASlopeThatIsCutOffBelowThePlanesIsNotLit) {
             kSide * kSide / 20);
 }
 
+// ---- Motion and grids -------------------------------------------------------------------------------------------
+
+void open_shutter(Capture& capture) {
+  capture.settings.frame_rate = 1;
+  capture.settings.shutter_close = 1;
+}
+
+int darker_than(const std::vector<double>& shares, double limit) {
+  return static_cast<int>(std::ranges::count_if(shares, [&](double share) { return share > 0 && share < limit; }));
+}
+
+// Receivers that move are looked up where they are at the time of the map.
+TEST(Shadows, AReceiverThatMovesDoesNotShadeItself) {
+  for (const char* times : {"shadows.times=1", "shadows.times=3"}) {
+    Floor scene({0, 2, 0}, 0.75);
+    test::add_motion(scene.capture, 0, {0, -3, 0});
+    test::add_motion(scene.capture, scene.card, {0.5, -3, 0});
+    add_light(scene.capture, {}, {0, 0, 0}, {1, -0.3, 0});
+    open_shutter(scene.capture);
+    scene.capture.nodes[static_cast<std::size_t>(scene.card)].transform.translation.x = -40;
+    EXPECT_EQ(darker_than(lit_shares(scene.capture, {times}), 0.999), 0) << times;
+    EXPECT_GT(darker_than(lit_shares(scene.capture, {times, "shadows.bias=0", "shadows.filter=nearest"}), 0.999), 300);
+  }
+}
+
+// A ball of patches, which is convex, turns under a sun.
+TEST(Shadows, ABallDoesNotShadeItselfWhereGridsAreTheCameras) {
+  for (const bool turns : {false, true}) {
+    Floor scene({-40, 2, 0}, 0.75);
+    scene::Material material = white();
+    material.double_sided = false;
+    const int ball =
+        test::add_node(scene.capture, test::closed_patches(test::add_material(scene.capture, material)), {0, 3, 0});
+    if (turns) test::add_turn(scene.capture, ball, {0.3f, 1, 0.2f}, 1.5f);
+    scene.capture.nodes[static_cast<std::size_t>(ball)].transform.scale = DVec3(3.0);
+    add_light(scene.capture, {}, {0, 0, 0}, {1, -1, 0});
+    open_shutter(scene.capture);
+    // On the half of the image where the ball's sides face the sun.
+    const auto wrong = [&](const std::vector<std::string>& keys) {
+      const std::vector<double> shares = lit_shares(scene.capture, keys);
+      int count = 0;
+      for (int y = 0; y < kSide; ++y)
+        for (int x = 0; x < kSide / 2; ++x)
+          if (std::hypot(x - kSide / 2 + 10, y - kSide / 2) < 20 && shares[static_cast<std::size_t>(y * kSide + x)] < 0.999)
+            ++count;
+      return count;
+    };
+    // Cells are far larger in the image than in the map.
+    const std::string coarse = "tessellation.target_edge_pixels=12", fine = "shadows.size=1024";
+    EXPECT_EQ(wrong({coarse, fine}), 0) << turns;
+    EXPECT_GT(wrong({coarse, fine, "shadows.grids=light"}), 10) << turns;
+  }
+}
+
+// Known answer: the share of the shutter in which a card that moves is in the way.
+TEST(Shadows, AMovingCastersShadowIsTheMeanOverTheShutter) {
+  const auto worst = [](const char* times) {
+    Floor scene({-3, 2, 0}, 0.75);
+    test::add_motion(scene.capture, scene.card, {2, 0, 0});
+    add_light(scene.capture, {}, {0, 0, 0}, {1, -1, 0});
+    open_shutter(scene.capture);
+    const std::vector<double> shares = lit_shares(scene.capture, {times});
+    double off = 0;
+    for (int x = 0; x < kSide; ++x) {
+      const double place = (x + 0.5 - kSide / 2) * 2 * kHalf / kSide,
+                   from = std::clamp((place - 0.75 + 1) / 2, 0.0, 1.0), to = std::clamp((place + 0.75 + 1) / 2, 0.0, 1.0);
+      // The card itself is seen left of its shadow.
+      if (place > -0.2) off = std::max(off, std::abs(shares[static_cast<std::size_t>(kSide / 2 * kSide + x)] - (1 - (to - from))));
+    }
+    return off;
+  };
+  EXPECT_LT(worst("shadows.times=16"), 0.07);
+  EXPECT_GT(worst("shadows.times=1"), 0.3);
+}
+
+TEST(Shadows, EveryTimeHasItsPasses) {
+  Floor scene;
+  add_light(scene.capture, {}, {0, 0, 0}, {1, -1, 0});
+  open_shutter(scene.capture);
+  const auto passes = [&] { return frame_of(scene.capture, {"shadows.times=4"}).passes.size(); };
+  EXPECT_EQ(passes(), 2u) << "nothing moves: one map shows all times";
+  test::add_motion(scene.capture, scene.camera, {0.5, 0, 0});
+  EXPECT_EQ(passes(), 2u) << "the camera alone moves";
+  test::add_motion(scene.capture, scene.card, {0.5, 0, 0});
+  EXPECT_EQ(passes(), 5u);
+}
+
 TEST(Shadows, AMapStoresItsTexelsAndClearedTilesAreAFlag) {
   Floor floor;
   add_light(floor.capture, {}, {0, 0, 0}, {0, -1, 0.001});

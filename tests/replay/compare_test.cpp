@@ -85,6 +85,21 @@ TEST_F(Compare, CyclesOfTheCriticalPathExplainWhereBothHaveThem) {
   EXPECT_EQ(compared({run("a", first), run("b", second)})["why"]["b"][2], "on the critical path, cycles: latency +400");
 }
 
+TEST_F(Compare, PassesAreComparedByName) {
+  const auto passes = [](int shadow, int main) {
+    json root = statistics({1000});
+    root["frames"][0]["timing"]["passes"] = {{{"name", "shadow 0.0"}, {"begin_cycles", 0}, {"end_cycles", shadow}},
+                                             {{"name", "main"}, {"begin_cycles", shadow}, {"end_cycles", shadow + main}}};
+    return root;
+  };
+  const json report = compared({run("a", passes(200, 800)), run("b", passes(500, 810))});
+  EXPECT_EQ(row(report["passes"], "shadow 0.0"), json({{"name", "shadow 0.0"}, {"a", 200}, {"b", 500}}));
+  EXPECT_EQ(row(report["passes"], "main")["b"], 810);
+  EXPECT_THAT(report["why"]["b"].dump(), HasSubstr("cycles by pass: shadow 0.0 +300, main +10"));
+  // One pass is the frame.
+  EXPECT_TRUE(compared({run("c", statistics({1000})), run("d", statistics({1200}))})["passes"].empty());
+}
+
 TEST_F(Compare, FiguresAreMeansOverTheFramesThatAllHave) {
   const std::string a = run("a", statistics({1000, 1200, 9000})), b = run("b", statistics({2000, 2200}));
   const json report = compared({a, b});

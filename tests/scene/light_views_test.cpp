@@ -165,5 +165,61 @@ TEST(LightViews, ThePoseOfALightIsThatOfShutterOpen) {
   EXPECT_FLOAT_EQ(posed->drawables[0].positions[1][0].z, 0.5f);
 }
 
+// A moment of a shutter is the scene at that time.
+TEST(LightViews, AMomentOfAShutterIsTheSceneAtThatTime) {
+  Capture capture;
+  const int node = made::add_node(capture, made::closed_patches(made::add_material(capture)));
+  test::add_motion(capture, node, {4, 0, 0});
+  made::add_camera(capture, {0, 0, 9});
+  const Assembly assembly = assemble(capture);
+  FrameRequest request;
+  request.open_time = 0.25, request.close_time = 0.75;
+  const auto frame = pose_frame(assembly, choose_camera(capture, 64, 64), request);
+  const auto moment = pose_moment(*frame, 0.75);
+  EXPECT_FALSE(moment->any_motion);
+  EXPECT_FLOAT_EQ(moment->drawables[0].to_world[1][3][0], 4 * (0.25f + 0.75f * 0.5f));
+  EXPECT_EQ(moment->patterns.size(), frame->patterns.size());
+  EXPECT_EQ(shadow_times(*frame, {.times = 2}), (std::vector<double>{0.25, 0.75}));
+  EXPECT_TRUE(shadow_times(*moment, {.times = 2}).empty());
+}
+
+// Patches that meet have the same vertices on their edge, those that the camera sees have its grids, and others have no more
+// cells than they need.
+TEST(LightViews, GridsOfTheCameraFitTogetherAndCostNothingOutsideOfTheImage) {
+  test::Random random(11);
+  int kept = 0, changed = 0, finer = 0;
+  for (int round = 0; round < 40; ++round) {
+    Capture capture;
+    made::add_node(capture, made::closed_patches(made::add_material(capture)));
+    capture.nodes[0].transform.scale = DVec3(3.0);
+    made::add_light(capture, {}, DVec3(random.in_box(9)), DVec3(random.in_box(1)), {.size = 256});
+    const int camera = made::add_camera(capture, DVec3(random.in_box(6)));
+    capture.nodes[static_cast<std::size_t>(camera)].transform.rotation = made::looking(DVec3(random.in_box(1)));
+    const Assembly assembly = assemble(capture);
+    const auto frame = pose(assembly);
+    const auto views = light_views(*frame, shadow_lights(*frame, {}), {}).front();
+    const auto posed = pose_for_light(*frame, views.front(), {}),
+               own = pose_for_light(*frame, views.front(), {.grids = CasterGrids::kLight});
+    for (std::uint32_t patch = 0; patch < frame->patterns.size(); ++patch) {
+      const TessellationPattern &pattern = posed->patterns[patch], &seen = frame->patterns[patch];
+      ASSERT_LE(std::max(pattern.edge[0], pattern.edge[1]), pattern.nu);
+      ASSERT_LE(std::max(pattern.edge[2], pattern.edge[3]), pattern.nv);
+      ASSERT_LE(pattern.nu, seen.nu);
+      const bool same = pattern.nu == seen.nu && pattern.nv == seen.nv && pattern.edge == seen.edge;
+      (same ? kept : changed) += 1;
+      finer += own->patterns[patch].nu > pattern.nu ? 1 : 0;
+      for (std::size_t e = 0; e < 4; ++e) {
+        const auto& owner = assembly.neighbours[0][patch].edges[e];
+        if (!owner.collapsed) {
+          ASSERT_EQ(pattern.edge[e], posed->patterns[owner.patch].edge[owner.edge]) << round;
+        }
+      }
+    }
+  }
+  EXPECT_GT(kept, 60);
+  EXPECT_GT(changed, 20);
+  EXPECT_GT(finer, 0);
+}
+
 }  // namespace
 }  // namespace tessera::scene::light_views_test

@@ -260,9 +260,10 @@ ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting
   if (shadowed != nullptr) {
     draw.drawable = surface.drawable;
     draw.shadows = shadowed;
+    draw.shadow_times = lighting.shadows != nullptr ? lighting.shadows->times() : 1;
     receiver = shadow_receiver(frame, surface);
   }
-  const one_lane::LaneShadows<float> shadows{draw, receiver, lookups, lane, at.t};
+  const one_lane::LaneShadows<float> shadows{draw, receiver, lookups, lane};
   out.color = as_glm(shaders::shade_material(point, as_stage(surface.position), as_stage(normal), as_stage(view),
                                              lights, lights.t, around, shadows));
   return out;

@@ -46,7 +46,7 @@ class DepthMaps {
   // stored.
   bool store(int layer, const IntRect& pixels, std::span<const float> depths);
 
-  const float* texels() const { return texels_.data(); }
+  const float* layer_texels(int layer) const { return texels_.data() + first_texel(layer); }
   float texel(int layer, int x, int y) const { return texels_[first_texel(layer) + offset(x, y)]; }
   // By layer and tile, row by row: 1 where only the flag is stored.
   const std::vector<std::uint8_t>& cleared() const { return cleared_; }

@@ -44,9 +44,10 @@ struct DrawConstants {
   // What is behind surfaces that transmit, a pixel a texel; none: they show the environment.
   shaders::RadianceView behind;
   float behind_u = 0, behind_v = 0, behind_levels = 0;  // texture coordinates of a pixel; log2 of its width
-  // As `lights`: the maps of each, or its shares; null: no light casts shadows.
+  // The maps of each of `lights`, one view for each of `shadow_times`, or its shares; null: no light casts shadows.
   const shaders::ShadowView* shadows = nullptr;
-  bool shadow_keys = false;  // the camera moves: receivers that move are looked up where they are at both keys
+  int shadow_times = 1;
+  bool shadow_keys = false;  // receivers that move are looked up where they are at the maps' time
 };
 
 // Inputs of invocations, lane by lane. Lanes beyond the last invocation hold what some invocation has.

@@ -21,23 +21,25 @@ float slope_share(const FrameGeometry& frame, const ShadowSettings& settings) {
 }
 
 // Half a step of the format, and what single precision leaves of a depth.
-float constant_bias(const LightView& view, const DepthMaps& maps, const ShadowSettings& settings) {
+float constant_bias(const LightView& view, double step, const ShadowSettings& settings) {
   const double far = static_cast<double>(view.camera.camera.far);
-  return static_cast<float>(settings.offset + settings.bias * (0.5 * maps.step(view.layer) + far * 0x1p-21));
+  return static_cast<float>(settings.offset + settings.bias * (0.5 * step + far * 0x1p-21));
 }
 
 ShadowView view_of(const FrameGeometry& frame, const FrameShadows::Caster& caster, const ShadowSettings& settings,
                    ShadowLayer* layers) {
   const LightView& first = caster.views.front();
   const scene::Projection projection = light_projection(first);
-  for (const LightView& view : caster.views) {
-    ShadowLayer& layer = layers[view.layer];
-    for (std::size_t key = 0; key < 2; ++key) layer.from_raster[key] = Mat4(raster_to_light(frame, key, view));
-    layer.bias = constant_bias(view, *caster.maps, settings);
+  for (std::size_t k = 0; k < caster.views.size(); ++k) {
+    const LightView& view = caster.views[k];
+    for (std::size_t key = 0; key < 2; ++key) layers[k].from_raster[key] = Mat4(raster_to_light(frame, key, view));
+    layers[k].bias = constant_bias(view, caster.maps->step(caster.first_layer + static_cast<int>(k)), settings);
   }
   ShadowView out;
-  out.texels = caster.maps->texels();
+  out.texels = caster.maps->layer_texels(caster.first_layer);
   out.size = first.size, out.layers = static_cast<int>(caster.views.size());
+  out.first_layer = caster.first_layer;
+  out.t = static_cast<float>((caster.time - frame.part.at(0)) / (frame.part.at(1) - frame.part.at(0)));
   out.perspective = !projection.orthographic;
   out.filter = settings.filter;
   out.slope_bias = slope_share(frame, settings);
@@ -50,28 +52,32 @@ ShadowView view_of(const FrameGeometry& frame, const FrameShadows::Caster& caste
 
 FrameShadows::FrameShadows(const FrameGeometry& frame, std::span<const Caster> casters, const ShadowSettings& settings)
     : maps_(frame.lights[0].size(), nullptr) {
+  std::vector<int> times_of(maps_.size(), 0);
+  for (const Caster& caster : casters) {
+    TESSERA_CHECK(!caster.views.empty() && caster.first_layer >= 0 &&
+                      caster.first_layer + static_cast<int>(caster.views.size()) <= caster.maps->layers(),
+                  "a caster has a view for each of its maps");
+    maps_[caster.light] = caster.maps;
+    times_ = std::max(times_, ++times_of[caster.light]);
+  }
   for (int number = 0; number <= static_cast<int>(frame.segments.size()); ++number) {
     const FrameGeometry& of = frame.segment(number);
-    Segment& segment = segments_.emplace_back(Segment{&of, std::vector<ShadowView>(maps_.size()), {}});
+    Segment& segment = segments_.emplace_back(Segment{&of, std::vector<ShadowView>(views()), {}});
+    std::vector<int> seen(maps_.size(), 0);
     for (const Caster& caster : casters) {
-      TESSERA_CHECK(!caster.views.empty() && static_cast<int>(caster.views.size()) <= caster.maps->layers(),
-                    "a caster has a view for each of its maps");
       segment.layers.push_back(std::make_unique<ShadowLayer[]>(caster.views.size()));
-      segment.views[caster.light] = view_of(of, caster, settings, segment.layers.back().get());
+      const std::size_t first = caster.light * static_cast<std::size_t>(times_);
+      ShadowView& view = segment.views[first + static_cast<std::size_t>(seen[caster.light]++)];
+      view = view_of(of, caster, settings, segment.layers.back().get());
+      view.times = times_of[caster.light];
     }
   }
-  for (const Caster& caster : casters) maps_[caster.light] = caster.maps;
 }
 
 const ShadowView* FrameShadows::of(const FrameGeometry& segment) const {
   const auto found = std::ranges::find(segments_, &segment, &Segment::frame);
   TESSERA_CHECK(found != segments_.end(), "shadows are those of the frame that is drawn");
   return found->views.data();
-}
-
-bool has_receiver_keys(const FrameGeometry& segment) {
-  return segment.views[0].world_to_camera != segment.views[1].world_to_camera ||
-         segment.projections[0] != segment.projections[1];
 }
 
 }  // namespace tessera::tilecore

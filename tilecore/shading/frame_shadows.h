@@ -14,33 +14,34 @@ namespace tessera::tilecore {
 // The shadow maps of a frame's lights as the pixel shader looks them up, for each of its motion segments.
 class FrameShadows {
  public:
-  // A light that casts: which, what its maps see, and what they hold. `maps` must outlive this.
+  // A light that casts: which, what its maps see at a time, and what they hold. `maps` must outlive this. Of a light with maps
+  // of several times there is one for each, one after the other.
   struct Caster {
     std::size_t light = 0;  // of FrameGeometry::lights
     std::span<const scene::LightView> views;
     const DepthMaps* maps = nullptr;
+    int first_layer = 0;  // of `maps`: the first view's
+    double time = 0;      // of the shutter, 0 to 1
   };
   FrameShadows(const scene::FrameGeometry& frame, std::span<const Caster> casters,
                const scene::ShadowSettings& settings);
 
-  // As the lights of the frame; null: none casts. `segment`: the frame or one of its segments.
+  // times() views for each light of the frame. `segment`: the frame or one of its segments.
   const shaders::ShadowView* of(const scene::FrameGeometry& segment) const;
-  // The maps of a light, or null.
-  const DepthMaps* maps(std::size_t light) const { return maps_[light]; }
-  std::size_t lights() const { return maps_.size(); }
+  // The maps of a view's light, or null.
+  const DepthMaps* maps(std::size_t view) const { return maps_[view / static_cast<std::size_t>(times_)]; }
+  std::size_t views() const { return maps_.size() * static_cast<std::size_t>(times_); }
+  int times() const { return times_; }
 
  private:
   struct Segment {
     const scene::FrameGeometry* frame;
-    std::vector<shaders::ShadowView> views;                       // by light
-    std::vector<std::unique_ptr<shaders::ShadowLayer[]>> layers;  // of those that cast
+    std::vector<shaders::ShadowView> views;                       // by light and time
+    std::vector<std::unique_ptr<shaders::ShadowLayer[]>> layers;  // of each caster
   };
   std::vector<Segment> segments_;
-  std::vector<const DepthMaps*> maps_;
+  std::vector<const DepthMaps*> maps_;  // by light
+  int times_ = 1;
 };
-
-// Whether receivers that move are looked up where they are at both motion keys of a frame or of one of its segments: its
-// camera moves.
-bool has_receiver_keys(const scene::FrameGeometry& segment);
 
 }  // namespace tessera::tilecore

@@ -101,7 +101,8 @@ DrawConstants lit_draw(const FrameGeometry& shutter, const FrameGeometry& segmen
   set_layers(*draw.material, drawable.to_world[0], lighting, draw);
   if (shadows != nullptr && !draw.material->unlit) {
     draw.shadows = shadows;
-    draw.shadow_keys = has_receiver_keys(segment);
+    draw.shadow_times = lighting.shadows != nullptr ? lighting.shadows->times() : 1;
+    draw.shadow_keys = lighting.shadows != nullptr;
   }
   return draw;
 }
@@ -448,22 +449,22 @@ void PixelShader::take_shares(const KnownShadows& known, std::span<const std::ui
 
 void PixelShader::tell_shadows(const shaders::ShadowView* views, const FrameShadows& shadows,
                                const TextureUnit& textures, LookupArrays& lookups) {
-  shadow_lines_.resize(shadows.lights());
-  shadow_lookups_.assign(shadows.lights(), {});
-  for (std::size_t light = 0; light < shadows.lights(); ++light) {
-    if (!views[light].casts()) continue;
-    ShadowLookups& told = shadow_lookups_[light];
-    told.layout = &textures.memory()->layout(*shadows.maps(light));
-    told.texels = views[light].filter == shaders::ShadowFilter::k3x3 ? 4 : 1;
-    for (std::size_t line = 0; line < kShadowLines; ++line) told.line[line] = shadow_lines_[light][line].data();
+  shadow_lines_.resize(shadows.views());
+  shadow_lookups_.assign(shadows.views(), {});
+  for (std::size_t k = 0; k < shadows.views(); ++k) {
+    if (!views[k].casts()) continue;
+    ShadowLookups& told = shadow_lookups_[k];
+    told.layout = &textures.memory()->layout(*shadows.maps(k));
+    told.texels = views[k].filter == shaders::ShadowFilter::k3x3 ? 4 : 1;
+    for (std::size_t line = 0; line < kShadowLines; ++line) told.line[line] = shadow_lines_[k][line].data();
   }
   lookups.shadows = shadow_lookups_;
 }
 
 void PixelShader::forget_shadows(const LookupArrays& lookups, std::size_t count) {
-  for (const ShadowLookups& light : lookups.shadows)
-    if (light.layout != nullptr)
-      for (std::int32_t* lines : light.line) std::fill_n(lines, round_up(count, std::size_t{16}), -1);
+  for (const ShadowLookups& told : lookups.shadows)
+    if (told.layout != nullptr)
+      for (std::int32_t* lines : told.line) std::fill_n(lines, round_up(count, std::size_t{16}), -1);
 }
 
 void PixelShader::tell_procedure_textures(const Material& material, const TextureUnit& textures,
@@ -520,9 +521,9 @@ void PixelShader::finish_warps(std::size_t first_warp, std::size_t end, std::siz
       for (std::size_t slot = 0; slot < kLookupSlots; ++slot)
         if (lookups.layout[slot] != nullptr)
           textures->fetch_warp(*lookups.layout[slot], lookups.line[slot], begin - first, warp_ends_[w] - begin);
-    for (const ShadowLookups& light : lookups.shadows)
-      if (light.layout != nullptr)
-        textures->fetch_depths(*light.layout, light.line, begin - first, warp_ends_[w] - begin, light.texels);
+    for (const ShadowLookups& told : lookups.shadows)
+      if (told.layout != nullptr)
+        textures->fetch_depths(*told.layout, told.line, begin - first, warp_ends_[w] - begin, told.texels);
     if (!keep_warps_) continue;
     timing::WarpItem& item = warp_items_.emplace_back(of_draw);
     item.lanes = static_cast<std::uint32_t>(warp_ends_[w] - begin);

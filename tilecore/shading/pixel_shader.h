@@ -127,8 +127,8 @@ class PixelShader {
   // The shadows of a draw: the frame's maps, or shares that take_shares() fills; null where no light casts any.
   const shaders::ShadowView* shadows_of(const Lighting& lighting, const scene::FrameGeometry& segment);
   void take_shares(const KnownShadows& known, std::span<const std::uint32_t> invocations);
-  // Where what lanes look up of shadows is told; `views`: by light. Lanes that a light does not reach tell nothing, so that
-  // lanes forget what those before told.
+  // Where what lanes look up of shadows is told; `views`: those of the frame. Lanes that a light does not reach tell nothing,
+  // so lanes forget what earlier ones told.
   void tell_shadows(const shaders::ShadowView* views, const FrameShadows& shadows, const TextureUnit& textures,
                     LookupArrays& lookups);
   static void forget_shadows(const LookupArrays& lookups, std::size_t count);
@@ -157,7 +157,7 @@ class PixelShader {
   std::array<std::array<float, kBatch>, 7> input_;
   std::array<std::array<float, kBatch>, 7> output_;
   std::array<std::array<std::array<std::int32_t, kBatch>, kLookupLines>, kLookupSlots> lines_;
-  std::vector<std::array<std::array<std::int32_t, kBatch>, kShadowLines>> shadow_lines_;  // by light
+  std::vector<std::array<std::array<std::int32_t, kBatch>, kShadowLines>> shadow_lines_;  // by light and time
   std::vector<ShadowLookups> shadow_lookups_;
   // By light: known shares of a batch's lanes, and views of them.
   std::vector<std::array<float, kBatch>> shares_;

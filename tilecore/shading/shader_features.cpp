@@ -123,8 +123,8 @@ void add_shadows(const FrameShadows& shadows, const scene::FrameGeometry& frame,
                  ShaderFeatures& features) {
   if (features.unlit) return;
   const shaders::ShadowView* const views = shadows.of(frame);
-  for (std::size_t light = 0; light < shadows.lights(); ++light) {
-    const shaders::ShadowView& view = views[light];
+  for (std::size_t k = 0; k < shadows.views(); ++k) {
+    const shaders::ShadowView& view = views[k];
     if (!view.casts()) continue;
     ShaderFeatures::ShadowCasters& casters = features.shadows[view.perspective ? 1 : 0];
     ++casters.lights;
@@ -132,7 +132,7 @@ void add_shadows(const FrameShadows& shadows, const scene::FrameGeometry& frame,
     casters.layers = static_cast<std::uint16_t>(casters.layers + view.layers);
     features.shadow_filter = filter_of(view.filter);
   }
-  features.shadow_keys = has_receiver_keys(frame) && drawable.moving && drawable.procedure == nullptr;
+  features.shadow_keys = drawable.moving && drawable.procedure == nullptr;
 }
 
 }  // namespace tessera::tilecore

@@ -61,6 +61,8 @@ struct ShadowView {
   bool there = false;
   float size = 0, texel = 0;  // of an axis, in texels; of a texel, in texture coordinates
   int layers = 0;
+  static constexpr int times = 1, first_layer = 0;
+  float t = 0;
   bool perspective = false;
   ShadowFilter filter = ShadowFilter::k2x2;
   float slope_bias = 0, max_slope = 0;
@@ -183,6 +185,7 @@ struct DrawConstants {
   shaders::RadianceView behind;
   float behind_u = 0, behind_v = 0, behind_levels = 0;
   ShadowViews shadows;
+  static constexpr int shadow_times = 1;
   bool shadow_keys = false;
 };
 

@@ -96,7 +96,7 @@ struct Uniforms {
   float height_metric[2][9];
   // The maps of each light: how the camera's raster space at both keys is put into that of a layer.
   struct ShadowUniforms {
-    float from_raster[kMaxShadowLayers][2][16], bias[kMaxShadowLayers], size, texel, slope_bias, max_slope;
+    float from_raster[kMaxShadowLayers][2][16], bias[kMaxShadowLayers], size, texel, t, slope_bias, max_slope;
     ImageConstants image;
   } shadows[2];
 };
@@ -265,7 +265,7 @@ void set_shadows(const TESSERA_CONSTANT Uniforms& u, std::size_t light, shaders:
   view.there = static_cast<int>(light) < S.shadows, view.image = &from.image, view.layer = layers;
   view.size = from.size, view.texel = from.texel, view.layers = S.shadow_layers;
   view.perspective = S.light != LightKind::kDirectional, view.filter = S.shadow_filter;
-  view.slope_bias = from.slope_bias, view.max_slope = from.max_slope;
+  view.t = from.t, view.slope_bias = from.slope_bias, view.max_slope = from.max_slope;
 }
 
 // Calls `shade(draw)`.
@@ -384,7 +384,7 @@ __attribute__((always_inline, flatten)) inline void computed_shader(const TESSER
       s.raster_p = turned4(d.to_raster[0], Vector3<Real>{number(v.vertex0), number(v.vertex1), number(v.vertex2)});
       s.raster_q = turned4(d.to_raster[0], Vector3<Real>{number(v.triangle), Real(v.step_x), Real(v.step_y)});
     }
-    const LaneShadows<Real> shadows{draw, s, lookups, 0, in.t};
+    const LaneShadows<Real> shadows{draw, s, lookups, 0};
     const Vector3<Real> out =
         S.unlit ? m.base_color
                 : stage::shade_material(m, s.position, normal, view, draw.lights, in.light_t, around, shadows);
