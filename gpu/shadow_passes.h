@@ -61,7 +61,7 @@ class ShadowPasses {
   const RunSettings& settings_;
   Pipeline pipeline_;
   std::vector<Slot> slots_;
-  std::vector<tilecore::DepthMaps> maps_;  // as slots_
+  std::vector<tilecore::DepthMaps> maps_;                          // as slots_
   std::vector<std::vector<std::vector<scene::LightView>>> views_;  // by time and light
   std::optional<tilecore::FrameShadows> shadows_;
   std::vector<FrameResult> results_;

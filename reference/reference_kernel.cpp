@@ -113,7 +113,8 @@ HWY_INLINE bool find_edges(const ReferenceScene::Triangle& triangle, bool keep_p
     edges.c[r] = seen.x[a][r] * seen.y[b][r] - seen.y[a][r] * seen.x[b][r];
   }
   for (std::size_t r = 0; r < kRays; ++r) {
-    const std::int64_t up = static_cast<std::int64_t>(edges.a[r] >= 0.0) & static_cast<std::int64_t>(edges.b[r] >= 0.0) &
+    const std::int64_t up = static_cast<std::int64_t>(edges.a[r] >= 0.0) &
+                            static_cast<std::int64_t>(edges.b[r] >= 0.0) &
                             static_cast<std::int64_t>(edges.c[r] >= 0.0) & positive;
     const std::int64_t down = static_cast<std::int64_t>(edges.a[r] <= 0.0) &
                               static_cast<std::int64_t>(edges.b[r] <= 0.0) &

@@ -19,7 +19,7 @@ namespace tessera::reference {
 // What a reference image is made with.
 struct ReferenceRequest {
   tilecore::Lighting lighting;
-  std::optional<Vec3> background;  // else the environment
+  std::optional<Vec3> background;                // else the environment
   std::optional<scene::ShadowSettings> shadows;  // lights that cast do so by these; unset: nothing is in their way
   // Plain random numbers for place, time and lens point, independent from sample to sample and pixel to pixel: the
   // error of a mean of n samples falls as n^-1/2. They have nothing in common with the machine's pattern.

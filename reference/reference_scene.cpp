@@ -241,7 +241,8 @@ constexpr int kSide = 3;  // cells of a grid's leaf
 // Leaves of a grid by what becomes of them: those that are left out, those that are there, and among casters those that
 // stand for a square of leaves that no sample sees, with cells as many times as wide.
 constexpr std::uint8_t kLeftOut = 0, kSeen = 1, kCoarse = 2;
-constexpr int kCoarseCells = 16;  // of a side of a grid that no sample sees; what is behind a camera has the finest grids
+constexpr int kCoarseCells =
+    16;  // of a side of a grid that no sample sees; what is behind a camera has the finest grids
 
 int coarse_step(const scene::TessellationPattern& pattern) {
   int step = 1;

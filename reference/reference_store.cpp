@@ -263,8 +263,9 @@ Reference get_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConf
 Reference get_kept_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
                              const gpu::RunSettings& settings, const ReferenceSettings& wanted,
                              const KeptReference& kept, std::string& note, ReferenceProgress* progress) {
-  const std::string stem = fmt::format("{}_{}_{}x{}_{}", kept.name, wanted.frame, wanted.width, wanted.height,
-                                       sha256_name(json_text(settings_key(prepared.capture, gpu, settings, wanted))).substr(0, 8));
+  const std::string stem =
+      fmt::format("{}_{}_{}x{}_{}", kept.name, wanted.frame, wanted.width, wanted.height,
+                  sha256_name(json_text(settings_key(prepared.capture, gpu, settings, wanted))).substr(0, 8));
   const fs::path image = kept.folder / (stem + ".exr"), info = kept.folder / (stem + ".json");
   const std::string probe = probe_of(prepared, gpu, settings, wanted);
   std::error_code ignored;

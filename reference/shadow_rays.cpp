@@ -46,9 +46,8 @@ ShadowScene::ShadowScene(const ReferenceScene& seen, const scene::ShadowSettings
     lights_.push_back(end_of_rays(seen, light));
   if (any())
     casters_ = std::make_unique<ReferenceScene>(
-        seen.frame,
-        ReferenceScene::Options{
-            .segment = seen.segment, .casters = &settings, .region = seen.region, .budget = budget});
+        seen.frame, ReferenceScene::Options{
+                        .segment = seen.segment, .casters = &settings, .region = seen.region, .budget = budget});
 }
 
 void ShadowTracer::sort_ray(const ShadowScene& scene, const ShadowScene::Light& light,

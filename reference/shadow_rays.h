@@ -58,8 +58,8 @@ class ShadowScene {
 
 // Where shadow rays begin.
 struct ShadowReceiver {
-  DVec3 at;                // in the scene's space
-  double t = 0;            // of its motion keys
+  DVec3 at;                 // in the scene's space
+  double t = 0;             // of its motion keys
   double shutter_time = 0;  // of the whole shutter
   std::uint32_t patch = 0, triangle = 0;
 };

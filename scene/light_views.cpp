@@ -354,8 +354,8 @@ std::vector<std::vector<LightView>> light_views(const FrameGeometry& frame, std:
 
 std::unique_ptr<FrameGeometry> pose_for_light(const FrameGeometry& frame, const LightView& view,
                                               const ShadowSettings& settings) {
-  std::unique_ptr<FrameGeometry> posed = pose_view(frame, {view.camera, view.size, caster_materials(frame, settings),
-                                                            settings.grids == CasterGrids::kCamera});
+  std::unique_ptr<FrameGeometry> posed = pose_view(
+      frame, {view.camera, view.size, caster_materials(frame, settings), settings.grids == CasterGrids::kCamera});
   for (PosedDrawable& drawable : posed->drawables) {
     drawable.visible = drawable.visible && casts(*drawable.material, settings.blended);
     if (settings.faces == CasterFaces::kBack) drawable.mirrored = !drawable.mirrored;

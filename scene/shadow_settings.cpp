@@ -21,10 +21,12 @@ Keys<ShadowSettings> shadow_keys() {
       {"shadows.faces", &S::faces, "Which sides of single-sided surfaces cast."},
       {"shadows.blended", &S::blended, "Whether blended surfaces cast none, or as if they were opaque."},
       {"shadows.grids", &S::grids,
-       "Which view sets the tessellation of patches in a map: the light's own, or the camera's. With the camera's a still "
+       "Which view sets the tessellation of patches in a map: the light's own, or the camera's. With the camera's a "
+       "still "
        "surface is the same triangles in both views, and curved or displaced surfaces do not shade themselves."},
       {"shadows.times", &S::times, "", 1, 16,
-       "Times of the shutter of which each light has maps, evenly spread, where anything moves. Receivers that move are "
+       "Times of the shutter of which each light has maps, evenly spread, where anything moves. Receivers that move "
+       "are "
        "looked up where they are at the time of a map, in the maps of all times, and the mean is taken."},
       {"shadows.bias", &S::bias, "", 0, 64,
        "Factor on the bias of a lookup: half a texel of the receiver's slope, half a step of the depths' format, and "

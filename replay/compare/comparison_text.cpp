@@ -16,8 +16,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr Section kSections[] = {Section::kSummary,  Section::kPath,      Section::kPasses,
-                                 Section::kUnits,    Section::kPurposes,  Section::kEnergy,
+constexpr Section kSections[] = {Section::kSummary,   Section::kPath,      Section::kPasses,
+                                 Section::kUnits,     Section::kPurposes,  Section::kEnergy,
                                  Section::kDrawables, Section::kMaterials, Section::kCounters};
 
 std::string lower(std::string text) {

@@ -174,7 +174,8 @@ std::vector<Knob> shading_knobs() {
 
 // Of maps of lights.
 std::vector<Knob> shadow_knobs() {
-  const auto maps = [](const char* name, const char* title, const std::string& key, std::initializer_list<json> values) {
+  const auto maps = [](const char* name, const char* title, const std::string& key,
+                       std::initializer_list<json> values) {
     std::vector<KnobSetting> settings = {{"as the capture says", {{key, 0}}}};
     for (KnobSetting& setting : values_of(key, values)) settings.push_back(std::move(setting));
     return watching(knob(name, title, std::move(settings), "as the capture says", KnobNeed::kShadows),
@@ -314,8 +315,8 @@ bool has_texture(const scene::Material& m) {
 const std::vector<Knob>& knobs() {
   static const std::vector<Knob> kKnobs = [] {
     std::vector<Knob> all;
-    for (auto make : {sampling_knobs, geometry_knobs, packing_knobs, procedure_knobs, shading_knobs, shadow_knobs, texture_knobs,
-                      frame_buffer_knobs, resolve_knobs, timing_knobs})
+    for (auto make : {sampling_knobs, geometry_knobs, packing_knobs, procedure_knobs, shading_knobs, shadow_knobs,
+                      texture_knobs, frame_buffer_knobs, resolve_knobs, timing_knobs})
       for (Knob& k : make()) all.push_back(std::move(k));
     return all;
   }();

@@ -219,7 +219,8 @@ TEST(Shadows, ABallDoesNotShadeItselfWhereGridsAreTheCameras) {
       int count = 0;
       for (int y = 0; y < kSide; ++y)
         for (int x = 0; x < kSide / 2; ++x)
-          if (std::hypot(x - kSide / 2 + 10, y - kSide / 2) < 20 && shares[static_cast<std::size_t>(y * kSide + x)] < 0.999)
+          if (std::hypot(x - kSide / 2 + 10, y - kSide / 2) < 20 &&
+              shares[static_cast<std::size_t>(y * kSide + x)] < 0.999)
             ++count;
       return count;
     };
@@ -241,9 +242,11 @@ TEST(Shadows, AMovingCastersShadowIsTheMeanOverTheShutter) {
     double off = 0;
     for (int x = 0; x < kSide; ++x) {
       const double place = (x + 0.5 - kSide / 2) * 2 * kHalf / kSide,
-                   from = std::clamp((place - 0.75 + 1) / 2, 0.0, 1.0), to = std::clamp((place + 0.75 + 1) / 2, 0.0, 1.0);
+                   from = std::clamp((place - 0.75 + 1) / 2, 0.0, 1.0),
+                   to = std::clamp((place + 0.75 + 1) / 2, 0.0, 1.0);
       // The card itself is seen left of its shadow.
-      if (place > -0.2) off = std::max(off, std::abs(shares[static_cast<std::size_t>(kSide / 2 * kSide + x)] - (1 - (to - from))));
+      if (place > -0.2)
+        off = std::max(off, std::abs(shares[static_cast<std::size_t>(kSide / 2 * kSide + x)] - (1 - (to - from))));
     }
     return off;
   };

@@ -70,8 +70,8 @@ double texel_on_the_floor(int size) {
 // Mean of the squared error over all of an edge's places in a texel, of images in which the lit side has 1.
 double mean_square_error(const std::string& filter, int size) {
   const std::vector<std::string> keys = {"shadows.filter=" + filter};
-  const double lit = static_cast<double>(
-      machine_image(straight_edge(0, size), {"effects.shadows=off"}).at(kSide - 1, kSide / 2)[0]);
+  const double lit =
+      static_cast<double>(machine_image(straight_edge(0, size), {"effects.shadows=off"}).at(kSide - 1, kSide / 2)[0]);
   constexpr int kPlaces = 16;
   const double texel = texel_on_the_floor(size);
   double sum = 0;
@@ -81,8 +81,7 @@ double mean_square_error(const std::string& filter, int size) {
     const Image machine = machine_image(capture, keys), truth = reference_image(capture, keys);
     for (int y = 0; y < kSide; ++y)
       for (int x = 0; x < kSide; ++x) {
-        const double off =
-            (static_cast<double>(machine.at(x, y)[0]) - static_cast<double>(truth.at(x, y)[0])) / lit;
+        const double off = (static_cast<double>(machine.at(x, y)[0]) - static_cast<double>(truth.at(x, y)[0])) / lit;
         sum += off * off / (kPlaces * kSide * kSide);
       }
   }

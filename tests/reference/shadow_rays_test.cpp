@@ -196,7 +196,8 @@ TEST(ShadowRays, AMovingCastersShadowIsTheMeanOverTheShutter) {
 // A node looks along one direction, and along another one a second later.
 void turn(Capture& capture, int node, const DVec3& from, const DVec3& to) {
   const DQuat first = scene::made::looking(from), last = scene::made::looking(to);
-  scene::AnimationChannel channel{.node = node, .path = scene::AnimatedPath::kRotation, .components = 4, .times = {0, 1}, .values = {}};
+  scene::AnimationChannel channel{
+      .node = node, .path = scene::AnimatedPath::kRotation, .components = 4, .times = {0, 1}, .values = {}};
   for (const DQuat& q : {first, last})
     for (const double value : {q.x, q.y, q.z, q.w}) channel.values.push_back(static_cast<float>(value));
   scene::made::play(capture, channel);
@@ -210,7 +211,8 @@ TEST(ShadowRays, AMovingLightsShadowIsThatOfTheTime) {
     scene.add_card({0, kHeight, 0}, kHalf);
     const DVec3 place(-1, 6, 0.5), way(2.5, 1, -1);
     if (sun)
-      turn(scene.capture, scene::made::add_light(scene.capture, {}, {0, 0, 0}, {1, -1, 0}), {1, -1, 0}, {-0.2, -1, 0.4});
+      turn(scene.capture, scene::made::add_light(scene.capture, {}, {0, 0, 0}, {1, -1, 0}), {1, -1, 0},
+           {-0.2, -1, 0.4});
     else
       test::add_motion(scene.capture,
                        scene::made::add_light(scene.capture, lamp(Light::Type::kPoint), place, {0, -1, 0}), way);
@@ -244,8 +246,7 @@ TEST(ShadowRays, AMovingLightsShadowIsThatOfTheTime) {
     tilecore::KnownShadows shares;
     tracer.trace(shadows, receivers, shares);
     int wrong = 0, wrong_twin = 0;
-    for (std::size_t k = 0; k < receivers.size(); ++k)
-      wrong += (shares.by_light[0][k] == 0.0f) != expected[k] ? 1 : 0;
+    for (std::size_t k = 0; k < receivers.size(); ++k) wrong += (shares.by_light[0][k] == 0.0f) != expected[k] ? 1 : 0;
     EXPECT_EQ(wrong, 0) << sun;
     // The twin: all at shutter open.
     for (ShadowReceiver& receiver : receivers) receiver.t = 0;
@@ -278,7 +279,8 @@ TEST(ShadowRays, AMaskCutsTheShadowAsItCutsTheCard) {
   scene::Material material = test::matt_white();
   material.alpha_mode = scene::AlphaMode::kMask;
   material.alpha_cutoff = 0.5f;
-  material.base_color_texture.texture = std::make_shared<shaders::Texture>(DecodedImage{mask}, shaders::ColorSpace::kSrgb);
+  material.base_color_texture.texture =
+      std::make_shared<shaders::Texture>(DecodedImage{mask}, shaders::ColorSpace::kSrgb);
   material.base_color_texture.sampler.magnify_linear = false;
   const int masked = test::add_material(scene.capture, material);
   scene::Primitive card = test::rectangle(DVec2(-0.75), DVec2(0.75), masked);
@@ -288,7 +290,8 @@ TEST(ShadowRays, AMaskCutsTheShadowAsItCutsTheCard) {
   const std::vector<double> shares = lit_shares(scene.capture);
   for (int y = 0; y < kSide; ++y)
     for (int x = 0; x < kSide; ++x) {
-      const DVec2 place = floor_place(x + 0.5, y + 0.5, kSide), off = glm::abs(place - DVec2(2.375, 0)) - DVec2(0.375, 0.75);
+      const DVec2 place = floor_place(x + 0.5, y + 0.5, kSide),
+                  off = glm::abs(place - DVec2(2.375, 0)) - DVec2(0.375, 0.75);
       const double distance = std::max(off.x, off.y);
       if (std::abs(distance) <= 0.5 * kPixel || to_square(place, {0, 0}, 0.75) <= 0.5 * kPixel) continue;
       EXPECT_EQ(shares[static_cast<std::size_t>(y * kSide + x)], distance < 0 ? 0.0 : 1.0) << place.x << " " << place.y;
@@ -302,7 +305,8 @@ double dark_area(const Capture& capture, const scene::ShadowSettings& settings =
 }
 
 TEST(ShadowRays, CastersAreThoseOfTheMaps) {
-  const auto area = [&](const std::function<void(scene::Material&)>& change, const scene::ShadowSettings& settings = {}) {
+  const auto area = [&](const std::function<void(scene::Material&)>& change,
+                        const scene::ShadowSettings& settings = {}) {
     FloorScene scene;
     scene::Material material = test::matt_white();
     change(material);
@@ -326,8 +330,8 @@ TEST(ShadowRays, CastersAreThoseOfTheMaps) {
 
 // The sides that a light sees, from whichever direction it comes: the nearer half of a closed box, or the farther one.
 TEST(ShadowRays, FacesAreThoseThatTheLightSees) {
-  for (const DVec3& direction : {DVec3(1, -0.4, 0), DVec3(-1, -0.4, 0), DVec3(0.2, -1, 0.1), DVec3(0, -0.4, 1),
-                                 DVec3(0.1, -0.4, -1)})
+  for (const DVec3& direction :
+       {DVec3(1, -0.4, 0), DVec3(-1, -0.4, 0), DVec3(0.2, -1, 0.1), DVec3(0, -0.4, 1), DVec3(0.1, -0.4, -1)})
     for (const scene::CasterFaces faces : {scene::CasterFaces::kFront, scene::CasterFaces::kBack}) {
       FloorScene scene;
       scene::Material material = test::matt_white();
@@ -380,8 +384,7 @@ int count_dark(const ShadowScene& shadows, std::span<const ShadowReceiver> recei
   tilecore::KnownShadows shares;
   tracer.trace(shadows, receivers, shares);
   int dark = 0;
-  for (const std::vector<float>& light : shares.by_light)
-    dark += static_cast<int>(std::ranges::count(light, 0.0f));
+  for (const std::vector<float>& light : shares.by_light) dark += static_cast<int>(std::ranges::count(light, 0.0f));
   return dark;
 }
 
@@ -517,8 +520,8 @@ TEST(ShadowRays, FindWhatAllTrianglesOneByOneGive) {  // SHR1
           packet.origin_y[r] = from[y] - from[a] * packet.direction_y[r];
           if (a == 2) packet.origin_x[r] -= 9 * packet.direction_x[r], packet.origin_y[r] -= 9 * packet.direction_y[r];
           packet.from[r] = (a == 2 ? 9 : 0) + std::min(from[a], to[a]);
-          packet.to[r] = random.coin() ? std::numeric_limits<double>::infinity()
-                                       : (a == 2 ? 9 : 0) + std::max(from[a], to[a]);
+          packet.to[r] =
+              random.coin() ? std::numeric_limits<double>::infinity() : (a == 2 ? 9 : 0) + std::max(from[a], to[a]);
           packet.t[r] = static_cast<double>(random.uniform(0, 1));
           packet.patch[r] = packet.triangle[r] = 0xFFFFFFFFu;
         }
@@ -552,7 +555,8 @@ TEST(ShadowRays, FindWhatAllTrianglesOneByOneGive) {  // SHR1
 // The casters in Embree's hands, in scene units.
 class EmbreeCasters {
  public:
-  EmbreeCasters(const ReferenceScene& casters, double unit) : device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_)) {
+  EmbreeCasters(const ReferenceScene& casters, double unit)
+      : device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_)) {
     rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
     RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
     rtcSetGeometryTimeStepCount(geometry, 2);
@@ -568,8 +572,8 @@ class EmbreeCasters {
               to[9 * k + 3 * c + a] = static_cast<float>(v[3 * key + a] * (a == 2 ? 1.0 : unit));
           }
     }
-    auto* index = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                                                 3 * sizeof(unsigned), count));
+    auto* index = static_cast<unsigned*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), count));
     std::iota(index, index + 3 * count, 0u);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene_, geometry);
@@ -607,7 +611,8 @@ TEST(ShadowRays, ReachALightWhereEmbreesDo) {
   for (std::uint32_t seed = 1; seed <= 6; ++seed) {
     const Capture capture = random_capture(seed, false);
     const Posed posed(capture);
-    const ReferenceScene seen(*posed.frame, {.region = SampleRegion::everything(posed.frame->projection, {0, 0, 1, 1})});
+    const ReferenceScene seen(*posed.frame,
+                              {.region = SampleRegion::everything(posed.frame->projection, {0, 0, 1, 1})});
     const ShadowScene shadows(seen, {});
     const EmbreeCasters embree(shadows.casters(), shadows.unit());
     const DVec3 units(shadows.unit(), shadows.unit(), 1.0);

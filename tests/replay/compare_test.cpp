@@ -88,8 +88,9 @@ TEST_F(Compare, CyclesOfTheCriticalPathExplainWhereBothHaveThem) {
 TEST_F(Compare, PassesAreComparedByName) {
   const auto passes = [](int shadow, int main) {
     json root = statistics({1000});
-    root["frames"][0]["timing"]["passes"] = {{{"name", "shadow 0.0"}, {"begin_cycles", 0}, {"end_cycles", shadow}},
-                                             {{"name", "main"}, {"begin_cycles", shadow}, {"end_cycles", shadow + main}}};
+    root["frames"][0]["timing"]["passes"] = {
+        {{"name", "shadow 0.0"}, {"begin_cycles", 0}, {"end_cycles", shadow}},
+        {{"name", "main"}, {"begin_cycles", shadow}, {"end_cycles", shadow + main}}};
     return root;
   };
   const json report = compared({run("a", passes(200, 800)), run("b", passes(500, 810))});

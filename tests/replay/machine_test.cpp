@@ -145,9 +145,8 @@ void expect_events_of_tiles_add_up(const gpu::FrameResult& r) {
   EXPECT_EQ(sum.events[Event::kBoxTests], r.counters.tilecore.box_tests + r.counters.tessellation.group_tests);
   EXPECT_EQ(sum.events[Event::kTriangleTests], r.counters.tilecore.triangle_tests + sampling.footprint_tests);
   EXPECT_EQ(sum.events[Event::kShaderInvocations], r.counters.shading.pixel_shader_invocations);
-  EXPECT_EQ(sum.events[Event::kPixels],
-            r.counters.resolve.pixels_shaded + desampling.pixels_advected + desampling.pixels_reconstructed +
-                r.counters.shadows.texels_stored);
+  EXPECT_EQ(sum.events[Event::kPixels], r.counters.resolve.pixels_shaded + desampling.pixels_advected +
+                                            desampling.pixels_reconstructed + r.counters.shadows.texels_stored);
   EXPECT_EQ(sum.events[Event::kBlendedLayers], r.counters.shading.blended_layers);
   EXPECT_EQ(sum.events[Event::kL2Lines], r.counters.l2.requests + r.counters.l2.misses);
 }

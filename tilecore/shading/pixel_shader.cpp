@@ -431,8 +431,7 @@ void PixelShader::tell(std::size_t slot, const TextureLayoutView& layout, Lookup
 const shaders::ShadowView* PixelShader::shadows_of(const Lighting& lighting, const FrameGeometry& segment) {
   if (lighting.known_shadows == nullptr) return lighting.shadows != nullptr ? lighting.shadows->of(segment) : nullptr;
   shares_.resize(lighting.known_shadows->by_light.size());
-  share_views_ =
-      views_of_shares(*lighting.known_shadows, [&](std::size_t light) { return shares_[light].data(); });
+  share_views_ = views_of_shares(*lighting.known_shadows, [&](std::size_t light) { return shares_[light].data(); });
   return share_views_.data();
 }
 
@@ -489,7 +488,8 @@ LookupArrays PixelShader::lookups_of(const DrawConstants& draw, const Lighting& 
       tell(slot_of(ImageLookup::kBehind) + color, textures.memory()->layout(image), lookups);
   };
   if (draw.behind.levels > 0) tell_behind(draw.behind);
-  if (draw.shadows != nullptr && lighting.shadows != nullptr) tell_shadows(draw.shadows, *lighting.shadows, textures, lookups);
+  if (draw.shadows != nullptr && lighting.shadows != nullptr)
+    tell_shadows(draw.shadows, *lighting.shadows, textures, lookups);
   if (!looks_around(lighting, *draw.material)) return lookups;
   const shaders::RadianceView& around = draw.surroundings.image->radiance;
   tell(slot_of(ImageLookup::kMirrored), textures.memory()->layout(around), lookups);
