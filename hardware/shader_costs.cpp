@@ -171,26 +171,26 @@ void add_environment(const Features& f, Sum& sum) {
   if (f.has("diffuse_transmission")) sum.add(row_of("add/environment/diffuse_transmission"));
 }
 
-// Of a lit pixel shader: what lights add that cast shadows.
+// Adds to a lit pixel shader the cost of lights that cast shadows. Moving surfaces go into maps at both motion keys.
 void add_shadows(const Features& f, std::string_view surface, std::string_view motion, Sum& sum) {
-  const std::string_view camera = f.shadow_keys ? "moving" : "still";
+  const bool computed = f.surface == Features::Surface::kComputed;
+  const std::string_view receiver = f.motion == Features::Motion::kStill || computed ? "still" : "moving";
   bool any = false;
   for (std::size_t projection = 0; projection < f.shadows.size(); ++projection) {
     const Features::ShadowCasters& casters = f.shadows[projection];
-    if (casters.lights == 0) continue;
+    if (casters.lookups == 0) continue;
     any = true;
     const std::string_view name = kShadowNames[projection];
     const std::string_view filter = kShadowFilterNames[static_cast<std::size_t>(f.shadow_filter)];
-    sum.add(row_of(joined({"add/shadow", name, filter, camera})), casters.lights);
+    sum.add(row_of(joined({"add/shadow", name, filter, receiver})), casters.lookups);
     if (casters.layered == 0) continue;
-    sum.add(row_of(joined({"add/shadow_layers", name, camera})), casters.layered);
-    sum.add(row_of(joined({"add/shadow_layer", name, camera})), casters.layers - casters.lights);
+    sum.add(row_of(joined({"add/shadow_layers", name, receiver})), casters.layered);
+    sum.add(row_of(joined({"add/shadow_layer", name, receiver})), casters.layers - casters.lookups);
   }
   if (!any) return;
-  if (f.surface == Features::Surface::kComputed)
-    return sum.add(row_of(joined({"add/shadows", surface, motion, camera})));
+  if (computed) return sum.add(row_of(joined({"add/shadows", surface, motion})));
   const bool has_derivatives = has_coordinates(f) && !f.quads;  // the surface's own
-  sum.add(row_of(joined({"add/shadows", surface, motion, has_derivatives ? "surface" : "quads", camera})));
+  sum.add(row_of(joined({"add/shadows", surface, motion, has_derivatives ? "surface" : "quads"})));
 }
 
 }  // namespace

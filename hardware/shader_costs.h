@@ -49,16 +49,16 @@ struct ShaderFeatures {
   static constexpr std::size_t kLightKinds = 5;
   std::array<std::uint16_t, kLightKinds> lights{};
   bool lights_move = false;
-  // Lights that cast shadows, by the projection of their maps: orthographic (directional lights), perspective (others).
+  // Lookups of shadows, by the projection of the maps: orthographic (directional lights), perspective (others). A light has one
+  // for each time that it has maps of.
   struct ShadowCasters {
-    std::uint16_t lights = 0, layered = 0, layers = 0;  // these with more than one map; maps of all together
+    std::uint16_t lookups = 0, layered = 0, layers = 0;  // layered: those with more than one map; layers: all maps
     bool operator==(const ShadowCasters&) const = default;
   };
   enum class ShadowFilter : std::uint8_t { kNearest, k2x2, k3x3 };
   static constexpr std::size_t kShadowProjections = 2;
   std::array<ShadowCasters, kShadowProjections> shadows{};
   ShadowFilter shadow_filter = ShadowFilter::k2x2;
-  bool shadow_keys = false;  // the camera moves: shadows are looked up where the surface is at both of its motion keys
   bool environment_image = false;  // in place of the built-in one
   // Layers that extensions of materials add, by the names of scene::MaterialEffect.
   std::vector<std::string_view> layers = {};

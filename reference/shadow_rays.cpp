@@ -26,7 +26,6 @@ ShadowScene::Light end_of_rays(const ReferenceScene& scene, const scene::ShadowL
   ShadowScene::Light out;
   out.number = light.light;
   out.directional = open.type == shaders::Light::Type::kDirectional;
-  if (out.directional) out.distance = light.request.distance;
   if (!out.directional && open.range > 0 && close.range > 0)
     out.range = static_cast<double>(std::max(open.range, close.range));
   const auto node = static_cast<std::size_t>(scene.frame.light_nodes[light.light]);
@@ -53,7 +52,6 @@ ShadowScene::ShadowScene(const ReferenceScene& seen, const scene::ShadowSettings
 void ShadowTracer::sort_ray(const ShadowScene& scene, const ShadowScene::Light& light,
                             std::span<const ShadowReceiver> receivers, std::size_t receiver) {
   const ShadowReceiver& from = receivers[receiver];
-  if (light.distance > 0 && from.at.z > light.distance) return;
   const DVec3 units(scene.unit(), scene.unit(), 1.0);
   const DVec3 end = light.at[0] * (1.0 - from.t) + light.at[1] * from.t, way = light.directional ? end : end - from.at,
               seen_way = way * units;

@@ -21,9 +21,8 @@ namespace tessera::reference {
 // light needs a view of its own, and a surface meets itself nowhere but where the ray starts.
 //
 // Casters are those of scene::casts() wherever they are; points and lines are as wide as the camera sees them.
-// An alpha test reads the finest level of its texture, as a ray covers no pixel. The capture's `distance` of a directional
-// light is kept to the camera's depth: what is farther away receives nothing of it. The part of a cascade that reaches
-// beyond that is left to the machine.
+// An alpha test reads the finest level of its texture, as a ray covers no pixel. Rays know no `distance` of a capture:
+// where maps end and everything is lit, the machine errs.
 //
 // Invariants (cited by the tests):
 //   SHR1  What a shadow ray meets does not depend on the tree.
@@ -36,7 +35,6 @@ class ShadowScene {
     bool directional = false;
     std::array<DVec3, 2> at;  // its place, or the direction towards it, at both motion keys
     double range = 0;         // scene units; 0: unlimited
-    double distance = 0;      // depth at which it ceases to cast; 0: nowhere
   };
 
   // `seen` must outlive it. `settings`: the faces and the blended surfaces that cast; sizes, filters and biases belong to

@@ -19,6 +19,8 @@ struct ShadowLayer {
   // From the camera's raster space, as a matrix on (xh, yh, depth, 1), to that of the map in texels, at both keys of the
   // camera's motion.
   std::array<Mat4, 2> from_raster{Mat4(1.0f), Mat4(1.0f)};
+  // The same at the time of the map, for what is in one place of the raster all the time: it rests, or rides with the camera.
+  Mat4 from_resting{1.0f};
   float bias = 0;  // depth, beside what slopes add
 };
 

@@ -73,6 +73,12 @@ struct Lanes {
     node = current->note({Operation::kGiven, bits, {}});
   }
   Lanes(const std::array<T, kLanes>& v, std::uint32_t n) : value(v), node(n) {}
+  static Lanes load(const T* values) {
+    Lanes out;
+    std::copy_n(values, kLanes, out.value.begin());
+    out.node = current->note_input();
+    return out;
+  }
 };
 using Real = Lanes<float>;
 using Int = Lanes<std::int32_t>;

@@ -121,6 +121,26 @@ void let_light_through(Stage& stage) {
   stage.capture.materials[static_cast<std::size_t>(material)].unlit = true;
 }
 
+// Opens the shutter again, for one second.
+Stage& in_motion(Stage& stage) {
+  stage.capture.settings.frame_rate = 1;
+  stage.capture.settings.shutter_close = 1;
+  return stage;
+}
+
+// A floor into the distance, in four cascades.
+Stage cascades() {
+  Stage stage = over_floor({}, 0, [](scene::Capture& capture) {
+    scene::made::add_light(capture, {}, DVec3(0.0), {1, -0.4, 0.3}, {.size = 256, .cascades = 4});
+  });
+  stage.capture.cameras[0] = {};
+  stage.capture.cameras[0].near = 0.1f;
+  scene::Node& camera = stage.node(1);
+  camera.transform = {.translation = {0, 2, 30}, .rotation = scene::made::looking({0, -0.2, -1})};
+  set(stage, "shadows.filter=3x3");
+  return stage;
+}
+
 // A camera over the floor moves by whole pixels: images, moved back, are compared.
 Stage walking() {
   Stage stage = over_floor({0, 2, 0}, 0.7, sun({1, -1, 0.3}, 128));
@@ -219,6 +239,44 @@ std::vector<StabilityCase> shadow_cases() {
            lamp(Light::Type::kSpot, {0, 2, 0}, 60, 1e-3)(capture);
            sun({1, -0.4, 0.3})(capture);
          });
+       },
+       nowhere(), nowhere(), no_bias},
+      {"seams between cascades", "CascadeSeams", "Filters of one map reach to where the next one begins.",
+       "A map is taken where it has all texels of a lookup.", "no bias", cascades, nowhere(), nowhere(), no_bias},
+      {"a light whose node is mirrored", "MirroredLight", "Its axes are left-handed.",
+       "A map's view has axes of its own along the light's direction.", "its card lets light through",
+       [] {
+         Stage stage = over_floor({1, 1, 0}, 0.25, lamp(Light::Type::kSpot, {0, 2, 0}));
+         stage.node(3).transform.scale = {-1, 1, 1};
+         return stage;
+       },
+       square({2, 0}, 0.5), square({1, 0}, 0.25), let_light_through},
+      {"a floor that rises in the shutter", "RisingFloor", "It is not where the map shows it.",
+       "Receivers that move are looked up where they are at the time of the map.", "no bias",
+       [] {
+         Stage stage = over_floor({}, 0, sun({1, -0.4, 0.3}));
+         in_motion(stage).move(0, {0, 3, 0});
+         return stage;
+       },
+       nowhere(), nowhere(), no_bias},
+      {"a lamp that moves with all that it lights", "MovingAlike", "Nothing rests, and no shadow moves.",
+       "Maps and receivers belong to one time.", "its card lets light through",
+       [] {
+         Stage stage = over_floor({0, 2, 0}, 0.7, lamp(Light::Type::kSpot, {0, 4, 0}));
+         in_motion(stage);
+         for (int node = 0; node < 4; ++node) stage.move(node, {3, 1, -2});
+         return stage;
+       },
+       square({0, 0}, 1.4), square({0, 0}, 0.7), let_light_through},
+      {"a lamp that passes through the floor", "LampInPlane", "The floor is on edge to it, and divides by nothing.",
+       "What a light sees on edge has the steepest slope.", "no bias",
+       [] {
+         Stage stage = over_floor({}, 0, [](scene::Capture& capture) {
+           lamp(Light::Type::kPoint, {0.03, -1, 0.02})(capture);
+           sun({1, -0.4, 0.3})(capture);
+         });
+         in_motion(stage).move(2, {0, 2, 0});
+         return stage;
        },
        nowhere(), nowhere(), no_bias},
   };

@@ -30,16 +30,19 @@ ShadowView view_of(const FrameGeometry& frame, const FrameShadows::Caster& caste
                    ShadowLayer* layers) {
   const LightView& first = caster.views.front();
   const scene::Projection projection = light_projection(first);
+  const double t = (caster.time - frame.part.at(0)) / (frame.part.at(1) - frame.part.at(0));
   for (std::size_t k = 0; k < caster.views.size(); ++k) {
     const LightView& view = caster.views[k];
-    for (std::size_t key = 0; key < 2; ++key) layers[k].from_raster[key] = Mat4(raster_to_light(frame, key, view));
+    const DMat4 open = raster_to_light(frame, 0, view), close = raster_to_light(frame, 1, view);
+    layers[k].from_raster = {Mat4(open), Mat4(close)};
+    layers[k].from_resting = Mat4(open == close ? open : open * (1.0 - t) + close * t);
     layers[k].bias = constant_bias(view, caster.maps->step(caster.first_layer + static_cast<int>(k)), settings);
   }
   ShadowView out;
   out.texels = caster.maps->layer_texels(caster.first_layer);
   out.size = first.size, out.layers = static_cast<int>(caster.views.size());
   out.first_layer = caster.first_layer;
-  out.t = static_cast<float>((caster.time - frame.part.at(0)) / (frame.part.at(1) - frame.part.at(0)));
+  out.t = static_cast<float>(t);
   out.perspective = !projection.orthographic;
   out.filter = settings.filter;
   out.slope_bias = slope_share(frame, settings);

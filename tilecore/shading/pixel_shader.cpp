@@ -138,7 +138,7 @@ timing::WarpItem warp_item(const FrameGeometry& frame, const scene::PosedDrawabl
       has_vertex_tangents(*drawable.material))
     features.normals = hardware::ShaderFeatures::Normals::kMappedAlongTangents;
   features.environment_image = looks_around(lighting, *drawable.material);
-  if (lighting.shadows != nullptr) add_shadows(*lighting.shadows, frame, drawable, features);
+  if (lighting.shadows != nullptr) add_shadows(*lighting.shadows, frame, features);
   hardware::ShaderCost cost = hardware::shader_cost(features);
   if (drawable.procedure != nullptr)
     cost.vector_operations +=

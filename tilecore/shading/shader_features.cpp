@@ -119,20 +119,18 @@ ShaderFeatures draw_features(const scene::FrameGeometry& frame, const scene::Pos
   return f;
 }
 
-void add_shadows(const FrameShadows& shadows, const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
-                 ShaderFeatures& features) {
+void add_shadows(const FrameShadows& shadows, const scene::FrameGeometry& frame, ShaderFeatures& features) {
   if (features.unlit) return;
   const shaders::ShadowView* const views = shadows.of(frame);
   for (std::size_t k = 0; k < shadows.views(); ++k) {
     const shaders::ShadowView& view = views[k];
     if (!view.casts()) continue;
     ShaderFeatures::ShadowCasters& casters = features.shadows[view.perspective ? 1 : 0];
-    ++casters.lights;
+    ++casters.lookups;
     if (view.layers > 1) ++casters.layered;
     casters.layers = static_cast<std::uint16_t>(casters.layers + view.layers);
     features.shadow_filter = filter_of(view.filter);
   }
-  features.shadow_keys = drawable.moving && drawable.procedure == nullptr;
 }
 
 }  // namespace tessera::tilecore

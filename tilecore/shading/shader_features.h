@@ -16,8 +16,7 @@ hardware::ShaderFeatures draw_features(const scene::FrameGeometry& frame, const 
                                        bool quads, bool height_normals = false);
 
 // The shadows of lights that it looks up; `frame`: one of those that `shadows` has.
-void add_shadows(const FrameShadows& shadows, const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
-                 hardware::ShaderFeatures& features);
+void add_shadows(const FrameShadows& shadows, const scene::FrameGeometry& frame, hardware::ShaderFeatures& features);
 
 // The domain shader of a drawable that has vertices to shade.
 hardware::ShaderFeatures domain_features(const scene::PosedDrawable& drawable);

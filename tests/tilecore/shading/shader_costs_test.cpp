@@ -119,10 +119,9 @@ std::string whole_shader(const ShaderFeatures& f) {
   flag("layered", f.layered()), flag("layer_texture", f.layer_textures > 0), flag("coat_normals", f.coat_normals);
   for (const std::string_view layer : f.layers) flag(layer.data(), true);
   for (const ShaderFeatures::ShadowCasters& casters : f.shadows)
-    if (casters.lights > 0)
-      out << " shadows=" << casters.lights << " shadow_layers=" << casters.layers / casters.lights;
+    if (casters.lookups > 0)
+      out << " shadows=" << casters.lookups << " shadow_layers=" << casters.layers / casters.lookups;
   out << " shadow_filter=" << std::array{"nearest", "2x2", "3x3"}[static_cast<std::size_t>(f.shadow_filter)];
-  flag("shadow_keys", f.shadow_keys);
   return out.str();
 }
 
@@ -133,11 +132,11 @@ bool close(std::int32_t sum, std::int32_t compiled, double share, std::int32_t l
 
 // Lights of one kind that cast, each into `layers` maps.
 ShaderFeatures casting(ShaderFeatures f, std::size_t kind, std::uint16_t lights, std::uint16_t layers,
-                       ShaderFeatures::ShadowFilter filter, bool keys) {
+                       ShaderFeatures::ShadowFilter filter) {
   f.lights[kind] = lights;
   f.shadows[kind == 0 ? 0 : 1] = {lights, layers > 1 ? lights : std::uint16_t{0},
                                   static_cast<std::uint16_t>(lights * layers)};
-  f.shadow_filter = filter, f.shadow_keys = keys;
+  f.shadow_filter = filter;
   return f;
 }
 
@@ -153,12 +152,12 @@ std::vector<ShaderFeatures> with_shadows() {
   layered.quads = true, layered.layers = {"clearcoat"};
   ShaderFeatures moving = textured;
   moving.motion = Motion::kMoving, moving.quads = true;
-  return {casting(plain, 0, 1, 1, Filter::k2x2, false),        casting(plain, 0, 2, 4, Filter::kNearest, false),
-          casting(textured, 3, 2, 1, Filter::k3x3, false),     casting(textured, 1, 1, 3, Filter::k2x2, false),
-          casting(moving, 0, 1, 4, Filter::k3x3, true),        casting(moving, 3, 2, 1, Filter::k2x2, true),
-          casting(patch, 0, 1, 1, Filter::k2x2, false),        casting(patch, 0, 1, 2, Filter::k2x2, true),
-          casting(displaced, 4, 1, 1, Filter::kNearest, true), casting(computed, 0, 1, 4, Filter::k2x2, false),
-          casting(layered, 0, 2, 2, Filter::k2x2, false)};
+  return {casting(plain, 0, 1, 1, Filter::k2x2),         casting(plain, 0, 2, 4, Filter::kNearest),
+          casting(textured, 3, 2, 1, Filter::k3x3),      casting(textured, 1, 1, 3, Filter::k2x2),
+          casting(moving, 0, 1, 4, Filter::k3x3),        casting(moving, 3, 2, 1, Filter::k2x2),
+          casting(patch, 0, 1, 1, Filter::k2x2),         casting(patch, 0, 1, 2, Filter::k2x2),
+          casting(displaced, 4, 1, 1, Filter::kNearest), casting(computed, 0, 1, 4, Filter::k2x2),
+          casting(layered, 0, 2, 2, Filter::k2x2)};
 }
 
 // SHADE3.
@@ -247,13 +246,12 @@ std::vector<ShaderFeatures> with_one_more(const ShaderFeatures& f) {
   if (f.unlit) more.push_back(f), more.back().unlit = false;
   for (std::size_t kind = 0; kind < f.lights.size(); ++kind) more.push_back(f), ++more.back().lights[kind];
   for (std::size_t projection = 0; projection < f.shadows.size(); ++projection) {
-    more.push_back(f), ++more.back().shadows[projection].lights, ++more.back().shadows[projection].layers;
+    more.push_back(f), ++more.back().shadows[projection].lookups, ++more.back().shadows[projection].layers;
     more.push_back(more.back()), ++more.back().shadows[projection].layered, ++more.back().shadows[projection].layers;
     more.push_back(more.back()), ++more.back().shadows[projection].layers;
   }
   for (const auto filter : {ShaderFeatures::ShadowFilter::k2x2, ShaderFeatures::ShadowFilter::k3x3})
     if (f.shadow_filter < filter) more.push_back(f), more.back().shadow_filter = filter;
-  if (f.motion != Motion::kStill && !f.shadow_keys) more.push_back(f), more.back().shadow_keys = true;
   // Specular-glossiness comes in place of metalness.
   for (const std::string_view layer : scene::kMaterialEffectNames)
     if (!f.unlit && layer != "specular_glossiness" && !f.has(layer))
@@ -323,14 +321,14 @@ TEST(ShaderCosts, LookupsAreCountedOnce) {
 TEST(ShaderCosts, LookupsOfShadowsAreOneTexelOneSquareOrFour) {
   using Filter = ShaderFeatures::ShadowFilter;
   for (const std::size_t kind : {std::size_t{0}, std::size_t{3}})
-    for (const bool keys : {false, true}) {
+    for (const bool moves : {false, true}) {
       ShaderFeatures f;
-      f.motion = keys ? Motion::kMoving : Motion::kStill;
-      EXPECT_EQ(shader_cost(casting(f, kind, 2, 1, Filter::kNearest, keys)).texture_instructions, 2);
-      EXPECT_EQ(shader_cost(casting(f, kind, 2, 4, Filter::k2x2, keys)).texture_instructions, 2);
-      EXPECT_EQ(shader_cost(casting(f, kind, 1, 2, Filter::k3x3, keys)).texture_instructions, 4);
+      f.motion = moves ? Motion::kMoving : Motion::kStill;
+      EXPECT_EQ(shader_cost(casting(f, kind, 2, 1, Filter::kNearest)).texture_instructions, 2);
+      EXPECT_EQ(shader_cost(casting(f, kind, 2, 4, Filter::k2x2)).texture_instructions, 2);
+      EXPECT_EQ(shader_cost(casting(f, kind, 1, 2, Filter::k3x3)).texture_instructions, 4);
       const ShaderCost lit = shader_cost(f);
-      f.shadow_filter = Filter::k3x3, f.shadow_keys = keys;
+      f.shadow_filter = Filter::k3x3;
       EXPECT_EQ(shader_cost(f), lit);
     }
 }

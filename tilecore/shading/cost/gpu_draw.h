@@ -54,6 +54,7 @@ struct Sampler {};
 enum class ShadowFilter : std::uint8_t { kNearest, k2x2, k3x3 };
 struct ShadowLayer {
   std::array<Mat4, 2> from_raster{Mat4(1.0f), Mat4(1.0f)};
+  Mat4 from_resting{1.0f};
   float bias = 0;
 };
 struct ShadowView {

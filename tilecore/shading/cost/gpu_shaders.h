@@ -127,7 +127,6 @@ struct Shader {
   // The first lights cast shadows into maps of so many layers; receivers are looked up where they are at both keys.
   int shadows = 0, shadow_layers = 1;
   ShadowFilter shadow_filter = ShadowFilter::k2x2;
-  bool shadow_keys = false;
 };
 
 template <class Matrix>
@@ -260,6 +259,7 @@ void set_shadows(const TESSERA_CONSTANT Uniforms& u, std::size_t light, shaders:
   for (std::size_t layer = 0; layer < kLayers; ++layer) {
     for (std::size_t key = 0; key < 2; ++key)
       layers[layer].from_raster[key] = matrix<Mat4>(from.from_raster[layer][key]);
+    layers[layer].from_resting = layers[layer].from_raster[0];
     layers[layer].bias = from.bias[layer];
   }
   view.there = static_cast<int>(light) < S.shadows, view.image = &from.image, view.layer = layers;
@@ -298,7 +298,7 @@ __attribute__((always_inline)) inline void with_draw(const TESSERA_CONSTANT Unif
   shaders::ShadowView shadows[2];
   if constexpr (S.shadows > 0) {
     set_shadows<S>(u, 0, layers0, shadows[0]), set_shadows<S>(u, 1, layers1, shadows[1]);
-    draw.shadows = {true, shadows}, draw.shadow_keys = S.shadow_keys;
+    draw.shadows = {true, shadows}, draw.shadow_keys = S.surface != Surface::kComputed;
   }
   shade(draw);
 }

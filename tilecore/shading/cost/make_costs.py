@@ -58,7 +58,7 @@ def read_layers():
 LAYERS = read_layers()
 FIELDS = ["surface", "motion", "quads", "unlit", "colors", "base_color", "metallic_roughness", "occlusion", "emissive",
           "normals", "lights", "light", "light_moves", "apart", "layered", "layer_texture", "coat_normals"] + list(LAYERS) + [
-              "environment_image", "height_normals", "shadows", "shadow_layers", "shadow_filter", "shadow_keys"]
+              "environment_image", "height_normals", "shadows", "shadow_layers", "shadow_filter"]
 NUMBERS = {"lights", "shadows", "shadow_layers"}
 
 
@@ -227,31 +227,27 @@ def add_environment(all_rows, added):
 
 
 def add_shadows(all_rows):
-    """What lights add that cast shadows: each by its projection, its filter and whether the camera moves; where one has
-    more than one map, what the choice takes, and each further map; and once for all of them where the surface is in the
-    camera's raster space."""
-    cameras = {"still": Shader(lights=2), "moving": Shader(lights=2, motion="moving", shadow_keys=True)}
+    """What lights add that cast shadows: each by its projection, its filter and whether the surface moves; where one has
+    more than one map, what the choice takes, and each further map; and once for all of them what the surface takes."""
+    receivers = {"still": Shader(lights=2), "moving": Shader(lights=2, motion="moving")}
     for projection, light in {"orthographic": "directional", "perspective": "spot"}.items():
-        for camera, lit in cameras.items():
+        for receiver, lit in receivers.items():
             for shadow_filter in SHADOW_FILTERS:
                 cast = lit.but(light=light, shadow_filter=shadow_filter)
-                all_rows.append((f"add/shadow/{projection}/{shadow_filter}/{camera}", [cast.but(shadows=2)],
+                all_rows.append((f"add/shadow/{projection}/{shadow_filter}/{receiver}", [cast.but(shadows=2)],
                                  [cast.but(shadows=1)]))
             one, two, three = (lit.but(lights=1, light=light, shadows=1, shadow_layers=n) for n in (1, 2, 3))
-            all_rows.append((f"add/shadow_layers/{projection}/{camera}", [two, two], [one, three]))
-            all_rows.append((f"add/shadow_layer/{projection}/{camera}", [three], [two]))
+            all_rows.append((f"add/shadow_layers/{projection}/{receiver}", [two, two], [one, three]))
+            all_rows.append((f"add/shadow_layer/{projection}/{receiver}", [three], [two]))
     for surface in SURFACES:
         for motion in kinds_of_motion(surface):
             lit = Shader(surface=surface, motion=motion, lights=1)
+            other = receivers["still" if motion == "still" or surface == "computed" else "moving"]
             # Where derivatives are the surface's own, they have taken some of it.
             names = {"": lit} if surface == "computed" else {"/quads": lit, "/surface": lit.but(base_color=True)}
             for name, base in names.items():
-                for camera, other in cameras.items():
-                    if camera == "moving" and (motion == "still" or surface == "computed"):
-                        continue
-                    all_rows.append((f"add/shadows/{surface}/{motion}{name}/{camera}",
-                                     [base.but(shadows=1, shadow_keys=camera == "moving"), other.but(shadows=1)],
-                                     [base, other.but(shadows=2)]))
+                all_rows.append((f"add/shadows/{surface}/{motion}{name}", [base.but(shadows=1), other.but(shadows=1)],
+                                 [base, other.but(shadows=2)]))
 
 
 def run(command, text=None):
