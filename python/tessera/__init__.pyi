@@ -206,6 +206,8 @@ class SettingsKeys(TypedDict, total=False):
     shadows__fit: Literal["sphere", "frustum", "receivers"]  # How maps of a directional light lie over the part of the view that each is for: over the sphere around it, in steps of whole texels, so that edges stand still while the camera moves; over its own box; or over the box of what receives shadows in it.
     shadows__faces: Literal["both", "front", "back"]  # Which sides of single-sided surfaces cast.
     shadows__blended: Literal["none", "solid"]  # Whether blended surfaces cast none, or as if they were opaque.
+    shadows__grids: Literal["light", "camera"]  # Which view sets the tessellation of patches in a map: the light's own, or the camera's. With the camera's a still surface is the same triangles in both views, and curved or displaced surfaces do not shade themselves.
+    shadows__times: int  # 1 to 16. Times of the shutter of which each light has maps, evenly spread, where anything moves. Receivers that move are looked up where they are at the time of a map, in the maps of all times, and the mean is taken.
     shadows__bias: float  # 0 to 64. Factor on the bias of a lookup: half a texel of the receiver's slope, half a step of the depths' format, and what rounding vertices to sub-pixels moves.
     shadows__offset: float  # 0 to 1e+06 scene units. Is added to the bias of a lookup.
     shadows__max_slope: float  # 0 to 1e+06. The steepest slope, depth over width, that the bias and the texels around a lookup take of a receiver.

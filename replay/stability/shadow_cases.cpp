@@ -160,13 +160,12 @@ double crawling_pixels(const Stage& stage) {
   return wrong;
 }
 
-}  // namespace
+void no_bias(Stage& stage) { set(stage, "shadows.bias=0"); }
 
-std::vector<StabilityCase> shadow_cases() {
+std::vector<ShadowCase> maps_and_their_edges() {
   constexpr std::string_view kSlope =
       "The bias is half a texel of the receiver's own slope, and filters compare on its plane.";
-  const auto no_bias = [](Stage& stage) { set(stage, "shadows.bias=0"); };
-  const std::vector<ShadowCase> cases = {
+  return {
       {"a floor under a grazing sun", "GrazingSun", "A texel of the map is many units long on the floor.", kSlope,
        "no bias",
        [] {
@@ -241,6 +240,11 @@ std::vector<StabilityCase> shadow_cases() {
          });
        },
        nowhere(), nowhere(), no_bias},
+  };
+}
+
+std::vector<ShadowCase> cascades_and_motion() {
+  return {
       {"seams between cascades", "CascadeSeams", "Filters of one map reach to where the next one begins.",
        "A map is taken where it has all texels of a lookup.", "no bias", cascades, nowhere(), nowhere(), no_bias},
       {"a light whose node is mirrored", "MirroredLight", "Its axes are left-handed.",
@@ -258,7 +262,10 @@ std::vector<StabilityCase> shadow_cases() {
          in_motion(stage).move(0, {0, 3, 0});
          return stage;
        },
-       nowhere(), nowhere(), no_bias},
+       nowhere(), nowhere(),
+       [](Stage& stage) {
+         stage.keys = {"shadows.bias=0", "shadows.filter=nearest"};
+       }},
       {"a lamp that moves with all that it lights", "MovingAlike", "Nothing rests, and no shadow moves.",
        "Maps and receivers belong to one time.", "its card lets light through",
        [] {
@@ -280,8 +287,14 @@ std::vector<StabilityCase> shadow_cases() {
        },
        nowhere(), nowhere(), no_bias},
   };
+}
+
+}  // namespace
+
+std::vector<StabilityCase> shadow_cases() {
   std::vector<StabilityCase> all;
-  for (const ShadowCase& one : cases) all.push_back(shadow_case(one));
+  for (const ShadowCase& one : maps_and_their_edges()) all.push_back(shadow_case(one));
+  for (const ShadowCase& one : cascades_and_motion()) all.push_back(shadow_case(one));
   all.push_back({kShadows, "a camera that walks", "Crawl", "Maps of its view move with it, and texels with the maps.",
                  "Maps lie over a sphere around the view and move by whole texels.", "maps that fit the view's own box",
                  "Shadows.AMapStoresItsTexelsAndClearedTilesAreAFlag", 0, "pixels", walking,
