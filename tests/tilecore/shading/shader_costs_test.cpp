@@ -207,7 +207,7 @@ TEST(ShaderCostsWhole, SumsAreCloseToShadersCompiledAtOnce) {
   all.insert(all.end(), shadowed.begin(), shadowed.end());
   std::vector<std::string> command = {"/usr/bin/env", "python3", kScript, "--clang", kClang, "--whole"};
   for (const ShaderFeatures& one : all) command.push_back(whole_shader(one));
-  const test::ProcessResult made = test::run_process(command, {.seconds = 900});
+  const test::ProcessResult made = test::run_process(command, {.seconds = 1700});
   ASSERT_EQ(made.status, 0) << made.errors;
   std::map<std::string, std::string> rows = rows_by_name(made.output);
   for (const ShaderFeatures& one : all) {
