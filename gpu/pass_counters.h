@@ -13,8 +13,8 @@ namespace tessera::gpu {
 // Collects the counters of all units of a view, pass by pass.
 //
 // Invariants (cited by the tests):
-//   PA1  Counters and ledgers of the passes sum up to those of the view. In each pass a peak counter has the value that it
-//        had when the pass ended.
+//   PA1  The counters and ledgers of a view are the sums over its passes. A pass reports a peak counter as it was when the
+//        pass ended.
 class PassCounters {
  public:
   // All must outlive it. Counters that `run.result` already has belong to the first pass.

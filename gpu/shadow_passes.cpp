@@ -66,14 +66,14 @@ ShadowPasses::ShadowPasses(const scene::Assembly& assembly, const frontend::Pyra
     : gpu_(gpu), settings_(settings), pipeline_(gpu, pyramids, std::move(cores)) {
   const Capture& capture = *assembly.capture;
   std::vector<scene::ShadowRequest> requests;
+  const int times = capture.played_animations.empty() ? 1 : settings.shadows.times;
   for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
     if (capture.nodes[n].light == scene::kNone) continue;
     const auto request = scene::shadow_request(capture, capture.nodes[n].light, settings.effects.shadows);
     if (!request) continue;
     requests.push_back(scene::sized_request(capture, *request, settings.shadows));
     const int layers = max_layers(capture, requests.back());
-    slots_.push_back({static_cast<int>(n), layers,
-                      std::vector<Slot::Layer>(static_cast<std::size_t>(layers * settings.shadows.times))});
+    slots_.push_back({static_cast<int>(n), layers, std::vector<Slot::Layer>(static_cast<std::size_t>(layers * times))});
   }
   if (slots_.size() > scene::ShadowRequest::kMaxLights)
     throw LimitError(fmt::format("{} lights cast shadows; {} may", slots_.size(), scene::ShadowRequest::kMaxLights));

@@ -167,29 +167,40 @@ HWY_INLINE void begin(const RayPacket& rays, WalkRays& walk) {
   }
 }
 
-void TracePacket(const ReferenceScene& scene, RayPacket& rays) {
-  WalkRays walk;
-  begin(rays, walk);
-  SeenVertices seen;
+// Calls at_leaf(leaf) for the leaves of which enters(node) holds, and of all nodes above. `left_first(left, right)`: which
+// child comes first.
+template <class Enters, class AtLeaf, class LeftFirst>
+HWY_INLINE void walk_tree(const ReferenceScene& scene, const Enters& enters, const AtLeaf& at_leaf,
+                          const LeftFirst& left_first) {
   // A tree of n leaves that is split in the middle at worst here and there stays far below this depth; see the check.
   std::array<std::int32_t, 256> stack;
   std::size_t depth = 0;
   stack[depth++] = 0;
-  const float near = static_cast<float>(scene.near) * 0.999999f;
   while (depth > 0) {
     const ReferenceScene::Node& node = scene.nodes[static_cast<std::size_t>(stack[--depth])];
-    if (!any_touches(node, walk, near)) continue;
+    if (!enters(node)) continue;
     if (node.left < 0) {
-      test_leaf(scene, scene.leaves[static_cast<std::size_t>(node.right)], seen, rays, walk);
+      at_leaf(scene.leaves[static_cast<std::size_t>(node.right)]);
       continue;
     }
-    const ReferenceScene::Node &left = scene.nodes[static_cast<std::size_t>(node.left)],
-                               &right = scene.nodes[static_cast<std::size_t>(node.right)];
-    const bool left_first = left.box[0].low[2] + left.box[1].low[2] <= right.box[0].low[2] + right.box[1].low[2];
+    const bool left =
+        left_first(scene.nodes[static_cast<std::size_t>(node.left)], scene.nodes[static_cast<std::size_t>(node.right)]);
     if (depth + 2 > stack.size()) HWY_ABORT("the reference's tree is too deep");
-    stack[depth++] = left_first ? node.right : node.left;
-    stack[depth++] = left_first ? node.left : node.right;
+    stack[depth++] = left ? node.right : node.left;
+    stack[depth++] = left ? node.left : node.right;
   }
+}
+
+void TracePacket(const ReferenceScene& scene, RayPacket& rays) {
+  WalkRays walk;
+  begin(rays, walk);
+  SeenVertices seen;
+  const float near = static_cast<float>(scene.near) * 0.999999f;
+  walk_tree(
+      scene, [&](const ReferenceScene::Node& node) HWY_ATTR { return any_touches(node, walk, near); },
+      [&](const ReferenceScene::Leaf& leaf) HWY_ATTR { test_leaf(scene, leaf, seen, rays, walk); },
+      [](const ReferenceScene::Node& left, const ReferenceScene::Node& right)
+          HWY_ATTR { return left.box[0].low[2] + left.box[1].low[2] <= right.box[0].low[2] + right.box[1].low[2]; });
 }
 
 void TraceAll(const ReferenceScene& scene, RayPacket& rays) {
@@ -274,20 +285,10 @@ void trace_along(const ReferenceScene& scene, ShadowPacket& rays) {
   Stretches left;
   begin(rays, left);
   SeenVertices seen;
-  std::array<std::int32_t, 256> stack;
-  std::size_t depth = 0;
-  stack[depth++] = 0;
-  while (depth > 0) {
-    const ReferenceScene::Node& node = scene.nodes[static_cast<std::size_t>(stack[--depth])];
-    if (!any_passes<kAxis>(node, rays, left)) continue;
-    if (node.left < 0) {
-      test_casters<kAxis>(scene, scene.leaves[static_cast<std::size_t>(node.right)], seen, rays, left);
-      continue;
-    }
-    if (depth + 2 > stack.size()) HWY_ABORT("the reference's tree is too deep");
-    stack[depth++] = node.right;
-    stack[depth++] = node.left;
-  }
+  walk_tree(
+      scene, [&](const ReferenceScene::Node& node) HWY_ATTR { return any_passes<kAxis>(node, rays, left); },
+      [&](const ReferenceScene::Leaf& leaf) HWY_ATTR { test_casters<kAxis>(scene, leaf, seen, rays, left); },
+      [](const ReferenceScene::Node&, const ReferenceScene::Node&) HWY_ATTR { return true; });
 }
 
 template <int kAxis>

@@ -45,19 +45,19 @@ struct ShadowPacket {
   using Numbers = RayPacket::Numbers;
 
   // In. `light_above`: the light is where the coordinate is larger, so that it sees the sides that a camera at the other
-  // end does not. Hits count between `from` and `to`, which may be infinite, ends left out; never those of the triangle
-  // that a ray starts on (numbers as SurfaceLocation has them).
+  // end does not. A hit counts where from < depth < to; either may be infinite. A ray never hits the triangle that it
+  // starts on (`patch`, `triangle`: as in SurfaceLocation).
   int axis = 2;
   bool light_above = false;
   alignas(64) Numbers origin_x, origin_y, direction_x, direction_y, from, to, t;
   alignas(64) std::array<std::uint32_t, kRays> patch, triangle;
-  // Out: whether an opaque triangle is in the way.
+  // Out: whether an opaque triangle blocks the ray.
   alignas(64) std::array<std::int64_t, kRays> blocked;
   // Out: hits of triangles that are not opaque, in no particular order, of rays that are not blocked or were not yet.
   std::vector<RayPacket::Crossing> crossings;
 };
 
-// Finds what is in the way, with the scene's tree; the same on every instruction set.
+// Finds the casters that block the rays, by the scene's tree. Every instruction set gives the same bits.
 void trace_shadows(const ReferenceScene& casters, ShadowPacket& packet);
 // The same without the tree.
 void trace_shadows_without_tree(const ReferenceScene& casters, ShadowPacket& packet);

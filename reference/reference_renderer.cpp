@@ -9,11 +9,13 @@
 
 #include "base/check.h"
 #include "base/parallel.h"
+#include "gpu/view_inputs.h"
 #include "reference/reference_kernel.h"
 #include "reference/shadow_rays.h"
 #include "scene/limits.h"
 #include "tilecore/shading/alpha_test.h"
 #include "tilecore/shading/transmission.h"
+#include "tilecore/visibility/pattern_settings.h"
 
 namespace tessera::reference {
 namespace {
@@ -164,7 +166,7 @@ class PixelRenderer {
     std::uint32_t first = 0, layers = 0;
   };
 
-  // What ray `r` sees at a depth.
+  // Asks for the shading of the point that ray `r` sees at a depth, and for its shadows.
   void ask_for(const ReferenceScene& scene, std::size_t r, std::int64_t number, double depth, double b1, double b2,
                double t) {
     invocations_.push_back({scene.location(number, b1, b2, t), static_cast<float>(t)});
@@ -491,6 +493,21 @@ std::vector<Image> render_reference(const ShutterSlices& slices, const Reference
   return render_over_what_is_behind(slices.common(), request, [&](const ReferenceRequest& asked, bool behind) {
     return render_slices(slices, asked, behind);
   });
+}
+
+Image render_machines_samples(const scene::Assembly& assembly, const gpu::GpuConfiguration& gpu,
+                              const gpu::RunSettings& settings, int width, int height, int frame) {
+  const scene::Capture& capture = *assembly.capture;
+  const auto posed = scene::pose_frame(assembly, gpu::frame_camera(capture, settings, width, height),
+                                       gpu::frame_request(capture, gpu, settings, width, height, frame));
+  const tilecore::SamplePattern pattern(
+      tilecore::sampling_settings(settings.sampling, gpu.tilecore.visibility, frame, posed->parts()));
+  ReferenceRequest request;
+  request.lighting = gpu::frame_lighting(capture);
+  request.background = gpu::frame_background(capture);
+  request.shadows = settings.shadows;
+  request.pattern = &pattern;
+  return std::move(render_reference(*posed, request).front());
 }
 
 std::vector<Image> render_reference(const scene::FrameGeometry& frame, const ReferenceRequest& request) {

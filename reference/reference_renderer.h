@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/image.h"
+#include "gpu/configuration.h"
 #include "gpu/settings.h"
 #include "reference/reference_scene.h"
 #include "reference/shadow_rays.h"
@@ -50,6 +51,11 @@ bool shows_what_is_behind(const scene::FrameGeometry& frame);
 std::vector<Image> render_reference(const ReferenceScene& scene, const ReferenceRequest& request);
 // Of a frame, segment by segment where its motion has some.
 std::vector<Image> render_reference(const scene::FrameGeometry& frame, const ReferenceRequest& request);
+
+// A frame as the machine would render it, on the grids and by the samples that it has: the images differ by the machine's
+// arithmetic, by invocations that samples share, and by shadow maps.
+Image render_machines_samples(const scene::Assembly& assembly, const gpu::GpuConfiguration& gpu,
+                              const gpu::RunSettings& settings, int width, int height, int frame);
 
 // Of a shutter in slices: each as many samples as have their random time in it. This is the truth of `tessera tradeoff`.
 std::vector<Image> render_reference(const ShutterSlices& slices, const ReferenceRequest& request);

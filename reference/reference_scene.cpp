@@ -171,7 +171,7 @@ ReferenceScene::Triangle ReferenceScene::triangle_of(std::uint32_t patch) const 
              mirrored = drawable.mirrored != (casters && casters->faces == scene::CasterFaces::kBack);
   t.keep_positive = both || mirrored;
   t.keep_negative = both || !mirrored;
-  // What blends is no caster, or a solid one.
+  // A blended surface that casts is solid (shadows.blended).
   t.opaque = casters ? drawable.material->alpha_mode != scene::AlphaMode::kMask
                      : drawable.material->alpha_mode == scene::AlphaMode::kOpaque;
   return t;

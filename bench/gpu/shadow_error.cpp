@@ -1,4 +1,4 @@
-// What shadow maps cost and how far they are from shadow rays, over their size, filter, cascades and times.
+// Compares shadow maps with shadow rays: their error and their cost by size, filter, cascades, times, grids and format.
 //
 //   tessera_shadow_error CAPTURE WIDTHxHEIGHT FRAME [KEY=VALUE ...]
 //   tessera_shadow_error --check     a small image: does a larger map come closer?
@@ -18,7 +18,6 @@
 #include "base/image_metrics.h"
 #include "gpu/device.h"
 #include "gpu/settings.h"
-#include "gpu/view_inputs.h"
 #include "memory/ledger.h"
 #include "reference/reference_renderer.h"
 #include "reference/reference_store.h"
@@ -56,29 +55,20 @@ struct Machine {
 
 Image rays(const scene::Capture& capture, const Keys& keys, const Place& place) {
   const Machine machine(keys);
-  const scene::Assembly assembly = scene::assemble(capture);
-  const auto frame = scene::pose_frame(
-      assembly, gpu::frame_camera(capture, machine.settings, place.width, place.height),
-      gpu::frame_request(capture, machine.gpu, machine.settings, place.width, place.height, place.frame));
-  const tilecore::SamplePattern pattern(
-      sampling_settings(machine.settings.sampling, machine.gpu.tilecore.visibility, place.frame));
-  reference::ReferenceRequest request;
-  request.lighting = gpu::frame_lighting(capture);
-  request.background = gpu::frame_background(capture);
-  request.shadows = machine.settings.shadows;
-  request.pattern = &pattern;
-  return std::move(reference::render_reference(*frame, request).front());
+  return reference::display_values(
+      reference::render_machines_samples(scene::assemble(capture), machine.gpu, machine.settings, place.width,
+                                         place.height, place.frame),
+      capture.settings.exposure);
 }
 
-// Prints a row; its PSNR.
+// Prints a row and returns its PSNR.
 double row(const std::string& name, const scene::Capture& capture, const Keys& keys, const Place& place,
            const Image& truth) {
   const Machine machine(keys);
-  const float exposure = capture.settings.exposure;
   const gpu::FrameResult frame = gpu::Device(capture, machine.gpu, machine.settings,
                                              {place.width, place.height, {0, 0, place.width, place.height}})
                                      .render(place.frame);
-  const double db = psnr(truth, reference::display_values(frame.targets.color, exposure)),
+  const double db = psnr(truth, reference::display_values(frame.targets.color, capture.settings.exposure)),
                ms = frame.model->timing.cycles / machine.gpu.clock_mhz * 1e-3;
   std::uint64_t bytes = 0;
   for (std::size_t unit = 0; unit < memory::kUnitCount; ++unit) {
@@ -95,7 +85,7 @@ int check() {
   const scene::Capture capture =
       scene::read_capture(std::filesystem::path(TESSERA_SOURCE_DIR) / "captures" / "city_evening.glb");
   const Place place{96, 54, 0};
-  const Image truth = reference::display_values(rays(capture, {}, place), capture.settings.exposure);
+  const Image truth = rays(capture, {}, place);
   const double small = row("shadows.size=64", capture, {"shadows.size=64"}, place, truth),
                large = row("shadows.size=512", capture, {"shadows.size=512"}, place, truth);
   TESSERA_CHECK(large > small + 1, "a larger map is closer to rays");
@@ -111,8 +101,7 @@ int run(const std::vector<std::string>& arguments) {
       std::sscanf(arguments[2].c_str(), "%d", &place.frame) != 1)
     throw UsageError("tessera_shadow_error: expected WIDTHxHEIGHT and the number of a frame");
   const Keys keys(arguments.begin() + 3, arguments.end());
-  const float exposure = capture.settings.exposure;
-  const Image truth = reference::display_values(rays(capture, keys, place), exposure);
+  const Image truth = rays(capture, keys, place);
   fmt::print("| keys | PSNR, dB | frame, ms | maps, MiB moved |\n|---|---:|---:|---:|\n");
   row("as given", capture, keys, place, truth);
   for (const auto& group : groups())

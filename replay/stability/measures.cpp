@@ -305,16 +305,10 @@ Image render(const Stage& stage) {
 
 double wrong_samples(const Stage& machine, const Stage& truth) {
   const PosedStage posed(truth);
-  const tilecore::SamplePattern pattern(tilecore::sampling_settings(
-      posed.settings.sampling, posed.gpu.tilecore.visibility, truth.frame, posed.frame->parts()));
-  reference::ReferenceRequest request;
-  request.lighting = gpu::frame_lighting(truth.capture);
-  request.background = gpu::frame_background(truth.capture);
-  request.shadows = posed.settings.shadows;
-  request.samples = {};
-  request.pattern = &pattern;
-  const Image wanted = reference::render_reference(*posed.frame, request).front(), got = render(machine);
-  const double samples = pattern.samples_per_pixel();
+  const Image wanted = reference::render_machines_samples(posed.assembly, posed.gpu, posed.settings, truth.width,
+                                                          truth.height, truth.frame),
+              got = render(machine);
+  const double samples = posed.settings.sampling.samples_per_pixel;
   double wrong = 0;
   for (int y = 0; y < truth.height; ++y)
     for (int x = 0; x < truth.width; ++x) {

@@ -182,20 +182,9 @@ class Runner {
 
   Image render_in_double(const Trial& trial, RoundTimes& host) const {
     const gpu::PreparedCapture& prepared = *captures_.original();
-    const scene::Capture& capture = prepared.capture;
     const RoundTimer timer(host);
-    const auto frame = scene::pose_frame(
-        prepared.scene(trial.settings.textures).assembly,
-        gpu::frame_camera(capture, trial.settings, place_.width, place_.height),
-        gpu::frame_request(capture, trial.gpu, trial.settings, place_.width, place_.height, place_.frame));
-    const tilecore::SamplePattern pattern(
-        sampling_settings(trial.settings.sampling, trial.gpu.tilecore.visibility, place_.frame));
-    reference::ReferenceRequest wanted;
-    wanted.lighting = gpu::frame_lighting(capture);
-    wanted.background = gpu::frame_background(capture);
-    wanted.shadows = trial.settings.shadows;
-    wanted.pattern = &pattern;
-    return std::move(render_reference(*frame, wanted).front());
+    return reference::render_machines_samples(prepared.scene(trial.settings.textures).assembly, trial.gpu,
+                                              trial.settings, place_.width, place_.height, place_.frame);
   }
 
   ImageError measure(const Image& image) const {

@@ -29,20 +29,11 @@ Image machine_image(const Capture& capture, const std::vector<std::string>& keys
   return gpu::Device(capture, gpu, settings, {kSide, kSide, {0, 0, kSide, kSide}}).render(0).targets.color;
 }
 
-// With the machine's own samples: what is left to differ is the shadow.
+// By the machine's own samples, so that the shadow alone differs.
 Image reference_image(const Capture& capture, const std::vector<std::string>& keys) {
   gpu::GpuConfiguration gpu;
   const gpu::RunSettings settings = settings_of(keys, gpu);
-  const scene::Assembly assembly = scene::assemble(capture);
-  const auto frame = scene::pose_frame(assembly, gpu::frame_camera(capture, settings, kSide, kSide),
-                                       gpu::frame_request(capture, gpu, settings, kSide, kSide, 0));
-  const tilecore::SamplePattern pattern(sampling_settings(settings.sampling, gpu.tilecore.visibility, 0));
-  ReferenceRequest request;
-  request.lighting = gpu::frame_lighting(capture);
-  request.background = gpu::frame_background(capture);
-  request.shadows = settings.shadows;
-  request.pattern = &pattern;
-  return render_reference(*frame, request).front();
+  return render_machines_samples(scene::assemble(capture), gpu, settings, kSide, kSide, 0);
 }
 
 // A floor under a sun at 45 degrees; the shadow of a card that is not in the image covers what lies left of x = `edge`.

@@ -1,4 +1,4 @@
-// What maps of lights see (scene/light_views.cpp): every place that the camera sees is in a map with all texels around it,
+// What maps of lights see (scene/light_views.cpp) and the grids that patches have in them (scene/view_grids.cpp): every place that the camera sees is in a map with all texels around it,
 // and everything that may keep light off lies between the map's planes.
 #include "scene/light_views.h"
 #include "tests/support/tests.h"
