@@ -29,6 +29,13 @@ struct ImageConstants {
   std::int32_t levels;
 };
 
+// The maps of a light: how the camera's raster space at both keys is put into that of a layer.
+inline constexpr std::size_t kMaxShadowLayers = 4;
+struct ShadowUniforms {
+  float from_raster[kMaxShadowLayers][2][16], bias[kMaxShadowLayers], size, texel, t, slope_bias, max_slope;
+  ImageConstants image;
+};
+
 }  // namespace tessera::gpu_cost
 
 namespace tessera::shaders {
@@ -58,7 +65,7 @@ struct ShadowLayer {
   float bias = 0;
 };
 struct ShadowView {
-  const TESSERA_CONSTANT gpu_cost::ImageConstants* image = nullptr;
+  const TESSERA_CONSTANT gpu_cost::ShadowUniforms* uniforms = nullptr;
   bool there = false;
   float size = 0, texel = 0;  // of an axis, in texels; of a texel, in texture coordinates
   int layers = 0;

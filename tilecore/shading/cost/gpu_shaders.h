@@ -50,7 +50,6 @@ void set_triangle_raster(const DrawConstants& draw, const LaneInputs<Lane<kSame>
 
 // ---- What a draw has ------------------------------------------------------------------------------------------------
 
-inline constexpr std::size_t kMaxShadowLayers = 4;
 struct TextureUniforms {
   float transform[6];
   ImageConstants image;
@@ -94,11 +93,7 @@ struct Uniforms {
     float to_world[3][9], inverse_focus;
   } rays;
   float height_metric[2][9];
-  // The maps of each light: how the camera's raster space at both keys is put into that of a layer.
-  struct ShadowUniforms {
-    float from_raster[kMaxShadowLayers][2][16], bias[kMaxShadowLayers], size, texel, t, slope_bias, max_slope;
-    ImageConstants image;
-  } shadows[2];
+  ShadowUniforms shadows[2];
 };
 
 enum class Surface { kTriangles, kPatch, kDisplacedPatch, kComputed };
@@ -253,7 +248,7 @@ void set_constants(const TESSERA_CONSTANT Uniforms& u, DrawConstants& draw) {
 template <Shader S>
 void set_shadows(const TESSERA_CONSTANT Uniforms& u, std::size_t light, shaders::ShadowLayer* layers,
                  shaders::ShadowView& view) {
-  const Uniforms::ShadowUniforms TESSERA_CONSTANT& from = u.shadows[light];
+  const ShadowUniforms TESSERA_CONSTANT& from = u.shadows[light];
   constexpr auto kLayers = static_cast<std::size_t>(S.shadow_layers);
   static_assert(kLayers <= kMaxShadowLayers);
   for (std::size_t layer = 0; layer < kLayers; ++layer) {
@@ -262,7 +257,7 @@ void set_shadows(const TESSERA_CONSTANT Uniforms& u, std::size_t light, shaders:
     layers[layer].from_resting = layers[layer].from_raster[0];
     layers[layer].bias = from.bias[layer];
   }
-  view.there = static_cast<int>(light) < S.shadows, view.image = &from.image, view.layer = layers;
+  view.there = static_cast<int>(light) < S.shadows, view.uniforms = &from, view.layer = layers;
   view.size = from.size, view.texel = from.texel, view.layers = S.shadow_layers;
   view.perspective = S.light != LightKind::kDirectional, view.filter = S.shadow_filter;
   view.t = from.t, view.slope_bias = from.slope_bias, view.max_slope = from.max_slope;

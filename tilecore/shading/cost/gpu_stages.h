@@ -202,11 +202,22 @@ HeightGradient<Real> height_gradient_in_nearest_level(const TextureView& texture
                                         level);
 }
 
+// As shadow_texels.inc. What a lane's layer has is loaded, where a light has more than one.
+constexpr int kResting = 2, kBias = 3;
+template <class Int, class Real>
+Real layer_number(const ShadowView& map, Real layer, int which, int column, int row) {
+  const std::size_t key = which == kResting ? 0 : static_cast<std::size_t>(which);
+  if (map.layers > 1 && which == kBias) return Real(map.uniforms->bias[to_int(layer).sum()]);
+  if (map.layers > 1) return Real(map.uniforms->from_raster[to_int(layer).sum()][key][4 * column + row]);
+  return Real(which == kBias ? map.layer[0].bias : map.layer[0].from_raster[key][column][row]);
+}
+
 // As shadow_texels.inc: one image instruction for a texel, and one for a square of four; what is outside of the map is the
 // sampler's edge.
 template <class Int, class Real>
 Real texel_depth(const ShadowView& map, Real layer, Real column, Real row) {
-  return load_layer(1, to_int(column).sum(), to_int(row).sum(), to_int(layer).sum(), map.image->resource, 0, 0);
+  return load_layer(1, to_int(column).sum(), to_int(row).sum(), to_int(layer).sum(), map.uniforms->image.resource, 0,
+                    0);
 }
 template <class Real>
 struct DepthSquare {
@@ -215,7 +226,8 @@ struct DepthSquare {
 template <class Int, class Real>
 DepthSquare<Real> square_depths(const ShadowView& map, Real layer, Real column, Real row) {
   const Real texel(map.texel), u = (column + Real(1.0f)) * texel, v = (row + Real(1.0f)) * texel;
-  const Vec4f d = gather4_layer(1, u.v, v.v, layer.v, map.image->resource, map.image->sampler, false, 0, 0);
+  const Vec4f d =
+      gather4_layer(1, u.v, v.v, layer.v, map.uniforms->image.resource, map.uniforms->image.sampler, false, 0, 0);
   return {{{Real(d.w), Real(d.z)}, {Real(d.x), Real(d.y)}}};
 }
 // Nobody is told of texels.
