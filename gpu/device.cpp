@@ -64,6 +64,7 @@ Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfigu
       gpu_(with_tile_memory(gpu, settings)),
       settings_(settings),
       request_(request),
+      graph_(prepared_->capture, gpu_, settings, request.region),
       behind_(image_behind(scene_.assembly, request)),
       cores_(std::make_shared<PerThread<tilecore::TileCore>>()),
       shadow_passes_(scene_.assembly, scene_.pyramids, gpu_, settings_, cores_),
@@ -106,6 +107,11 @@ void Device::set_observer(ViewObserver* observer) {
     throw UsageError(
         "baselines draw frames in one pass; of a capture whose lights cast shadows they would leave out the maps: "
         "effects.shadows=off compares the rest");
+  if (observer != nullptr && !graph_.plain())
+    throw UsageError(
+        "baselines draw frames in one pass; of a capture that describes passes of its own they would leave out what "
+        "these "
+        "load and store");
   observer_ = observer;
 }
 
@@ -117,10 +123,8 @@ scene::FrameRequest Device::frame_request(int frame) const {
 }
 
 tilecore::FrameStore Device::frame_store() const {
-  const float exposure = settings_.output.exposure > 0 ? static_cast<float>(settings_.output.exposure)
-                                                       : prepared_->capture.settings.exposure;
   tilecore::FrameStore store;
-  store.coder = tilecore::PixelCoder(gpu_.frame_buffer.format, exposure);
+  store.coder = tilecore::PixelCoder(gpu_.frame_buffer.format, frame_exposure(prepared_->capture, settings_));
   store.signature_bits = gpu_.frame_buffer.signature_bits;
   store.compressed = gpu_.frame_buffer.compression == tilecore::FrameBufferCompression::kLossless;
   return store;
@@ -146,6 +150,7 @@ tilecore::TileJob Device::make_job(const scene::FrameGeometry& frame, const binn
   if (settings_.output.machine_model)
     job.textures = {&texture_memory_, gpu_.caches.texture_bytes, hardware::Caches::kTextureWays, gpu_.line_bytes()};
   job.store = frame_store();
+  job.actions = graph_.actions();
   if (behind_.level_count() > 0) job.lighting.behind = job.scene_color = &behind_;
   return job;
 }
@@ -205,6 +210,8 @@ void Device::measure_error(const tilecore::TileJob& job, FrameResult& result) {
   const StageTimer timer(result, "error");
   tilecore::TileJob plain = job;
   plain.resolve = nullptr;
+  plain.actions = {};
+  plain.store.payloads = nullptr;
   plain.store.before = nullptr;
   FrameResult full(result.frame, tilecore::FrameTargets(request_.region, false));
   WorkRecorder recorder(gpu_, patch_table_, nullptr, false);
@@ -287,6 +294,10 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
   job.lighting.shadows = shadow_passes_.shadows();
   job.maps_signature = shadow_passes_.signature();
   if (eliminates(gpu_)) begin_elimination(frame, eye, job);
+  if (graph_.loads_frame() && job.store.compressed) {
+    eye.payloads.resize(tilecore::TileStore::header_bytes(job.store, request_.region) / tilecore::kBlockHeaderBytes);
+    job.store.payloads = &eye.payloads;
+  }
   ViewRun run{gpu_,
               job,
               recorder,
@@ -294,6 +305,8 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
               observed ? &record : nullptr,
               &progress_,
               gpu_.tile.rendering_elimination ? &eye.inputs : nullptr};
+  run.pass = graph_.name();
+  run.copies = graph_.copies();
   run.waits = !shadow_passes_.any_pass();
   pipeline_.render(run, {guesses, guess ? &*guess : nullptr});
   for (const tilecore::DepthMaps* maps : shadow_passes_.stored()) recorder.stored(texture_memory_.range(*maps));

@@ -8,6 +8,7 @@
 #include "base/rect.h"
 #include "gpu/configuration.h"
 #include "gpu/displacement_memory.h"
+#include "gpu/frame_graph.h"
 #include "gpu/frame_result.h"
 #include "gpu/moving_focus.h"
 #include "gpu/patch_table.h"
@@ -47,7 +48,7 @@ class Device {
   Device(const scene::Capture& capture, const GpuConfiguration& gpu, const RunSettings& settings,
          const RenderRequest& request)
       : Device(std::make_shared<const PreparedCapture>(capture), gpu, settings, request) {}
-  // Throws UsageError when a region is asked for of frames in which a surface transmits.
+  // Throws UsageError when a region is asked for of frames in which a surface transmits, and what FrameGraph throws.
   Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfiguration& gpu, const RunSettings& settings,
          const RenderRequest& request);
 
@@ -62,8 +63,9 @@ class Device {
   // On any thread: the frame in hand, and any later one, ends at its next tile; render() throws Abandoned.
   void abandon() { progress_.abandon(); }
 
-  // Null: nobody. It must outlive the device or the next call. Throws UsageError where tiles are eliminated, and where
-  // surfaces transmit: who compares machines sees one that renders and writes all tiles in one pass.
+  // Null: nobody. It must outlive the device or the next call. Throws UsageError where tiles are eliminated, where
+  // surfaces transmit and where a capture describes passes: who compares machines sees one that renders and writes all
+  // tiles in one pass.
   void set_observer(ViewObserver* observer);
 
   // What the frame rendered last leaves to the next, with resolve.desampling=adaptive; and to go on from that of
@@ -92,6 +94,7 @@ class Device {
     // What its frame buffer holds, and why; of frame `kept`.
     tilecore::StoredFrame stored{};
     InputSignatures inputs{};
+    std::vector<std::uint16_t> payloads{};  // FrameStore::payloads
     std::optional<int> kept{};
   };
 
@@ -120,6 +123,7 @@ class Device {
   GpuConfiguration gpu_;
   RunSettings settings_;
   RenderRequest request_;
+  FrameGraph graph_;
   shaders::RadianceImage behind_;  // without levels where nothing transmits
   Pipeline::Cores cores_;
   ShadowPasses shadow_passes_;

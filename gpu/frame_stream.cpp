@@ -8,9 +8,14 @@
 
 namespace tessera::gpu {
 
-bool frames_are_independent(const GpuConfiguration& gpu, const RunSettings& settings, const RenderRequest& request) {
-  return settings.resolve.desampling != tilecore::Desampling::kAdaptive && !gpu.frontend.previous_depth_culling &&
-         !eliminates(gpu) && gpu.queues.caches == hardware::FrameCaches::kEmpty && !request.record_accesses &&
+bool frames_are_independent(const scene::Capture& capture, const GpuConfiguration& gpu, const RunSettings& settings,
+                            const RenderRequest& request) {
+  // A compressed frame that is loaded has as many bytes as it got.
+  const bool loads = capture.settings.graph && std::ranges::any_of(capture.settings.graph->passes,
+                                                                   [](const auto& pass) { return !pass.load.empty(); });
+  return !loads && settings.resolve.desampling != tilecore::Desampling::kAdaptive &&
+         !gpu.frontend.previous_depth_culling && !eliminates(gpu) &&
+         gpu.queues.caches == hardware::FrameCaches::kEmpty && !request.record_accesses &&
          !request.keep_transactions;  // which may be many times the rest of a frame
 }
 

@@ -12,7 +12,8 @@
 namespace tessera::gpu {
 
 // Whether frames of a replay leave nothing to each other, so that several may be rendered at once.
-bool frames_are_independent(const GpuConfiguration& gpu, const RunSettings& settings, const RenderRequest& request);
+bool frames_are_independent(const scene::Capture& capture, const GpuConfiguration& gpu, const RunSettings& settings,
+                            const RenderRequest& request);
 
 // Frames [first, last) in order, of one device or of several alike. Several render at once, each a frame of its own with
 // its share of the threads and of the memory that the capture left: what a frame does one after the other then costs no

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "gpu/image_passes.h"
 #include "gpu/pass_counters.h"
 #include "tilecore/procedural/parameter_maps.h"
 #include "tilecore/resolve/resolve_unit.h"
@@ -59,15 +60,13 @@ void Pipeline::second_pass(const ViewRun& run, TileScheduler& scheduler, binner:
   const std::vector<bool> again = tiles_again(binner.grid(), depth, visible, front_end.previous_depth);
   run.recorder.front_end(*run.job.frame, front_end);
   if (std::ranges::count(again, true) == 0) {
-    scheduler.record_empty_round("again");
-  } else {
-    // The lists still hold what the tiles were rendered from, unless a partial render emptied them.
-    if (run.result.counters.binner.partial_renders > 0) {
-      scheduler.empty_lists();
-      visible.insert(visible.begin(), front_end.sub_patches.begin(), front_end.sub_patches.end());
-    }
-    scheduler.render("again", visible, again);
+    visible.clear();
+  } else if (run.result.counters.binner.partial_renders > 0) {
+    // The lists no longer hold what the tiles were rendered from: a partial render emptied them.
+    scheduler.empty_lists();
+    visible.insert(visible.begin(), front_end.sub_patches.begin(), front_end.sub_patches.end());
   }
+  scheduler.render({.name = "again", .sub_patches = visible, .only = again, .binned = visible.empty()});
   run.result.targets.coarse_depth = std::move(depth);
 }
 
@@ -78,7 +77,7 @@ bool Pipeline::render_tiles(const ViewRun& run, TileScheduler& scheduler, const 
     for (const frontend::BoundedSubPatch& piece : sub_patches)
       (tilecore::transmits(run.job.frame->drawable_of(piece.base_patch)) ? transmissive : behind).push_back(piece);
   if (transmissive.empty()) {
-    scheduler.render(run.pass, sub_patches, {}, binned);
+    scheduler.render({.name = run.pass, .sub_patches = sub_patches, .binned = binned});
     return true;
   }
   std::vector<bool> open(grid.tile_count(), false);
@@ -87,13 +86,15 @@ bool Pipeline::render_tiles(const ViewRun& run, TileScheduler& scheduler, const 
     for (int row = tiles.y0; row < tiles.y1; ++row)
       for (int column = tiles.x0; column < tiles.x1; ++column) open[grid.index(column, row)] = true;
   }
-  scheduler.render_behind(behind, open);
-  // The lists still hold what is behind, unless a partial render emptied them.
-  if (run.result.counters.binner.partial_renders > 0) {
+  scheduler.render({.name = "behind", .sub_patches = behind, .open = open});
+  scheduler.render(reduce_pass(run, scheduler.tiles()));
+  // The lists still hold what is behind and grow by what transmits, unless a partial render emptied them.
+  const bool emptied = run.result.counters.binner.partial_renders > 0;
+  if (emptied) {
     scheduler.empty_lists();
     transmissive.insert(transmissive.begin(), behind.begin(), behind.end());
   }
-  scheduler.render_transmissive(transmissive, open);
+  scheduler.render({.name = run.pass, .sub_patches = transmissive, .only = open, .waits = emptied});
   return false;
 }
 
@@ -162,9 +163,9 @@ void Pipeline::render(const ViewRun& run, const PreviousDepth& previous) {
   if (job.resolve != nullptr) tilecore::TileCore::begin_resolve(job);
   const bool all_binned = render_tiles(run, scheduler, binner.grid(), front_end.sub_patches, binned);
   if (previous.store) second_pass(run, scheduler, binner, front_end);
-  if (job.resolve != nullptr) {
-    if (job.resolve->settings.reach == tilecore::StencilReach::kNeighbours) scheduler.finish_across_tiles();
-  }
+  if (job.resolve != nullptr && job.resolve->settings.reach == tilecore::StencilReach::kNeighbours)
+    scheduler.render(stencil_pass(run));
+  for (const CopyPass& copy : run.copies) scheduler.render(copy_pass(run, copy));
   passes.finish();
   run.recorder.end_view(job);
   take_totals(run);

@@ -2,14 +2,11 @@
 
 #include <utility>
 
-#include "scene/capture_reader.h"
 #include "scene/held_textures.h"
 
 namespace tessera::gpu {
 
-PreparedCapture::PreparedCapture(const scene::Capture& capture_in) : capture(capture_in) {
-  scene::check_renderable(capture);
-}
+PreparedCapture::PreparedCapture(const scene::Capture& capture_in) : capture(capture_in) {}
 
 const PreparedScene& PreparedCapture::scene(scene::TextureSettings textures,
                                             const scene::GeometrySettings& geometry) const {

@@ -25,7 +25,7 @@ struct PreparedScene {
 // What all devices of one capture share, whatever the machine and the settings. Many devices may use it at once.
 class PreparedCapture {
  public:
-  // `capture_in` must outlive it. Throws what scene::check_renderable() throws.
+  // `capture_in` must outlive it.
   explicit PreparedCapture(const scene::Capture& capture_in);
 
   const scene::Capture& capture;

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "base/check.h"
-#include "base/round_up.h"
 #include "base/thread_clock.h"
+#include "gpu/image_passes.h"
 
 namespace tessera::gpu {
 namespace {
@@ -27,19 +27,26 @@ class BusyTimer {
   double start_;
 };
 
+// What a tile has of an array with so many bytes for each pixel.
+auto bytes_of(std::uint64_t pixel_bytes) {
+  return [pixel_bytes](IntRect pixels) {
+    return pixel_bytes * static_cast<std::uint64_t>(pixels.width()) * static_cast<std::uint64_t>(pixels.height());
+  };
+}
+
 }  // namespace
 
 struct TileScheduler::Round {
   WorkRecorder::Round work;
   std::vector<SharedRequests> shared;            // per tile
   std::vector<tilecore::TileState>& unfinished;  // empty but for partial renders
-  const Pass& pass;
+  const GeometryPass& pass;
   bool last;                    // of the pass: no partial render follows
   std::vector<bool> unchanged;  // tiles that are not rendered; empty: none
   // Units that tiles share, as the tiles before in emulated order left them.
   binner::RecordCache records;
-  TileArray depths{memory::Unit::kTilecore, memory::Purpose::kCoarseDepth, true}, headers;
-  std::uint64_t depth_offset = 0, header_offset = 0;
+  TileArray depths{memory::Unit::kTilecore, memory::Purpose::kCoarseDepth, true};
+  std::uint64_t depth_offset = 0;
 };
 
 TileScheduler::TileScheduler(const ViewRun& run, PerThread<tilecore::TileCore>& cores, binner::Binner& binner,
@@ -65,6 +72,8 @@ void TileScheduler::render_tile(Round& round, std::size_t t) {
   tilecore::TileState fresh;
   tilecore::TileState& state = round.unfinished.empty() ? fresh : round.unfinished[t];
   if (round.last || !entries.empty()) {
+    shared.began = !state.started && round.pass.only.empty();
+    if (shared.began && job.actions.load_color && !job.actions.color) core.load_frame(job, tile);
     if (state.started) core.load_state(job, state);
     if (run_.record != nullptr)
       for (const binner::ListEntry& entry : entries) {
@@ -123,7 +132,7 @@ SignatureMemory TileScheduler::signature_memory() const {
   return {binner_.grid().tile_count(), run_.job.store.signature_bytes(), run_.job.burst_bytes()};
 }
 
-void TileScheduler::share_signatures(Round& round) {
+void TileScheduler::share_signatures(WorkRecorder::Round& round, std::span<const SharedRequests> tiles) {
   using memory::Purpose;
   using memory::Unit;
   const tilecore::FrameStore& store = run_.job.store;
@@ -133,12 +142,44 @@ void TileScheduler::share_signatures(Round& round) {
       now{Unit::kResolve, Purpose::kSignatures, true, place};
   std::uint64_t offset = 0;
   for (const binner::TileIndex tile : order_.tiles()) {
-    if (round.shared[tile].finished) {
-      if (store.before->known) round.work.move(tile, before, offset, bytes);
-      round.work.move(tile, now, offset, bytes);
+    if (tiles[tile].finished) {
+      if (store.before->known) round.move(tile, before, offset, bytes);
+      round.move(tile, now, offset, bytes);
     }
     offset += bytes;
   }
+}
+
+void TileScheduler::load(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
+                         const tilecore::ColorAttachment& attachment) {
+  this->tiles().move(round, {memory::Unit::kTilecore, memory::Purpose::kAttachment, false, attachment.base},
+                     bytes_of(attachment.coder.pixel_bytes()),
+                     [&](binner::TileIndex tile) { return tiles[tile].began; });
+}
+
+void TileScheduler::share_stores(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
+                                 const tilecore::AttachmentActions& actions) {
+  using memory::Purpose;
+  using memory::Unit;
+  const auto began = [&](binner::TileIndex tile) { return tiles[tile].began; };
+  const auto finished = [&](binner::TileIndex tile) { return tiles[tile].finished; };
+  const OrderedTiles all = this->tiles();
+  if (actions.color) {
+    const auto bytes = bytes_of(actions.color->coder.pixel_bytes());
+    if (actions.load_color) load(round, tiles, *actions.color);
+    all.move(round, {Unit::kResolve, Purpose::kAttachment, true, actions.color->base}, bytes, finished);
+  } else {
+    const tilecore::FrameStore& store = run_.job.store;
+    const std::uint64_t place = tilecore::TileStore::header_offset(store, binner_.grid().region());
+    const auto bytes = [&](IntRect pixels) { return tilecore::TileStore::header_bytes(store, pixels); };
+    if (actions.load_color) all.move(round, {Unit::kTilecore, Purpose::kFrameBuffer, false, place}, bytes, began);
+    all.move(round, {Unit::kResolve, Purpose::kFrameBuffer, true, place}, bytes,
+             [&](binner::TileIndex tile) { return tiles[tile].stored; });
+    share_signatures(round, tiles);
+  }
+  if (actions.depth_bytes > 0)
+    all.move(round, {Unit::kResolve, Purpose::kAttachment, true, actions.depth_base}, bytes_of(actions.depth_bytes),
+             finished);
 }
 
 void TileScheduler::share_flags(Round& round) {
@@ -165,40 +206,38 @@ void TileScheduler::share(Round& round, binner::TileIndex t) {
     round.work.move(t, round.depths, round.depth_offset, tile_depth_bytes());
     round.depth_offset += tile_depth_bytes();
   }
-  const std::uint64_t header_bytes = tilecore::TileStore::header_bytes(run_.job.store, binner_.grid().pixels(t));
-  if (use.stored) round.work.move(t, round.headers, round.header_offset, header_bytes);
-  round.header_offset += header_bytes;
   if (run_.record != nullptr)
     run_.record->tessellations.insert(run_.record->tessellations.end(), use.tessellations.begin(),
                                       use.tessellations.end());
-  // share_signatures() reads the rest.
+  // share_stores() reads the rest.
   use.records = {}, use.tessellations = {}, use.hidden = {}, use.cells = {};
 }
 
-void TileScheduler::render_pass(std::span<const frontend::BoundedSubPatch> sub_patches, const Pass& pass) {
+void TileScheduler::render(const GeometryPass& pass) {
   const tilecore::TileJob& job = run_.job;
   const binner::TileIndex tile_count = binner_.grid().tile_count();
   const bool whole = pass.only.empty() && pass.open.empty();
   binner::Binner::Cursor cursor;
   if (run_.record != nullptr) run_.record->entries.resize(tile_count);
   std::vector<tilecore::TileState> unfinished;
-  RoundPlace place{pass.name, pass.waits};
+  RoundPlace place{pass.name, std::exchange(first_pass_, false) ? run_.waits : pass.waits};
   for (bool done = false; !done;) {
     {
       const StageTimer timer(run_.result, "bin");
-      done = pass.binned || binner_.run(*job.frame, sub_patches, cursor);
+      done = pass.binned || binner_.run(*job.frame, pass.sub_patches, cursor);
     }
     std::vector<bool> unchanged;
-    if (run_.inputs != nullptr && pass.only.empty()) unchanged = compare_inputs(whole && done && unfinished.empty());
+    if (run_.inputs != nullptr && pass.only.empty()) {
+      unchanged = compare_inputs(whole && done && unfinished.empty());
+      unchanged_ = unchanged;
+    }
     Round round{.work = run_.recorder.begin_round(binner_, order_, place),
                 .shared = {},
                 .unfinished = unfinished,
                 .pass = pass,
                 .last = done,
                 .unchanged = std::move(unchanged),
-                .records = binner::RecordCache(run_.gpu.binner_spec()),
-                .headers = {memory::Unit::kResolve, memory::Purpose::kFrameBuffer, true,
-                            tilecore::TileStore::header_offset(job.store, binner_.grid().region())}};
+                .records = binner::RecordCache(run_.gpu.binner_spec())};
     const StageTimer timer(run_.result, "tiles");
     round.shared.resize(tile_count);
     if (!done) {
@@ -224,9 +263,9 @@ void TileScheduler::render_pass(std::span<const frontend::BoundedSubPatch> sub_p
         [&](std::size_t k) { share(round, order[k]); });
     if (run_.progress != nullptr) run_.progress->end();
     busy_seconds.for_each([&](double seconds) { run_.result.stage_seconds["tile_threads"] += seconds; });
-    share_signatures(round);
+    share_stores(round.work, round.shared, job.actions);
     share_flags(round);
-    if (done && !pass.open.empty()) share_behind(round.work, 0, true);
+    if (done && !pass.open.empty()) move_scene_color(round.work, tiles(), job, 0, true);
     run_.result.counters.ledger += round.records.ledger();
     if (!done) empty_lists();
     place.waits = true;
@@ -234,68 +273,33 @@ void TileScheduler::render_pass(std::span<const frontend::BoundedSubPatch> sub_p
   pass_end_(pass.name);
 }
 
-void TileScheduler::end_part(tilecore::TileCore& core, WorkRecorder::Tile& work, std::size_t tile) {
-  tilecore::TileResult result = core.take_result();
-  work.end(run_.job, result, false);
-  count_work(result.counters, run_.result.maps.tiles[tile]);
-}
-
-void TileScheduler::reduce_behind() {
-  const StageTimer timer(run_.result, "reduce");
-  shaders::RadianceImage& image = *run_.job.scene_color;
-  for (int level = 1; level < image.level_count(); ++level)
-    parallel_for(static_cast<std::size_t>(image.height(level)), [&](std::size_t row) {
-      const int y = static_cast<int>(row);
-      image.reduce(level, {0, y, image.width(level), y + 1});
-    });
-  WorkRecorder::Round round = run_.recorder.begin_round(binner_, order_, {"reduce", false});
-  parallel_for(binner_.grid().tile_count(), [&](std::size_t t) {
+void TileScheduler::render(const ImagePass& pass) {
+  const StageTimer timer(run_.result, pass.stage);
+  if (pass.begin) pass.begin();
+  WorkRecorder::Round round = run_.recorder.begin_round(binner_, order_, {pass.name, pass.waits});
+  std::vector<SharedRequests> shared(binner_.grid().tile_count());
+  parallel_for(shared.size(), [&](std::size_t t) {
+    if (pass.copy != nullptr && !unchanged_.empty() && unchanged_[t]) return;
     tilecore::TileCore& core = cores_.local();
     WorkRecorder::Tile work = round.tile(t, core);
-    core.count_reduced(run_.job, static_cast<binner::TileIndex>(t));
-    end_part(core, work, t);
+    pass.work(core, static_cast<binner::TileIndex>(t));
+    tilecore::TileResult result = core.take_result();
+    shared[t].began = shared[t].finished = pass.copy != nullptr;
+    shared[t].stored = result.stored;
+    work.end(run_.job, result, shared[t].finished);
+    count_work(result.counters, run_.result.maps.tiles[t]);
   });
-  // A level lies behind the one above; each is read once, when the next one is made.
-  for (int level = 0; level < image.level_count(); ++level) {
-    if (level > 0) share_behind(round, level, true);
-    if (level + 1 < image.level_count()) share_behind(round, level, false);
+  if (pass.copy != nullptr) {
+    load(round, shared, pass.copy->source);
+    share_stores(round, shared, pass.copy->actions);
   }
-  pass_end_("reduce");
-}
-
-void TileScheduler::share_behind(WorkRecorder::Round& round, int level, bool write) {
-  const shaders::RadianceImage& image = *run_.job.scene_color;
-  constexpr auto kTexelBytes = static_cast<std::uint64_t>(shaders::RadianceImage::kBlocks.bytes);
-  TileArray texels{memory::Unit::kResolve, memory::Purpose::kSceneColor, write};
-  for (int above = 0; above < level; ++above)
-    texels.base += round_up(
-        kTexelBytes * static_cast<std::uint64_t>(image.width(above)) * static_cast<std::uint64_t>(image.height(above)),
-        run_.job.burst_bytes());
-  std::uint64_t offset = 0;
-  for (const binner::TileIndex tile : order_.tiles()) {
-    const IntRect part = tilecore::reduced_by(image, level, binner_.grid().pixels(tile));
-    const std::uint64_t bytes =
-        kTexelBytes * static_cast<std::uint64_t>(part.width()) * static_cast<std::uint64_t>(part.height());
-    round.move(tile, texels, offset, bytes);
-    offset += bytes;
-  }
+  if (pass.share) pass.share(round);
+  pass_end_(pass.name);
 }
 
 void TileScheduler::empty_lists() {
   records_before_ += binner_.buffer().end_of_records();
   binner_.reset();
-}
-
-void TileScheduler::finish_across_tiles() {
-  const StageTimer timer(run_.result, "resolve_neighbours");
-  WorkRecorder::Round round = run_.recorder.begin_round(binner_, order_, {"stencils"});
-  parallel_for(binner_.grid().tile_count(), [&](std::size_t t) {
-    tilecore::TileCore& core = cores_.local();
-    WorkRecorder::Tile work = round.tile(t, core);
-    core.finish_deferred(run_.job, static_cast<binner::TileIndex>(t), run_.result.targets);
-    end_part(core, work, t);
-  });
-  pass_end_("stencils");
 }
 
 }  // namespace tessera::gpu

@@ -18,6 +18,10 @@ scene::CameraChoice frame_camera(const scene::Capture& capture, const RunSetting
   return frame_camera(scene::choose_camera(capture, width, height), settings);
 }
 
+float frame_exposure(const scene::Capture& capture, const RunSettings& settings) {
+  return settings.output.exposure > 0 ? static_cast<float>(settings.output.exposure) : capture.settings.exposure;
+}
+
 scene::FrameRequest frame_request(const scene::Capture& capture, const GpuConfiguration& gpu,
                                   const RunSettings& settings, int width, int height, int frame) {
   const scene::CaptureSettings& own = capture.settings;

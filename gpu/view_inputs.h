@@ -19,6 +19,9 @@ scene::CameraChoice frame_camera(const scene::Capture& capture, const RunSetting
 scene::FrameRequest frame_request(const scene::Capture& capture, const GpuConfiguration& gpu,
                                   const RunSettings& settings, int width, int height, int frame);
 
+// What light is multiplied by before the tone map.
+float frame_exposure(const scene::Capture& capture, const RunSettings& settings);
+
 // Whether any surface shows what is behind it.
 bool transmits(const scene::Assembly& assembly);
 

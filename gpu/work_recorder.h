@@ -66,8 +66,9 @@ struct SharedRequests {
   std::vector<tilecore::TessellationRequest> tessellations;
   std::vector<tilecore::SubPatchName> hidden;  // what its list names beside these
   std::vector<tilecore::CellsDrawn> cells;
+  bool began = false;     // this round was the first to render it
   bool finished = false;  // no further round renders it
-  bool stored = false;    // its pixels were written
+  bool stored = false;    // its pixels were written into the frame
 };
 // The units that a round has for them, besides the L2.
 struct SharedCaches {

@@ -10,8 +10,8 @@ std::string_view name(Unit unit) {
 
 std::string_view name(Purpose purpose) {
   static constexpr std::array<std::string_view, kPurposeCount> kNames = {
-      "patch_data",    "tile_queue", "tile_state",   "frame_buffer", "texture",     "history",   "neighbours",
-      "sampling_maps", "attributes", "coarse_depth", "signatures",   "scene_color", "shadow_map"};
+      "patch_data",    "tile_queue", "tile_state",   "frame_buffer", "texture",     "history",    "neighbours",
+      "sampling_maps", "attributes", "coarse_depth", "signatures",   "scene_color", "shadow_map", "attachment"};
   return kNames[static_cast<std::size_t>(purpose)];
 }
 
@@ -32,7 +32,8 @@ std::string_view meaning(Purpose purpose) {
       "what is behind surfaces that transmit, and its smaller levels, when it is made; they are read as a texture",
       "depths of the maps of lights that cast shadows, and flags of tiles in which nothing does: written by their "
       "passes, "
-      "read through the texture units"};
+      "read through the texture units",
+      "images that a pass of the capture stores and another one loads, and depths that it asks to store"};
   return kMeanings[static_cast<std::size_t>(purpose)];
 }
 

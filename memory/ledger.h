@@ -22,11 +22,12 @@ enum class Purpose : std::uint8_t {
   kCoarseDepth,
   kSignatures,
   kSceneColor,
-  kShadowMap
+  kShadowMap,
+  kAttachment
 };
 
 inline constexpr std::size_t kUnitCount = 5;
-inline constexpr std::size_t kPurposeCount = 13;
+inline constexpr std::size_t kPurposeCount = 14;
 
 std::string_view name(Unit unit);
 std::string_view name(Purpose purpose);

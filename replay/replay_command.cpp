@@ -471,7 +471,7 @@ class ReplayCommand final : public Command {
                            const gpu::RunSettings& settings, const gpu::RenderRequest& request, int frames,
                            std::uint64_t max_bytes) const {
     return frames > 1 && thread_count() >= kThreadsForTwoFrames && !baselines_ &&
-           gpu::frames_are_independent(gpu, settings, request) &&
+           gpu::frames_are_independent(capture, gpu, settings, request) &&
            gpu::image_bytes(request, settings, gpu, capture) <= max_bytes / 3;
   }
 

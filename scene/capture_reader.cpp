@@ -106,17 +106,6 @@ Capture read_capture(const std::filesystem::path& file, const CaptureLimits& lim
   return capture;
 }
 
-void check_renderable(const Capture& capture) {
-  if (!capture.settings.graph) return;
-  const gltf::Place root(capture.file.string());
-  root.at("extensions")
-      .at("TESSERA_capture")
-      .at("passes")
-      .refuse("{}",
-              "passes of a capture are read and checked, but this machine renders only those that shadows and "
-              "materials ask for");
-}
-
 float Animation::duration() const {
   float last = 0;
   for (const AnimationChannel& channel : channels)

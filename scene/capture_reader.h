@@ -20,8 +20,4 @@ namespace tessera::scene {
 Capture read_capture(const std::filesystem::path& file, const CaptureLimits& limits = {},
                      const Selection& selection = {}, SceneList* scenes = nullptr);
 
-// Throws InputError for a capture with passes of its own (CaptureSettings::graph), which are read and checked, but not
-// rendered.
-void check_renderable(const Capture& capture);
-
 }  // namespace tessera::scene

@@ -549,16 +549,35 @@ void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
         {shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes(), false},
         targets.color, result_.counters.resolve, result_.ledger);
   }
-  TileStore::Tile whole{tile, pixels, targets.region, job.burst_bytes(), open};
+  store_colors(job, tile, job.actions, open, targets);
+  if (targets.auxiliary) shader_.write_auxiliary(samples_, state, targets);
+  if (!targets.coarse_depth.farthest.empty()) store_coarse_depth(state, targets.coarse_depth);
+}
+
+void TileCore::store_colors(const TileJob& job, binner::TileIndex tile, const AttachmentActions& actions, bool open,
+                            FrameTargets& targets) {
+  TileStore::Tile whole{tile, job.grid->pixels(tile), targets.region, job.burst_bytes(), open};
+  if (actions.color) {
+    store_.round(actions.color->coder, whole, targets.color);
+    return;
+  }
   if (job.resolve != nullptr) {
     whole.unchanged = &resolve_.unchanged();
     whole.payloads = job.resolve->next->payload.empty() ? nullptr : &job.resolve->next->payload;
   }
   const TileStore::Outcome stored = store_.store(job.store, whole, targets.color, result_.ledger);
   if (stored.changed && job.resolve != nullptr) resolve_.keep_stored(*job.resolve, targets);
-  if (targets.auxiliary) shader_.write_auxiliary(samples_, state, targets);
-  if (!targets.coarse_depth.farthest.empty()) store_coarse_depth(state, targets.coarse_depth);
   result_.stored = stored.written;
+}
+
+void TileCore::load_frame(const TileJob& job, binner::TileIndex tile) {
+  store_.load(job.store, {tile, job.grid->pixels(tile), job.grid->region(), job.burst_bytes()}, result_.ledger);
+}
+
+void TileCore::copy(const TileJob& job, binner::TileIndex tile, const AttachmentActions& actions,
+                    FrameTargets& targets) {
+  if (actions.load_color && !actions.color) load_frame(job, tile);
+  store_colors(job, tile, actions, false, targets);
 }
 
 }  // namespace tessera::tilecore

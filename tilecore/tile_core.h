@@ -44,6 +44,11 @@ class TileCore {
   // Charges the tile for its part of the smaller levels of job.scene_color.
   void count_reduced(const TileJob& job, binner::TileIndex tile);
 
+  // Traffic of loading what the frame buffer holds, but for headers.
+  void load_frame(const TileJob& job, binner::TileIndex tile);
+  // Stores the finished colours of a tile anew: `actions` of a pass that copies them.
+  void copy(const TileJob& job, binner::TileIndex tile, const AttachmentActions& actions, FrameTargets& targets);
+
   // Makes room in the history that all tiles write. With job.resolve; called once, before any tile.
   static void begin_resolve(const TileJob& job);
 
@@ -87,6 +92,9 @@ class TileCore {
   void leave_segment(const TileJob& job) {
     if (!samples_.part.whole()) samples_.enter(*job.pattern, 0, static_cast<float>(job.frame->projection.lens_scale));
   }
+  // Brings a tile's colours to where a pass with these actions leaves them. `open`: pixels are left to fill.
+  void store_colors(const TileJob& job, binner::TileIndex tile, const AttachmentActions& actions, bool open,
+                    FrameTargets& targets);
   // Writes the farthest depths of the tile's blocks.
   void store_coarse_depth(TileState& state, frontend::CoarseDepth& depth);
   static HistoryStorage history_storage(const TileJob& job);

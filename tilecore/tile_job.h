@@ -8,6 +8,7 @@
 #include "binner/tile_grid.h"
 #include "hardware/machine.h"
 #include "scene/frame_geometry.h"
+#include "tilecore/attachment_actions.h"
 #include "tilecore/core_settings.h"
 #include "tilecore/resolve/tile_store.h"
 #include "tilecore/shading/depth_maps.h"
@@ -47,6 +48,7 @@ struct TileJob {
   const VisibilityKernels* kernels = nullptr;
   const ParameterMaps* procedures = nullptr;      // what the sampling controller draws, if anything
   FrameStore store;                               // of finished pixels
+  AttachmentActions actions;                      // what tiles load before they draw, and store
   ResolveFrame* resolve = nullptr;                // desampling; nullptr: every pixel is shaded
   shaders::RadianceImage* scene_color = nullptr;  // as lighting.behind, to be filled; nullptr: nothing transmits
   // A pass that draws depths alone, one sample a texel, stores them here and shades nothing. nullptr: colours are made.

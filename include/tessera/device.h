@@ -32,7 +32,7 @@ struct RenderOptions {
 //   tessera::Frame frame = device.render(14);
 class TESSERA_API Device {
  public:
-  // Throws InputError for a scene with passes of its own, UsageError when keys do not fit each other or the region is not
+  // Throws InputError for a scene with passes that this machine does not render, UsageError when keys do not fit each other or the region is not
   // inside the frame, LimitError when images would take more than RenderOptions::max_image_bytes.
   explicit Device(const Scene& scene, const Gpu& gpu = Gpu(), const Settings& settings = Settings(),
                   const RenderOptions& options = {});

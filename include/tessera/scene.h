@@ -63,7 +63,7 @@ class TESSERA_API Scene {
   // The lights that the file wants to cast shadows; without any, lights shine through everything.
   std::vector<Shadow> shadows() const;
   // Names of the passes that the file describes; empty where passes follow from shadows, materials and settings. A Device
-  // refuses a scene with passes of its own (InputError).
+  // refuses passes that this machine does not render (InputError).
   std::vector<std::string> passes() const;
   // What the reader skipped or assumed, for people; one line each.
   const std::vector<std::string>& notices() const;

@@ -106,21 +106,26 @@ TEST(FrameStream, FS3FramesThatNeedAllOfTheMemoryGetIt) {
 }
 
 TEST(FrameStream, FramesThatDependOnEachOtherAreTold) {
+  scene::Capture capture;
   RunSettings plain, adaptive;
   adaptive.resolve.desampling = tilecore::Desampling::kAdaptive;
   GpuConfiguration gpu, guessing;
   guessing.frontend.previous_depth_culling = true;
   RenderRequest logged;
   logged.keep_transactions = true;
-  EXPECT_TRUE(frames_are_independent(gpu, plain, {}));
-  EXPECT_FALSE(frames_are_independent(gpu, adaptive, {}));
-  EXPECT_FALSE(frames_are_independent(guessing, plain, {}));
-  EXPECT_FALSE(frames_are_independent(gpu, plain, logged));
+  EXPECT_TRUE(frames_are_independent(capture, gpu, plain, {}));
+  EXPECT_FALSE(frames_are_independent(capture, gpu, adaptive, {}));
+  EXPECT_FALSE(frames_are_independent(capture, guessing, plain, {}));
+  EXPECT_FALSE(frames_are_independent(capture, gpu, plain, logged));
   GpuConfiguration unwritten, unrendered;
   unwritten.frame_buffer.transaction_elimination = true;
   unrendered.tile.rendering_elimination = true;
-  EXPECT_FALSE(frames_are_independent(unwritten, plain, {}));
-  EXPECT_FALSE(frames_are_independent(unrendered, plain, {}));
+  EXPECT_FALSE(frames_are_independent(capture, unwritten, plain, {}));
+  EXPECT_FALSE(frames_are_independent(capture, unrendered, plain, {}));
+  scene::Pass loads;
+  loads.load = {{"frame", scene::LoadAction::kLoad}};
+  capture.settings.graph = scene::PassGraph{{}, {loads}};
+  EXPECT_FALSE(frames_are_independent(capture, gpu, plain, {}));
 }
 
 }  // namespace

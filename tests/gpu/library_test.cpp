@@ -116,8 +116,8 @@ TEST(Library, TellsShadowsAndPassesAndRefusesToRenderPasses) {
   EXPECT_THROW(tessera::Device(scene, tessera::Gpu(), {}, small_frame()), tessera::InputError);
   EXPECT_THAT(
       message_of([&] { tessera::Device device(scene, tessera::Gpu(), {}, small_frame()); }),
-      HasSubstr("/extensions/TESSERA_capture/passes: passes of a capture are read and checked, but this machine "
-                "renders only those that shadows and materials ask for"));
+      HasSubstr("/extensions/TESSERA_capture/passes/0/subpasses/0/shader: is gbuffer: a pass that draws runs forward "
+                "on this machine"));
 }
 
 TEST(Library, AnUnknownVariantIsWrongUsage) {

@@ -40,7 +40,8 @@ HistoryMemory::HistoryMemory(const HistoryStorage& how, const ResolveSettings& s
     headers_at_ = count_of(stored_) * shape.raw_bytes();
     states_at_ = behind(headers_at_, in_tiles(shape.width, shape.height) * kBlockHeaderBytes);
   } else {
-    states_at_ = behind(0, pixels * how.coder.pixel_bytes());
+    const TouchedBursts::Array rows = frame_rows(how.coder.pixel_bytes(), region, how.burst_bytes);
+    states_at_ = behind(0, static_cast<std::uint64_t>(region.height()) * rows.row_bytes());
   }
   records_at_ = behind(states_at_, in_tiles(4, 4) * History::kBlockBytes);
   signatures_at_ = behind(records_at_, cell_count() * kCellBytes);
@@ -86,7 +87,7 @@ void HistoryMemory::touch_contrast(IntRect blocks, TouchedBursts& out) const {
 void HistoryMemory::touch_colors(const History& of, IntRect pixels, TouchedBursts& out) const {
   if (pixels.empty()) return;
   if (colors_ == HistoryColors::kApart) return out.touch({region_, kApartColorBytes, 0}, pixels);
-  if (!how_.compressed) return out.touch({region_, how_.coder.pixel_bytes(), 0}, pixels);
+  if (!how_.compressed) return out.touch(frame_rows(how_.coder.pixel_bytes(), region_, how_.burst_bytes), pixels);
   const BlockShape shape = stored_block(how_.coder.format());
   const IntRect stored = touched(pixels, shape.width, shape.height);
   for (int row = stored.y0; row < stored.y1; ++row)

@@ -16,15 +16,16 @@
 namespace tessera::tilecore {
 namespace {
 
-// Charges the rows of a rectangle of an array that holds `bytes` for each pixel of `region`.
+// Charges the rows of a rectangle of an array.
 struct RectTransfer {
-  IntRect rect, region;
-  std::uint64_t bytes, burst;
+  IntRect rect;
+  TouchedBursts::Array array;
+  std::uint64_t burst;
 
   template <class Move>
   void each_row(const Move& move) const {
     for (int y = rect.y0; y < rect.y1; ++y)
-      move(region.index(rect.x0, y) * bytes, static_cast<std::uint64_t>(rect.width()) * bytes);
+      move(array.at(rect.x0, y), static_cast<std::uint64_t>(rect.width()) * array.bytes);
   }
   void read(memory::Ledger& ledger, memory::Purpose purpose) const {
     each_row([&](std::uint64_t offset, std::uint64_t size) {
@@ -345,12 +346,11 @@ void ResolveUnit::finish_deferred(ResolveFrame& resolve, IntRect tile, const Mem
       // Colours and records of the window are read again, the block is written again.
       const int margin = stencil_reach(resolve.settings);
       const IntRect window = next.region.intersect({bx - margin, by - margin, bx + 4 + margin, by + 4 + margin});
-      const std::uint64_t pixel_bytes = memory.coder.pixel_bytes();
-      RectTransfer{window, next.region, pixel_bytes, memory.burst_bytes}.read(ledger_, memory::Purpose::kNeighbours);
-      RectTransfer{window, next.region, History::kSurfaceBytes, memory.burst_bytes}.read(ledger_,
-                                                                                         memory::Purpose::kNeighbours);
-      RectTransfer{block.pixels, next.region, pixel_bytes, memory.burst_bytes}.write(ledger_,
-                                                                                     memory::Purpose::kFrameBuffer);
+      const TouchedBursts::Array colors = frame_rows(memory.coder.pixel_bytes(), next.region, memory.burst_bytes),
+                                 surfaces{next.region, History::kSurfaceBytes};
+      RectTransfer{window, colors, memory.burst_bytes}.read(ledger_, memory::Purpose::kNeighbours);
+      RectTransfer{window, surfaces, memory.burst_bytes}.read(ledger_, memory::Purpose::kNeighbours);
+      RectTransfer{block.pixels, colors, memory.burst_bytes}.write(ledger_, memory::Purpose::kFrameBuffer);
     }
 }
 

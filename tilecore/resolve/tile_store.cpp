@@ -126,12 +126,22 @@ void TileStore::plan_compressed(const FrameStore& how, const Tile& tile) {
     }
 }
 
+void TileStore::plan_payloads(const FrameStore& how, const Tile& tile) {
+  const BlockShape shape = stored_block(how.coder.format());
+  const IntRect all = touched_blocks(shape, tile.region), blocks = touched_blocks(shape, tile.pixels);
+  transfers_.clear();
+  for (int row = blocks.y0; row < blocks.y1; ++row)
+    for (int column = blocks.x0; column < blocks.x1; ++column) {
+      const std::size_t block = all.index(column, row);
+      transfers_.push_back({block * shape.raw_bytes(), (*how.payloads)[block]});
+    }
+}
+
 void TileStore::plan_rows(const FrameStore& how, const Tile& tile) {
-  const std::uint64_t pixel_bytes = how.coder.pixel_bytes(),
-                      row_bytes = static_cast<std::uint64_t>(tile.pixels.width()) * pixel_bytes;
+  const TouchedBursts::Array rows = frame_rows(how.coder.pixel_bytes(), tile.region, tile.burst_bytes);
   transfers_.clear();
   for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y)  // a tile's row of pixels is contiguous in memory
-    transfers_.push_back({tile.region.index(tile.pixels.x0, y) * pixel_bytes, row_bytes});
+    transfers_.push_back({rows.at(tile.pixels.x0, y), static_cast<std::uint64_t>(tile.pixels.width()) * rows.bytes});
 }
 
 void TileStore::plan_changed_rows(const FrameStore& how, const Tile& tile) {
@@ -140,7 +150,7 @@ void TileStore::plan_changed_rows(const FrameStore& how, const Tile& tile) {
   for (int row = kept.blocks.y0; row < kept.blocks.y1; ++row)
     for (int column = kept.blocks.x0; column < kept.blocks.x1; ++column)
       if (!kept.at(column, row))
-        touched_.touch({tile.region, how.coder.pixel_bytes(), 0},
+        touched_.touch(frame_rows(how.coder.pixel_bytes(), tile.region, tile.burst_bytes),
                        tile.pixels.intersect({4 * column, 4 * row, 4 * column + 4, 4 * row + 4}));
   transfers_.clear();
   for (const TouchedBursts::Run& run : touched_.runs())
@@ -161,6 +171,10 @@ TileStore::Outcome TileStore::store(const FrameStore& how, const Tile& tile, Ima
     ++counters_.tiles_not_written;
     return {false, keep_what_is_there(how, tile, color)};
   }
+  if (how.payloads != nullptr)
+    for (const Transfer& transfer : transfers_)
+      (*how.payloads)[transfer.offset / stored_block(how.coder.format()).raw_bytes()] =
+          static_cast<std::uint16_t>(transfer.bytes);
   if (how.compressed && !tile.open)
     counters_.pixels_compressed += transfers_.size() * stored_block(how.coder.format()).pixels();
   for (const Transfer& transfer : transfers_)
@@ -171,6 +185,26 @@ TileStore::Outcome TileStore::store(const FrameStore& how, const Tile& tile, Ima
       for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x)
         put_pixel(how.before->color, tile.region, x, y, stored_pixel(color, tile.region, x, y));
   return {!keeps || !transfers_.empty(), false};
+}
+
+void TileStore::round(const PixelCoder& coder, const Tile& tile, Image& color) {
+  if (coder.tone_maps()) counters_.pixels_coded += pixels_in(tile.pixels);
+  for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y)
+    for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x) {
+      Vec4 pixel = stored_pixel(color, tile.region, x, y);
+      coder.stored({&pixel, 1}, &pixel);
+      put_pixel(color, tile.region, x, y, pixel);
+    }
+}
+
+void TileStore::load(const FrameStore& how, const Tile& tile, memory::Ledger& ledger) {
+  if (how.payloads != nullptr)
+    plan_payloads(how, tile);
+  else
+    plan_rows(how, tile);
+  for (const Transfer& transfer : transfers_)
+    ledger.read_at(memory::Unit::kTilecore, memory::Purpose::kFrameBuffer, transfer.offset, transfer.bytes,
+                   tile.burst_bytes);
 }
 
 }  // namespace tessera::tilecore

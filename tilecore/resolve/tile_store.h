@@ -40,6 +40,9 @@ struct FrameStore {
   bool compressed = false;
   int signature_bits = 64;
   StoredFrame* before = nullptr;  // transaction elimination; nullptr: every tile is written
+  // Where the frame is compressed and passes load it: the bytes of each block that lies there, row by row, which store()
+  // keeps up to date. nullptr: nobody loads it.
+  std::vector<std::uint16_t>* payloads = nullptr;
 
   std::uint64_t signature_bytes() const { return static_cast<std::uint64_t>(signature_bits + 7) / 8; }
 };
@@ -53,7 +56,7 @@ constexpr std::uint64_t kept_bits(std::uint64_t signature, int bits) {
 //   colours -> code of the format -> signature: as in the frame before? nothing is written
 //                                 -> blocks, compressed each on its own -> bursts, and a header for each block
 //
-// Without compression a tile's pixels lie row by row in the frame; with it, blocks (stored_block()) have a place each,
+// Without compression a tile's pixels lie row by row in the frame, whose rows begin at bursts; with it, blocks (stored_block()) have a place each,
 // of as many bytes as their pixels take, and their headers an array behind them, tile by tile: the recorder charges
 // that, as bursts of it are shared by tiles. Blocks that the region cuts are filled up with copies of their nearest
 // pixels and take no more than the rows of them that exist.
@@ -85,6 +88,12 @@ class TileStore {
   // `color`: of the region. It stays as it is before the store, but for tiles whose signature matches wrongly.
   Outcome store(const FrameStore& how, const Tile& tile, Image& color, memory::Ledger& ledger);
 
+  // Brings a tile's colours into an attachment of that format, which then holds what their codes stand for; whoever moves
+  // its bytes charges them.
+  void round(const PixelCoder& coder, const Tile& tile, Image& color);
+  // Charges a tile that reads its pixels of the frame as it lies there, but for headers.
+  void load(const FrameStore& how, const Tile& tile, memory::Ledger& ledger);
+
   StoreCounters take_counters() { return std::exchange(counters_, {}); }
 
   // Bytes of the pixels of a frame in memory with their headers, for the map of addresses.
@@ -102,6 +111,7 @@ class TileStore {
   // Each fills transfers_ with what a tile moves.
   void plan_compressed(const FrameStore& how, const Tile& tile);
   void plan_rows(const FrameStore& how, const Tile& tile);
+  void plan_payloads(const FrameStore& how, const Tile& tile);
   void plan_changed_rows(const FrameStore& how, const Tile& tile);
   std::uint64_t compressed_bytes(const FrameStore& how, const Tile& tile, IntRect block);
 

@@ -7,8 +7,7 @@ namespace tessera::tilecore {
 void TouchedBursts::touch(const Array& array, IntRect rect) {
   if (rect.empty()) return;
   for (int y = rect.y0; y < rect.y1; ++y)
-    touch(array.offset + array.elements.index(rect.x0, y) * array.bytes,
-          static_cast<std::uint64_t>(rect.width()) * array.bytes);
+    touch(array.at(rect.x0, y), static_cast<std::uint64_t>(rect.width()) * array.bytes);
 }
 
 std::span<const TouchedBursts::Run> TouchedBursts::runs() {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/rect.h"
+#include "base/round_up.h"
 #include "memory/ledger.h"
 
 namespace tessera::tilecore {
@@ -18,6 +19,15 @@ class TouchedBursts {
     IntRect elements;          // all of it
     std::uint64_t bytes = 0;   // of an element
     std::uint64_t offset = 0;  // of the first
+    std::uint64_t pitch = 0;   // bytes from a row to the next; 0: as many as a row has
+
+    std::uint64_t row_bytes() const {
+      return pitch != 0 ? pitch : static_cast<std::uint64_t>(elements.width()) * bytes;
+    }
+    std::uint64_t at(int x, int y) const {
+      return offset + static_cast<std::uint64_t>(y - elements.y0) * row_bytes() +
+             static_cast<std::uint64_t>(x - elements.x0) * bytes;
+    }
   };
 
   // Forgets what was touched.
@@ -43,5 +53,10 @@ class TouchedBursts {
   std::uint64_t burst_bytes_ = 64;
   std::vector<Run> spans_;  // joined and in order once runs() was called
 };
+
+// The pixels of a frame buffer that is not compressed. Rows begin at bursts.
+inline TouchedBursts::Array frame_rows(std::uint64_t pixel_bytes, IntRect region, std::uint64_t burst_bytes) {
+  return {region, pixel_bytes, 0, round_up(static_cast<std::uint64_t>(region.width()) * pixel_bytes, burst_bytes)};
+}
 
 }  // namespace tessera::tilecore

@@ -26,7 +26,7 @@ const kMachineSize = [1240, 566];
 // Between what boxes arrows of the memory interface lie: from x to x, below y.
 const kAnchors = { frontend: [24, 190, 234], binner: [236, 380, 234], visibility: [438, 636, 270], l2: [650, 1062, 386], resolve: [1078, 1222, 270] };
 const kThroughL2 = ['texture', 'patch_data', 'attributes', 'sampling_maps', 'scene_color', 'shadow_map'];
-const kShortPurpose = { tile_queue: 'lists', tile_state: 'tile state', frame_buffer: 'pixels', texture: 'textures', history: 'history', neighbours: 'neighbours', sampling_maps: 'maps', coarse_depth: 'depths', scene_color: 'behind', shadow_map: 'shadows', patch_data: 'scene' };
+const kShortPurpose = { tile_queue: 'lists', tile_state: 'tile state', frame_buffer: 'pixels', texture: 'textures', history: 'history', neighbours: 'neighbours', sampling_maps: 'maps', coarse_depth: 'depths', scene_color: 'behind', shadow_map: 'shadows', attachment: 'attachments', patch_data: 'scene' };
 
 function anchorOf(row) {
   if (row.unit === 'frontend' || row.unit === 'sampling') return 'frontend';

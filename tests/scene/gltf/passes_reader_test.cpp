@@ -379,21 +379,5 @@ TEST(TileBytes, HoldDepthAndTheLargerOfColorsAndVisibility) {
   EXPECT_EQ(tile_bytes_per_sample(prepass, prepass.passes[1]), 4);
 }
 
-// ---- Rendering --------------------------------------------------------------------------------------------------
-
-TEST(PassesReader, ACaptureWithPassesIsNotRenderable) {
-  EXPECT_NO_THROW(check_renderable(test::read_asset(test::everything_asset())));
-  const Capture capture = test::read_asset(asset_with(deferred_passes()));
-  try {
-    check_renderable(capture);
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_EQ(std::string(error.what()),
-              capture.file.string() +
-                  ": /extensions/TESSERA_capture/passes: passes of a capture are read and checked, but this machine "
-                  "renders only those that shadows and materials ask for");
-  }
-}
-
 }  // namespace
 }  // namespace tessera::scene::passes_reader_test

@@ -1,0 +1,228 @@
+#include "gpu/frame_graph.h"
+
+#include <algorithm>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "base/json_text.h"
+#include "base/round_up.h"
+#include "gpu/view_inputs.h"
+#include "scene/pass_graph.h"
+
+namespace tessera::gpu {
+namespace {
+
+using scene::Attachment;
+using scene::AttachmentFormat;
+using scene::DrawFilter;
+using scene::LoadAction;
+using scene::Pass;
+using scene::PassShader;
+using scene::StoreAction;
+using scene::Subpass;
+
+std::optional<tilecore::FrameFormat> color_format(AttachmentFormat format) {
+  if (format == AttachmentFormat::kRgba8) return tilecore::FrameFormat::kRgba8;
+  if (format == AttachmentFormat::kRgb10A2) return tilecore::FrameFormat::kRgb10a2;
+  if (format == AttachmentFormat::kRgba16F) return tilecore::FrameFormat::kRgba16f;
+  return std::nullopt;
+}
+
+template <class Action>
+std::optional<Action> action_of(const std::vector<std::pair<std::string, Action>>& actions, std::string_view name) {
+  for (const auto& [attachment, action] : actions)
+    if (attachment == name) return action;
+  return std::nullopt;
+}
+
+bool draws(const Pass& pass) {
+  return std::ranges::any_of(pass.subpasses, [](const Subpass& s) { return s.draw != DrawFilter::kNothing; });
+}
+
+}  // namespace
+
+// Walks the passes in the order in which they run.
+class FrameGraph::Reader {
+ public:
+  Reader(const scene::Capture& capture, const GpuConfiguration& gpu, const RunSettings& settings, IntRect region)
+      : capture_(capture),
+        graph_(*capture.settings.graph),
+        gpu_(gpu),
+        settings_(settings),
+        pixels_(static_cast<std::uint64_t>(region.width()) * static_cast<std::uint64_t>(region.height())) {}
+
+  void read(FrameGraph& out) {
+    const std::vector<int> order = pass_order(graph_);
+    for (const int number : order) check_tile(static_cast<std::size_t>(number));
+    for (const int number : order) {
+      pass_ = static_cast<std::size_t>(number);
+      if (draws(pass()))
+        draw(out);
+      else
+        copy(out);
+    }
+    if (colors_ != scene::kFrameAttachment) refuse("", "leaves the colours of its surfaces in {}", in_quotes(colors_));
+  }
+
+ private:
+  const Pass& pass() const { return graph_.passes[pass_]; }
+  static std::string in_quotes(std::string_view name) { return "'" + escape_control(name, 60) + "'"; }
+
+  [[noreturn]] void fault(std::size_t pass, const std::string& below, const std::string& text) const {
+    throw InputError(capture_.file.string(), fmt::format("/extensions/TESSERA_capture/passes/{}{}", pass, below), text);
+  }
+  template <class... Args>
+  [[noreturn]] void refuse(const std::string& below, fmt::format_string<Args...> text, Args&&... args) const {
+    fault(pass_, below, fmt::format(text, std::forward<Args>(args)...));
+  }
+  std::string subpass(std::size_t number) const {
+    return pass().lists_subpasses ? fmt::format("/subpasses/{}", number) : "";
+  }
+
+  void check_tile(std::size_t number) const {
+    const auto bytes = static_cast<std::uint64_t>(tile_bytes_per_sample(
+        graph_, graph_.passes[number], static_cast<int>(8 * frame_pixel_bytes(gpu_.frame_buffer.format))));
+    const std::uint64_t needed = static_cast<std::uint64_t>(gpu_.tile.width) *
+                                 static_cast<std::uint64_t>(gpu_.tile.height) *
+                                 static_cast<std::uint64_t>(settings_.sampling.samples_per_pixel) * bytes;
+    if (needed > static_cast<std::uint64_t>(gpu_.cores.memory_bytes))
+      fault(number, "",
+            fmt::format("needs {} bytes of tile memory a sample: a tile of {}x{} pixels with {} samples takes {}, "
+                        "tilecore.memory_bytes is {}",
+                        bytes, gpu_.tile.width, gpu_.tile.height, settings_.sampling.samples_per_pixel, needed,
+                        gpu_.cores.memory_bytes));
+  }
+
+  void draw(FrameGraph& out) {
+    if (!colors_.empty()) refuse("", "draws after another pass has drawn: this machine renders one pass that draws");
+    if (pass().view != scene::PassView::kCamera) refuse("/view", "is right: stereo.eye_separation renders both eyes");
+    std::vector<DrawFilter> drawn;
+    for (std::size_t s = 0; s < pass().subpasses.size(); ++s) {
+      const Subpass& one = pass().subpasses[s];
+      if (one.shader != PassShader::kForward) refuse_shader(s, "a pass that draws runs forward");
+      drawn.push_back(one.draw);
+      check_target(s);
+    }
+    const bool everything =
+        drawn == std::vector{DrawFilter::kAll} || drawn == std::vector{DrawFilter::kOpaque, DrawFilter::kBlended};
+    if (!everything) refuse(subpass(0) + "/draw", "leaves surfaces out: draw all, or opaque and then blended ones");
+    out.name_ = pass().name;
+    out.actions_ = target_actions();
+    const std::string depth(depth_attachment(graph_, pass()));
+    if (const auto load = action_of(pass().load, depth); load.value_or(LoadAction::kClear) != LoadAction::kClear)
+      refuse("/load" + pointer_step(depth), "does not clear the depths: the frame would be another one");
+    store_depth(out.actions_, depth);
+  }
+
+  void store_depth(tilecore::AttachmentActions& actions, const std::string& depth) {
+    const StoreAction store = action_of(pass().store, depth).value_or(StoreAction::kDiscard);
+    if (store == StoreAction::kDiscard) return;
+    const Attachment* declared = graph_.find(depth);
+    if (declared != nullptr) check_shape("", *declared);
+    const int bits = declared == nullptr ? 32 : sample_bits(declared->format);
+    const int samples = store == StoreAction::kResolve ? 1 : settings_.sampling.samples_per_pixel;
+    actions.depth_bytes = static_cast<std::uint64_t>(bits / 8 * samples);
+    actions.depth_base = place(actions.depth_bytes);
+  }
+
+  void copy(FrameGraph& out) {
+    if (colors_.empty()) refuse("", "runs before a pass has drawn");
+    const Subpass& one = pass().subpasses[0];
+    if (pass().subpasses.size() > 1)
+      refuse("/subpasses/1", "runs over an image that was copied: copies have a pass each");
+    if (one.shader != PassShader::kCopy) refuse_shader(0, "a pass over an image runs copy");
+    if (one.sample.size() != 1 || one.sample[0] != colors_)
+      refuse(subpass(0) + "/sample", "is not {}, where the pass before left its colours", in_quotes(colors_));
+    const tilecore::ColorAttachment source = *last_;
+    check_target(0);
+    out.copies_.push_back({pass().name, source, target_actions()});
+  }
+
+  // The one colour that a subpass writes, as all of its pass do.
+  void check_target(std::size_t number) {
+    const std::string below = subpass(number) + "/write";
+    std::string color;
+    for (const std::string& name : pass().subpasses[number].write) {
+      const Attachment* declared = graph_.find(name);
+      if (name == scene::kDepthAttachment || (declared != nullptr && is_depth(declared->format))) continue;
+      if (!color.empty()) refuse(below, "are several colours: this machine renders one");
+      color = name;
+    }
+    if (number > 0 && color != colors_) refuse(below, "is not {}, as before in this pass", in_quotes(colors_));
+    if (color == scene::kFrameAttachment && pass_ != last_pass())
+      refuse(below, "is 'frame' before the last pass: passes read an attachment of their own");
+    if (const Attachment* declared = graph_.find(color)) {
+      check_shape(below, *declared);
+      if (!color_format(declared->format))
+        refuse(below, "is {} with {}: this machine stores colours as rgba8, rgb10a2 or rgba16f", in_quotes(color),
+               scene::kAttachmentFormatNames[static_cast<std::size_t>(declared->format)]);
+    }
+    colors_ = color;
+  }
+
+  std::size_t last_pass() const { return static_cast<std::size_t>(pass_order(graph_).back()); }
+
+  void check_shape(const std::string& below, const Attachment& a) const {
+    if (a.size || a.scale != 1) refuse(below, "is {}, which has another size than the frame", in_quotes(a.name));
+    if (a.samples > 1 && a.samples != settings_.sampling.samples_per_pixel)
+      refuse(below, "is {} with {} samples: the frame has {}", in_quotes(a.name), a.samples,
+             settings_.sampling.samples_per_pixel);
+    if (a.layers != 1 || a.levels != 1) refuse(below, "is {}, which has layers or levels", in_quotes(a.name));
+  }
+
+  // Of the colours that the pass writes, colors_.
+  tilecore::AttachmentActions target_actions() {
+    tilecore::AttachmentActions actions;
+    actions.load_color = action_of(pass().load, colors_) == LoadAction::kLoad;
+    const Attachment* declared = graph_.find(colors_);
+    if (declared == nullptr) return actions;
+    const bool several = declared->samples != 1 && settings_.sampling.samples_per_pixel > 1 && draws(pass());
+    if (several && action_of(pass().store, colors_) == StoreAction::kStore)
+      refuse("/store" + pointer_step(colors_),
+             "stores every sample of {}: this machine resolves colours when it stores", in_quotes(colors_));
+    if (settings_.resolve.desampling != tilecore::Desampling::kOff)
+      throw UsageError(
+          fmt::format("pass {} stores its colours in {}: set resolve.desampling=off, which works on the frame",
+                      in_quotes(pass().name), in_quotes(colors_)));
+    const tilecore::PixelCoder coder(*color_format(declared->format), frame_exposure(capture_, settings_));
+    last_ = tilecore::ColorAttachment{coder, place(coder.pixel_bytes())};
+    actions.color = last_;
+    return actions;
+  }
+
+  // Room for an attachment with so many bytes of a pixel.
+  std::uint64_t place(std::uint64_t pixel_bytes) {
+    const auto burst = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);
+    return std::exchange(end_, end_ + round_up(pixels_ * pixel_bytes, burst));
+  }
+
+  [[noreturn]] void refuse_shader(std::size_t number, std::string_view rule) const {
+    const auto shader = static_cast<std::size_t>(pass().subpasses[number].shader);
+    refuse(subpass(number) + "/shader", "is {}: {} on this machine", scene::kPassShaderNames[shader], rule);
+  }
+
+  const scene::Capture& capture_;
+  const scene::PassGraph& graph_;
+  const GpuConfiguration& gpu_;
+  const RunSettings& settings_;
+  std::uint64_t pixels_, end_ = 0;
+  std::size_t pass_ = 0;
+  std::string colors_;                             // where the last pass left them; empty: none has drawn
+  std::optional<tilecore::ColorAttachment> last_;  // unless that is the frame
+};
+
+bool FrameGraph::loads_frame() const {
+  const auto loads = [](const tilecore::AttachmentActions& actions) { return actions.load_color && !actions.color; };
+  return loads(actions_) || std::ranges::any_of(copies_, [&](const CopyPass& copy) { return loads(copy.actions); });
+}
+
+FrameGraph::FrameGraph(const scene::Capture& capture, const GpuConfiguration& gpu, const RunSettings& settings,
+                       IntRect region) {
+  if (capture.settings.graph) Reader(capture, gpu, settings, region).read(*this);
+}
+
+}  // namespace tessera::gpu

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/rect.h"
+#include "gpu/configuration.h"
+#include "gpu/settings.h"
+#include "scene/capture.h"
+#include "tilecore/attachment_actions.h"
+
+namespace tessera::gpu {
+
+// A pass that copies an attachment pixel by pixel: a tile loads it and stores it into another one, or into the frame.
+struct CopyPass {
+  std::string name;
+  tilecore::ColorAttachment source;
+  tilecore::AttachmentActions actions;  // those of its target
+};
+
+// The passes that a capture describes, as this machine renders them: one that draws all surfaces, and copies that bring
+// its colours into the frame. A capture without passes has one, `main`, that draws into the frame. Shadows, transmission
+// and the resolve unit add passes of their own where they are needed.
+//
+// Invariants (cited by the tests):
+//   FG1  A pass that draws into the frame and overrides nothing gives the images, bytes and cycles of a capture without
+//        passes.
+//   FG2  Loads and stores that a capture asks for change bytes and cycles alone.
+//   FG3  An attachment that is loaded or stored moves width x height x bytes of a pixel, rounded up to bursts as a whole.
+//        `frame` moves the bursts in which the rows or, compressed, the blocks of a tile lie, as they are in memory.
+class FrameGraph {
+ public:
+  // `region`: of the frame, which attachments cover. Throws InputError with the place in the capture's file: for a pass
+  // that no tile of the machine holds, for passes and actions that this machine does not render, and for actions that
+  // would change the image. Throws UsageError for desampling with copies.
+  FrameGraph(const scene::Capture& capture, const GpuConfiguration& gpu, const RunSettings& settings, IntRect region);
+
+  // Of the pass that draws.
+  const std::string& name() const { return name_; }
+  const tilecore::AttachmentActions& actions() const { return actions_; }
+  // In the order in which they run, after the pass that draws.
+  std::span<const CopyPass> copies() const { return copies_; }
+  // Whether a pass loads what the frame before left in the frame buffer.
+  bool loads_frame() const;
+  // Whether it moves anything that a capture without passes does not move.
+  bool plain() const { return copies_.empty() && !actions_.any(); }
+
+ private:
+  class Reader;
+
+  std::string name_ = "main";
+  tilecore::AttachmentActions actions_;
+  std::vector<CopyPass> copies_;
+};
+
+}  // namespace tessera::gpu
