@@ -5,18 +5,21 @@ namespace tessera::test {
 namespace {
 
 // The flags of browser.cpp, and the pipe.
-std::vector<std::string> browser_arguments(const std::string& profile, int width, int height) {
-  return {"/usr/bin/chromium",
-          "--headless",
-          "--no-sandbox",
-          "--disable-gpu",
-          "--disable-dev-shm-usage",
-          "--hide-scrollbars",
-          "--no-first-run",
-          "--user-data-dir=" + profile,
-          "--window-size=" + std::to_string(width) + "," + std::to_string(height),
-          "--remote-debugging-pipe",
-          "about:blank"};
+std::vector<std::string> browser_arguments(const std::string& profile, int width, int height,
+                                           const std::vector<std::string>& flags) {
+  std::vector<std::string> arguments = {"/usr/bin/chromium",
+                                        "--headless",
+                                        "--no-sandbox",
+                                        "--disable-gpu",
+                                        "--disable-dev-shm-usage",
+                                        "--hide-scrollbars",
+                                        "--no-first-run",
+                                        "--user-data-dir=" + profile,
+                                        "--window-size=" + std::to_string(width) + "," + std::to_string(height),
+                                        "--remote-debugging-pipe"};
+  arguments.insert(arguments.end(), flags.begin(), flags.end());
+  arguments.push_back("about:blank");
+  return arguments;
 }
 
 std::string from_base64(const std::string& text) {
@@ -37,8 +40,8 @@ std::string from_base64(const std::string& text) {
 
 }  // namespace
 
-LivePage::LivePage(const std::string& url, int width, int height)
-    : browser_(browser_arguments(profile_.path().string(), width, height), true) {
+LivePage::LivePage(const std::string& url, int width, int height, const std::vector<std::string>& flags)
+    : browser_(browser_arguments(profile_.path().string(), width, height, flags), true) {
   const json target = call("Target.createTarget", {{"url", "about:blank"}});
   session_ = call("Target.attachToTarget", {{"targetId", target.at("targetId")}, {"flatten", true}}).at("sessionId");
   for (const char* domain : {"Page.enable", "Runtime.enable", "Log.enable"}) call(domain);

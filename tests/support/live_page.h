@@ -14,8 +14,10 @@ namespace tessera::test {
 // DevTools protocol over a pipe (--remote-debugging-pipe). has_browser() of browser.h says whether there is one.
 class LivePage {
  public:
-  // Returns once it is loaded. Throws std::runtime_error where the browser does not answer.
-  explicit LivePage(const std::string& url, int width = 1280, int height = 1600);
+  // Returns once it is loaded, in a browser that has `flags` besides its own. Throws std::runtime_error where the browser
+  // does not answer.
+  explicit LivePage(const std::string& url, int width = 1280, int height = 1600,
+                    const std::vector<std::string>& flags = {});
 
   // Value of an expression; of a promise once it is kept. Throws std::runtime_error with what the page threw.
   nlohmann::json evaluate(const std::string& expression);
