@@ -162,6 +162,12 @@ void Llvmpipe::make_targets(int layers) {
     expect_complete(0);
   }
 
+  depth_target_ = framebuffer();
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER,
+                            renderbuffer(0, GL_DEPTH_COMPONENT32F, width_, height_));
+  glDrawBuffer(GL_NONE);
+  expect_complete(0);
+
   accumulate_target_ = framebuffer();
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
                             renderbuffer(0, GL_RGBA16F, width_, height_));
@@ -183,6 +189,16 @@ void Llvmpipe::draw_multisampled() {
   glBindVertexArray(still_vertices_);
   glEnable(GL_DEPTH_TEST);
   clear();
+  glDrawElements(GL_TRIANGLES, index_count_, GL_UNSIGNED_INT, nullptr);
+}
+
+void Llvmpipe::draw_depths() {
+  const GLfloat farthest = 1;
+  glBindFramebuffer(GL_FRAMEBUFFER, depth_target_);
+  glUseProgram(still_program_);
+  glBindVertexArray(still_vertices_);
+  glEnable(GL_DEPTH_TEST);
+  glClearBufferfv(GL_DEPTH, 0, &farthest);
   glDrawElements(GL_TRIANGLES, index_count_, GL_UNSIGNED_INT, nullptr);
 }
 

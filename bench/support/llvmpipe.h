@@ -42,6 +42,8 @@ class Llvmpipe {
   // The frame at `time` in [0, 1] with one sample per pixel, at `offset`, into a layer. A vertex is both motion keys'
   // positions times their depths, which move linearly, and a number; the vertex shader interpolates.
   void draw_single(int layer, Offset offset, float time);
+  // Depths of the frame at shutter open alone, one sample in the middle of each pixel.
+  void draw_depths();
   // The mean over the first `count` layers of a colour made from the number, in half floats.
   void accumulate(int count);
 
@@ -59,8 +61,8 @@ class Llvmpipe {
   // Names of OpenGL objects.
   unsigned still_program_ = 0, moving_program_ = 0, accumulate_program_ = 0, pick_program_ = 0;
   unsigned still_vertices_ = 0, moving_vertices_ = 0, no_vertices_ = 0;
-  unsigned multisample_target_ = 0, multisample_texture_ = 0, layer_texture_ = 0, accumulate_target_ = 0,
-           pick_target_ = 0;
+  unsigned depth_target_ = 0, multisample_target_ = 0, multisample_texture_ = 0, layer_texture_ = 0,
+           accumulate_target_ = 0, pick_target_ = 0;
   std::vector<unsigned> layer_targets_;
 };
 

@@ -6,6 +6,8 @@
 //   tessera_llvmpipe_baseline --capture FILE [FRAME [ROUNDS [OUT_FOLDER]]]  whole shaded frames of a capture, see below;
 //                                                  one row of CSV; writes both images, tessera.png and llvmpipe.png
 //
+//   tessera_llvmpipe_baseline --depths [ROUNDS]    depths alone, a sample a pixel, triangles of 1 pixel^2; one row of CSV
+//
 // Scene: bench/support/posed_scene.h at 1280x720, pinhole. Static rows: four samples per pixel; llvmpipe draws one
 // frame with 4x MSAA. Moving row: 16 samples per pixel; llvmpipe draws 16 frames of one sample per pixel, each at an
 // offset and a time of its own, and adds them up.
@@ -217,6 +219,30 @@ void measure_all(const std::filesystem::path& folder, int rounds) {
   fmt::print("{}", csv);
   for (const Row& row : kRows) measure(row, rounds, csv);
   write_file_atomically(folder / "llvmpipe.csv", csv);
+}
+
+bool report(const std::string& what, bool good, const Agreement& a);
+
+// Whether a pass that draws depths takes no more time than llvmpipe's. Tessera: front end, binner and tile cores without
+// shading, with what they keep of a sample besides its depth.
+bool measure_depths(int rounds) {
+  PosedScene scene(1280, 720, {1, 0, false, 1});
+  const TriangleList triangles = list_triangles(*scene.frame, scene.patches);
+  Llvmpipe llvmpipe(triangles, 1280, 720, kThreads, 1);
+  const Agreement same = compare_samples(scene, llvmpipe, 1);
+  if (!report("depths", agrees(same), same)) return false;
+  std::vector<double> ours, theirs;
+  for (int round = 0; round < rounds; ++round) {
+    ours.push_back(scene.machine.run(*scene.frame, scene.pyramids, false).stages.total());
+    const double start = now();
+    llvmpipe.draw_depths();
+    llvmpipe.finish();
+    theirs.push_back(now() - start);
+  }
+  const double ratio = median(ours) / median(theirs);
+  fmt::print("triangles,tessera_ms,llvmpipe_ms,ratio\n{},{:.1f},{:.1f},{:.2f}\n", triangles.triangle_count(),
+             1e3 * median(ours), 1e3 * median(theirs), ratio);
+  return ratio <= 1;
 }
 
 // ---- Checking ---------------------------------------------------------------------------------------------------
@@ -462,6 +488,7 @@ int main(int argc, char** argv) {
   const tessera::ThreadLimit limit(bench::kThreads);
   const std::string first = argc > 1 ? argv[1] : "";
   if (first == "--shaded") return bench::run_frames(bench::run_shaded, {argv + 2, argv + argc});
+  if (first == "--depths") return bench::measure_depths(argc > 2 ? std::stoi(argv[2]) : 7) ? 0 : 1;
   if (first == "--capture") return bench::run_frames(bench::run_capture, {argv + 2, argv + argc});
   return bench::run_program({"tessera_llvmpipe_baseline", 7, bench::measure_all, bench::check}, argc, argv);
 }
