@@ -25,10 +25,10 @@ struct CopyPass {
 // and the resolve unit add passes of their own where they are needed.
 //
 // Invariants (cited by the tests):
-//   FG1  A pass that draws into the frame and overrides nothing gives the images, bytes and cycles of a capture without
+//   GRA1  A pass that draws into the frame and overrides nothing gives the images, bytes and cycles of a capture without
 //        passes.
-//   FG2  Loads and stores that a capture asks for change bytes and cycles alone.
-//   FG3  An attachment that is loaded or stored moves width x height x bytes of a pixel, rounded up to bursts as a whole.
+//   GRA2  Loads and stores that a capture asks for change bytes and cycles alone.
+//   GRA3  An attachment that is loaded or stored moves width x height x bytes of a pixel, rounded up to bursts as a whole.
 //        `frame` moves the bursts in which the rows or, compressed, the blocks of a tile lie, as they are in memory.
 class FrameGraph {
  public:

@@ -147,8 +147,9 @@ void add_scene(py::module_& module) {
             return rows;
           },
           "The lights that the file wants to cast shadows: light, size, cascades, distance.")
-      .def_property_readonly("passes", &Scene::passes,
-                             "Names of the passes that the file describes. A Device refuses those that it does not render.")
+      .def_property_readonly(
+          "passes", &Scene::passes,
+          "Names of the passes that the file describes. A Device refuses those that it does not render.")
       .def_property_readonly("notices", &Scene::notices, "What the reader skipped or assumed, one line each.");
 }
 

@@ -12,6 +12,7 @@
 
 #include "base/error.h"
 #include "base/text.h"
+#include "gpu/frame_graph.h"
 #include "gpu/unread_keys.h"
 #include "gpu/view_inputs.h"
 #include "reference/reference_store.h"
@@ -79,6 +80,8 @@ class Tradeoff {
     PackedCaptures captures(options_.capture, limits, options_.view, ImageSize{options_.width, options_.height});
     const gpu::PreparedCapture& prepared = *captures.original();
     place(prepared.capture);
+    // Refuses passes that the machine does not render, before anything is done.
+    (void)gpu::FrameGraph(prepared.capture, options_.gpu, options_.settings, {0, 0, options_.width, options_.height});
     if (options_.effects) return run_effects(captures);
     std::vector<Block> blocks = plan(prepared);
     // Models of timing draw nothing.

@@ -105,7 +105,7 @@ std::uint64_t bursts(std::uint64_t bytes) { return round_up(bytes, 64); }
 
 bool same_image(const FrameResult& a, const FrameResult& b) { return a.targets.color.values == b.targets.color.values; }
 
-TEST(FrameGraph, APassThatDrawsIntoTheFrameIsTheFrameWithoutPasses) {  // FG1
+TEST(FrameGraph, APassThatDrawsIntoTheFrameIsTheFrameWithoutPasses) {  // GRA1
   for (const bool glass : {false, true}) {
     const FrameResult plain = frame_of(slope(glass), {});
     Pass split = drawing("frame", DrawFilter::kOpaque);
@@ -122,7 +122,7 @@ TEST(FrameGraph, APassThatDrawsIntoTheFrameIsTheFrameWithoutPasses) {  // FG1
   }
 }
 
-TEST(FrameGraph, LoadsAndStoresChangeBytesAlone) {  // FG2, FG3
+TEST(FrameGraph, LoadsAndStoresChangeBytesAlone) {  // GRA2, GRA3
   for (const char* samples : {"sampling.samples_per_pixel=1", "sampling.samples_per_pixel=4"}) {
     const std::uint64_t spp = samples[std::strlen(samples) - 1] == '1' ? 1 : 4;
     for (const bool glass : {false, true})
@@ -188,7 +188,7 @@ TEST(FrameGraph, ALoadOfACompressedFrameReadsWhatWasStored) {
   }
 }
 
-TEST(FrameGraph, CopiesMoveAnAttachmentOnceEachWay) {  // FG3
+TEST(FrameGraph, CopiesMoveAnAttachmentOnceEachWay) {  // GRA3
   for (const bool glass : {false, true})
     for (const auto& [format, bytes] :
          {std::pair{AttachmentFormat::kRgba8, 4}, {AttachmentFormat::kRgb10A2, 4}, {AttachmentFormat::kRgba16F, 8}}) {

@@ -58,7 +58,7 @@ function signedPercent(part) { return Math.abs(part) < 0.001 ? percent(part) : (
 // section and in every report, whatever else is there.
 const kPurposeColors = {
   patch_data: '#0072b2', tile_queue: '#bc8000', tile_state: '#c2739f', frame_buffer: '#009e73', texture: '#d55e00', history: '#8c6d1f',
-  neighbours: '#4594c1', sampling_maps: '#7a7f87', attributes: '#7763a9', coarse_depth: '#9d8d00', signatures: '#6f6f6f', scene_color: '#e7298a', shadow_map: '#8a63b8', attachment: '#b0413e' };
+  neighbours: '#4594c1', sampling_maps: '#7a7f87', attributes: '#7763a9', coarse_depth: '#9d8d00', signatures: '#6f6f6f', scene_color: '#e7298a', shadow_map: '#8a63b8', attachment: '#b06a6a' };
 const kPurposeNames = {
   patch_data: 'scene', tile_queue: 'tile lists', tile_state: 'tile state', frame_buffer: 'frame buffer', texture: 'textures and heights', history: 'history', neighbours: 'neighbour pixels',
   sampling_maps: 'sampling maps', attributes: 'attributes', coarse_depth: 'coarse depth', signatures: 'signatures', scene_color: 'scene colour', shadow_map: 'shadow maps', attachment: 'attachments' };
