@@ -26,10 +26,10 @@ struct CopyPass {
 //
 // Invariants (cited by the tests):
 //   GRA1  A pass that draws into the frame and overrides nothing gives the images, bytes and cycles of a capture without
-//        passes.
+//         passes.
 //   GRA2  Loads and stores that a capture asks for change bytes and cycles alone.
 //   GRA3  An attachment that is loaded or stored moves width x height x bytes of a pixel, rounded up to bursts as a whole.
-//        `frame` moves the bursts in which the rows or, compressed, the blocks of a tile lie, as they are in memory.
+//         `frame` moves the bursts in which the rows or, compressed, the blocks of a tile lie, as they are in memory.
 class FrameGraph {
  public:
   // `region`: of the frame, which attachments cover. Throws InputError with the place in the capture's file: for a pass
