@@ -110,8 +110,7 @@ void Device::set_observer(ViewObserver* observer) {
   if (observer != nullptr && !graph_.plain())
     throw UsageError(
         "baselines draw frames in one pass; of a capture that describes passes of its own they would leave out what "
-        "these "
-        "load and store");
+        "these load and store");
   observer_ = observer;
 }
 

@@ -63,7 +63,7 @@ class Device {
   // On any thread: the frame in hand, and any later one, ends at its next tile; render() throws Abandoned.
   void abandon() { progress_.abandon(); }
 
-  // Null: nobody. It must outlive the device or the next call. Throws UsageError where tiles are eliminated, where
+  // Sets who observes the views of each frame; null stops that. The observer must outlive the device or the next call. Throws UsageError where tiles are eliminated, where
   // surfaces transmit and where a capture describes passes: who compares machines sees one that renders and writes all
   // tiles in one pass.
   void set_observer(ViewObserver* observer);

@@ -142,7 +142,7 @@ class FrameGraph::Reader {
     out.copies_.push_back({pass().name, source, target_actions()});
   }
 
-  // The one colour that a subpass writes, as all of its pass do.
+  // Sets colors_ to the one colour that a subpass writes; all subpasses of its pass write the same.
   void check_target(std::size_t number) {
     const std::string below = subpass(number) + "/write";
     std::string color;
@@ -174,7 +174,7 @@ class FrameGraph::Reader {
     if (a.layers != 1 || a.levels != 1) refuse(below, "is {}, which has layers or levels", in_quotes(a.name));
   }
 
-  // Of the colours that the pass writes, colors_.
+  // Returns what the pass loads and stores of colors_, the colours that it writes.
   tilecore::AttachmentActions target_actions() {
     tilecore::AttachmentActions actions;
     actions.load_color = action_of(pass().load, colors_) == LoadAction::kLoad;
@@ -194,7 +194,7 @@ class FrameGraph::Reader {
     return actions;
   }
 
-  // Room for an attachment with so many bytes of a pixel.
+  // Returns where an attachment with so many bytes a pixel begins, behind those before it.
   std::uint64_t place(std::uint64_t pixel_bytes) {
     const auto burst = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);
     return std::exchange(end_, end_ + round_up(pixels_ * pixel_bytes, burst));

@@ -17,7 +17,7 @@ namespace tessera::gpu {
 struct CopyPass {
   std::string name;
   tilecore::ColorAttachment source;
-  tilecore::AttachmentActions actions;  // those of its target
+  tilecore::AttachmentActions actions;  // what it loads and stores
 };
 
 // The passes that a capture describes, as this machine renders them: one that draws all surfaces, and copies that bring
@@ -37,7 +37,7 @@ class FrameGraph {
   // would change the image. Throws UsageError for desampling with copies.
   FrameGraph(const scene::Capture& capture, const GpuConfiguration& gpu, const RunSettings& settings, IntRect region);
 
-  // Of the pass that draws.
+  // The name of the pass that draws.
   const std::string& name() const { return name_; }
   const tilecore::AttachmentActions& actions() const { return actions_; }
   // In the order in which they run, after the pass that draws.

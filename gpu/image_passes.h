@@ -4,7 +4,7 @@
 
 namespace tessera::gpu {
 
-// What the tiles' parts of a level of the image behind surfaces that transmit move.
+// Charges tiles for reading or writing their parts of a level of the image behind surfaces that transmit.
 void move_scene_color(WorkRecorder::Round& round, const OrderedTiles& tiles, const tilecore::TileJob& job, int level,
                       bool write);
 
@@ -12,7 +12,7 @@ void move_scene_color(WorkRecorder::Round& round, const OrderedTiles& tiles, con
 ImagePass reduce_pass(const ViewRun& run, const OrderedTiles& tiles);
 // Fills what resolve stencils that reach into neighbouring tiles left open.
 ImagePass stencil_pass(const ViewRun& run);
-// Copies an attachment. `pass` must outlive it.
-ImagePass copy_pass(const ViewRun& run, const CopyPass& pass);
+// Copies an attachment. `copy` must outlive it.
+ImagePass copy_pass(const ViewRun& run, const CopyPass& copy);
 
 }  // namespace tessera::gpu

@@ -88,7 +88,7 @@ bool Pipeline::render_tiles(const ViewRun& run, TileScheduler& scheduler, const 
   }
   scheduler.render({.name = "behind", .sub_patches = behind, .open = open});
   scheduler.render(reduce_pass(run, scheduler.tiles()));
-  // The lists still hold what is behind and grow by what transmits, unless a partial render emptied them.
+  // The lists still hold the opaque sub-patches, unless a partial render emptied them; this pass adds the others.
   const bool emptied = run.result.counters.binner.partial_renders > 0;
   if (emptied) {
     scheduler.empty_lists();

@@ -27,7 +27,7 @@ class BusyTimer {
   double start_;
 };
 
-// What a tile has of an array with so many bytes for each pixel.
+// Returns a function that gives the bytes of a tile in an array with so many bytes a pixel.
 auto bytes_of(std::uint64_t pixel_bytes) {
   return [pixel_bytes](IntRect pixels) {
     return pixel_bytes * static_cast<std::uint64_t>(pixels.width()) * static_cast<std::uint64_t>(pixels.height());

@@ -57,10 +57,9 @@ struct GeometryPass {
   std::string_view name;
   std::span<const frontend::BoundedSubPatch> sub_patches;
   std::vector<bool> only{};  // the tiles that are rendered; empty: all
-  std::vector<bool>
-      open{};           // those that leave what is behind surfaces that transmit, and are not finished; empty: none
-  bool binned = false;  // the lists hold all already
-  bool waits = true;    // its geometry does, for the tiles of the passes before
+  std::vector<bool> open{};  // tiles that store scene color and are not finished, as something transmits; empty: none
+  bool binned = false;       // the lists hold all already
+  bool waits = true;         // its geometry does, for the tiles of the passes before
 };
 
 // A pass over the tiles of an image, without lists.
@@ -108,12 +107,12 @@ class TileScheduler {
   SignatureMemory signature_memory() const;
   // The flags of a map's tiles.
   void share_flags(Round& round);
-  // What tiles of a pass that has ended move of attachments and, where they store the frame, of its headers and of
+  // Charges the tiles of a pass that has ended for attachments and, where they store the frame, for its headers and for
   // signatures of its colours.
   void share_stores(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
                     const tilecore::AttachmentActions& actions);
   void share_signatures(WorkRecorder::Round& round, std::span<const SharedRequests> tiles);
-  // What tiles that began load of an attachment.
+  // Charges the tiles that began for loading an attachment.
   void load(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
             const tilecore::ColorAttachment& attachment);
   // Replays a rendered tile's requests to the units that all tiles share. Called tile by tile, in emulated order.

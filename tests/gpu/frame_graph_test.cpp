@@ -1,4 +1,4 @@
-// Passes that a capture describes: what they load and store by closed forms, that images stay, and what is refused, each
+// Passes that a capture describes (gpu/frame_graph.cpp, gpu/image_passes.cpp): what they load and store by closed forms, that images stay, and what is refused, each
 // with its place in the file.
 #include "gpu/device.h"
 #include "gpu/settings.h"

@@ -147,11 +147,11 @@ void TileStore::plan_rows(const FrameStore& how, const Tile& tile) {
 void TileStore::plan_changed_rows(const FrameStore& how, const Tile& tile) {
   touched_.start(tile.burst_bytes);
   const UnchangedBlocks& kept = *tile.unchanged;
+  const TouchedBursts::Array rows = frame_rows(how.coder.pixel_bytes(), tile.region, tile.burst_bytes);
   for (int row = kept.blocks.y0; row < kept.blocks.y1; ++row)
     for (int column = kept.blocks.x0; column < kept.blocks.x1; ++column)
       if (!kept.at(column, row))
-        touched_.touch(frame_rows(how.coder.pixel_bytes(), tile.region, tile.burst_bytes),
-                       tile.pixels.intersect({4 * column, 4 * row, 4 * column + 4, 4 * row + 4}));
+        touched_.touch(rows, tile.pixels.intersect({4 * column, 4 * row, 4 * column + 4, 4 * row + 4}));
   transfers_.clear();
   for (const TouchedBursts::Run& run : touched_.runs())
     transfers_.push_back({run.first * tile.burst_bytes, (run.end - run.first) * tile.burst_bytes});
