@@ -205,8 +205,8 @@ std::array<double, 2> errors(double edge) {
                              b2, 0};
     const Surface there = evaluate_surface(*scene.frame, at);
     const one_lane::LaneSurface<float> s = interpolated(scene, outputs, at);
-    sum[0] += double{distance(s.position, there.position)} / kPoints;
-    sum[1] += double{distance(s.normal, there.normal)} / kPoints;
+    sum[0] += static_cast<double>(distance(s.position, there.position)) / kPoints;
+    sum[1] += static_cast<double>(distance(s.normal, there.normal)) / kPoints;
   }
   return sum;
 }
@@ -267,7 +267,7 @@ TEST(VertexOutputs, VO1WithFrameFlatPatchesHaveExactNormalsInsideTriangles) {
       outputs.set_mesh(draw);
       one_lane::LaneSurface<float> s = one_lane::lane_surface(draw, in);
       const Vec3 expected = evaluate_surface(*frame, at).normal;
-      without = std::max(without, double{distance(s.normal, expected)});
+      without = std::max(without, static_cast<double>(distance(s.normal, expected)));
       one_lane::turn_by_heights(draw, in, s);
       ASSERT_LT(distance(s.normal, expected), 2e-3f) << seed << " " << k;
     }
