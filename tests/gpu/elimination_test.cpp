@@ -479,11 +479,12 @@ TEST(CompressedFrames, AreNoSlowerThanRawOnes) {
     for (const auto& [model, cores] :
          {std::pair{"phases", "1"}, std::pair{"events", "1"}, std::pair{"phases", "4"}, std::pair{"events", "4"}})
       for (const char* format : {"rgba16f", "rgba8"}) {
-        const auto render = [&](const char* compression) {
+        // Clang 14 captures no structured bindings.
+        const auto render = [&capture, &format, timing = model, count = cores](const char* compression) {
           RunSettings settings;
           GpuConfiguration gpu;
-          for (const auto& [key, value] : {std::pair<const char*, const char*>{"machine.timing", model},
-                                           {"tilecore.count", cores},
+          for (const auto& [key, value] : {std::pair<const char*, const char*>{"machine.timing", timing},
+                                           {"tilecore.count", count},
                                            {"frame_buffer.format", format},
                                            {"frame_buffer.compression", compression}})
             apply_setting(std::string(key) + "=" + value, settings, gpu);

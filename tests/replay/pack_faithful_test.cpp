@@ -342,7 +342,7 @@ TEST(PackFaithful, AMirroredTwinTouchesToo) {  // LT2
     for (const auto& codec : codecs()) {
       const Capture capture = packed(asset, codec);
       std::set<double> xs;
-      for (const Vec3& p : capture.meshes[0].primitives[0].vertices.positions) xs.insert(p.x);
+      for (const Vec3& p : capture.meshes[0].primitives[0].vertices.positions) xs.insert(static_cast<double>(p.x));
       EXPECT_EQ(*xs.rbegin(), static_cast<double>(width)) << width;
     }
   }

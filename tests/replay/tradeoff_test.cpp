@@ -182,8 +182,8 @@ struct SeparableMachine {
   explicit SeparableMachine(test::Random& random) {
     for (int k = 0; k < 3; ++k)
       for (int s = 0; s < 5; ++s) {
-        squared[k][s] = 1e-4 * double{random.uniform(0.2f, 5)};
-        cost[k][s] = double{random.uniform(0.3f, 3)};
+        squared[k][s] = 1e-4 * static_cast<double>(random.uniform(0.2f, 5));
+        cost[k][s] = static_cast<double>(random.uniform(0.3f, 3));
       }
   }
   Measurement measured(const CombinationSearch::Combination& at) const {
@@ -215,7 +215,7 @@ TEST(CombinationSearch, CSE2FindsTheCheapestWithFewTrials) {
   int blind = 0;  // the failing twin: the cheapest of single settings
   for (int round = 0; round < 40; ++round) {
     const SeparableMachine machine(random);
-    const CheapestWanted wanted{Cost::kMs, {}, double{random.uniform(26, 34)}};
+    const CheapestWanted wanted{Cost::kMs, {}, static_cast<double>(random.uniform(26, 34))};
     std::optional<double> least, alone;
     for (std::size_t n = 0; n < 125; ++n) {
       const CombinationSearch::Combination at = {n % 5, n / 5 % 5, n / 25};
@@ -619,8 +619,9 @@ TEST_F(TradeoffCommand, TurnsDesamplingAtTheBestOfTheOtherKnobs) {
       return other["ms"] <= row["ms"] && other["error"] != row["error"] &&
              sign * other["error"][error].get<double>() <= sign * row["error"][error].get<double>();
     };
-    for (const auto& [error, sign] : {std::pair("flip", 1.0), std::pair("psnr_db", -1.0)})
-      if (std::none_of(others.begin(), others.end(), [&](const json& other) { return beats(other, error, sign); }))
+    for (const auto& by : {std::pair("flip", 1.0), std::pair("psnr_db", -1.0)})
+      if (std::none_of(others.begin(), others.end(),
+                       [&](const json& other) { return beats(other, by.first, by.second); }))
         best.insert(row["label"].get<std::string>());
   }
   EXPECT_EQ(off.size(), others.size());
