@@ -22,6 +22,9 @@ ViewCost time_work(const GpuConfiguration& gpu, const timing::FrameWork& work, t
       timing::TimedEvents bounded = timing::time_events(gpu, work, caches, transactions);
       events = std::move(bounded.events);
       timed.timing = std::move(bounded.timing);
+      hardware::Machine coarse = gpu;
+      coarse.queues.model = hardware::TimingModel::kPhases;
+      timed.timing.coarse_cycles = timing::schedule_frame(coarse, work).cycles;
     } else {
       events = timing::simulate_events(gpu, work, caches);
       timed.timing.cycles = events.schedule.cycles;

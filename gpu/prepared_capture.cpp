@@ -6,7 +6,15 @@
 
 namespace tessera::gpu {
 
-PreparedCapture::PreparedCapture(const scene::Capture& capture_in) : capture(capture_in) {}
+PreparedCapture::PreparedCapture(const scene::Capture& capture_in, CaptureChanges changes)
+    : capture(capture_in), changes_(std::move(changes)) {}
+
+scene::Assembly PreparedCapture::assemble() const {
+  scene::Assembly assembly = scene::assemble(capture, changes_.drawn);
+  if (!changes_.without_effect.empty())
+    for (scene::Material& material : assembly.materials) scene::leave_out(changes_.without_effect, material);
+  return assembly;
+}
 
 const PreparedScene& PreparedCapture::scene(scene::TextureSettings textures,
                                             const scene::GeometrySettings& geometry) const {
@@ -17,7 +25,7 @@ const PreparedScene& PreparedCapture::scene(scene::TextureSettings textures,
   const scene::HeldTextures held = scene::hold_textures(capture, textures);
   // Geometry is the same for all textures: what was assembled for one is good for the next. Raw geometry comes first.
   const bool assembled = !scenes_.empty() && scenes_.begin()->first.first.raw();
-  scene::Assembly assembly = assembled ? scenes_.begin()->second->assembly : scene::assemble(capture);
+  scene::Assembly assembly = assembled ? scenes_.begin()->second->assembly : assemble();
   if (scenes_.empty()) materials_ = assembly.materials;
   assembly.materials = materials_;
   held.put_into(assembly.materials);

@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -22,11 +23,17 @@ struct PreparedScene {
   const frontend::PyramidLibrary pyramids;
 };
 
+// What is drawn otherwise than the capture says; camera, lights and framing stay.
+struct CaptureChanges {
+  scene::DrawnFilter drawn{};
+  std::string without_effect{};  // a layer of materials (scene::kMaterialEffectNames); "": none
+};
+
 // What all devices of one capture share, whatever the machine and the settings. Many devices may use it at once.
 class PreparedCapture {
  public:
   // `capture_in` must outlive it.
-  explicit PreparedCapture(const scene::Capture& capture_in);
+  explicit PreparedCapture(const scene::Capture& capture_in, CaptureChanges changes = {});
 
   const scene::Capture& capture;
 
@@ -35,6 +42,9 @@ class PreparedCapture {
   const PreparedScene& scene(scene::TextureSettings textures, const scene::GeometrySettings& geometry = {}) const;
 
  private:
+  scene::Assembly assemble() const;
+
+  CaptureChanges changes_;
   mutable std::mutex mutex_;
   using Held = std::pair<scene::GeometrySettings, scene::TextureSettings>;
   mutable std::map<Held, std::unique_ptr<const PreparedScene>> scenes_;

@@ -11,19 +11,6 @@ using baselines::BaselineCounters;
 using baselines::SchemeId;
 
 constexpr const auto& kFields = kCounterFields<BaselineCounters>;
-constexpr int kColumn = 23;  // of the table: the longest name and a blank
-
-// "12 345 678"
-std::string grouped(std::uint64_t value) {
-  std::string text = std::to_string(value);
-  for (std::size_t at = text.size(); at > 3;) text.insert(at -= 3, " ");
-  return text;
-}
-
-std::string ratio(std::uint64_t over, std::uint64_t under) {
-  return over == 0 || under == 0 ? "-" : fmt::format("{:.2f}", static_cast<double>(over) / static_cast<double>(under));
-}
-
 std::string csv_rows(const std::string& frame, const baselines::BaselineSet& set) {
   std::string text;
   for (std::size_t s = 0; s < baselines::kSchemeCount; ++s) {
@@ -48,26 +35,6 @@ nlohmann::json baseline_kinds_json() {
   nlohmann::json out = nlohmann::json::object();
   for (const baselines::SchemeRow& scheme : baselines::kSchemes) out[std::string(scheme.name)] = name(scheme.kind);
   return out;
-}
-
-std::string baselines_table(const baselines::BaselineSet& set) {
-  const BaselineCounters &pre = set[SchemeId::kTessera], &post = set[SchemeId::kPostTessellation];
-  std::string text = fmt::format("{:<36}", "counter");
-  for (const baselines::SchemeRow& scheme : baselines::kSchemes) text += fmt::format("{:>{}}", scheme.name, kColumn);
-  text += fmt::format("{:>11}\n{:<36}", "post/pre", "kind");
-  for (const baselines::SchemeRow& scheme : baselines::kSchemes)
-    text += fmt::format("{:>{}}", name(scheme.kind), kColumn);
-  text += fmt::format("{:>11}\n", "");
-  for (const auto& field : kFields) {
-    text += fmt::format("{:<36}", field.name);
-    for (const BaselineCounters& scheme : set.schemes)
-      text += fmt::format("{:>{}}", grouped(scheme.*field.member), kColumn);
-    text += fmt::format("{:>11}\n", ratio(post.*field.member, pre.*field.member));
-  }
-  text += fmt::format("{:<36}", "tile overlaps per primitive");
-  for (const BaselineCounters& scheme : set.schemes)
-    text += fmt::format("{:>{}}", ratio(scheme.tile_overlaps, scheme.primitives), kColumn);
-  return text + fmt::format("{:>11}\n", "");
 }
 
 void BaselineReport::add(int frame, const baselines::BaselineSet& set) {

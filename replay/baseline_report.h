@@ -18,9 +18,6 @@ nlohmann::json baselines_json(const baselines::BaselineSet& set);
 // {"tessera": "ours", "patch-whole": "ours", "post-tessellation": "shipped", ...}: a member per scheme
 nlohmann::json baseline_kinds_json();
 
-// A table for people: a column per scheme, with its kind and a row per counter, and post-tessellation over tessera.
-std::string baselines_table(const baselines::BaselineSet& set);
-
 // baselines.csv: a row per frame and scheme with its kind, then one per scheme for all frames, whose frame is "total".
 class BaselineReport {
  public:

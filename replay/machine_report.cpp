@@ -47,6 +47,7 @@ json timing_json(const timing::FrameTiming& timing) {
     out["passes"].push_back(
         {{"name", pass.name}, {"begin_cycles", whole(pass.begin)}, {"end_cycles", whole(pass.end)}});
   if (!timing.events) return out;
+  out["coarse_cycles"] = whole(timing.coarse_cycles);
   const timing::SimulationCounts& events = *timing.events;
   json stalls = json::object();
   for (std::size_t s = 0; s < timing::kStallCount; ++s)

@@ -31,6 +31,7 @@
 #include "replay/frame_costs.h"
 #include "replay/frame_files.h"
 #include "replay/input_files.h"
+#include "replay/left_out.h"
 #include "replay/output_lock.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
@@ -38,6 +39,7 @@
 #include "replay/sensitivity.h"
 #include "replay/statistics.h"
 #include "replay/view_options.h"
+#include "scene/framing.h"
 
 namespace tessera::replay {
 namespace {
@@ -111,12 +113,16 @@ class ReplayCommand final : public Command {
                    "the memory)")
         ->type_name("BYTES");
     app.add_flag("--baselines", baselines_,
-                 "Run other ways to bin the same frames as well, and print all side by side: patches whole, triangles "
-                 "with vertices, positions or references, no bins at all");
+                 "Run other ways to bin the same frames as well and say who wins what by how much: patches whole, "
+                 "triangles with vertices, positions or references, no bins at all");
     app.add_flag(
         "--sensitivity", sensitivity_,
         "Time the first frame again with each number that timing reads at both ends of what it may be, and say "
         "what hangs on it; in stats.json as well");
+    app.add_option("--without", without_,
+                   "Render and time the first frame again without each drawable, material and effect, the N with most "
+                   "cycles of each kind or all; says what the frame saves, in stats.json and report.html as well")
+        ->type_name("N|all");
     app.add_flag("--no-report", no_report_, "Do not write report.html");
     app.add_flag("--quiet", quiet_, "No progress, no summary");
     app.footer(
@@ -151,6 +157,7 @@ class ReplayCommand final : public Command {
       if (std::find(auxiliary_layers().begin(), auxiliary_layers().end(), layer) == auxiliary_layers().end())
         throw UsageError(
             fmt::format("--aux {}: layers are {}", escape_control(layer, 40), fmt::join(auxiliary_layers(), ", ")));
+    const std::size_t left_out = without_.empty() ? 0 : parts_left_out();
     const ThreadLimit threads(static_cast<std::size_t>(threads_));
 
     scene::CaptureLimits limits;
@@ -176,10 +183,8 @@ class ReplayCommand final : public Command {
     say_notices(capture, renderer);
     const std::string still = note_of_still_frames(capture, {first, last});
     if (!quiet_ && !still.empty()) std::fprintf(stderr, "note: %s\n", still.c_str());
-    // Colour, depth and surface of a pixel, and the blocks of a region of one.
-    constexpr std::uint64_t kHistoryBytesPerPixel = 26;
-    if (!history_.empty())
-      renderer.set_history(tilecore::History::restore(history_, limits.max_bytes / kHistoryBytesPerPixel));
+    const std::optional<tilecore::History> history = earlier_history(limits.max_bytes);
+    if (history) renderer.set_history(*history);
     Statistics statistics(capture, gpu, settings, request);
     statistics.add_gpu_notice(notice);
     statistics.add_notice(still);
@@ -197,19 +202,26 @@ class ReplayCommand final : public Command {
     if (renders_two_at_once(capture, gpu, settings, request, last - first, limits.max_bytes))
       second.emplace(prepared, gpu, settings, request);
     const std::vector<gpu::Device*> devices = second ? std::vector{&renderer, &*second} : std::vector{&renderer};
-    std::vector<timing::FrameWork> first_views;
+    FirstFrame first_frame;
     ReservedSpace room(out_);
+    const DrawableNames names(gpu::record_head("", renderer.assembly(), gpu, settings, request.width, request.height));
     try {
-      const DrawableNames names(
-          gpu::record_head("", renderer.assembly(), gpu, settings, request.width, request.height));
       render_frames(devices, {first, last}, {out_, aux_, exposure}, baselines_ ? &schemes : nullptr, {gpu, names},
-                    files, statistics, first_views, room);
+                    files, statistics, first_frame, room);
     } catch (const WriteError& error) {
       room.release();
       save_what_was_done(statistics, {first, last}, error);
     }
     room.release();
-    if (!first_views.empty()) add_sensitivity(gpu, first_views, statistics);
+    if (!first_frame.views.empty()) add_sensitivity(gpu, first_frame.views, statistics);
+    if (first_frame.parts) {
+      const LeaveOneOut without(capture, gpu, settings, request, left_out, [&](gpu::Device& device) {
+        if (history) device.set_history(*history);
+        warm_up(device, std::max(0, first - warmup_), first);
+      });
+      statistics.set_without(without.measure(*first_frame.parts, renderer.assembly(), names, quiet_));
+      if (!quiet_) fmt::print(words(), "{}", left_out_table(statistics.first_frame()));
+    }
     const int done = static_cast<int>(statistics.frame_count());
     if (done < last - first) statistics.set_stopped(last - first, "a signal");
     statistics.write(out_);
@@ -229,6 +241,12 @@ class ReplayCommand final : public Command {
  private:
   class NamedFiles;
 
+  // What is kept of the first frame, to time it again.
+  struct FirstFrame {
+    std::vector<timing::FrameWork> views;             // with --sensitivity
+    std::optional<LeaveOneOut::MeasuredFrame> parts;  // with --without
+  };
+
   // What tiles and drawables of a frame are told by.
   struct CostSources {
     const gpu::GpuConfiguration& gpu;
@@ -239,14 +257,15 @@ class ReplayCommand final : public Command {
   // disk before its images are written. Throws WriteError.
   void render_frames(const std::vector<gpu::Device*>& devices, FrameRange range, FrameWriter::Settings writer,
                      const baselines::BaselineObserver* schemes, const CostSources& sources, NamedFiles& files,
-                     Statistics& statistics, std::vector<timing::FrameWork>& first_views, ReservedSpace& room) const {
+                     Statistics& statistics, FirstFrame& first, ReservedSpace& room) const {
     FrameWriter images(std::move(writer));
     const int frames = range.last - range.first;
     Progress progress(static_cast<std::size_t>(frames), quiet_, [&] { return tiles_done(devices); });
     gpu::FrameStream stream(devices, range.first, range.last);
     for (int frame = range.first; frame < range.last && !stop_requested(); ++frame) {
       gpu::FrameResult result = stream.next();
-      if (sensitivity_ && first_views.empty()) first_views = views_of(result);
+      if (sensitivity_ && first.views.empty()) first.views = views_of(result);
+      if (!without_.empty() && !first.parts) first.parts = {result.frame, *result.shares, result.effects};
       std::optional<FrameCosts> costs;
       if (result.shares) costs.emplace(*result.shares, sources.names);
       if (!quiet_)
@@ -281,17 +300,36 @@ class ReplayCommand final : public Command {
         range.last - range.first, escape_control((fs::path(out_) / "stats.json").string())));
   }
 
+  // Where results are said: not where another result is written.
+  std::FILE* words() const { return beside_outputs({trace_, dram_trace_, record_, save_history_}); }
+
   void say_results(const Statistics& statistics) const {
     if (statistics.frame_count() == 0) return;
-    std::FILE* const words = beside_outputs({trace_, dram_trace_, record_, save_history_});
-    if (baselines_) fmt::print(words, "{}", baselines_table(statistics.baselines().total()));
+    if (baselines_) fmt::print(words(), "{}", statistics.verdict());
     std::error_code ignored;
     const bool page = !no_report_ && fs::exists(fs::path(out_) / "report.html", ignored);
     fmt::print(
-        words, "{}",
+        words(), "{}",
         replay_summary(statistics.json(), fmt::format("{}: {}stats.json, stats.csv, {} frame{}", escape_control(out_),
                                                       page ? "report.html, " : "", statistics.frame_count(),
                                                       statistics.frame_count() == 1 ? "" : "s")));
+  }
+
+  // What the frame before the first one leaves to it, with --history.
+  std::optional<tilecore::History> earlier_history(std::uint64_t max_bytes) const {
+    // Colour, depth and surface of a pixel, and the blocks of a region of one.
+    constexpr std::uint64_t kHistoryBytesPerPixel = 26;
+    if (history_.empty()) return std::nullopt;
+    return tilecore::History::restore(history_, max_bytes / kHistoryBytesPerPixel);
+  }
+
+  // Throws UsageError where --without is neither a number from 1 on nor "all".
+  std::size_t parts_left_out() const {
+    if (without_ == "all") return std::numeric_limits<std::size_t>::max();
+    constexpr const char* kForm = "a number from 1 on, or all";
+    const long parts = parse_whole_numbers("--without", without_, ',', 1, kForm)[0];
+    if (parts < 1) throw UsageError(fmt::format("--without {}: expected {}", parts, kForm));
+    return static_cast<std::size_t>(parts);
   }
 
   void warm_up(gpu::Device& renderer, int begin, int end) const {
@@ -316,7 +354,7 @@ class ReplayCommand final : public Command {
     const LongStep step("timing it again", quiet_);
     const Sensitivity sensitivity = measure_sensitivity(gpu, views);
     statistics.set_sensitivity(sensitivity_json(sensitivity));
-    if (!quiet_) print_sensitivity(beside_outputs({trace_, dram_trace_, record_, save_history_}), sensitivity);
+    if (!quiet_) print_sensitivity(words(), sensitivity);
   }
 
   InputFiles input_files() const {
@@ -360,8 +398,9 @@ class ReplayCommand final : public Command {
     NamedFiles(const ReplayCommand& command, const gpu::GpuConfiguration& gpu, const gpu::RunSettings& settings,
                const gpu::RenderRequest& request, const gpu::Device& renderer) {
       if (!settings.output.machine_model &&
-          (command.sensitivity_ || !(command.trace_ + command.dram_trace_ + command.record_).empty()))
-        throw UsageError("--trace, --dram-trace, --record and --sensitivity need output.machine_model=true");
+          (command.sensitivity_ ||
+           !(command.trace_ + command.dram_trace_ + command.record_ + command.without_).empty()))
+        throw UsageError("--trace, --dram-trace, --record, --sensitivity and --without need output.machine_model=true");
       if (!command.trace_frames_.empty()) frames_ = parse_frames("--trace-frames", command.trace_frames_);
       gpu::Timeline::Limits tiles;
       if (!command.trace_tiles_.empty()) {
@@ -496,9 +535,7 @@ class ReplayCommand final : public Command {
 
   // Frames that the shutter opens on after the last key of what plays show how it ends, one like the other.
   static std::string note_of_still_frames(const scene::Capture& capture, FrameRange range) {
-    double end = 0;
-    for (const int a : capture.played_animations)
-      end = std::max(end, static_cast<double>(capture.animations[static_cast<std::size_t>(a)].duration()));
+    const double end = scene::played_seconds(capture);
     if (end <= 0) return "";
     const double rate = capture.settings.frame_rate;
     int still = range.last;
@@ -526,7 +563,7 @@ class ReplayCommand final : public Command {
   const std::vector<std::string> results_ = {"frame_*.exr", "frame_*.png",   "tiles_*.json", "stats.json",
                                              "stats.csv",   "baselines.csv", "report.html"};
   std::string capture_, frames_, size_, gpu_ = "mid-mobile", region_, out_ = "out";
-  std::string trace_, trace_frames_, trace_tiles_, dram_trace_, record_;
+  std::string trace_, trace_frames_, trace_tiles_, dram_trace_, record_, without_;
   std::vector<std::string> sets_, aux_;
   std::optional<std::string> spp_, seed_, variant_;
   ViewChoices view_;

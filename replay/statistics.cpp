@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <map>
+#include <numeric>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -17,6 +19,7 @@
 #include "baselines/baseline_counters.h"
 #include "gpu/counter_list.h"
 #include "gpu/unread_keys.h"
+#include "replay/baseline_verdict.h"
 #include "replay/machine_report.h"
 
 namespace tessera::replay {
@@ -41,6 +44,40 @@ json counters_json(const gpu::FrameCounters& counters) {
   for (const auto& [name, value] : gpu::counter_values(counters)) out[std::string(name)] = value;
   return out;
 }
+
+namespace {
+
+// The value that `part` of the sorted values do not exceed, by nearest rank.
+double percentile(const std::vector<double>& sorted, double part) {
+  return sorted[static_cast<std::size_t>(std::ceil(part * static_cast<double>(sorted.size()))) - 1];
+}
+
+// {"mean", "median", "p95", "worst", "worst_frame"} of a number that is better the less it is.
+json spread_json(const std::vector<json>& frames, const json::json_pointer& number) {
+  std::vector<double> values;
+  for (const json& frame : frames) values.push_back(frame.contains(number) ? frame.at(number).get<double>() : 0.0);
+  const auto worst = std::max_element(values.begin(), values.end()) - values.begin();
+  json out = {{"mean", std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size())},
+              {"worst", values[static_cast<std::size_t>(worst)]},
+              {"worst_frame", frames[static_cast<std::size_t>(worst)].at("frame")}};
+  std::sort(values.begin(), values.end());
+  out["median"] = percentile(values, 0.5);
+  out["p95"] = percentile(values, 0.95);
+  return out;
+}
+
+json spreads_json(const std::vector<json>& frames) {
+  json out;
+  for (const auto& [name, number] : {std::pair{"time_ms", "/timing/time_ms"},
+                                     {"energy_nj", "/energy/total_nj"},
+                                     {"dram_read_bytes", "/counters/dram.read_bytes"},
+                                     {"dram_written_bytes", "/counters/dram.written_bytes"},
+                                     {"list_bytes", "/counters/binner.queue_bytes_peak"}})
+    out[name] = spread_json(frames, json::json_pointer(number));
+  return out;
+}
+
+}  // namespace
 
 Statistics::Statistics(const scene::Capture& capture, const gpu::GpuConfiguration& gpu,
                        const gpu::RunSettings& settings, const gpu::RenderRequest& request)
@@ -148,9 +185,11 @@ json Statistics::json() const {
   if (timing_) {
     put_model(machine_, *timing_, energy_, static_cast<double>(frames_.size()), out["total"]);
     out["total"]["area"] = area_;
+    out["total"]["over_frames"] = spreads_json(frames_);
   }
   if (has_baselines_) {
     out["total"]["baselines"] = baselines_json(baselines_.total());
+    out["total"]["baseline_verdict"] = baseline_verdict_json(baselines_.total());
     out["baseline_kinds"] = baseline_kinds_json();
   }
   return out;
@@ -173,6 +212,10 @@ std::string Statistics::csv() const {
     text += "\n";
   }
   return text;
+}
+
+std::string Statistics::verdict() const {
+  return baseline_verdict_text(baselines_.total(), machine_.clock_mhz, static_cast<double>(frames_.size()));
 }
 
 void Statistics::write(const std::filesystem::path& folder) const {
@@ -215,8 +258,28 @@ std::string bound_line(const json& timing) {
   for (const auto& [unit, row] : timing.at("units").items())
     if (unit != "tilecores") busy.emplace_back(unit, row.at("utilisation").get<double>());
   const double cycles = timing.at("cycles").get<double>(), saved = timing.at("bound_by_cycles").get<double>();
-  return fmt::format("{}: with twice as much of it {:.0f} % faster{}", by,
-                     cycles > saved ? 100 * saved / (cycles - saved) : 0.0, with("; busy: ", largest(busy, 1)));
+  return fmt::format("{}: with twice as much of it a frame takes {:.0f} % less time{}", by,
+                     cycles > 0 ? 100 * saved / cycles : 0.0, with("; busy: ", largest(busy, 1)));
+}
+
+// "meets 60 frames/s: 3.1 ms of 16.7"; over several frames how many do, and how their times spread.
+std::string target_line(const json& statistics, double target) {
+  const json &spread = statistics.at("total").at("over_frames").at("time_ms"), &frames = statistics.at("frames");
+  const double allowed = 1000 / target;
+  const auto meets = std::count_if(frames.begin(), frames.end(), [&](const json& frame) {
+    return frame.at("timing").at("time_ms").get<double>() <= allowed;
+  });
+  if (frames.size() == 1) {
+    const double ms = spread.at("mean").get<double>();
+    return fmt::format("{} {:g} frames/s: {:.3f} ms where {:.3f} are allowed, {:.0f} % {}",
+                       meets > 0 ? "meets" : "misses", target, ms, allowed, 100 * std::abs(1 - ms / allowed),
+                       meets > 0 ? "to spare" : "too much");
+  }
+  return fmt::format(
+      "{} of {} frames meet {:g} frames/s ({:.3f} ms): median {:.3f}, 95th percentile {:.3f}, worst {:.3f} ms in frame "
+      "{}",
+      meets, frames.size(), target, allowed, spread.at("median").get<double>(), spread.at("p95").get<double>(),
+      spread.at("worst").get<double>(), spread.at("worst_frame").get<int>());
 }
 
 std::string traffic_line(const json& total, double frames) {
@@ -257,6 +320,8 @@ std::string replay_summary(const json& statistics, const std::string& results) {
   std::string text;
   const auto line = [&](const char* what, std::string_view said) { text += fmt::format("{:<9} {}\n", what, said); };
   line("time", modelled ? time_line(total.at("timing"), frames, clock_mhz, machine) : std::string(kNotModelled));
+  if (const double target = gpu.at("machine").at("target_fps").get<double>(); modelled && target > 0)
+    line("target", target_line(statistics, target));
   line("bound by", modelled ? bound_line(total.at("timing")) : std::string(kNotModelled));
   line("traffic", traffic_line(total, frames));
   line("energy", modelled ? energy_line(total, frames, gpu) : std::string(kNotModelled));

@@ -46,6 +46,10 @@ class Statistics {
   // Of its first frame (sensitivity_json()): the member "sensitivity".
   void set_sensitivity(nlohmann::json sensitivity) { head_["sensitivity"] = std::move(sensitivity); }
 
+  // Of its first frame, LeaveOneOut::measure(): the frame's member "without".
+  void set_without(nlohmann::json without) { frames_.front()["without"] = std::move(without); }
+  const nlohmann::json& first_frame() const { return frames_.front(); }
+
   // `schemes`: the baselines of the same frame, or null. `costs`: members "drawables" and "materials"; null: none.
   void add(const gpu::FrameResult& frame, const baselines::BaselineSet* schemes = nullptr,
            const FrameCosts* costs = nullptr);
@@ -56,6 +60,9 @@ class Statistics {
 
   // The other schemes of all frames; without --baselines there are none, and json() has no member "baselines".
   const BaselineReport& baselines() const { return baselines_; }
+
+  // baseline_verdict_text() of all frames.
+  std::string verdict() const;
 
   // Writes both files, and baselines.csv when there are baselines, into `folder`, each whole or not at all.
   void write(const std::filesystem::path& folder) const;
@@ -84,8 +91,8 @@ nlohmann::json frame_json(const hardware::Machine& gpu, const gpu::FrameResult& 
 // Every declared counter for people and programs: name, unit, how it adds up, meaning, vendor names.
 nlohmann::json describe_counters();
 
-// What a replay ends with, five lines: time, what bounds it, traffic, energy, where the results are; each figure of a
-// frame on average. `statistics`: stats.json, of at least one frame; `results`: the fifth line's text.
+// What a replay ends with, six lines: time, whether it meets machine.target_fps, what bounds it, traffic, energy, where the results are; each figure of a
+// frame on average. `statistics`: stats.json, of at least one frame; `results`: the last line's text.
 std::string replay_summary(const nlohmann::json& statistics, const std::string& results);
 
 }  // namespace tessera::replay

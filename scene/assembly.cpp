@@ -87,10 +87,10 @@ std::uint32_t take_records(std::size_t patches, Assembly& assembly) {
 }
 
 // Base patches of a procedure: each piece cut evenly, piece by piece, row by row.
-void add_procedures(const Capture& capture, const Pose& rest, Assembly& assembly) {
+void add_procedures(const Capture& capture, const Pose& rest, const DrawnFilter& drawn, Assembly& assembly) {
   for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
     const int number = capture.nodes[n].procedure;
-    if (number == kNone || !rest.in_scene[n]) continue;
+    if (number == kNone || !rest.in_scene[n] || (drawn && !drawn(static_cast<int>(n), kNone))) continue;
     const Procedure& procedure = capture.procedures[static_cast<std::size_t>(number)];
     const shaders::StageDeclaration& shape = procedure.declaration();
     const std::size_t patches = procedure.pieces.size() * static_cast<std::size_t>(shape.patches_u * shape.patches_v);
@@ -202,12 +202,14 @@ struct NodePrimitive {
   std::size_t patches;
 };
 std::vector<NodePrimitive> primitives_of(const Capture& capture, std::size_t node, const GeometryNumbers& numbers,
-                                         const Assembly& assembly, MaterialVariants& variants) {
+                                         const DrawnFilter& drawn, const Assembly& assembly,
+                                         MaterialVariants& variants) {
   std::vector<NodePrimitive> out;
   const int mesh = capture.nodes[node].mesh;
   const auto& primitives = capture.meshes[static_cast<std::size_t>(mesh)].primitives;
   for (std::size_t p = 0; p < primitives.size(); ++p) {
     const Primitive& primitive = primitives[p];
+    if (drawn && !drawn(static_cast<int>(node), static_cast<int>(p))) continue;
     Drawable drawable{};
     drawable.node = static_cast<int>(node);
     drawable.mesh = mesh;
@@ -317,7 +319,7 @@ InstancedNode group_instances(const std::vector<InstanceTransform>& instances) {
   return out;
 }
 
-Assembly assemble(const Capture& capture) {
+Assembly assemble(const Capture& capture, const DrawnFilter& drawn) {
   Assembly assembly;
   assembly.capture = &capture;
   assembly.materials = capture.materials;
@@ -330,11 +332,11 @@ Assembly assemble(const Capture& capture) {
   std::vector<std::vector<NodePrimitive>> nodes(capture.nodes.size());
   for (std::size_t n = 0; n < nodes.size(); ++n)
     if (capture.nodes[n].mesh != kNone && rest.in_scene[n])
-      nodes[n] = primitives_of(capture, n, numbers, assembly, variants);
+      nodes[n] = primitives_of(capture, n, numbers, drawn, assembly, variants);
   reserve(capture, nodes, assembly);
   for (std::size_t n = 0; n < nodes.size(); ++n)
     if (!nodes[n].empty()) add_node(capture.nodes[n], nodes[n], assembly);
-  add_procedures(capture, rest, assembly);
+  add_procedures(capture, rest, drawn, assembly);
   return assembly;
 }
 

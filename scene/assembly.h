@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "scene/capture.h"
@@ -115,6 +116,9 @@ struct Assembly {
 // Whether a drawable's patches are tessellated on parametric grids; clusters are not.
 inline bool has_grid(const Drawable& drawable) { return drawable.kind != Primitive::Kind::kTriangles; }
 
+// Whether a primitive of a node is drawn (kNone: its procedure); empty: all are.
+using DrawnFilter = std::function<bool(int node, int primitive)>;
+
 // `capture` must outlive the assembly. Throws LimitError where base patches cannot be numbered with 32 bits.
 //
 // Invariants (cited by the tests):
@@ -122,7 +126,7 @@ inline bool has_grid(const Drawable& drawable) { return drawable.kind != Primiti
 //   AS2  Instances of a primitive share clusters, neighbours and records; a further one costs a drawable and four bytes
 //        for each base patch (and its grid).
 //   AS3  Each instance is in one group of its node, whose ranges hold its transform.
-Assembly assemble(const Capture& capture);
+Assembly assemble(const Capture& capture, const DrawnFilter& drawn = {});
 
 // Exposed for the tests.
 InstancedNode group_instances(const std::vector<InstanceTransform>& instances);

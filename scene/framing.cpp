@@ -212,14 +212,28 @@ void add_scene(const Capture& capture, const std::vector<double>& times, Extent&
 
 }  // namespace
 
+double played_seconds(const Capture& capture) {
+  double end = 0;
+  for (const int a : capture.played_animations)
+    end = std::max(end, static_cast<double>(capture.animations[static_cast<std::size_t>(a)].duration()));
+  return end;
+}
+
+int frames_to_see(const Capture& capture) {
+  const CaptureSettings& settings = capture.settings;
+  constexpr double kMost = 1e6;
+  const double last =
+      std::floor(std::min(played_seconds(capture) * settings.frame_rate - settings.shutter_open, kMost));
+  return std::max(settings.frame_count, static_cast<int>(last) + 1 - settings.first_frame);
+}
+
 std::vector<double> framed_times(const Capture& capture) {
   const CaptureSettings& settings = capture.settings;
   double first = settings.first_frame / settings.frame_rate;
   double last = (settings.first_frame + settings.frame_count - 1) / settings.frame_rate;
   if (!settings.declared) {
     first = last = 0;
-    for (const int a : capture.played_animations)
-      last = std::max(last, static_cast<double>(capture.animations[static_cast<std::size_t>(a)].duration()));
+    last = played_seconds(capture);
   }
   if (capture.played_animations.empty() || !(last > first)) return {first};
   std::vector<double> times(kTimes);

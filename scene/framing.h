@@ -23,4 +23,9 @@ double middle_distance(const Capture& capture, const DMat4& camera_world, double
 // is animated. Exposed for tests.
 std::vector<double> framed_times(const Capture& capture);
 
+// Seconds of the last key of what plays; 0 where nothing does.
+double played_seconds(const Capture& capture);
+// Frames that there are to see, from the first on: the capture's own, or as many more as open while something plays.
+int frames_to_see(const Capture& capture);
+
 }  // namespace tessera::scene

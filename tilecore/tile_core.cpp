@@ -4,6 +4,8 @@
 #include <array>
 #include <bit>
 #include <limits>
+#include <map>
+#include <span>
 #include <tuple>
 #include <utility>
 
@@ -302,14 +304,27 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
   result_.visibility_texels = shader_.textures().counters().texels;
 }
 
+namespace {
+
+// SubPatchItem::drawable of cells that are drawn together.
+std::uint32_t drawable_with_most_cells(const TileJob& job, std::span<const SamplingController::CellRead> reads) {
+  std::map<std::uint32_t, std::size_t> cells;
+  for (const SamplingController::CellRead& read : reads) ++cells[job.procedures->cells()[read.cell].drawable];
+  const auto most =
+      std::max_element(cells.begin(), cells.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most == cells.end() ? 0 : most->first + 1;
+}
+
+}  // namespace
+
 void TileCore::draw_cells(const TileJob& job, TileState& state, timing::SubPatchItem& before) {
   leave_segment(job);
   sampler_.draw(
       {*job.frame, *job.procedures, samples_, state, &shader_.textures(), &result_.counters.tilecore.alpha_tests});
   std::vector<SamplingController::CellRead> reads = sampler_.take_reads();
   if (reads.empty()) return;
+  if (keep_items_) keep_item(std::exchange(before, counted()), drawable_with_most_cells(job, reads));
   result_.cells.push_back({static_cast<std::uint32_t>(result_.tessellations.size()), std::move(reads)});
-  if (keep_items_) keep_item(std::exchange(before, counted()), 0);
 }
 
 // Cells of a procedure follow each other in a list, as they were binned.

@@ -79,6 +79,7 @@ TileParts parts_of(const hardware::Machine& gpu, const TileItems& items) {
   return parts;
 }
 
+bool of_geometry(Stage stage) { return stage == Stage::kFrontend || stage == Stage::kBinner; }
 bool of_core(Stage stage) { return stage != Stage::kFrontend && stage != Stage::kBinner && stage != Stage::kDram; }
 
 hardware::EnergyEvents tile_events(const hardware::Machine& gpu, const TileWork& tile, const TileItems* items) {
@@ -137,8 +138,25 @@ void add_bytes(const TileWork& tile, const TileParts& parts, std::map<std::uint3
   }
 }
 
+using Entries = std::map<std::uint32_t, std::uint64_t>;  // of tile lists, by drawable
+
+// Whole bytes of the front end and the binner that add up to the round's.
+void add_geometry_bytes(std::uint64_t bytes, const Entries& entries, std::map<std::uint32_t, DrawableShare>& shares) {
+  std::uint64_t all = 0, upto = 0, given = 0;
+  for (const auto& [drawable, count] : entries) all += count;
+  for (const auto& [drawable, count] : entries) {
+    upto += count;
+    const auto end =
+        static_cast<std::uint64_t>(static_cast<double>(bytes) * (static_cast<double>(upto) / static_cast<double>(all)));
+    shares[drawable].dram_bytes += end - given;
+    given = end;
+  }
+  shares[0].dram_bytes += bytes - given;
+}
+
 // What no tile's units used: memory, L2, leakage, geometry.
-void add_shared_energy(const hardware::FrameEnergy& energy, std::map<std::uint32_t, DrawableShare>& shares) {
+void add_shared_energy(const hardware::FrameEnergy& energy, const Entries& entries,
+                       std::map<std::uint32_t, DrawableShare>& shares) {
   const auto split = [&](std::string_view unit, const auto& weight) {
     const double nj = energy.by_unit_nj.at(std::string(unit));
     double all = 0;
@@ -150,7 +168,13 @@ void add_shared_energy(const hardware::FrameEnergy& energy, std::map<std::uint32
   split(name(Stage::kDram), [](const DrawableShare& share) { return share.dram_bytes; });
   split("l2", [](const DrawableShare& share) { return share.requested_lines; });
   split("leakage", [](const DrawableShare& share) { return share.cycles; });
-  for (const Stage stage : geometry_stages()) shares[0].energy_nj += energy.by_unit_nj.at(std::string(name(stage)));
+  double all = 0;
+  for (const auto& [drawable, count] : entries) all += static_cast<double>(count);
+  for (const Stage stage : geometry_stages()) {
+    const double nj = energy.by_unit_nj.at(std::string(name(stage)));
+    if (all == 0) shares[0].energy_nj += nj;
+    for (const auto& [drawable, count] : entries) shares[drawable].energy_nj += nj * static_cast<double>(count) / all;
+  }
 }
 
 }  // namespace
@@ -160,9 +184,14 @@ std::map<std::uint32_t, DrawableShare> attribute(const hardware::Machine& gpu, c
   std::map<std::uint32_t, DrawableShare> shares;
   std::map<std::uint32_t, Weights> busy;  // cycles of units for it
   Weights all{};
+  Entries entries;
   shares[0].dram_bytes = work.other_bytes;
   for (const WorkRound& round : work.rounds) {
-    shares[0].dram_bytes += round.geometry.dram_bytes;
+    Entries of_round;
+    for (const TileItems& items : round.items)
+      for (const SubPatchItem& item : items.sub_patches) ++of_round[item.drawable];
+    for (const auto& [drawable, count] : of_round) entries[drawable] += count;
+    add_geometry_bytes(round.geometry.dram_bytes, of_round, shares);
     for (std::size_t t = 0; t < round.tiles.size(); ++t) {
       const TileParts parts = parts_of(gpu, round.items[t]);
       Weights sums{};
@@ -191,6 +220,13 @@ std::map<std::uint32_t, DrawableShare> attribute(const hardware::Machine& gpu, c
       add_bytes(round.tiles[t], parts, shares);
     }
   }
+  for (std::size_t p = 0; p < kStageCount; ++p) {
+    if (!of_geometry(static_cast<Stage>(p))) continue;
+    for (const auto& [drawable, count] : entries) {
+      busy[drawable][p] = static_cast<double>(count);
+      all[p] += static_cast<double>(count);
+    }
+  }
   const Weights path = path_parts(timing);
   for (std::size_t p = 0; p < kParts; ++p) {
     if (all[p] == 0) {
@@ -199,7 +235,7 @@ std::map<std::uint32_t, DrawableShare> attribute(const hardware::Machine& gpu, c
     }
     for (const auto& [drawable, clk] : busy) shares[drawable].cycles += path[p] * clk[p] / all[p];
   }
-  add_shared_energy(energy, shares);
+  add_shared_energy(energy, entries, shares);
   return shares;
 }
 

@@ -38,8 +38,8 @@ inline DrawableShare& operator+=(DrawableShare& sum, const DrawableShare& share)
   return sum;
 }
 
-// Shares of all drawables, by SubPatchItem::drawable; 0: what no item of a tile asked for (geometry, resolve, tiles
-// without items). What a unit of a core does in a tile is split by the events of the tile's items, resolve by
+// Shares of all drawables, by SubPatchItem::drawable; 0: what no item of a tile asked for (resolve, tiles without items).
+// What the front end and the binner do is split by entries of tile lists. What a unit of a core does in a tile is split by the events of the tile's items, resolve by
 // invocations. A drawable's cycles are what units have of the critical path, each split by who kept the unit busy, latency
 // and memory by requested lines; where there is no path, by the cycles that units were busy. Bytes before shading are
 // split by list entries and requested lines, those of shading by requested lines, those of storing by invocations.

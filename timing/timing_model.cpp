@@ -494,6 +494,7 @@ void FrameTiming::accumulate(const FrameTiming& frame) {
   cores_busy += frame.cores_busy;
   tiles_busy += frame.tiles_busy;
   memory_waits += frame.memory_waits;
+  coarse_cycles += frame.coarse_cycles;
   for (std::size_t s = 0; s < kStageCount; ++s) busy[s] += frame.busy[s];
   if (!bound_by) bound_by = frame.bound_by;
   for (std::size_t b = 0; b < kBoundCount; ++b) {

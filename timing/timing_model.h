@@ -105,6 +105,7 @@ struct FrameTiming {
   double memory_waits = 0;        // waits_for_tile_memory()
   std::optional<Bound> bound_by;  // what the frame hangs on most (timing/bound.h); none where nothing was done
   double bound_cycles = 0;        // what twice as much of it saves
+  double coarse_cycles = 0;       // of TimingModel::kEvents: what TimingModel::kPhases says of the same work
   std::vector<PassTime> passes;   // of a single frame, as FrameWork::passes; of the left eye
 
   double utilisation(Stage stage) const { return cycles > 0 ? busy[static_cast<std::size_t>(stage)] / cycles : 0; }

@@ -42,16 +42,19 @@ PackedCaptures::Loaded PackedCaptures::load(const fs::path& file) const {
 
 const std::shared_ptr<const gpu::PreparedCapture>& PackedCaptures::without(const std::string& effect) {
   const auto [found, fresh] = without_.try_emplace(effect);
-  if (!fresh) return found->second.prepared;
-  auto capture = std::make_unique<scene::Capture>(original()->capture);
+  Loaded& loaded = found->second;
+  if (!fresh) return loaded.prepared;
   if (effect == "environment_image") {
+    auto capture = std::make_unique<scene::Capture>(original()->capture);
     capture->environment_image = nullptr;
     capture->settings.environment_kind = shaders::Surroundings::Kind::kStudio;
+    loaded.capture = std::move(capture);
+    loaded.prepared = std::make_shared<const gpu::PreparedCapture>(*loaded.capture);
+  } else {
+    loaded.prepared =
+        std::make_shared<const gpu::PreparedCapture>(original()->capture, gpu::CaptureChanges{{}, effect});
   }
-  for (scene::Material& material : capture->materials) scene::leave_out(effect, material);
-  found->second.capture = std::move(capture);
-  found->second.prepared = std::make_shared<const gpu::PreparedCapture>(*found->second.capture);
-  return found->second.prepared;
+  return loaded.prepared;
 }
 
 const std::shared_ptr<const gpu::PreparedCapture>& PackedCaptures::of(const Packing& packing) {

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/json_text.h"
 #include "replay/report/report.h"
+#include "scene/framing.h"
 
 namespace tessera::replay {
 namespace {
@@ -85,7 +86,7 @@ HttpReply ViewServer::page() const {
       {"left_out", 0},
       {"view",
        {{"keys", keys_},
-        {"frames", {capture.settings.first_frame, capture.settings.frame_count}},
+        {"frames", {capture.settings.first_frame, scene::frames_to_see(capture)}},
         {"result", result_json(*result)},
         {"history", session_.history()},
         {"state", session_.state()}}}};

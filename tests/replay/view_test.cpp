@@ -183,7 +183,10 @@ TEST(View, CachesOfEventsAreTimedFirstAndRenderedThen) {
   ASSERT_EQ(results.size(), 3u);
   EXPECT_TRUE(results[1]->stale);
   EXPECT_EQ(results[1]->revision, last->revision);
-  EXPECT_EQ(results[1]->stats["total"]["timing"], last->stats["total"]["timing"]);
+  json timed = results[1]->stats["total"]["timing"], rendered = last->stats["total"]["timing"];
+  // The coarse model counts what the caches of the emulated order missed, as counters do.
+  for (json* timing : {&timed, &rendered}) timing->erase("coarse_cycles");
+  EXPECT_EQ(timed, rendered);
   EXPECT_EQ(results[1]->stats["total"]["counters"], results[0]->stats["total"]["counters"]);
   EXPECT_EQ(session->history().size(), 2u);
 }

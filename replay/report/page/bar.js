@@ -27,7 +27,8 @@ function controlBar() {
   const holder = make('div', { class: 'side' });
   const toggle = make('button', { type: 'button', 'aria-pressed': 'false', click: () => show({ other: shown.other ? null : firstOther() }) }, 'Compare A | B');
   const can = several || framesOf().length > 1;
-  bar.append(left.part, ...(can ? [toggle] : []), holder);
+  const slowest = framesOf().length > 1 && frameOf().timing ? [make('button', { type: 'button', click: () => show({ frame: slowestFrame() }) }, 'Slowest frame')] : [];
+  bar.append(left.part, ...slowest, ...(can ? [toggle] : []), holder);
   let right = null;
   const entry = follow(bar, ['run', 'frame', 'other'], () => {
     left.fresh();

@@ -1,15 +1,26 @@
-// The first screen: what the frame takes on the machine, and what bounds it.
+// The first screen: whether the frame holds the target rate on the machine, what it takes, what bounds it, and how far that is to be
+// believed.
 
 // Of a frame: what is on each card, in one place, so that sections and comparisons agree. `better`: -1 less, 1 more.
 const kFigures = [
   { key: 'ms', title: 'frame time', unit: 'ms', better: -1, of: (frame, at) => (frame.timing ? milliseconds(frame.timing.cycles, at) : null) },
   { key: 'fps', title: 'frame rate', unit: 'frames/s', better: 1, of: (frame, at) => (frame.timing && frame.timing.cycles > 0 ? 1000 / milliseconds(frame.timing.cycles, at) : null) },
   { key: 'energy', title: 'energy', unit: 'nJ', better: -1, of: (frame) => (frame.energy ? frame.energy.total_nj : null) },
-  { key: 'power', title: 'power', unit: 'W', better: -1, of: (frame) => frame.energy?.power_w ?? null },
+  { key: 'power', title: 'power', unit: 'W', better: -1, of: (frame, at) => powerOf(frame, at) },
   { key: 'bandwidth', title: 'bandwidth', unit: 'GB/s', better: -1, of: (frame, at) => (frame.timing && frame.timing.cycles > 0 ? bytesOf(frame) * 1e-6 / milliseconds(frame.timing.cycles, at) : null) },
   { key: 'bytes', title: 'memory traffic', unit: 'bytes', better: -1, of: (frame) => bytesOf(frame) },
   { key: 'lists', title: 'peak list memory', unit: 'bytes', better: -1, of: (frame) => frame.counters['binner.queue_bytes_peak'] ?? null },
 ];
+// Watts at the target rate, or at the frame's own where that is lower: as hardware/energy.h has them. Leakage goes on between frames unless
+// the supply is cut.
+function powerOf(frame, at = shown) {
+  if (!frame.timing || !frame.energy || !(frame.timing.cycles > 0)) return null;
+  const ms = milliseconds(frame.timing.cycles, at), interval = Math.max(ms, 1000 / shown.target), leaked = frame.energy.by_unit.leakage || 0;
+  const leaks = run(at).stats.gpu.energy.power_gating === 'between_frames' ? ms : interval;
+  return (frame.energy.total_nj - leaked + leaked * leaks / ms) / interval * 1e-6;
+}
+// Milliseconds left of the target rate's, negative where the frame misses it.
+const spareOf = (frame, at = shown) => 1000 / shown.target - milliseconds(frame.timing.cycles, at);
 const bytesOf = (frame) => frame.counters['dram.read_bytes'] + frame.counters['dram.written_bytes'];
 
 // The figure over the frames as a line, with a mark at the frame that is shown.
@@ -24,18 +35,51 @@ function spark(values, at) {
     values[at] === null ? null : draw('line', { x1: x(at), x2: x(at), y1: 0, y2: height, stroke: 'var(--mark)', 'stroke-width': 2, 'vector-effect': 'non-scaling-stroke' }));
 }
 
+// "Meets 60 frames/s: 3.2 ms of 16.7 ms, 13.5 ms to spare."
+function targetWords(frame, at = shown) {
+  const spare = spareOf(frame, at), interval = 1000 / shown.target, ms = milliseconds(frame.timing.cycles, at);
+  return spare >= 0 ? `Meets ${plain(shown.target)} frames/s: ${quantity(ms, 'ms')} of ${quantity(interval, 'ms')}, ${percent(spare / interval)} to spare.`
+    : `Misses ${plain(shown.target)} frames/s: ${quantity(ms, 'ms')} where ${quantity(interval, 'ms')} are allowed, ${percent(-spare / interval)} too much.`;
+}
+// What keeps the cores from having more tiles in flight.
+function flightWords(timing) {
+  const waits = timing.tile_memory_waits / Math.max(1, timing.cycles * run().stats.gpu.tilecore.count);
+  return waits > 0.005 ? `tile memory limits them: cores wait for it ${percent(waits)} of the time` : 'tile memory does not limit them';
+}
+// How far the figures are to be believed: the model, the coarser one, the numbers that are assumed, and where it was compared with silicon.
+function trustWords() {
+  const frame = frameOf(), of = run().stats.sensitivity, out = [], coarse = frame.timing.coarse_cycles;
+  out.push((frame.timing.coarser_models || []).length > 0 ? `Timed by ${frame.timing.coarser_models.join(' and ')}, coarser than the default.` : 'Timed by the default (finest) model.');
+  if (coarse) out.push(`The coarse one says ${quantity(milliseconds(coarse), 'ms')} (${signedPercent(coarse / frame.timing.cycles - 1)}).`);
+  out.push(of ? `Assumed numbers within their ranges: time ${signedPercent(-of.cycles[0])} to ${signedPercent(of.cycles[1])}, energy ${signedPercent(-of.energy[0])} to ${signedPercent(of.energy[1])}.` : 'How much assumed numbers change it: tessera replay --sensitivity.');
+  return `${out.join(' ')} Compared with published counters of real GPUs in docs/validation.md.`;
+}
+
 function cardSection() {
   const part = section('summary', 'At a glance');
-  const holder = make('div', { class: 'cards' }), words = make('div');
-  part.append(holder, words);
+  const target = make('input', { type: 'number', min: 1, max: 1000, step: 'any', value: shown.target, inputmode: 'decimal', 'aria-label': 'Target frame rate in frames per second', input: () => { const value = Number(target.value); if (value > 0 && value <= 10000) show({ target: value }); } });
+  const verdict = make('p', { class: 'rate', 'aria-live': 'polite' }), holder = make('div', { class: 'cards' }), words = make('div');
+  const image = make('img', { alt: '', decoding: 'async' }), preview = make('a', { class: 'preview', href: '#frames' }, image);
+  part.append(make('div', { class: 'controls' }, make('label', {}, 'Target', target, 'frames/s'), verdict), make('div', { class: 'glance' }, preview, make('div', {}, holder, words)));
   const card = (title, value, unit, below, extra) => make('div', { class: 'card' }, make('h3', {}, title), make('p', { class: 'figure' }, make('b', {}, value), unit ? make('span', {}, ' ' + unit) : null), ...(below || []), extra || null);
-  const entry = follow(part, ['run', 'frame', 'other'], () => {
-    const frame = frameOf(), other = otherFrame();
+  const entry = follow(part, ['run', 'frame', 'other', 'target'], () => {
+    const address = data.kind === 'view' ? '' : imageAddress();
+    preview.hidden = !address;
+    if (address && image.src !== address) image.src = address;
+    image.alt = `${nameOf(shown)}; to its tiles`;
+    const frame = frameOf(), other = otherFrame(), timed = framesOf().filter((of) => of.timing);
+    verdict.replaceChildren();
+    verdict.hidden = !frame.timing;
+    if (frame.timing) {
+      const meets = timed.filter((of) => spareOf(of) >= 0).length;
+      verdict.append(make('b', { class: spareOf(frame) >= 0 ? 'good' : 'bad' }, targetWords(frame)), timed.length > 1 ? ` ${meets} of ${timed.length} frames meet it.` : '', ...(other && other.timing ? [' B: ', make('span', { class: spareOf(other, shown.other) >= 0 ? 'good' : 'bad' }, targetWords(other, shown.other))] : []));
+    }
     const cards = kFigures.filter((figure) => figure.key !== 'bytes').map((figure) => {
       const value = figure.of(frame, shown);
       if (value === null) return null;
       const [text, unit] = quantity(value, figure.unit).split('\u00a0');
       const below = [];
+      if (figure.key === 'power') below.push(make('p', {}, `at ${digits(Math.min(shown.target, 1000 / milliseconds(frame.timing.cycles)))} frames/s`));
       if (other) {
         const its = figure.of(other, shown.other), part = value ? its / value - 1 : 0;
         const good = part * figure.better > 0;
@@ -43,17 +87,23 @@ function cardSection() {
       }
       return card(figure.title, text, unit, below, spark(framesOf().map((of) => figure.of(of, shown)), shown.frame));
     });
+    if (frame.timing) {
+      const count = run().stats.gpu.tilecore.count;
+      const flight = card('tiles in flight a core', digits(frame.timing.tiles_in_flight ?? 0), '', [make('p', {}, `${count} core${count === 1 ? '' : 's'}; ${flightWords(frame.timing)}`), ...(other && other.timing ? [make('p', { class: 'versus' }, 'B ', digits(other.timing.tiles_in_flight ?? 0))] : [])]);
+      flight.classList.add('wide');
+      cards.push(flight);
+    }
     if (frame.timing && frame.timing.bound_by) {
       const saves = frame.timing.bound_by_cycles / Math.max(1, frame.timing.cycles);
-      const below = [make('p', {}, `Twice of it saves ${quantity(milliseconds(frame.timing.bound_by_cycles), 'ms')} (${percent(saves)}).`)];
+      const below = [make('p', {}, `With twice of it the frame takes ${percent(saves)} less time (${quantity(milliseconds(frame.timing.bound_by_cycles), 'ms')}).`)];
       if (other && other.timing) below.push(make('p', { class: 'versus' }, 'B ', boundWords(other.timing.bound_by)));
       const made = card('bound by', boundWords(frame.timing.bound_by), '', below);
       made.classList.add('bound');
-      cards.push(made);
+      cards.unshift(made);
     }
     holder.replaceChildren(...cards.filter(Boolean));
     if (!frame.timing) words.replaceChildren(make('p', { class: 'note' }, 'The machine’s model did not run (output.machine_model=false): counters and traffic alone.'));
-    else words.replaceChildren(make('p', { class: 'note' }, `On '${run().stats.gpu.preset}' at ${plain(clockOf())} MHz: ${number(frame.timing.cycles)} cycles, bound by ${frame.timing.bound_by || 'nothing'}${coarserModels(frame.timing.coarser_models)}.`));
+    else words.replaceChildren(make('p', { class: 'note' }, `On '${run().stats.gpu.preset}' at ${plain(clockOf())} MHz: ${number(frame.timing.cycles)} cycles, bound by ${frame.timing.bound_by || 'nothing'}.`), make('p', { class: 'note trust' }, trustWords()));
   });
   entry.always = true;
 }

@@ -24,10 +24,10 @@ function effectSection() {
   follow(part, ['run', 'frame'], () => {
     const frame = frameOf(), effects = Object.keys(frame.effects), at = (effect) => (frame.effect_places || {})[effect] || {};
     const ran = effects.filter((effect) => frame.effects[effect]), idle = effects.filter((effect) => !frame.effects[effect]);
-    const count = framesOf().length, frames = (effect) => framesOf().filter((of) => of.effects[effect]).length;
+    const saved = savings(frame, 'effects'), count = framesOf().length, frames = (effect) => framesOf().filter((of) => of.effects[effect]).length;
     holder.replaceChildren(ran.length > 0 ? table([
       { title: `effects of ${nameOf(shown)}`, of: words }, { title: 'frames', of: (row) => `${frames(row)} of ${count}` }, { title: 'sub-patches', of: (row) => at(row).sub_patches }, { title: 'sub-patches spared', of: (row) => at(row).sub_patches_elided },
-      { title: 'tiles', of: (row) => at(row).tiles }, { title: 'why', of: (row) => (frame.effect_reasons || {})[row] || '', wide: true }], ran, { label: 'Effects that ran' }) : make('p', {}, `No effect ran in ${nameOf(shown)}.`),
+      { title: 'tiles', of: (row) => at(row).tiles }, ...(saved.size > 0 ? [{ title: 'saves when left out', of: (row) => saved.get(row) ?? -1, show: (value) => (value === -1 ? 'not measured' : signedPercent(value)) }] : []), { title: 'why', of: (row) => (frame.effect_reasons || {})[row] || '', wide: true }], ran, { label: 'Effects that ran' }) : make('p', {}, `No effect ran in ${nameOf(shown)}.`),
     idle.length > 0 ? make('details', {}, make('summary', {}, `Did not run: ${idle.map(words).join(', ')}`), table([{ title: 'effect', of: words }, { title: 'why not', of: (row) => (frame.effect_reasons || {})[row] || '', wide: true }], idle, { label: 'Effects that did not run' })) : '');
   });
 }
@@ -35,16 +35,32 @@ function effectSection() {
 function baselineSection() {
   const total = run().stats.total;
   if (!total.baselines) return;
-  const part = section('baselines', 'Other ways to bin the same frames'), schemes = Object.keys(total.baselines);
+  const part = section('baselines', 'Other ways to bin the same frames'), order = total.baselines.tessera['baseline.cycles'] > 0 ? 'baseline.cycles' : 'baseline.dram_bytes';
+  const schemes = Object.keys(total.baselines).sort((a, b) => total.baselines[a][order] - total.baselines[b][order]);
   const names = Object.keys(total.baselines[schemes[0]]);
   // Shipped: a product does this on patches; idealised: none is known to. Files of before do not say which.
   const kinds = run().stats.baseline_kinds || {}, named = (scheme) => (kinds[scheme] ? `${words(scheme)} (${kinds[scheme]})` : words(scheme));
   const units = { 'baseline.queue_bytes_peak': ['list memory', 'bytes'], 'baseline.dram_bytes': ['memory traffic', 'bytes'], 'baseline.cycles': ['cycles', 'cycles'], 'baseline.energy_nj': ['energy', 'nJ'] };
+  if (total.baseline_verdict) part.append(make('p', { class: 'verdict' }, total.baseline_verdict.sentence));
+  part.append(...['ours', 'shipped', 'idealised'].flatMap((kind) => {
+    const of = schemes.filter((scheme) => (kinds[scheme] || 'idealised') === kind);
+    return of.length === 0 ? [] : [make('h3', {}, { ours: 'This machine', shipped: 'What a product does', idealised: 'What no product is known to do' }[kind]), verdictTable(total, of, order)];
+  }));
   const grid = make('div', { class: 'pairs' });
   part.append(grid);
   for (const [name, [title, unit]] of Object.entries(units).filter(([of]) => names.includes(of)))
     plot(grid.appendChild(make('div')), `${title} by scheme`, () => bars(schemes.map((scheme) => ({ at: named(scheme), value: total.baselines[scheme][name], says: quantity(total.baselines[scheme][name], unit, 4) })), { x: title, unit }));
   part.append(table([{ title: 'counter', of: (row) => row, title_of: (row) => (data.counters[row] || {}).meaning || '' }, ...schemes.map((scheme) => ({ title: named(scheme), of: (row) => total.baselines[scheme][row], zero: true }))], names, { label: 'Schemes' }));
+}
+
+// Schemes with what a frame takes of each measure, and that by tessera's; this machine's own row is marked.
+function verdictTable(total, schemes, order) {
+  const frames = total.frames, clock = clockOf(), measures = [['time', 'baseline.cycles', (value) => quantity(value / frames / clock * 1e-3, 'ms')], ['energy', 'baseline.energy_nj', (value) => quantity(value / frames, 'nJ')],
+    ['memory traffic', 'baseline.dram_bytes', (value) => quantity(value / frames, 'bytes')], ['peak list memory', 'baseline.queue_bytes_peak', (value) => quantity(value, 'bytes')]];
+  const by = (name) => (scheme) => total.baselines[scheme][name] / total.baselines.tessera[name];
+  return table([{ title: 'scheme', of: words }, ...measures.filter(([, name]) => total.baselines.tessera[name] > 0).flatMap(([title, name, show]) => [
+    { title, of: (scheme) => total.baselines[scheme][name], show: (value) => (value > 0 ? show(value) : '–') }, { title: 'by tessera’s', of: by(name), show: (value) => (value > 0 ? digits(value) + '×' : '–'), help: `${title} as a multiple of tessera’s` }])],
+  schemes, { chosen: (scheme) => scheme === 'tessera', sort: 1, up: true, label: `Schemes by ${order === 'baseline.cycles' ? 'time' : 'traffic'}` });
 }
 
 // --sensitivity: what cycles, energy and the verdict hang on.

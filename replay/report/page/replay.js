@@ -4,11 +4,13 @@ function replayReport() {
   const last = framesOf().length - 1;
   shown.map = wantedOf('map', ['', ...Object.keys(data.scales)], data.scales['cost.cycles'] && data.scales['cost.cycles'][1] > 0 ? 'cost.cycles' : '');
   shown.frame = Math.max(0, Math.min(last, Number(wanted.get('picture') || wanted.get('frame')) || 0));
+  shown.target = Number(wanted.get('target')) > 0 ? Number(wanted.get('target')) : run().stats.gpu.machine.target_fps || 60;
   if (wanted.has('tile')) shown.tile = Number(wanted.get('tile'));
   if (runs().length > 1 || wanted.has('compare')) shown.other = runs().length > 1 || last > 0 ? firstOther() : null;
   controlBar();
   differenceSection();
   cardSection();
+  rateSection();
   compareSection();
   machineSection();
   return [() => { timelineSection(); tileSection(); }, memorySection, costSections, baselineSection, sensitivitySection, counterSection, effectSection,

@@ -143,15 +143,24 @@ function pinnedTile(tiles, ranks) {
 }
 function drawableName(row) {
   if (!row) return '(others)';
-  if (!row.node && !row.material) return '(none: geometry, resolve)';
+  if (!row.node && !row.material) return '(none: background, resolve)';
   return row.node && row.material && row.node !== row.material ? `${row.node} · ${row.material}` : row.node || row.material;
+}
+
+// What the frame saves without a part, of those that `kind` of --without measured: a map from its name to the share of the cycles.
+const partName = (row) => row.effect ?? (row.node === undefined ? row.material : row.node + '\n' + row.material);
+function savings(frame, kind) {
+  const cycles = Math.max(1, frame.timing ? frame.timing.cycles : 1);
+  return new Map((((frame.without || {})[kind]) || []).map((row) => [partName(row), 1 - row.cycles / cycles]));
 }
 
 function costTables(rows, pressDrawable, pressMaterial) {
   if (rows.length === 0) return [];
   const frame = frameOf(), cycles = Math.max(1, frame.timing ? frame.timing.cycles : 1), other = otherFrame();
   const of = new Map((other && other.drawables ? other.drawables : []).map((row) => [row.node + '\n' + row.material, row]));
-  const columns = (its) => [
+  // What leaving it out saves comes first where it was measured: what a part hides costs nothing while the part is there.
+  const columns = (its, saved) => [
+    ...(saved.size > 0 ? [{ title: 'saves when left out', of: (row) => saved.get(partName(row)) ?? -1, show: (value) => (value === -1 ? 'not measured' : signedPercent(value)), bar: true, help: 'Share of the frame’s cycles that it saves, rendered and timed without it' }] : []),
     { title: 'cycles', of: (row) => row.cycles, show: (value) => percent(value / cycles, 3), bar: true, help: 'Share of the frame’s cycles' },
     ...(its ? [{ title: 'B', of: (row) => (its(row) ? its(row).cycles : 0), show: (value) => percent(value / Math.max(1, other.timing ? other.timing.cycles : 1), 3) }] : []),
     { title: 'time', of: (row) => row.cycles, show: (value) => quantity(milliseconds(value), 'ms') },
@@ -160,8 +169,10 @@ function costTables(rows, pressDrawable, pressMaterial) {
     { title: 'invocations', of: (row) => row.invocations },
     { title: 'tests', of: (row) => row.tests },
     { title: 'lines', of: (row) => row.requested_lines, help: 'Lines asked of the L2 and of texture caches' }];
-  return [make('h3', {}, 'Drawables'), table([{ title: 'drawable', of: (row) => drawableName(row), wide: true }, ...columns(other ? (row) => of.get(row.node + '\n' + row.material) : null)], rows,
+  const note = frame.without ? 'Ordered by what the frame saves without each, rendered and timed again: what a part hides costs nothing while the part is there.'
+    : 'Cycles are shares of the frame, by whose work they went to. What leaving a part out saves is something else, as what it hides is drawn then: tessera replay --without 10 measures it.';
+  return [make('h3', {}, 'Drawables'), make('p', { class: 'note' }, note), table([{ title: 'drawable', of: (row) => drawableName(row), wide: true }, ...columns(other ? (row) => of.get(row.node + '\n' + row.material) : null, savings(frame, 'drawables'))], rows,
     { press: (row) => pressDrawable(rows.indexOf(row)), chosen: (row) => rows.indexOf(row) === shown.row, sort: 1, up: false, limit: 12, label: 'Drawables by cost' }),
-  make('h3', {}, 'Materials'), table([{ title: 'material', of: (row) => row.material || '(none: geometry, resolve)', wide: true }, ...columns(null)], frame.materials,
+  make('h3', {}, 'Materials'), table([{ title: 'material', of: (row) => row.material || '(none: background, resolve)', wide: true }, ...columns(null, savings(frame, 'materials'))], frame.materials,
     { press: (row) => pressMaterial('=' + row.material), chosen: (row) => shown.material === '=' + row.material, sort: 1, up: false, limit: 8, label: 'Materials by cost' })];
 }

@@ -81,7 +81,6 @@ const kBoundWords = {
   latency: 'memory latency', l2: 'the L2’s rate', caches: 'cache sizes', tile_memory: 'tile memory', geometry: 'front end and binner', tilecores: 'the tile cores', imbalance: 'uneven cores', dram: 'memory bandwidth',
   frontend: 'the front end', binner: 'the binner', shader: 'the shader', texture: 'the texture unit', resolve: 'the resolve unit', tessellator: 'the tessellator' };
 const boundWords = (name) => kBoundWords[name] || words(name);
-const coarserModels = (models) => models && models.length > 0 ? `, timed by ${models.join(' and ')}, coarser than the default` : '';
 
 // Viridis (van der Walt and Smith 2015) at nine places: brighter is more, in every kind of colour vision.
 const kRamp = [[68, 1, 84], [71, 45, 123], [59, 82, 139], [44, 114, 142], [33, 145, 140], [40, 174, 128], [94, 201, 98], [173, 220, 48], [253, 231, 37]];

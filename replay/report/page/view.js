@@ -33,11 +33,10 @@ function against(value, before) {
 
 // What cards and the history show of a result's summary; `less` is better.
 const kCards = [
-  { title: 'frame time', unit: 'ms', of: (s) => s.ms, less: true, tried: true }, { title: 'frames', unit: '/s', of: (s) => 1000 / s.ms, less: false },
-  { title: 'energy', unit: 'mJ', of: (s) => s.energy_nj * 1e-6, less: true, tried: true }, { title: 'memory traffic', unit: 'MB', of: (s) => s.dram_bytes * 1e-6, less: true, tried: true },
+  { title: 'frame time', unit: 'ms', of: (s) => s.ms, less: true, tried: true }, { title: 'frame rate', unit: 'frames/s', of: (s) => 1000 / s.ms, less: false },
+  { title: 'energy', unit: 'nJ', of: (s) => s.energy_nj, less: true, tried: true }, { title: 'memory traffic', unit: 'bytes', of: (s) => s.dram_bytes, less: true, tried: true },
   { title: 'bandwidth used', unit: 'GB/s', of: (s) => s.dram_bytes * 1e-6 / s.ms }];
 
-const digitsOf = (value) => (Number.isFinite(value) ? String(Number(value.toPrecision(4))) : '');
 const valueText = (value) => (typeof value === 'number' ? number(value) : String(value));
 
 // ---- Asking the program -------------------------------------------------------------------------------------------
@@ -146,22 +145,22 @@ function viewReport() {
   const all = make('button', { type: 'button', click: () => asking.ask(Object.fromEntries([...Object.keys(latest.changes), 'frame'].map((name) => [name, null])), true) }, 'All as at the start');
   const copy = make('button', { type: 'button', click: () => navigator.clipboard.writeText(command.textContent).then(() => { copy.textContent = 'Copied'; setTimeout(() => { copy.textContent = 'Copy'; }, 1500); }) }, 'Copy');
 
-  part.append(cards, state, notice, fault, make('div', { class: 'sides' }, make('div', {}, list, more, make('div', { class: 'controls' }, make('label', {}, `Frame (of the capture: ${view.frames[0]} to ${view.frames[0] + view.frames[1] - 1})`, frame), all)), image),
+  part.append(cards, state, notice, fault, make('div', { class: 'sides' }, make('div', {}, list, more, make('div', { class: 'controls' }, make('label', {}, `Frame (${view.frames[1] > 1 ? `${view.frames[0]} to ${view.frames[0] + view.frames[1] - 1}` : `${view.frames[0]}, the only one`})`, frame), all)), image),
     make('h3', {}, 'As a command line'), make('div', { class: 'controls' }, copy), command, make('h3', {}, 'What was tried'), tried);
 
   function fillCards() {
     const start = history[0].summary;
     cards.replaceChildren(...kCards.map((card) => {
       const value = card.of(latest.summary), before = card.of(start), way = value === before || card.less === undefined ? '' : (value < before) === card.less ? 'better' : 'worse';
-      return make('div', { class: 'card' }, make('span', { class: 'note' }, card.title), make('strong', {}, `${digitsOf(value)}\u202f${card.unit}`), make('span', { class: 'delta ' + way }, against(value, before) || '\u00a0'));
+      return make('div', { class: 'card' }, make('span', { class: 'note' }, card.title), make('strong', {}, quantity(value, card.unit, 4)), make('span', { class: 'delta ' + way }, against(value, before) || '\u00a0'));
     }), make('div', { class: 'card' }, make('span', { class: 'note' }, 'bound by'), make('strong', {}, latest.summary.bound_by || '-'), make('span', { class: 'delta' }, latest.summary.bound_by === start.bound_by ? '\u00a0' : `before: ${start.bound_by}`)),
       latest.summary.coarser_models.length > 0 ? make('p', { class: 'note' }, `Times and energies are those of ${latest.summary.coarser_models.join(' and ')}, coarser than the default.`) : '');
   }
   function fillTried() {
     const start = history[0].summary, shownCards = kCards.filter((card) => card.tried);
     const words = (entry) => Object.entries(entry.changes).map(([key, value]) => `${key}=${value}`).concat(entry.frame === history[0].frame ? [] : [`frame ${entry.frame}`]).join(' ') || 'the start';
-    const cells = (entry) => shownCards.flatMap((card) => [make('td', { class: 'number' }, digitsOf(card.of(entry.summary))), make('td', { class: 'delta' }, against(card.of(entry.summary), card.of(start)))]);
-    tried.replaceChildren(make('table', {}, make('thead', {}, make('tr', {}, make('th', {}, 'no.'), make('th', {}, 'settings'), ...shownCards.flatMap((card) => [make('th', { class: 'number' }, `${card.title}, ${card.unit}`), make('th', { title: 'against the start' }, '\u0394')]), make('th', {}, 'bound by'), make('th', {}, 'how'))),
+    const cells = (entry) => shownCards.flatMap((card) => [make('td', { class: 'number' }, quantity(card.of(entry.summary), card.unit, 4)), make('td', { class: 'delta' }, against(card.of(entry.summary), card.of(start)))]);
+    tried.replaceChildren(make('table', {}, make('thead', {}, make('tr', {}, make('th', {}, 'no.'), make('th', {}, 'settings'), ...shownCards.flatMap((card) => [make('th', { class: 'number' }, card.title), make('th', { title: 'against the start' }, '\u0394')]), make('th', {}, 'bound by'), make('th', {}, 'how'))),
       make('tbody', {}, ...history.slice().reverse().map((entry) => make('tr', { class: entry.revision === latest.revision ? 'chosen' : undefined }, make('td', { class: 'number' }, entry.revision),
         make('td', { class: 'wide' }, make('button', { type: 'button', title: 'Back to this', click: () => goBack(entry) }, words(entry))), ...cells(entry), make('td', {}, entry.summary.bound_by), make('td', {}, `${entry.rendered ? 'rendered' : 'timed'} in ${entry.seconds.toFixed(2)} s`))))));
   }

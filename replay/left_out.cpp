@@ -1,0 +1,157 @@
+#include "replay/left_out.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "base/text.h"
+#include "replay/progress.h"
+#include "replay/tradeoff/effect_costs.h"
+
+namespace tessera::replay {
+namespace {
+
+using nlohmann::json;
+
+// Primitives of nodes, as DrawnFilter numbers them.
+using Primitives = std::set<std::pair<int, int>>;
+
+// A part of the frame, and how a device draws without it.
+struct Part {
+  json names;  // "node", "material" or "effect"
+  Primitives primitives{};
+  const EffectCase* effect = nullptr;
+};
+
+Primitives primitives_of(const DrawableName& part, bool by_node, const scene::Assembly& assembly,
+                         const DrawableNames& names) {
+  Primitives out;
+  for (const scene::DrawnPrimitive& drawn : assembly.drawn) {
+    const DrawableName name = names.of(drawn.first_drawable + 1);
+    if (name.material != part.material || (by_node && name.node != part.node)) continue;
+    const scene::Drawable& drawable = assembly.drawables[drawn.first_drawable];
+    out.insert({drawable.node, drawable.primitive});
+  }
+  return out;
+}
+
+// Those with most cycles, without what belongs to none.
+std::vector<Part> parts_of(const gpu::CostAttribution& shares, bool by_node, std::size_t most,
+                           const scene::Assembly& assembly, const DrawableNames& names) {
+  std::vector<Part> out;
+  for (const auto& [name, share] : sum_shares(shares.drawables, names, by_node)) {
+    Part part{{{"material", name.material}}, primitives_of(name, by_node, assembly, names)};
+    if (by_node) part.names["node"] = name.node;
+    if (!part.primitives.empty() && out.size() < most) out.push_back(std::move(part));
+  }
+  return out;
+}
+
+std::vector<Part> parts_of(const gpu::FrameEffects& effects) {
+  std::vector<Part> out;
+  for (const EffectCase& effect : effect_cases()) {
+    const auto ran = effects.find(effect.name);
+    if (ran == effects.end() || !ran->second || !LeaveOneOut::can_leave_out(effect.name)) continue;
+    out.push_back({{{"effect", effect.name}}, {}, &effect});
+  }
+  return out;
+}
+
+void sort_by_cycles(json& rows) {
+  std::vector<json> sorted(rows.begin(), rows.end());
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const json& a, const json& b) { return a.at("cycles") < b.at("cycles"); });
+  rows = std::move(sorted);
+}
+
+}  // namespace
+
+LeaveOneOut::LeaveOneOut(const scene::Capture& capture, gpu::GpuConfiguration gpu, gpu::RunSettings settings,
+                         gpu::RenderRequest request, std::size_t most, std::function<void(gpu::Device&)> prepare)
+    : capture_(capture),
+      gpu_(std::move(gpu)),
+      settings_(std::move(settings)),
+      request_(std::move(request)),
+      most_(most),
+      prepare_(std::move(prepare)) {
+  request_.auxiliary = request_.resolve_auxiliary = request_.error = false;
+  request_.keep_transactions = request_.record_items = request_.attribute = false;
+}
+
+bool LeaveOneOut::can_leave_out(const std::string& effect) { return effect != "environment_image"; }
+
+json LeaveOneOut::takes(int frame, const gpu::CaptureChanges& changes, const gpu::RunSettings& settings,
+                        const gpu::GpuConfiguration& gpu) const {
+  gpu::Device device(std::make_shared<const gpu::PreparedCapture>(capture_, changes), gpu, settings, request_);
+  prepare_(device);
+  const gpu::FrameResult result = device.render(frame);
+  const memory::Traffic traffic = result.counters.ledger.total();
+  return {{"cycles", static_cast<std::uint64_t>(std::ceil(result.model->timing.cycles))},
+          {"energy_nj", result.model->energy.total_nj()},
+          {"dram_bytes", traffic.read_bytes + traffic.written_bytes}};
+}
+
+json LeaveOneOut::measure(const MeasuredFrame& frame, const scene::Assembly& assembly, const DrawableNames& names,
+                          bool quiet) const {
+  const std::pair<const char*, std::vector<Part>> kinds[] = {
+      {"drawables", parts_of(frame.shares, true, most_, assembly, names)},
+      {"materials", parts_of(frame.shares, false, most_, assembly, names)},
+      {"effects", parts_of(frame.effects)}};
+  std::size_t done = 0, all = 0;
+  for (const auto& [kind, parts] : kinds) all += parts.size();
+  Progress progress(all, quiet);
+  std::map<Primitives, json> known;  // a material of one drawable is rendered once
+  json out;
+  for (const auto& [kind, parts] : kinds) {
+    json& rows = out[kind] = json::array();
+    for (const Part& part : parts) {
+      if (stop_requested()) break;
+      json& row = rows.emplace_back(part.names);
+      gpu::RunSettings settings = settings_;
+      gpu::GpuConfiguration gpu = gpu_;
+      gpu::CaptureChanges changes;
+      if (part.effect != nullptr) {
+        if (part.effect->of_scene()) changes.without_effect = part.effect->name;
+        apply(part.effect->without, settings, gpu);
+        row.update(takes(frame.frame, changes, settings, gpu));
+      } else {
+        changes.drawn = [&part](int node, int primitive) { return !part.primitives.contains({node, primitive}); };
+        const auto [found, fresh] = known.try_emplace(part.primitives);
+        if (fresh) found->second = takes(frame.frame, changes, settings, gpu);
+        row.update(found->second);
+      }
+      progress.update(++done, "without " + escape_control(part.names.dump(), 60));
+    }
+    sort_by_cycles(rows);
+  }
+  return out;
+}
+
+std::string left_out_table(const json& frame) {
+  const double cycles = frame.at("timing").at("cycles").get<double>();
+  std::string text = fmt::format("\n{:<48} {:>10} {:>14} {:>12}\n", "frame without", "attributed", "saves", "ms");
+  const double ms = frame.at("timing").at("time_ms").get<double>();
+  for (const auto& [kind, rows] : frame.at("without").items())
+    for (const json& row : rows) {
+      std::string name = row.value("effect", row.value("material", std::string())), attributed = "-";
+      if (row.contains("node")) name = row.at("node").get<std::string>() + " · " + name;
+      if (kind != "effects")
+        for (const json& share : frame.at(kind))
+          if (share.at("material") == row.at("material") && (kind != "drawables" || share.at("node") == row.at("node")))
+            attributed = fmt::format("{:.1f} %", 100 * share.at("cycles").get<double>() / cycles);
+      const double without = row.at("cycles").get<double>();
+      text += fmt::format("{:<48} {:>10} {:>12.1f} % {:>12.3f}\n",
+                          escape_control(fmt::format("{} {}", kind.substr(0, kind.size() - 1), name), 48), attributed,
+                          100 * (1 - without / cycles), ms * without / cycles);
+    }
+  return text;
+}
+
+}  // namespace tessera::replay
