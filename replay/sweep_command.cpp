@@ -5,12 +5,15 @@
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/option_numbers.h"
 #include "base/output_file.h"
 #include "base/parallel.h"
+#include "base/text.h"
+#include "gpu/presets.h"
 #include "replay/commands.h"
 #include "replay/file_kind.h"
 #include "replay/input_files.h"
@@ -18,6 +21,7 @@
 #include "replay/progress.h"
 #include "replay/report/report.h"
 #include "replay/result_folder.h"
+#include "replay/sweep/goal.h"
 #include "replay/sweep/search.h"
 #include "replay/sweep/sweep_estimate.h"
 #include "replay/sweep/sweep_runner.h"
@@ -30,9 +34,30 @@ namespace fs = std::filesystem;
 class SweepCommand final : public Command {
  public:
   explicit SweepCommand(CLI::App& app) {
-    app.add_option("STUDY", study_, "The design space: a JSON file as docs/studies.md describes it")
+    app.add_option(
+           "STUDY", study_,
+           "The design space: a JSON file as docs/studies.md describes it. With --gpu, --fps or --watts a capture "
+           "instead: which of some machines holds a frame rate?")
         ->required()
         ->type_name("FILE");
+    constexpr const char* kMachines = "Machines for a capture";
+    app.add_option("--gpu", gpus_, "A machine to try, a preset or a file; repeatable (default: all presets)")
+        ->type_name("NAME|FILE")
+        ->group(kMachines);
+    app.add_option("--fps", fps_, "Frames a second that the machine has to hold (default 60)")
+        ->type_name("N")
+        ->check(CLI::Range(0.01, 10000.0))
+        ->group(kMachines);
+    app.add_option("--watts", watts_, "Watts that it may take at that rate (default: any)")
+        ->type_name("W")
+        ->check(CLI::PositiveNumber)
+        ->group(kMachines);
+    app.add_option("--frames", frames_, "Frames to try, B not included (default: the capture's)")
+        ->type_name("A:B")
+        ->group(kMachines);
+    app.add_option("--size", size_, "Size of the image (default: the capture's, else 1280x720)")
+        ->type_name("WxH")
+        ->group(kMachines);
     app.add_option("--out", out_, "Folder for the results; made when missing")->required()->type_name("DIR");
     app.add_option("--shard", shard_, "Render one part of N, counted from 0; `tessera report DIR` joins them")
         ->type_name("I/N");
@@ -57,7 +82,8 @@ class SweepCommand final : public Command {
         "moment, killed included, the same command goes on where it was. Ctrl-C finishes the points in hand.\n\n"
         "Examples:\n"
         "  tessera sweep captures/studies/binning.json --out out/binning\n"
-        "  tessera sweep study.json --out out/study --shard 0/4     one of four machines; see docs/cluster.md");
+        "  tessera sweep study.json --out out/study --shard 0/4     one of four machines; see docs/cluster.md\n"
+        "  tessera sweep model.glb --fps 60 --watts 1 --out out/machines     which preset holds it?");
   }
 
   void run() override {
@@ -69,9 +95,10 @@ class SweepCommand final : public Command {
     options.jobs = jobs_ > 0 ? jobs_ : options.threads;
     read_shard();
     const ThreadLimit threads(options.threads);
-    Study study = read_as(FileKind::kStudy, study_, [&] { return read_study(study_, max_points_); });
+    Study study = for_capture() ? parse_study(machines_study(), study_, max_points_)
+                                : read_as(FileKind::kStudy, study_, [&] { return read_study(study_, max_points_); });
     if (!quiet_) say_notes(study.key_notes);
-    if (study.goal && sharded())
+    if (study.searches() && sharded())
       throw UsageError(
           "--shard: a search goes from generation to generation: run it as a whole; --jobs renders several "
           "points at once");
@@ -94,6 +121,36 @@ class SweepCommand final : public Command {
   }
 
  private:
+  bool for_capture() const {
+    if (!gpus_.empty() || fps_ || watts_) return true;
+    if (!frames_.empty() || !size_.empty())
+      throw UsageError("--frames and --size are for a capture, with --gpu, --fps or --watts; a study has its own");
+    return false;
+  }
+
+  // The smallest of some machines that holds a frame rate on a capture, within some power.
+  nlohmann::json machines_study() const {
+    std::error_code ignored;
+    if (!fs::is_regular_file(study_, ignored)) throw InputError(study_, "", "no such file");
+    const double fps = fps_.value_or(60);
+    std::vector<std::string> machines;
+    for (const std::string& gpu : gpus_)
+      machines.push_back(gpu::find_preset(gpu) != nullptr ? gpu : fs::absolute(gpu).string());
+    if (machines.empty())
+      for (const gpu::Preset& preset : gpu::presets()) machines.emplace_back(preset.name);
+    nlohmann::json study = {
+        {"title", fmt::format("Which machine holds {:g} frames/s{}?", fps,
+                              watts_ ? fmt::format(" within {:g} W", *watts_) : std::string())},
+        {"captures", {fs::path(study_).filename().string()}},
+        {"settings", {{"machine.target_fps", fps}}},
+        {"axes", {{{"key", "gpu"}, {"values", machines}}}},
+        {"goal", {{"minimise", "area.total_mm2"}, {"subject_to", {{"timing.time_ms", {{"at_most", 1000 / fps}}}}}}}};
+    study["goal"]["subject_to"]["energy.power_w"] = {{watts_ ? "at_most" : "at_least", watts_.value_or(0)}};
+    if (!frames_.empty()) study["frames"] = frames_;
+    if (!size_.empty()) study["size"] = size_;
+    return study;
+  }
+
   void check_results(const Study& study) const {
     const std::vector<std::string> results = {"sweep.json",   "sweep.csv",     "split.csv",    "report.html",
                                               "points/.lock", "points/*.json", "points/*.png", "records/*.record"};
@@ -109,7 +166,7 @@ class SweepCommand final : public Command {
   SweepOutcome make_points(Study& study, const SweepFolder& folder, const SweepOptions& options,
                            CaptureLibrary& library) const {
     const std::string program = program_fingerprint();
-    if (!study.goal) {
+    if (!study.searches()) {
       const std::vector<SweepPoint> points = expand_points(study, program);
       folder.write_manifest(study, points);
       return run_sweep(study, points, points_of_shard(points, shard_index_, shards_), folder, options, library);
@@ -143,14 +200,15 @@ class SweepCommand final : public Command {
   void say_estimate(Study& study, const SweepFolder& folder, const SweepOptions& options,
                     CaptureLibrary& library) const {
     const std::string program = program_fingerprint();
-    const std::vector<SweepPoint> points = study.goal ? expected_points(study, program) : expand_points(study, program);
+    const std::vector<SweepPoint> points =
+        study.searches() ? expected_points(study, program) : expand_points(study, program);
     const SweepEstimate estimate =
         estimate_sweep(study, points, points_of_shard(points, shard_index_, shards_), folder, options, library);
     fmt::print(
-        "{}{} points: {} are there, {} to render and {} to time from their records{}\n", study.goal ? "at most " : "",
-        estimate.points, estimate.found, estimate.renders, estimate.timings,
+        "{}{} points: {} are there, {} to render and {} to time from their records{}\n",
+        study.searches() ? "at most " : "", estimate.points, estimate.found, estimate.renders, estimate.timings,
         estimate.refused == 0 ? "" : fmt::format(", {} with values that do not fit each other", estimate.refused));
-    if (study.goal) fmt::print("a search finds out which: these are of a Latin hypercube of as many\n");
+    if (study.searches()) fmt::print("a search finds out which: these are of a Latin hypercube of as many\n");
     if (estimate.renders > 0)
       fmt::print(
           "about {:.1f} s, {} at a time: a frame renders in {:.3f} s and is timed in {:.3f} s, measured on the "
@@ -158,7 +216,28 @@ class SweepCommand final : public Command {
           estimate.seconds, estimate.workers, estimate.render_seconds, estimate.timing_seconds);
   }
 
-  // Five lines at most.
+  // Those that a goal ranks first, with its columns, and the winner; without a goal the best alone.
+  static void say_candidates(const JoinedSweep& sweep) {
+    constexpr std::size_t kShown = 10;
+    const std::vector<Candidate> candidates = rank_candidates(sweep);
+    if (candidates.empty()) return;
+    const Goal goal = goal_of(sweep.manifest);
+    if (sweep.manifest.contains("goal")) {
+      fmt::print("{:<40}", "");
+      for (const std::string& column : goal_columns(goal)) fmt::print(" {:>24}", column);
+      fmt::print("\n");
+      for (std::size_t k = 0; k < std::min(kShown, candidates.size()); ++k) {
+        fmt::print("{:<40}", escape_control(candidates[k].label, 40));
+        for (const double value : candidates[k].values) fmt::print(" {:>24.5g}", value);
+        fmt::print("  {}\n", candidates[k].meets_limits() ? "meets the limits" : "misses them");
+      }
+      if (candidates.size() > kShown) fmt::print("... {} more in sweep.csv\n", candidates.size() - kShown);
+    }
+    const Candidate& best = candidates[0];
+    fmt::print("best{}: {} at point {}{}\n", best.meets_limits() ? "" : " (none meets the limits)",
+               objective_text(goal, best.score), best.point, best.label.empty() ? "" : ": " + best.label);
+  }
+
   void say_outcome(const SweepOutcome& outcome, double load_seconds, const SweepFolder& folder) const {
     fmt::print("{} points: {} were there, {} rendered and {} timed from their records in {:.1f} s, {} at a time",
                outcome.mine, outcome.found, outcome.rendered, outcome.timed, outcome.seconds, outcome.workers);
@@ -176,13 +255,13 @@ class SweepCommand final : public Command {
                                             [](const SweepRow& row) { return row.frame.is_null(); });
         at_fault > 0)
       fmt::print("{} points have values that do not fit each other; column 'status' says why\n", at_fault);
-    if (const std::optional<BestPoint> best = best_point(sweep))
-      fmt::print("best{}: {} at point {}{}\n", best->meets_limits ? "" : " (none meets the limits)", best->value,
-                 best->point, best->label.empty() ? "" : ": " + best->label);
+    say_candidates(sweep);
     fmt::print("results are in {}\n", (folder.path() / "sweep.csv").string());
   }
 
-  std::string study_, out_, shard_;
+  std::string study_, out_, shard_, frames_, size_;
+  std::vector<std::string> gpus_;
+  std::optional<double> fps_, watts_;
   unsigned threads_ = 0, jobs_ = 0;
   double max_memory_gib_ = 4;
   std::uint64_t max_points_ = 100000;

@@ -71,6 +71,9 @@ json sweep_report(const fs::path& path, PageViews& views, std::string& note) {
   data["rows"] = json::array();
   for (std::size_t r = 0; r < std::min(most, sweep.rows.size()); ++r)
     data["rows"].push_back(row_cells(columns, sweep.rows[r]));
+  data["ranking"] = json::array();
+  for (const Candidate& candidate : rank_candidates(sweep))
+    data["ranking"].push_back({{"point", candidate.point}, {"meets", candidate.meets_limits()}});
   data["rows_left_out"] = sweep.rows.size() - data["rows"].size();
   data["missing"] = sweep.missing;
   json shown = sweep.manifest.at("pictures").get<bool>() ? sweep_views(folder, sweep, views) : json::array();

@@ -35,7 +35,9 @@ bool fits(std::string_view pattern, std::string_view text) {
 }
 
 constexpr std::array<const char*, 3> kModelMembers = {"timing", "energy", "area"};
-constexpr std::array<std::string_view, 3> kModelTotals = {"timing.cycles", "energy.total_nj", "area.total_mm2"};
+constexpr std::array<std::string_view, 6> kModelTotals = {
+    "timing.cycles",   "timing.time_ms", "timing.frames_per_second",
+    "energy.total_nj", "energy.power_w", "area.total_mm2"};
 
 // Numbers, flags and texts.
 void add_values(const json& value, const std::string& name, std::map<std::string, json>& into) {

@@ -97,7 +97,9 @@ Goal read_goal(const json& value, const Place& place) {
     for (const auto& [column, limit] : limits->items())
       goal.subject_to.push_back(read_limit(column, limit, where.at(column)));
   }
-  goal.points = whole_from(value, "points", place, 1, std::nullopt);
+  goal.points = value.contains("points") ? whole_from(value, "points", place, 1, std::nullopt) : 0;
+  for (const char* of_search : {"population", "seed"})
+    if (value.contains(of_search) && goal.points == 0) place.at(of_search).refuse("is of a search, which has 'points'");
   goal.population = whole_from(value, "population", place, 4, 0);
   if (goal.population > 1000) place.at("population").refuse("is more than 1000");
   goal.seed = whole_from(value, "seed", place, 0, 0);
@@ -106,16 +108,21 @@ Goal read_goal(const json& value, const Place& place) {
 
 void check_axes_of_goal(const Place& place, Study& study) {
   if (study.axes.empty()) place.refuse("there is nothing to choose without 'axes'");
-  if (study.goal->population == 0) study.goal->population = std::clamp<std::size_t>(5 * study.axes.size(), 8, 40);
+  if (study.searches() && study.goal->population == 0)
+    study.goal->population = std::clamp<std::size_t>(5 * study.axes.size(), 8, 40);
+}
+
+std::vector<std::string> goal_columns(const Goal& goal) {
+  std::vector<std::string> columns = {goal.column};
+  for (const Goal::Limit& limit : goal.subject_to) columns.push_back(limit.column);
+  return columns;
 }
 
 void add_columns_of_goal(Study& study) {
   const auto add = [](std::vector<std::string>& to, const std::string& column) {
     if (std::find(to.begin(), to.end(), column) == to.end()) to.push_back(column);
   };
-  std::vector<std::string> named = {study.goal->column};
-  for (const Goal::Limit& limit : study.goal->subject_to) named.push_back(limit.column);
-  for (const std::string& column : named) {
+  for (const std::string& column : goal_columns(*study.goal)) {
     add(study.columns, column);
     add(study.kept, column);
   }
@@ -160,11 +167,9 @@ json goal_json(const Goal& goal) {
     if (limit.at_least) row["at_least"] = *limit.at_least;
     if (limit.at_most) row["at_most"] = *limit.at_most;
   }
-  return {{goal.maximise ? "maximise" : "minimise", goal.column},
-          {"subject_to", limits},
-          {"points", goal.points},
-          {"population", goal.population},
-          {"seed", goal.seed}};
+  json out = {{goal.maximise ? "maximise" : "minimise", goal.column}, {"subject_to", limits}};
+  if (goal.points > 0) out.update({{"points", goal.points}, {"population", goal.population}, {"seed", goal.seed}});
+  return out;
 }
 
 }  // namespace tessera::replay

@@ -23,6 +23,9 @@ Goal read_goal(const nlohmann::json& value, const scene::gltf::Place& place);
 // Refuses a goal without axes; chooses the population where the goal does not: five for each axis, from 8 to 40.
 void check_axes_of_goal(const scene::gltf::Place& place, Study& study);
 
+// The objective, then the columns with limits.
+std::vector<std::string> goal_columns(const Goal& goal);
+
 // Tables have the columns that a goal names, whatever else.
 void add_columns_of_goal(Study& study);
 

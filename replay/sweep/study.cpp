@@ -180,7 +180,10 @@ std::vector<std::string> Study::split_names() const {
 }
 
 Study read_study(const fs::path& file, std::uint64_t max_points) {
-  const json root = read_document(file);
+  return parse_study(read_document(file), file, max_points);
+}
+
+Study parse_study(const json& root, const fs::path& file, std::uint64_t max_points) {
   const Place place(file.string());
   if (!root.is_object()) place.refuse("a study is a JSON object");
   for (const auto& [name, value] : root.items())
@@ -224,7 +227,7 @@ Study read_study(const fs::path& file, std::uint64_t max_points) {
   with("goal", [&](const json& value, const Place& where) { study.goal = read_goal(value, where); });
   if (study.sample && study.goal) place.refuse("has either a 'sample' or a 'goal'");
   if (study.sample) count_chosen(study.sample->points, max_points, study);
-  if (study.goal) count_chosen(study.goal->points, max_points, study);
+  if (study.searches()) count_chosen(study.goal->points, max_points, study);
   with("axes", [&](const json& value, const Place& where) { read_axes(value, where, max_points, study); });
   if (study.sample) take_samples(place.at("sample"), study);
   if (study.goal) check_axes_of_goal(place.at("goal"), study);

@@ -48,7 +48,7 @@ struct Sample {
   std::uint64_t seed = 0;
 };
 
-// "goal": a search for the point that is best by a column (goal.h).
+// "goal": which point is best by a column (goal.h): of all combinations, or with "points" of a search.
 struct Goal {
   struct Limit {
     std::string column;
@@ -57,7 +57,7 @@ struct Goal {
   std::string column;
   bool maximise = false;
   std::vector<Limit> subject_to;
-  std::size_t points = 0, population = 0;
+  std::size_t points = 0, population = 0;  // points 0: no search
   std::uint64_t seed = 0;
 };
 
@@ -87,7 +87,8 @@ struct Study {
   std::vector<Split> splits;         // of every frame, in split.csv
   std::uint64_t point_count = 0;     // captures times steps of all axes, or times the points wanted: of a goal, at most
 
-  bool is_grid() const { return !sample && !goal; }
+  bool searches() const { return goal && goal->points > 0; }
+  bool is_grid() const { return !sample && !searches(); }
   // Keys of all axes, in order.
   std::vector<std::string> axis_keys() const;
   std::vector<std::string> split_names() const;
@@ -100,6 +101,8 @@ inline constexpr const char* kSizeKey = "size";
 // Throws InputError (file, JSON pointer, what is wrong; unknown names with the nearest known one), and LimitError
 // before anything is made of a study, or of a range in it, with more than `max_points` points.
 Study read_study(const std::filesystem::path& file, std::uint64_t max_points);
+// The same of a document that is in no file; names are found from the folder of `file`.
+Study parse_study(const nlohmann::json& root, const std::filesystem::path& file, std::uint64_t max_points);
 
 // The machine of a value of kGpuKey.
 gpu::GpuConfiguration load_axis_gpu(const Study& study, const nlohmann::json& value);

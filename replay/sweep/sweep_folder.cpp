@@ -233,16 +233,44 @@ std::string split_csv(const JoinedSweep& sweep) {
   return text;
 }
 
-std::optional<BestPoint> best_point(const JoinedSweep& sweep) {
-  const json& manifest = sweep.manifest;
+Goal goal_of(const json& manifest) {
+  if (manifest.contains("goal")) return read_goal(manifest["goal"], scene::gltf::Place("sweep.json").at("goal"));
   Goal goal;
   // Cycles of different clocks are not those of the faster machine.
   const json& axes = manifest.at("axes");
   const bool clocks =
       std::any_of(axes.begin(), axes.end(), [](const json& key) { return key == "clock.mhz" || key == kGpuKey; });
   goal.column = clocks ? "timing.time_ms" : "timing.cycles";
-  if (manifest.contains("goal")) goal = read_goal(manifest["goal"], scene::gltf::Place("sweep.json").at("goal"));
-  // Candidates are points with the same values, one for each capture.
+  return goal;
+}
+
+namespace {
+
+std::string label_of(const json& manifest, std::size_t point) {
+  const json& values = manifest.at("points").at(point).at("values");
+  std::string label;
+  for (std::size_t k = 0; k < manifest.at("axes").size(); ++k)
+    label += fmt::format("{}{}={}", k == 0 ? "" : " ", manifest.at("axes")[k].get<std::string>(),
+                         values.at(k).is_string() ? values.at(k).get<std::string>() : values.at(k).dump());
+  return label;
+}
+
+std::vector<double> means_of(const std::vector<std::string>& columns, const std::vector<json>& frames) {
+  std::vector<double> means(columns.size(), 0);
+  for (const json& frame : frames) {
+    const std::map<std::string, json> values = frame_values(frame);
+    for (std::size_t c = 0; c < columns.size(); ++c)
+      if (const auto at = values.find(columns[c]); at != values.end() && at->second.is_number())
+        means[c] += at->second.get<double>() / static_cast<double>(frames.size());
+  }
+  return means;
+}
+
+}  // namespace
+
+std::vector<Candidate> rank_candidates(const JoinedSweep& sweep) {
+  const json& manifest = sweep.manifest;
+  const Goal goal = goal_of(manifest);
   std::map<std::string, std::size_t> first_of;
   std::map<std::size_t, std::vector<json>> frames_of;
   for (const SweepRow& row : sweep.rows) {
@@ -250,20 +278,15 @@ std::optional<BestPoint> best_point(const JoinedSweep& sweep) {
     const std::size_t first = first_of.try_emplace(values, row.point).first->second;
     if (row.frame.is_object()) frames_of[first].push_back(row.frame);
   }
-  std::optional<BestPoint> best;
-  Score score;
+  std::vector<Candidate> candidates;
   for (const auto& [point, frames] : frames_of) {
-    const Score of_this = score_of(goal, frames);
-    if (std::isinf(of_this.violation) || (best && !of_this.better_than(score))) continue;
-    score = of_this;
-    best = BestPoint{point, "", objective_text(goal, score), score.violation == 0};
+    const Score score = score_of(goal, frames);
+    if (std::isinf(score.violation)) continue;
+    candidates.push_back({point, label_of(manifest, point), score, means_of(goal_columns(goal), frames)});
   }
-  if (!best) return best;
-  const json& values = manifest.at("points").at(best->point).at("values");
-  for (std::size_t k = 0; k < manifest.at("axes").size(); ++k)
-    best->label += fmt::format("{}{}={}", k == 0 ? "" : " ", manifest.at("axes")[k].get<std::string>(),
-                               values.at(k).is_string() ? values.at(k).get<std::string>() : values.at(k).dump());
-  return best;
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.score.better_than(b.score); });
+  return candidates;
 }
 
 void write_tables(const SweepFolder& folder, const JoinedSweep& sweep) {

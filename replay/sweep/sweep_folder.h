@@ -86,15 +86,19 @@ std::string sweep_csv(const JoinedSweep& sweep);
 // (eye) of the frames of all points; what a split does not have is empty. "" where the study asks for none.
 std::string split_csv(const JoinedSweep& sweep);
 
-// Of a manifest with a goal: its best candidate among the rows, by number of its first point. Nothing where there are no
-// frames yet. Without a goal: that of the fewest cycles, of the least
-// energy where clocks vary.
-struct BestPoint {
-  std::size_t point = 0;
-  std::string label, value;  // "tile.width=16 ...", "timing.cycles 12345"
-  bool meets_limits = true;
+// A candidate of a study: points with the same values, one for each capture.
+struct Candidate {
+  std::size_t point = 0;  // the first of them
+  std::string label;      // "tile.width=16 ..."
+  Score score;
+  std::vector<double> values;  // the mean of each column of the goal (goal_columns())
+  bool meets_limits() const { return score.violation == 0; }
 };
-std::optional<BestPoint> best_point(const JoinedSweep& sweep);
+// By the manifest's goal, the best first; without one by cycles, or by time where clocks vary. Candidates without frames are
+// left out.
+std::vector<Candidate> rank_candidates(const JoinedSweep& sweep);
+// The goal that they are ranked by.
+Goal goal_of(const nlohmann::json& manifest);
 
 // Writes sweep.csv, and split.csv where the study asks for it.
 void write_tables(const SweepFolder& folder, const JoinedSweep& sweep);

@@ -165,7 +165,7 @@ class Run {
   }
 
   // Records of a search wait for points that it has not thought of yet.
-  bool keeps_record() const { return study_.records || (study_.goal && varies_in_timing(study_)); }
+  bool keeps_record() const { return study_.records || (study_.searches() && varies_in_timing(study_)); }
   void remove_record(const std::string& function) const {
     const std::vector<std::size_t>& all = siblings_.at(function);
     if (std::any_of(all.begin(), all.end(), [&](std::size_t p) { return !folder_.has_point(points_[p].hash); })) return;

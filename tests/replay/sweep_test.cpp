@@ -544,5 +544,72 @@ TEST_F(Sweep, ASlurmArrayWithAKilledTaskGivesTheWhole) {
   EXPECT_EQ(contents("cluster"), contents("whole"));
 }
 
+// ---- Goals without a search, machines for a capture -------------------------------------------------------------------
+
+// The table's own rows, ranked by hand.
+TEST(SweepGoal, OfAllCombinationsNamesTheBestThatMeetsItsLimits) {
+  const test::TemporaryFolder folder;
+  json study = {{"captures", {test::shipped_capture("eggs").string()}},
+                {"frames", "0:1"},
+                {"size", "96x54"},
+                {"axes", {{{"key", "shader.lanes"}, {"values", {8, 16, 32, 64}}}}},
+                {"columns", {"timing.time_ms", "area.total_mm2"}}};
+  test::write_text(folder / "plain.json", study.dump());
+  const test::ProcessResult plain =
+      test::run_tessera({"sweep", (folder / "plain.json").string(), "--quiet", "--out", (folder / "plain").string()});
+  ASSERT_EQ(plain.status, 0) << plain.errors;
+  std::map<double, double> area_of;  // by time
+  for (const auto& row : rows_of(test::read_text(folder / "plain" / "sweep.csv")))
+    area_of[std::stod(row.at("timing.time_ms"))] = std::stod(row.at("area.total_mm2"));
+  ASSERT_EQ(area_of.size(), 4u);
+  // The slowest misses the limit; of the others the one with the least area wins, which is the slowest of them.
+  const auto second = std::prev(area_of.end(), 2);
+  study["goal"] = {{"minimise", "area.total_mm2"}, {"subject_to", {{"timing.time_ms", {{"at_most", second->first}}}}}};
+  test::write_text(folder / "goal.json", study.dump());
+  const test::ProcessResult goal =
+      test::run_tessera({"sweep", (folder / "goal.json").string(), "--out", (folder / "goal").string()});
+  ASSERT_EQ(goal.status, 0) << goal.errors;
+  EXPECT_THAT(goal.output,
+              HasSubstr(fmt::format("best: area.total_mm2 {:.6g} at point 1: shader.lanes=16", second->second)));
+  EXPECT_THAT(goal.output, testing::ContainsRegex("shader.lanes=8 .*misses them"));
+  EXPECT_THAT(goal.output, testing::ContainsRegex("shader.lanes=64 .*meets the limits"));
+  // Nothing is fast enough.
+  study["goal"]["subject_to"]["timing.time_ms"]["at_most"] = area_of.begin()->first / 2;
+  test::write_text(folder / "goal.json", study.dump());
+  const test::ProcessResult none =
+      test::run_tessera({"sweep", (folder / "goal.json").string(), "--out", (folder / "goal").string()});
+  EXPECT_THAT(none.output, HasSubstr("best (none meets the limits)"));
+}
+
+TEST(SweepMachines, OfACaptureAreThoseOfAStudy) {
+  const test::TemporaryFolder folder;
+  const std::string capture = test::shipped_capture("eggs").string();
+  const test::ProcessResult r =
+      test::run_tessera({"sweep", capture, "--gpu", "mid-mobile", "--gpu", "high-mobile", "--fps", "90", "--watts", "2",
+                         "--frames", "0:1", "--size", "96x54", "--out", (folder / "out").string()});
+  ASSERT_EQ(r.status, 0) << r.errors;
+  EXPECT_THAT(r.output, testing::ContainsRegex("best: area.total_mm2 [0-9.]+ at point 0: gpu=mid-mobile"));
+  // Power is that at 90 frames a second, as replays say.
+  for (const char* gpu : {"mid-mobile", "high-mobile"}) {
+    const test::ProcessResult replay =
+        test::run_tessera({"replay", capture, "--gpu", gpu, "--set", "machine.target_fps=90", "--frames", "0:1",
+                           "--size", "96x54", "--no-report", "--quiet", "--out", (folder / gpu).string()});
+    ASSERT_EQ(replay.status, 0) << replay.errors;
+    const json frame = json::parse(test::read_text(folder / gpu / "stats.json"))["frames"][0];
+    EXPECT_THAT(r.output, HasSubstr(fmt::format("{:.5g}", frame["energy"]["power_w"].get<double>()))) << gpu;
+    EXPECT_THAT(r.output, HasSubstr(fmt::format("{:.5g}", frame["timing"]["time_ms"].get<double>()))) << gpu;
+  }
+  const auto refused = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), "sweep");
+    more.insert(more.end(), {"--out", (folder / "refused").string()});
+    return test::run_tessera(more);
+  };
+  EXPECT_EQ(refused({capture, "--frames", "0:1"}).status, 2);
+  EXPECT_EQ(refused({capture, "--fps", "0"}).status, 2);
+  EXPECT_EQ(refused({capture, "--watts", "-1"}).status, 2);
+  EXPECT_EQ(refused({capture, "--gpu", "no-such-machine"}).status, 3);
+  EXPECT_EQ(refused({(folder / "missing.glb").string(), "--fps", "60"}).status, 3);
+}
+
 }  // namespace
 }  // namespace tessera::replay::sweep_test

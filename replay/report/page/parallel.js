@@ -26,7 +26,7 @@ function parallelSection({ points, columns, varying }, press) {
   }
   function paint() {
     const all = axes(), width = Math.max(480, part.clientWidth, all.length * 110), height = 340, top = 44, bottom = height - 18;
-    const x = (k) => 60 + (all.length === 1 ? 0 : k * (width - 130) / (all.length - 1)), y = (place) => bottom - place * (bottom - top);
+    const x = (k) => 60 + (all.length === 1 ? 0 : k * (width - 160) / (all.length - 1)), y = (place) => bottom - place * (bottom - top);
     for (const name of kept.keys()) if (!all.some((axis) => axis.name === name)) kept.delete(name);
     const within = (point) => all.every((axis) => { const range = kept.get(axis.name), place = axis.place(point); return !range || (place !== null && place >= range[0] && place <= range[1]); });
     const room = Math.max(12, Math.floor((x(1) - x(0)) * 2 / 7) - 1), first = all[0], drawing = draw('svg', { viewBox: `0 0 ${width} ${height}`, width, height, role: 'img', 'aria-label': 'Parallel coordinates of all points; the table of points has the same numbers' });
@@ -34,7 +34,7 @@ function parallelSection({ points, columns, varying }, press) {
     for (const point of points.slice(0, 4000)) {
       const places = all.map((axis, k) => [x(k), axis.place(point)]).filter(([, place]) => place !== null), kind = within(point);
       if (kind) ++inside;
-      const line = draw('polyline', { points: places.map(([at, place]) => `${at.toFixed(1)},${y(place).toFixed(1)}`).join(' '), class: kind ? 'through' : 'through out', stroke: kSeries[Math.round(first.place(point) * (first.labels.length - 1)) % kSeries.length] });
+      const line = draw('polyline', { points: places.map(([at, place]) => `${at.toFixed(1)},${y(place).toFixed(1)}`).join(' '), class: kind ? 'through' : 'through out', stroke: seriesColor(null, valuesOfAxis(points, first.name).indexOf(String(point.axis[first.name]))) });
       hinted(line, () => [`Point ${point.index}`, ...varying.map((key) => `${key} = ${point.axis[key]}`), ...[...chosen].map((name) => `${name}: ${number(point.mean[name])}`)]);
       line.addEventListener('click', () => press({ index: point.index }));
       drawing.append(line);

@@ -124,7 +124,7 @@ function lines(rows, titles) {
     scales: [
       even ? { name: 'x', type: 'point', domain: { data: 'rows', field: 'x' }, range: 'width', padding: 0.5 } : { name: 'x', type: 'linear', domain: { data: 'rows', field: 'x' }, range: 'width', zero: false, nice: true },
       { name: 'y', type: titles.log ? 'log' : 'linear', domain: { data: 'rows', field: 'y' }, range: 'height', nice: true, zero: !titles.log },
-      { name: 'color', type: 'ordinal', domain: { data: 'rows', field: 'series' }, range: 'category' }],
+      { name: 'color', type: 'ordinal', domain: titles.order || { data: 'rows', field: 'series' }, range: titles.order ? titles.order.map(seriesColor) : 'category' }],
     axes: [{ orient: 'left', scale: 'y', grid: true, title: scaled.title, tickCount: 6, encode: tickLabels }, { orient: 'bottom', scale: 'x', title: titles.x, tickMinStep: titles.step }],
     legends: titles.series ? [{ stroke: 'color', symbolType: 'stroke', symbolStrokeWidth: 3, orient: document.documentElement.clientWidth > 900 ? 'right' : 'bottom', title: titles.series }] : [],
     marks: [{ type: 'group', from: { facet: { name: 'of', data: 'rows', groupby: 'series' } }, marks: [
@@ -138,17 +138,21 @@ function lines(rows, titles) {
 function scatter(rows, titles) {
   if (rows.length === 0) return null;
   const across = scaledRows(rows, 'x', titles.x, unitOfColumn(titles.x)), up = scaledRows(across.rows, 'y', titles.y, unitOfColumn(titles.y));
-  const scale = (name, field, range) => ({ name, type: titles.log ? 'log' : 'linear', domain: { data: 'rows', field }, range, nice: true, zero: false });
+  // Lines of limits: {x} or {y}, in the columns' own numbers.
+  const limits = (titles.limits || []).map((limit) => ({ ...limit, x: limit.x === undefined ? null : limit.x / across.step, y: limit.y === undefined ? null : limit.y / up.step }));
+  const scale = (name, field, range) => ({ name, type: titles.log ? 'log' : 'linear', domain: { fields: [{ data: 'rows', field }, { data: 'limits', field }] }, range, nice: true, zero: false });
   return {
     height: 380, most: 1100,
-    data: [{ name: 'rows', values: up.rows }, { name: 'front', source: 'rows', transform: [{ type: 'filter', expr: 'datum.front' }, { type: 'collect', sort: { field: 'x' } }] }],
-    scales: [scale('x', 'x', 'width'), scale('y', 'y', 'height'), { name: 'color', type: 'ordinal', domain: { data: 'rows', field: 'series' }, range: 'category' }],
+    data: [{ name: 'rows', values: up.rows }, { name: 'limits', values: limits }, { name: 'front', source: 'rows', transform: [{ type: 'filter', expr: 'datum.front' }, { type: 'collect', sort: { field: 'x' } }] }],
+    scales: [scale('x', 'x', 'width'), scale('y', 'y', 'height'), { name: 'color', type: 'ordinal', domain: titles.order || { data: 'rows', field: 'series' }, range: titles.order ? titles.order.map(seriesColor) : 'category' }],
     axes: [{ orient: 'left', scale: 'y', grid: true, title: up.title, tickCount: 6, encode: tickLabels }, { orient: 'bottom', scale: 'x', grid: true, title: across.title, tickCount: 8, encode: tickLabels }],
     legends: [{ fill: 'color', orient: document.documentElement.clientWidth > 900 ? 'right' : 'bottom', title: titles.series }],
     marks: [
+      { type: 'rule', from: { data: 'limits' }, clip: true, encode: { update: { x: { signal: "datum.x === null ? 0 : scale('x', datum.x)" }, x2: { signal: "datum.x === null ? width : scale('x', datum.x)" }, y: { signal: "datum.y === null ? 0 : scale('y', datum.y)" }, y2: { signal: "datum.y === null ? height : scale('y', datum.y)" },
+        stroke: { value: style('--ink') }, strokeWidth: { value: 1.5 }, strokeDash: { value: [6, 4] }, tooltip: { field: 'says' } } } },
       { type: 'line', from: { data: 'front' }, encode: { update: { x: { scale: 'x', field: 'x' }, y: { scale: 'y', field: 'y' }, interpolate: { value: 'step-after' }, stroke: { value: style('--mark') }, strokeWidth: { value: 2 } } } },
       { type: 'symbol', from: { data: 'rows' }, encode: { update: {
-        x: { scale: 'x', field: 'x' }, y: { scale: 'y', field: 'y' }, fill: { scale: 'color', field: 'series' }, size: { signal: 'datum.front ? 110 : 50' }, stroke: { signal: `datum.front ? '${style('--mark')}' : null` },
+        x: { scale: 'x', field: 'x' }, y: { scale: 'y', field: 'y' }, fill: { scale: 'color', field: 'series' }, fillOpacity: { signal: 'datum.meets === false ? 0.25 : 1' }, size: { signal: 'datum.front ? 110 : 50' }, stroke: { signal: `datum.front ? '${style('--mark')}' : null` },
         strokeWidth: { value: 2 }, cursor: { value: 'pointer' }, tooltip: { field: 'says' } }, hover: { size: { value: 180 } } } }],
   };
 }

@@ -21,15 +21,19 @@ function sweepReport() {
   }
   // What is the same at every point is said once, and offered nowhere.
   const varies = (name) => new Set(done.map((point) => point.mean[name])).size > 1, changing = known.filter(varies);
-  const columns = changing.length > 0 ? changing : known, constant = changing.length > 0 ? known.filter((name) => !varies(name)) : [];
+  // Columns that the goal names stay, whatever they are.
+  const wished = sweep.goal ? goalColumns(sweep.goal) : [], stays = (name) => varies(name) || wished.includes(name);
+  const columns = changing.length > 0 ? known.filter(stays) : known, constant = changing.length > 0 ? known.filter((name) => !stays(name)) : [];
   const varying = axes.filter((key) => new Set(points.map((point) => JSON.stringify(point.axis[key]))).size > 1);
   const says = (point) => varying.map((key) => `${key} = ${point.axis[key]}`).join(', ') || `point ${point.index}`;
   const idle = varying.filter((key) => withoutEffect(done, varying, key, columns));
   const prefer = (...names) => names.find((name) => columns.includes(name)) || columns[0];
-  const tools = { points: done, columns, known, varying, says, prefer };
+  const tools = { points: done, columns, known, varying, says, prefer, goal: sweep.goal, meets: new Map((sweep.ranking || []).map((row) => [row.point, row.meets])) };
+  const detail = make('div', { 'aria-live': 'polite' });
 
+  if (sweep.goal && done.length > 0) goalSection(tools, points, (datum) => press(datum));
   const part = section('study', 'Study');
-  part.append(make('p', {}, `${sweep.points.length} points: ${done.length} rendered, ${sweep.missing.length} not done yet, ${sweep.rows.filter((row) => row[2] !== 'ok').length} with values that do not fit each other. ` +
+  part.append(make('p', {}, `${sweep.points.length} points: ${done.length} with results, ${sweep.missing.length} not done yet, ${sweep.rows.filter((row) => row[2] !== 'ok').length} with values that do not fit each other. ` +
     'Plots show the mean over the frames of a point.'));
   if (sweep.rows_left_out > 0) part.append(make('p', { class: 'note' }, `${sweep.rows_left_out} rows are left out here; sweep.csv has them all.`));
   part.append(table([{ title: 'axis', of: (key) => key }, { title: 'values', of: (key) => valuesOfAxis(points, key).join(', '), wide: true }], axes.filter((key) => varying.includes(key)), { label: 'Axes' }));
@@ -37,7 +41,6 @@ function sweepReport() {
   if (constant.length > 0) part.append(make('details', {}, make('summary', {}, `${constant.length} columns are the same at every point`), table([{ title: 'column', of: (name) => name }, { title: 'value', of: (name) => done[0].mean[name] }], constant, { label: 'Columns that do not vary' })));
 
   let browser = null;
-  const detail = make('div', { 'aria-live': 'polite' });
   const press = (datum) => {
     const point = points[datum.index];
     if (!point) return;
@@ -58,6 +61,21 @@ function sweepReport() {
   configurationSection([['Study', { title: sweep.title, captures: sweep.captures, frames: sweep.frames || 'those of the captures', fixed: sweep.settings }], ['Settings of the first point', sweep.first_point.settings], ['Machine of the first point', sweep.first_point.gpu]]);
 }
 
+// The column that a goal is best by, then those that it has limits for.
+const goalColumns = (goal) => [goal.minimise || goal.maximise, ...Object.keys(goal.subject_to || {})];
+const limitWords = (limit, name) => [limit.at_least === undefined ? '' : `at least ${columnText(name, limit.at_least)}`, limit.at_most === undefined ? '' : `at most ${columnText(name, limit.at_most)}`].filter(Boolean).join(' and ');
+
+// Who wins by the goal, candidates from the best on, those that others beat folded away, and the objective against the first limit.
+function goalSection({ goal, says, varying }, points, press) {
+  const part = section('goal', 'The goal'), columns = goalColumns(goal), limits = Object.entries(goal.subject_to || {}), ranking = data.sweep.ranking || [];
+  if (ranking.length === 0) return;
+  const best = points[ranking[0].point], aim = `${goal.maximise ? 'most' : 'least'} ${columns[0]}`;
+  part.append(make('p', { class: 'verdict' }, make('b', { class: ranking[0].meets ? 'good' : 'bad' }, ranking[0].meets ? `Best: ${says(best)}` : `None meets the limits; nearest: ${says(best)}`), `, ${columns.map((name) => `${name} ${columnText(name, best.mean[name])}`).join(', ')}.`),
+    make('p', { class: 'note' }, `Wanted: the ${aim}${limits.length > 0 ? ' with ' + limits.map(([name, limit]) => `${name} ${limitWords(limit, name)}`).join(', ') : ''}. ${ranking.filter((row) => row.meets).length} of ${ranking.length} candidates meet the limits in every frame.`));
+  part.append(table([...varying.map((key) => ({ title: key, of: (row) => points[row.point].axis[key] })), ...columns.map((name) => ({ title: name, of: (row) => points[row.point].mean[name], show: (value) => columnText(name, value) })), { title: 'limits', of: (row) => (row.meets ? 'met' : 'missed') }], ranking,
+    { press: (row) => press({ index: row.point }), chosen: (row) => row === ranking[0], limit: 12, label: 'Candidates, the best first' }));
+}
+
 // Whether an axis changes no column: points that differ in it alone are alike.
 function withoutEffect(points, varying, key, columns) {
   const others = varying.filter((other) => other !== key && !moveTogether(points, other, key)), first = new Map();
@@ -68,10 +86,10 @@ function withoutEffect(points, varying, key, columns) {
   }) && first.size < points.length;
 }
 
-// Marks the rows that no other beats in both x and y.
+// Marks the rows that no other beats in both x and y, of those that meet the goal's limits.
 function markFront(rows) {
   let last = { x: NaN, y: Infinity };
-  for (const row of rows.slice().sort((a, b) => a.x - b.x || a.y - b.y)) {
+  for (const row of rows.filter((one) => one.meets !== false).sort((a, b) => a.x - b.x || a.y - b.y)) {
     // Equal points do not beat each other.
     row.front = row.y < last.y || (row.y === last.y && row.x === last.x);
     if (row.front) last = row;
@@ -79,10 +97,11 @@ function markFront(rows) {
   return rows;
 }
 
-function paretoSection({ points, columns, varying, says, prefer }, press, detail) {
+function paretoSection({ points, columns, varying, says, prefer, goal, meets }, press, detail) {
   const part = section('pareto', 'Two columns against each other');
-  part.append(make('p', { class: 'note' }, 'The line joins the points that no other beats in both (less is better). A press on a point shows its numbers.'));
-  const state = { x: wantedOf('pareto.across', columns, prefer('binner.queue_bytes_peak')), y: wantedOf('pareto.up', columns, prefer('dram.read_bytes + dram.written_bytes', 'dram.read_bytes')),
+  part.append(make('p', { class: 'note' }, `The line joins the points that no other beats in both (less is better)${goal ? '; dashed lines are the goal’s limits, pale points miss one' : ''}. A press on a point shows its numbers.`));
+  const wished = goal ? goalColumns(goal) : [];
+  const state = { x: wantedOf('pareto.across', columns, prefer('timing.time_ms', ...wished.slice(1), 'timing.cycles', 'binner.queue_bytes_peak')), y: wantedOf('pareto.up', columns, prefer(...wished.slice(0, 1), 'energy.total_nj', 'dram.read_bytes + dram.written_bytes', 'dram.read_bytes')),
     series: wantedOf('pareto.colour', varying, varying[0] || 'capture'), log: wanted.get('pareto.log') === 'on' };
   if (state.x === state.y && columns.length > 1) state.y = columns.find((name) => name !== state.x);
   const draw = (key) => (value) => { state[key] = value; shown.draw(); };
@@ -90,8 +109,9 @@ function paretoSection({ points, columns, varying, says, prefer }, press, detail
   part.append(make('div', { class: 'controls' }, chooser('Across', columns, state.x, draw('x')).label, chooser('Up', columns, state.y, draw('y')).label,
     chooser('Colour', varying.length > 0 ? varying : ['capture'], state.series, draw('series')).label, make('label', {}, log, 'logarithmic')));
   const rows = () => markFront(points.filter((point) => point.mean[state.x] !== undefined && point.mean[state.y] !== undefined && (!state.log || (point.mean[state.x] > 0 && point.mean[state.y] > 0)))
-    .map((point) => ({ index: point.index, x: point.mean[state.x], y: point.mean[state.y], series: String(point.axis[state.series]), says: `${says(point)}: ${number(point.mean[state.x])}, ${number(point.mean[state.y])}` })));
-  const shown = plot(part, 'Points of the study, one column against another', () => scatter(rows(), { x: state.x, y: state.y, series: state.series, log: state.log }), press);
+    .map((point) => ({ index: point.index, meets: meets.get(point.index) !== false, x: point.mean[state.x], y: point.mean[state.y], series: String(point.axis[state.series]), says: `${says(point)}: ${number(point.mean[state.x])}, ${number(point.mean[state.y])}` })));
+  const shown = plot(part, 'Points of the study, one column against another', () => scatter(rows(), { x: state.x, y: state.y, series: state.series, log: state.log, order: valuesOfAxis(points, state.series), limits: limitsOf(state.x, 'x').concat(limitsOf(state.y, 'y')) }), press);
+  function limitsOf(name, axis) { const limit = goal && (goal.subject_to || {})[name]; return limit ? [limit.at_least, limit.at_most].filter((value) => value !== undefined).map((value) => ({ [axis]: value, says: `${name} ${limitWords(limit, name)}` })) : []; }
   part.append(detail);
 }
 
@@ -124,9 +144,22 @@ function curveSection({ points, columns, varying, prefer }) {
     const [baseline, , ...counter] = state.y.split('.');
     return baseline === 'baseline' ? schemes.map((scheme) => [scheme, ['baseline', scheme, ...counter].join('.')]) : [[state.y, state.y]];
   };
+  // A mean is over the same points at every place of a line, or it says something of the points instead: combinations of the other axes
+  // that are not there along the whole line are left out.
+  const others = () => varying.filter((key) => key !== state.x && (state.series === 'scheme' || key !== state.series));
+  const slice = (point) => JSON.stringify(others().filter((key) => !moveTogether(points, key, state.x)).map((key) => point.axis[key]));
+  function complete() {
+    const places = new Set(points.map((point) => String(point.axis[state.x]))), seen = new Map();
+    for (const point of points) { const key = slice(point) + (state.series === 'scheme' ? '' : point.axis[state.series]); seen.set(key, (seen.get(key) || new Set()).add(String(point.axis[state.x]))); }
+    return state.series === state.x ? null : new Set([...seen].filter(([, at]) => at.size === places.size).map(([key]) => key));
+  }
+  const partial = make('p', { class: 'note', hidden: true }, 'No combination of the other axes is there along the whole line, as a search leaves them: the line is drawn through what is there. Hold an axis to compare like with like.');
+  part.append(partial);
   const rows = () => {
-    const groups = new Map();
+    const groups = new Map(), whole = complete(), used = whole && whole.size > 0 ? whole : null;
+    partial.hidden = !whole || whole.size > 0;
     for (const point of points) {
+      if (used && !used.has(slice(point) + (state.series === 'scheme' ? '' : point.axis[state.series]))) continue;
       if (Object.entries(held).some(([key, value]) => value !== '' && String(point.axis[key]) !== value)) continue;
       for (const [line, column] of linesOf(point)) {
         if (point.mean[column] === undefined) continue;
@@ -141,7 +174,7 @@ function curveSection({ points, columns, varying, prefer }) {
       .filter((row) => !state.log || row.y > 0).sort((a, b) => inOrder(a.x, b.x) || inOrder(Number(a.series), Number(b.series)) || 0);
   };
   fillHeld();
-  const shown = plot(part, 'A column of the study along one of its axes', () => lines(rows(), { x: state.x, y: state.series === 'scheme' ? state.y.replace(/^baseline\.[^.]*/, 'baseline.*') : state.y, series: state.series, log: state.log, even: true }));
+  const shown = plot(part, 'A column of the study along one of its axes', () => lines(rows(), { x: state.x, y: state.series === 'scheme' ? state.y.replace(/^baseline\.[^.]*/, 'baseline.*') : state.y, series: state.series, log: state.log, even: true, order: state.series === 'scheme' || state.series === state.x ? undefined : valuesOfAxis(points, state.series) }));
 }
 
 // Values of an axis as texts: numbers in their order, as searches and samples meet them in none, others as they come.

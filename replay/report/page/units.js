@@ -67,6 +67,8 @@ const kUnitPhase = {
   frontend: 'geometry', binner: 'geometry', entry_fetch: 'visibility', tessellator: 'visibility', box_builder: 'visibility', box_tests: 'visibility', stencil: 'visibility', sampling: 'visibility',
   triangle_tests: 'visibility', alpha_tests: 'visibility', coarse_depth: 'visibility', compaction: 'shading', shader: 'shading', texture: 'shading', blend: 'shading', resolve: 'store', dram: 'other', l2: 'other',
   latency: 'data', caches: 'other', tile_memory: 'unit', geometry: 'geometry', tilecores: 'shading', imbalance: 'unit', leakage: 'unit' };
+// The colour of the value of an axis at a place in the order of its values, the same in all plots.
+const seriesColor = (value, index) => kSeries[index % kSeries.length];
 const kSeries = ['#0072b2', '#bc8000', '#009e73', '#d55e00', '#4594c1', '#c2739f', '#8c6d1f', '#7a7f87', '#7763a9', '#a8874a'];
 // Of units side by side: shades of their phase's colour, the same for a unit wherever it is.
 const kUnitColors = {
@@ -90,7 +92,10 @@ function rampColor(t) {
 }
 
 // The unit of a column of a study, as far as its name says it.
-function unitOfColumn(name) { return /bytes/.test(name) ? 'bytes' : /_nj$|^energy\.|nJ$/.test(name) ? 'nJ' : ''; }
+function unitOfColumn(name) {
+  return /bytes/.test(name) ? 'bytes' : /power_w$/.test(name) ? 'W' : /time_ms$/.test(name) ? 'ms' : /_nj$|^energy\.|nJ$/.test(name) ? 'nJ' : /mm2/.test(name) ? 'mm²' : /frames_per_second$/.test(name) ? 'frames/s' : '';
+}
+const columnText = (name, value) => (unitOfColumn(name) ? quantity(value, unitOfColumn(name), 4) : number(value));
 
 // Ticks of an axis from 0 or `least` to `most`: round numbers, about `count` of them.
 function ticks(least, most, count) {
