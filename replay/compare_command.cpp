@@ -41,8 +41,15 @@ class CompareCommand final : public Command {
                    "What is compared, the first with all others: folders of replays, their stats.json, what `tessera "
                    "time --json` wrote; or images (.png, .jpg, .webp, .exr)")
         ->required()
-        ->expected(2, -1)
+        ->expected(1, -1)
         ->type_name("B...");
+    app.add_option(
+           "--frame", frame_numbers_,
+           "Of replays: compare this frame of each; given once for each of them, in their order, or several times "
+           "with one replay: its frames")
+        ->type_name("N")
+        ->check(CLI::NonNegativeNumber)
+        ->allow_extra_args(false);
     CLI::Option* as_json = app.add_flag("--json", json_, "As JSON");
     app.add_flag("--csv", csv_, "As a CSV table: section, name, a column for each")->excludes(as_json);
     app.add_flag("--all", all_, "Show rows that are equal, too");
@@ -61,7 +68,8 @@ class CompareCommand final : public Command {
                    "alpha those that are not black")
         ->type_name("FILE");
     app.footer(
-        "Replays: why one is slower than the first, in a few lines; then time, cycles, energy and traffic of a frame, "
+        "Replays: why one is slower than the first: what changed, and where the cycles went; then time, cycles, energy "
+        "and traffic of a frame, "
         "the critical\n"
         "path, units, bytes by purpose, drawables, counters, the keys that differ, and the images. Frames that all "
         "have are\n"
@@ -72,11 +80,13 @@ class CompareCommand final : public Command {
         "Examples:\n"
         "  tessera compare out/before out/after\n"
         "  tessera compare out/before out/after --threshold time=2 --threshold flip=0.01   a gate for scripts\n"
+        "  tessera compare out/run --frame 3 --frame 7          why one frame is slower than another\n"
         "  tessera compare a.png b.png --flip-map map.png");
   }
 
   void run() override {
     const std::vector<Threshold> thresholds = parse_thresholds(thresholds_);
+    spread_frames();
     check_files();
     if (is_run(files_[0]))
       compare_replays(thresholds);
@@ -85,6 +95,17 @@ class CompareCommand final : public Command {
   }
 
  private:
+  // One replay with several frames stands for each of them, one frame for all replays.
+  void spread_frames() {
+    if (files_.size() == 1 && frame_numbers_.size() < 2)
+      throw UsageError("compare: give two or more replays or images, or one replay and --frame twice");
+    if (files_.size() == 1) files_.assign(frame_numbers_.size(), files_[0]);
+    if (frame_numbers_.size() == 1) frame_numbers_.assign(files_.size(), frame_numbers_[0]);
+    if (!frame_numbers_.empty() && frame_numbers_.size() != files_.size())
+      throw UsageError(fmt::format("--frame: {} of them for {} replays", frame_numbers_.size(), files_.size()));
+    if (!frame_numbers_.empty() && !is_run(files_[0])) throw UsageError("--frame: is for replays");
+  }
+
   // All are of one kind, and options fit it.
   void check_files() const {
     const bool runs = is_run(files_[0]);
@@ -114,7 +135,7 @@ class CompareCommand final : public Command {
     const std::vector<Threshold> of_runs = chosen(thresholds, false), of_images = chosen(thresholds, true);
     {
       const LongStep step("comparing", LongStep::quiet_without_terminal());
-      comparison = compare_runs({files_.begin(), files_.end()});
+      comparison = compare_runs({files_.begin(), files_.end()}, frame_numbers_);
       if (!no_images_) images = frame_images(comparison);
     }
     if (!of_images.empty() && images.empty())
@@ -203,6 +224,7 @@ class CompareCommand final : public Command {
 
   std::vector<std::string> files_, thresholds_;
   std::string map_, mask_;
+  std::vector<int> frame_numbers_;
   bool json_ = false, csv_ = false, all_ = false, no_images_ = false;
 };
 

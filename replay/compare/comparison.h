@@ -13,7 +13,8 @@ namespace tessera::replay {
 struct Comparison {
   std::vector<std::string> labels;  // "A", "B", ...
   std::vector<RunStatistics> runs;
-  std::vector<int> frames;  // those compared: what all have in common; empty: all of each
+  std::vector<int> frames;                  // those compared: what all have in common; empty: all of each
+  std::vector<std::vector<int>> frames_of;  // those of each run
   std::vector<RunFigures> figures;
   std::vector<std::string> notes;  // what limits the comparison, for people
 
@@ -21,13 +22,13 @@ struct Comparison {
   std::vector<std::string> rows(Section section) const;
   // Keys that are not the same in all.
   std::vector<std::string> differing_keys() const;
-  // Why a run is slower or faster than the first, one fact a line: its time, what bounds it, where cycles and bytes went,
-  // which drawables, which keys.
-  std::vector<std::string> why(std::size_t run) const;
 };
 
-// Throws InputError.
-Comparison compare_runs(const std::vector<std::filesystem::path>& files);
+// `frames`: the frame of each run that is compared, or none: those that all have in common. Throws InputError, also where a run
+// does not have its frame.
+Comparison compare_runs(const std::vector<std::filesystem::path>& files, const std::vector<int>& frames = {});
+// The same of statistics that have been read.
+Comparison compare_statistics(std::vector<RunStatistics> runs, const std::vector<int>& frames = {});
 
 // A, B, ... Z, then R27, R28, ...
 std::string run_label(std::size_t run);

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/json_text.h"
 #include "base/text.h"
+#include "replay/compare/causes.h"
 #include "replay/compare/comparison.h"
 
 namespace tessera::replay {
@@ -150,7 +151,7 @@ json comparison_json(const Comparison& c) {
   }
   for (std::size_t r = 0; r < c.runs.size(); ++r) {
     out["bound_by"][lower(c.labels[r])] = c.figures[r].bound_by;
-    if (r > 0) out["why"][lower(c.labels[r])] = c.why(r);
+    if (r > 0) out["why"][lower(c.labels[r])] = cause_json(causes_of(c, r));
   }
   return out;
 }
@@ -184,10 +185,7 @@ std::string comparison_text(const Comparison& c, bool all) {
   for (std::size_t r = 0; r < c.runs.size(); ++r)
     text += fmt::format("{}  {}\n", c.labels[r], escape_control(c.runs[r].file.string()));
   for (const std::string& note : c.notes) text += fmt::format("note: {}\n", note);
-  for (std::size_t r = 1; r < c.runs.size(); ++r) {
-    text += "\n";
-    for (const std::string& fact : c.why(r)) text += fmt::format("{}\n", fact);
-  }
+  for (std::size_t r = 1; r < c.runs.size(); ++r) text += "\n" + cause_text(causes_of(c, r));
   for (const Section section : kSections) text += section_text(c, section, all);
   return text + keys_text(c);
 }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <fstream>
 #include <utility>
 #include <vector>
@@ -6,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/json_text.h"
+#include "replay/compare/causes.h"
 #include "replay/frame_files.h"
 #include "replay/report/report.h"
 
@@ -72,15 +74,50 @@ json run_of(const fs::path& folder, PageViews& views, std::string& subtitle) {
           {"views", std::move(shown)}};
 }
 
+// Of the frames that the page has.
+RunStatistics statistics_of(const fs::path& folder, const json& stats) {
+  RunStatistics run{folder / "stats.json", stats, {}};
+  for (const json& frame : stats.at("frames")) run.frames.push_back(whole_number(frame.at("frame")));
+  return run;
+}
+
+// What a page of several runs says of each of them against the first, by run.
+json why_runs(const std::vector<RunStatistics>& runs) {
+  json out = json::array({nullptr});
+  const Comparison comparison = compare_statistics(runs);
+  for (std::size_t r = 1; r < runs.size(); ++r) out.push_back(cause_json(causes_of(comparison, r)));
+  return out;
+}
+
+// Why the slowest frame of a run takes longer than the one of median time: {"frame", "median", "why"}; null where no frame
+// takes longer than another.
+json why_slowest(const RunStatistics& run) {
+  std::vector<std::pair<double, int>> times;
+  for (const json& frame : run.root.at("frames"))
+    if (const json::json_pointer cycles("/timing/cycles"); frame.contains(cycles))
+      times.emplace_back(frame.at(cycles).get<double>(), whole_number(frame.at("frame")));
+  if (times.size() < 2) return nullptr;
+  const int slowest = std::max_element(times.begin(), times.end(), [](const auto& a, const auto& b) {
+                        return a.first < b.first;
+                      })->second;
+  const auto median = times.begin() + static_cast<std::ptrdiff_t>((times.size() - 1) / 2);
+  std::nth_element(times.begin(), median, times.end());
+  if (median->second == slowest) return nullptr;
+  const Comparison comparison = compare_statistics({run, run}, {median->second, slowest});
+  return {{"frame", slowest}, {"median", median->second}, {"why", cause_json(causes_of(comparison, 1))}};
+}
+
 }  // namespace
 
 json replay_report(const std::vector<fs::path>& folders, PageViews& views, std::string&) {
   json runs = json::array();
+  std::vector<RunStatistics> compared;
   std::string title, subtitle;
   for (const fs::path& folder : folders) {
     std::string of_run;
     try {
       runs.push_back(run_of(folder, views, of_run));
+      compared.push_back(statistics_of(folder, runs.back().at("stats")));
       const std::string capture = runs.back().at("stats").at("capture").at("file");
       if (title.find(capture) == std::string::npos) title += (title.empty() ? "" : ", ") + capture;
     } catch (const json::exception& error) {
@@ -91,7 +128,11 @@ json replay_report(const std::vector<fs::path>& folders, PageViews& views, std::
     if (label == "") label = folder.string();
     subtitle += subtitle.empty() ? of_run : "; " + of_run;
   }
-  return {{"title", title + (folders.size() > 1 ? ": replays side by side" : ": replay")},
+  json slowest = json::array();
+  for (const RunStatistics& run : compared) slowest.push_back(why_slowest(run));
+  return {{"why_runs", why_runs(compared)},
+          {"why_slowest", std::move(slowest)},
+          {"title", title + (folders.size() > 1 ? ": replays side by side" : ": replay")},
           {"subtitle", subtitle},
           {"runs", std::move(runs)}};
 }

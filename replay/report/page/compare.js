@@ -24,14 +24,14 @@ function compareSection() {
   if (runs().length < 2 && framesOf().length < 2) return;
   const part = section('compare', 'A | B');
   const link = document.querySelector('#contents a[href="#compare"]');
-  const figures = make('div'), images = make('div');
+  const figures = make('div'), images = make('div'), why = make('div');
   const left = make('img', { alt: '', decoding: 'async' }), right = make('img', { alt: '', decoding: 'async' }), canvas = make('canvas');
   const stage = make('div', { class: 'swipe' }, left, right, canvas), split = make('input', { type: 'range', min: 0, max: 100, value: 50, 'aria-label': 'Swipe between A and B', input: () => wipe() });
   const says = make('p', { class: 'note', 'aria-live': 'polite' });
   const how = chooser('Show', [['swipe', 'swipe'], ['beside', 'side by side'], ['difference', 'difference']], wantedOf('compare', ['swipe', 'beside', 'difference'], 'swipe'), () => paintImages());
   const gain = chooser('Amplify', [[1, '1×'], [4, '4×'], [16, '16×'], [64, '64×']], 4, () => paintImages());
   images.append(make('div', { class: 'controls' }, how.label, gain.label, split), stage, says);
-  part.append(images, figures);
+  part.append(why, images, figures);
   const wipe = () => { right.style.clipPath = `inset(0 0 0 ${split.value}%)`; stage.style.setProperty('--at', split.value + '%'); };
   stage.addEventListener('pointermove', (event) => { if (how.select.value !== 'swipe') return; const at = stage.getBoundingClientRect(); split.value = Math.max(0, Math.min(100, 100 * (event.clientX - at.left) / at.width)); wipe(); });
 
@@ -83,6 +83,9 @@ function compareSection() {
     const a = frameOf(), b = otherFrame(), both = kFigures.map((figure) => ({ ...figure, a: figure.of(a, shown), b: figure.of(b, shown.other) })).filter((row) => row.a !== null && row.b !== null);
     figures.replaceChildren(make('h3', {}, 'Figures'), table([{ title: 'figure', of: (row) => row.title }, { title: 'A', of: (row) => row.a, show: (value, row) => quantity(value, row.unit) }, { title: 'B', of: (row) => row.b, show: (value, row) => quantity(value, row.unit) },
       { title: 'B to A', of: (row) => (row.a ? row.b / row.a - 1 : 0), show: signedPercent }], both, { label: 'Figures of both' }));
+    // Of runs the first is A; means over the frames that both have.
+    const tree = shown.run === 0 && shown.other.run > 0 ? (data.why_runs || [])[shown.other.run] : null;
+    why.replaceChildren(...(tree ? [make('h3', {}, `Why, over the frames that ${run(shown).label} (A) and ${run(shown.other).label} have`), causeList(tree)] : []));
     paintImages();
   });
   entry.always = true;

@@ -31,6 +31,12 @@ function rateSection() {
     const all = rows(), several = new Set(all.map((row) => row.series)).size > 1;
     return lines(all, { x: 'frame', y: named(chosen).title, unit: named(chosen).unit, series: several ? 'run' : '', step: 1 });
   }, (datum) => { const index = framesOf().findIndex((frame) => frame.frame === datum.x); if (index >= 0) show({ frame: index }); });
+  const why = make('div');
+  part.append(why);
+  follow(why, ['run'], () => {
+    const of = (data.why_slowest || [])[shown.run];
+    why.replaceChildren(...(of ? [make('h3', {}, `Why frame ${of.frame} (B) is the slowest, against frame ${of.median} (A) of median time`), causeList(of.why)] : []));
+  });
   const entry = follow(part, ['run', 'other', 'target'], () => {
     const value = (title, key) => ({ title, of: (row) => row.spread[key], show: (number, row) => quantity(number, row.figure.unit) });
     holder.replaceChildren(table([

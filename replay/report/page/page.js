@@ -127,6 +127,12 @@ function table(columns, rows, { press, chosen, sort = -1, up = true, limit = Inf
   return make('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label }, make('table', {}, make('thead', {}, make('tr', {}, ...heads)), body), foot);
 }
 
+// Why one takes longer than another: a cause and its parts, as `tessera compare` says it.
+function causeList(cause) {
+  const list = (parts) => make('ul', {}, ...parts.map((part) => make('li', {}, part.text, part.parts ? list(part.parts) : null)));
+  return make('div', { class: 'why' }, make('p', { class: 'verdict' }, cause.text), cause.parts ? list(cause.parts) : null);
+}
+
 // {a: {b: 1}} as [["a.b", 1]].
 function flatten(value, name = '') {
   if (value === null || typeof value !== 'object' || Array.isArray(value)) return [[name, Array.isArray(value) ? value.join(', ') : value]];

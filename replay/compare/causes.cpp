@@ -1,0 +1,327 @@
+#include "replay/compare/causes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "base/text.h"
+
+namespace tessera::replay {
+namespace {
+
+using nlohmann::json;
+
+// Parts of a level that are shown; the others are one line.
+constexpr std::size_t kPartsShown = 4;
+// A quantity of the scene has changed where it is so much larger or smaller.
+constexpr double kLeastChange = 0.01;
+
+std::string signed_count(double value) {
+  const double size = std::abs(value);
+  const char* sign = value < 0 ? "-" : "+";
+  if (size >= 1e6) return fmt::format("{}{:.2f} M", sign, size * 1e-6);
+  if (size >= 1e4) return fmt::format("{}{:.1f} k", sign, size * 1e-3);
+  return fmt::format("{}{:.0f}", sign, size);
+}
+
+std::string signed_bytes(double value) {
+  return fmt::format("{}{}", value < 0 ? "-" : "+", human_bytes(static_cast<std::uint64_t>(std::abs(value))));
+}
+
+// ---- What changed -------------------------------------------------------------------------------------------------
+
+// Means over the frames that are compared.
+class SceneFacts {
+ public:
+  SceneFacts(const RunStatistics& run, const std::vector<int>& frames) {
+    for (const json& frame : run.root.at("frames")) {
+      if (std::count(frames.begin(), frames.end(), frame.value("frame", -1)) == 0) continue;
+      ++frames_;
+      add(frame, "counters", counters_);
+      if (const auto places = frame.find("effect_places"); places != frame.end() && places->is_object())
+        for (const auto& [effect, place] : places->items())
+          if (place.is_object()) effects_[effect] += number(place, "sub_patches");
+      if (const auto ran = frame.find("effects"); ran != frame.end() && ran->is_object())
+        for (const auto& [effect, on] : ran->items())
+          if (on.is_boolean() && on.get<bool>()) ++ran_[effect];
+      if (const auto units = json::json_pointer("/timing/units/shader/busy_cycles"); frame.contains(units))
+        shader_cycles_ += frame.at(units).is_number() ? frame.at(units).get<double>() : 0;
+      if (const auto rows = frame.find("drawables"); rows != frame.end() && rows->is_array())
+        for (const json& row : *rows)
+          if (row.is_object() && row.value("node", "") + row.value("material", "") != "")
+            drawables_[fmt::format("{} / {}", row.value("node", ""), row.value("material", ""))] +=
+                number(row, "cycles");
+    }
+  }
+
+  double counter(const std::string& name) const { return mean(counters_, name); }
+  // The share of the sub-patches that need an effect.
+  double share(const std::string& effect) const {
+    const double all = counter("frontend.sub_patches");
+    return all > 0 ? mean(effects_, effect) / all : 0;
+  }
+  bool ran(const std::string& effect) const { return ran_.contains(effect); }
+  std::set<std::string> effect_names() const {
+    std::set<std::string> names;
+    for (const auto& [effect, sub_patches] : effects_) names.insert(effect);
+    for (const auto& [effect, frames] : ran_) names.insert(effect);
+    return names;
+  }
+  const std::map<std::string, double>& drawables() const { return drawables_; }
+  double cycles_of(const std::string& drawable) const { return mean(drawables_, drawable); }
+  // Of the samples of the image, those in which a surface is seen.
+  double coverage() const {
+    const double seen = counter("tilecore.samples_visible"), behind = counter("tilecore.background_samples");
+    return seen + behind > 0 ? seen / (seen + behind) : 0;
+  }
+  double shader_cycles_per_invocation() const {
+    const double invocations = counter("tilecore.pixel_shader_invocations");
+    return invocations > 0 ? shader_cycles_ / static_cast<double>(frames_) / invocations : 0;
+  }
+
+ private:
+  using Sums = std::map<std::string, double>;
+
+  static double number(const json& object, const char* member) {
+    const auto at = object.find(member);
+    return at != object.end() && at->is_number() ? at->get<double>() : 0;
+  }
+  static void add(const json& frame, const char* member, Sums& sums) {
+    if (const auto at = frame.find(member); at != frame.end() && at->is_object())
+      for (const auto& [name, value] : at->items())
+        if (value.is_number()) sums[name] += value.get<double>();
+  }
+  double mean(const Sums& sums, const std::string& name) const {
+    const auto at = sums.find(name);
+    return at == sums.end() || frames_ == 0 ? 0 : at->second / static_cast<double>(frames_);
+  }
+
+  std::size_t frames_ = 0;
+  Sums counters_, effects_, drawables_;
+  std::map<std::string, int> ran_;
+  double shader_cycles_ = 0;
+};
+
+// A change with the weight by which it stands before others.
+using Weighted = std::vector<std::pair<double, std::string>>;
+
+// What came or went stands before what grew: by more than any ratio in which things grow.
+constexpr double kCameOrWent = 100;
+
+void add_ratio(const std::string& what, double a, double b, const char* format, Weighted& changes) {
+  if (a <= 0 || b <= 0 || std::abs(b / a - 1) < kLeastChange) return;
+  changes.emplace_back(
+      std::abs(std::log(b / a)),
+      fmt::format("{}: {} -> {}", what, fmt::format(fmt::runtime(format), a), fmt::format(fmt::runtime(format), b)));
+}
+
+void add_drawables(const SceneFacts& a, const SceneFacts& b, Weighted& changes) {
+  double all = 1;
+  for (const SceneFacts* of : {&a, &b})
+    for (const auto& [name, cycles] : of->drawables()) all += cycles;
+  for (const auto& [name, cycles] : b.drawables())
+    if (!a.drawables().contains(name))
+      changes.emplace_back(
+          2 * kCameOrWent + b.cycles_of(name) / all,
+          fmt::format("{} is drawn, {} cycles", escape_control(name, 60), signed_count(b.cycles_of(name))));
+  for (const auto& [name, cycles] : a.drawables())
+    if (!b.drawables().contains(name))
+      changes.emplace_back(
+          2 * kCameOrWent + a.cycles_of(name) / all,
+          fmt::format("{} is not drawn, {} cycles", escape_control(name, 60), signed_count(-a.cycles_of(name))));
+}
+
+void add_effects(const SceneFacts& a, const SceneFacts& b, Weighted& changes) {
+  std::set<std::string> names;
+  for (const SceneFacts* of : {&a, &b}) names.merge(of->effect_names());
+  for (const std::string& effect : names) {
+    const double before = a.share(effect), after = b.share(effect);
+    const bool on_before = a.ran(effect) || before > 0, on_after = b.ran(effect) || after > 0;
+    if (on_before != on_after)
+      changes.emplace_back(
+          kCameOrWent + std::max(before, after),
+          on_after ? effect + (after > 0 ? fmt::format(" runs, for {:.0f} % of the sub-patches", 100 * after) : " runs")
+                   : fmt::format("{} does not run", effect));
+    else
+      add_ratio(effect + ", share of the sub-patches", 100 * before, 100 * after, "{:.1f} %", changes);
+  }
+}
+
+std::vector<Cause> scene_changes(const Comparison& c, std::size_t run, bool same_keys) {
+  const SceneFacts a(c.runs[0], c.frames_of[0]), b(c.runs[run], c.frames_of[run]);
+  Weighted changes;
+  add_drawables(a, b, changes);
+  add_effects(a, b, changes);
+  add_ratio("base patches", a.counter("frontend.base_patches"), b.counter("frontend.base_patches"), "{:.0f}", changes);
+  add_ratio("surfaces cover", 100 * a.coverage(), 100 * b.coverage(), "{:.1f} %", changes);
+  add_ratio("blended layers", a.counter("tilecore.blended_layers"), b.counter("tilecore.blended_layers"), "{:.0f}",
+            changes);
+  add_ratio("texels of shadow maps", a.counter("shadows.texels_stored"), b.counter("shadows.texels_stored"), "{:.0f}",
+            changes);
+  // What follows from others is named where nothing else has changed.
+  if (changes.empty() && same_keys) {
+    add_ratio("sub-patches", a.counter("frontend.sub_patches"), b.counter("frontend.sub_patches"), "{:.0f}", changes);
+    add_ratio("pixel-shader invocations", a.counter("tilecore.pixel_shader_invocations"),
+              b.counter("tilecore.pixel_shader_invocations"), "{:.0f}", changes);
+    add_ratio("shader cycles of an invocation", a.shader_cycles_per_invocation(), b.shader_cycles_per_invocation(),
+              "{:.3g}", changes);
+  }
+  std::stable_sort(changes.begin(), changes.end(), [](const auto& x, const auto& y) { return x.first > y.first; });
+  std::vector<Cause> parts;
+  for (auto& [weight, text] : changes) parts.push_back({std::move(text), {}});
+  return parts;
+}
+
+std::string value_text(const std::map<std::string, json>& keys, const std::string& name) {
+  const auto at = keys.find(name);
+  if (at == keys.end() || at->second.is_null()) return "-";
+  return at->second.is_string() ? escape_control(at->second.get<std::string>(), 40) : at->second.dump();
+}
+
+// The size of the image is one change, a preset another; of all other keys each is.
+std::vector<Cause> key_changes(const Comparison& c, std::size_t run) {
+  const std::map<std::string, json> a = c.runs[0].keys(), b = c.runs[run].keys();
+  const auto change = [&](const std::string& name) {
+    return fmt::format("{} -> {}", value_text(a, name), value_text(b, name));
+  };
+  std::vector<Cause> parts, machine;
+  std::set<std::string> names;
+  for (const auto* keys : {&a, &b})
+    for (const auto& [name, value] : *keys) names.insert(name);
+  bool preset = false, size = false;
+  for (const std::string& name : names) {
+    const auto in_a = a.find(name), in_b = b.find(name);
+    if (in_a != a.end() && in_b != b.end() && in_a->second == in_b->second) continue;
+    if (name.starts_with("effect.") || name == "capture.bytes") continue;
+    preset = preset || name == "preset";
+    if (name == "width" || name == "height" || name == "region")
+      size = true;
+    else if (name == "capture.file")
+      parts.insert(parts.begin(), {"another capture: " + change(name), {}});
+    else
+      machine.push_back({fmt::format("{} {}", escape_control(name, 60), change(name)), {}});
+  }
+  if (size)
+    parts.push_back({fmt::format("size of the image: {}x{} -> {}x{}", value_text(a, "width"), value_text(a, "height"),
+                                 value_text(b, "width"), value_text(b, "height")),
+                     {}});
+  if (!preset) {
+    parts.insert(parts.end(), machine.begin(), machine.end());
+    return parts;
+  }
+  parts.push_back({fmt::format("another machine: {}, {} keys", change("preset"), machine.size() - 1), {}});
+  return parts;
+}
+
+void keep_first(std::size_t count, std::vector<Cause>& parts) {
+  if (parts.size() <= count) return;
+  const std::size_t more = parts.size() - count;
+  parts.resize(count);
+  parts.push_back({fmt::format("and {} more", more), {}});
+}
+
+Cause what_changed(const Comparison& c, std::size_t run) {
+  constexpr std::size_t kKeys = 6;
+  Cause cause{"what changed", key_changes(c, run)};
+  const bool same_keys = cause.parts.empty();
+  keep_first(kKeys, cause.parts);
+  // Where settings differ, what is drawn of the scene follows from them.
+  std::vector<Cause> scene = scene_changes(c, run, same_keys);
+  keep_first(kPartsShown, scene);
+  cause.parts.insert(cause.parts.end(), scene.begin(), scene.end());
+  if (cause.parts.empty()) cause.parts.push_back({"nothing: same capture, machine, settings and work", {}});
+  return cause;
+}
+
+// ---- Where it went ------------------------------------------------------------------------------------------------
+
+double figure_or_0(const RunFigures& figures, Section section, const std::string& name) {
+  return figures.value(section, name).value_or(0);
+}
+
+// The rows of a section that changed most, and what all others changed together: they add up to `all`. Rows that overlap
+// add up to nothing.
+Cause level(const Comparison& c, std::size_t run, Section section, const std::string& title, std::optional<double> all,
+            std::string (*text)(double)) {
+  std::vector<std::pair<std::string, double>> changes;
+  double listed = 0;
+  for (const std::string& name : c.rows(section)) {
+    const double change = figure_or_0(c.figures[run], section, name) - figure_or_0(c.figures[0], section, name);
+    if (change != 0) changes.emplace_back(name, change);
+  }
+  std::stable_sort(changes.begin(), changes.end(),
+                   [](const auto& a, const auto& b) { return std::abs(a.second) > std::abs(b.second); });
+  Cause cause{title, {}};
+  for (std::size_t k = 0; k < std::min(kPartsShown, changes.size()); ++k) {
+    listed += changes[k].second;
+    cause.parts.push_back({fmt::format("{} {}", escape_control(changes[k].first, 60), text(changes[k].second)), {}});
+  }
+  if (const double rest = all.value_or(listed) - listed; !cause.parts.empty() && std::abs(rest) >= 0.5)
+    cause.parts.push_back({fmt::format("all others {}", text(rest)), {}});
+  return cause;
+}
+
+// One form for what takes longer or shorter, everywhere: how much more or less time.
+std::string time_text(const Comparison& c, std::size_t run) {
+  const auto figure = [&](std::size_t r, const char* name) { return c.figures[r].value(Section::kSummary, name); };
+  const auto time_a = figure(0, kTimeRow), time_b = figure(run, kTimeRow);
+  const auto cycles_a = figure(0, kCyclesRow), cycles_b = figure(run, kCyclesRow);
+  if (!cycles_a || !cycles_b) return fmt::format("{} and A have no times", c.labels[run]);
+  const bool timed = time_a && time_b;
+  const double before = timed ? *time_a : *cycles_a, after = timed ? *time_b : *cycles_b;
+  std::string text = before == after ? fmt::format("{} takes as long as A", c.labels[run])
+                     : before == 0   ? fmt::format("{} takes time, A none", c.labels[run])
+                                     : fmt::format("{} takes {:.1f} % {} time than A", c.labels[run],
+                                                   100 * std::abs(after / before - 1), after > before ? "more" : "less");
+  if (timed) text += fmt::format(": {:.4g} ms a frame against {:.4g}", after, before);
+  return text +
+         fmt::format(", {:.0f} cycles against {:.0f} ({})", *cycles_b, *cycles_a, signed_count(*cycles_b - *cycles_a));
+}
+
+std::string bound_text(const Comparison& c, std::size_t run) {
+  const std::string &a = c.figures[0].bound_by, &b = c.figures[run].bound_by;
+  if (a.empty() || b.empty()) return "";
+  return a == b ? fmt::format("both are bound by {}", a)
+                : fmt::format("{} is bound by {}, A by {}", c.labels[run], b, a);
+}
+
+}  // namespace
+
+Cause causes_of(const Comparison& c, std::size_t run) {
+  Cause root{time_text(c, run), {what_changed(c, run)}};
+  const auto change = [&](const char* name) {
+    return figure_or_0(c.figures[run], Section::kSummary, name) - figure_or_0(c.figures[0], Section::kSummary, name);
+  };
+  const auto add = [&](Cause cause) {
+    if (!cause.parts.empty()) root.parts.push_back(std::move(cause));
+  };
+  add(level(c, run, Section::kDrawables, "cycles by drawable", change(kCyclesRow), signed_count));
+  const bool path = !c.figures[0].of(Section::kPath).empty() && !c.figures[run].of(Section::kPath).empty();
+  if (path)
+    add(level(c, run, Section::kPath, "cycles by unit, on the critical path", change(kCyclesRow), signed_count));
+  add(level(c, run, Section::kPasses, "cycles by pass", std::nullopt, signed_count));
+  if (!path) add(level(c, run, Section::kUnits, "busy cycles of units", std::nullopt, signed_count));
+  add(level(c, run, Section::kPurposes, "bytes", change(kTrafficRow), signed_bytes));
+  if (const std::string bound = bound_text(c, run); !bound.empty()) root.parts.push_back({bound, {}});
+  return root;
+}
+
+json cause_json(const Cause& cause) {
+  json out = {{"text", cause.text}};
+  for (const Cause& part : cause.parts) out["parts"].push_back(cause_json(part));
+  return out;
+}
+
+std::string cause_text(const Cause& cause, std::size_t depth) {
+  std::string text = fmt::format("{:{}}{}\n", "", 2 * depth, cause.text);
+  for (const Cause& part : cause.parts) text += cause_text(part, depth + 1);
+  return text;
+}
+
+}  // namespace tessera::replay
