@@ -1,6 +1,7 @@
 #include "gpu/frame_timeline.h"
 
 #include <algorithm>
+#include <span>
 
 namespace tessera::gpu {
 namespace {
@@ -172,14 +173,14 @@ void add_tracks(const GpuConfiguration& gpu, const timing::FrameWork& work, cons
   }
 }
 
-// Keeps each window at or below `most` bytes, the memory's peak. A surplus moves to the window before, since data were asked
-// for before they arrived; if the windows before are full, it moves to those behind.
-void limit_windows(double most, std::array<std::vector<double>, kSourceCount>& bytes) {
+// Keeps the sum of each window at or below `most`, the peak of a memory or a unit. A surplus moves to the window before, since
+// data and work were asked for before they were done; if the windows before are full, it moves to those behind.
+void limit_windows(double most, std::span<std::vector<double>> amounts) {
   const auto move = [&](std::size_t from, std::size_t to) {
     double all = 0;
-    for (const std::vector<double>& of : bytes) all += of[from];
+    for (const std::vector<double>& of : amounts) all += of[from];
     if (all <= most) return;
-    for (std::vector<double>& of : bytes) {
+    for (std::vector<double>& of : amounts) {
       const double over = of[from] * (1 - most / all);
       of[from] -= over;
       of[to] += over;
@@ -224,8 +225,10 @@ void add_windows(const GpuConfiguration& gpu, const timing::FrameWork& work, con
     }
   }
   busy[static_cast<std::size_t>(Stage::kDram)] = all;
-  for (std::size_t s = 0; s < timing::kStageCount; ++s)
+  for (std::size_t s = 0; s < timing::kStageCount; ++s) {
     timeline.busy[s] = std::move(busy[s]).scaled(timing.busy[s], timeline.window);
+    limit_windows(1, {&timeline.busy[s], 1});
+  }
 }
 
 }  // namespace

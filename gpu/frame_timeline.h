@@ -57,7 +57,7 @@ constexpr std::string_view name(Source source) {
 // Invariants (cited by the tests):
 //   FT1  Tiles of a slot are disjoint, spans of a tile are disjoint and inside it.
 //   FT2  Windows hold the frame's bytes, and of each unit the cycles that it was busy.
-//   FT3  No window holds more bytes than the memory moves in it at its peak.
+//   FT3  No window holds more bytes than the memory moves in it at its peak, and no unit is busier in one than all the time.
 struct FrameTimeline {
   static constexpr std::size_t kWindows = 256;  // of the frame
   struct Geometry {

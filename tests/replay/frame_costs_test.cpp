@@ -224,6 +224,15 @@ TEST(FrameCosts, TheTimelineHoldsTheBytesOfTheFrameAndTilesOfASlotFollowEachOthe
       for (const auto& [source, values] : of["bytes"].items()) in_window += values[w].get<double>();
       EXPECT_LE(in_window, 1.01 * most + 64) << model << ' ' << w << ": more than the memory moves at its peak";
     }
+    for (const auto& [unit, values] : of["busy"].items()) {
+      for (const json& value : values) EXPECT_LE(value, 100) << model << ' ' << unit << ": busier than all the time";
+      EXPECT_NEAR(sum(values) / static_cast<double>(windows),
+                  100 * frame["timing"]["units"][unit]["utilisation"].get<double>(), 0.6)
+          << model << ' ' << unit;
+    }
+    double lists = 0;
+    for (const json& value : of["list_bytes"]) lists = std::max(lists, value.get<double>());
+    EXPECT_LE(lists, frame["counters"]["binner.queue_bytes_peak"].get<double>()) << model;
     std::map<std::pair<int, int>, std::vector<std::pair<double, double>>> slots;
     for (std::size_t t = 0; t < of["tile"].size(); ++t) {
       double end = of["begin"][t];
