@@ -389,6 +389,85 @@ TEST_F(ReportPageInBrowser, ASweepOpensOnWhatVariesAndSaysOnceWhatDoesNot) {
     EXPECT_THAT(found(opened, "hint"), HasSubstr(key));
 }
 
+// Does it hold my rate? A number typed into the page.
+TEST_F(ReportPageInBrowser, ATypedTargetSaysWhetherFramesMeetItAndAtWhatPower) {
+  json frames = stats()["frames"];
+  std::vector<double> ms;
+  for (const json& frame : frames) ms.push_back(frame["timing"]["time_ms"]);
+  std::vector<double> sorted = ms;
+  std::sort(sorted.begin(), sorted.end());
+  const double target = 1000 / ((sorted[0] + sorted[1]) / 2);  // one of three frames is fast enough
+  const OpenedPage opened = open_with("replay", fmt::format(R"(
+    const field = document.querySelector('#summary input[type=number]'), says = () => document.querySelector('#summary .rate').textContent;
+    document.body.dataset.before = says();
+    document.body.dataset.watts = powerOf(frameOf());
+    field.value = {};
+    field.dispatchEvent(new Event('input', {{ bubbles: true }}));
+    document.body.dataset.after = says();)",
+                                                            target));
+  EXPECT_THAT(found(opened, "before"), testing::StartsWith("Meets 60 frames/s"));
+  EXPECT_THAT(found(opened, "before"), HasSubstr("3 of 3 frames meet it."));
+  EXPECT_THAT(found(opened, "after"), HasSubstr("1 of 3 frames meet it."));
+  EXPECT_THAT(found(opened, "after"), testing::StartsWith(ms[0] == sorted[0] ? "Meets" : "Misses"));
+  // The page's formula is that of the program.
+  EXPECT_NEAR(std::stod(found(opened, "watts")), frames[0]["energy"]["power_w"].get<double>(), 1e-5);
+}
+
+// Which frame is slowest, and why? One press, and a list.
+TEST_F(ReportPageInBrowser, TheSlowestFrameIsAPressAwayAndSaysWhy) {
+  const json all = stats(), spread = all["total"]["over_frames"]["time_ms"];
+  const OpenedPage opened = open_with("replay", R"(
+    [...document.querySelectorAll('.bar button')].find((button) => button.textContent === 'Slowest frame').click();
+    document.body.dataset.frame = frameOf().frame;
+    document.body.dataset.rows = [...document.querySelectorAll('#rates tbody tr')].map((row) => row.textContent).join('|').replaceAll('\u00a0', ' ');
+    document.body.dataset.why = document.querySelector('#rates .why').textContent;)");
+  EXPECT_EQ(found(opened, "frame"), std::to_string(spread["worst_frame"].get<int>()));
+  EXPECT_THAT(found(opened, "rows"), testing::StartsWith("frame time"));
+  EXPECT_THAT(found(opened, "why"), HasSubstr("more time than A"));
+  EXPECT_THAT(found(opened, "why"), HasSubstr("what changed"));
+}
+
+// Who wins? A sentence, and the machine's own row.
+TEST_F(ReportPageInBrowser, BaselinesEndInAVerdict) {
+  const OpenedPage opened = open_with("replay", R"(
+    document.body.dataset.sentence = document.querySelector('#baselines .verdict').textContent;
+    document.body.dataset.marked = [...document.querySelectorAll('#baselines tr.chosen')].map((row) => row.firstChild.textContent).join('|');
+    document.body.dataset.kinds = [...document.querySelectorAll('#baselines h3')].map((head) => head.textContent).join('|');)");
+  EXPECT_EQ(found(opened, "sentence"), stats()["total"]["baseline_verdict"]["sentence"].get<std::string>());
+  EXPECT_EQ(found(opened, "marked"), "tessera");
+  EXPECT_EQ(found(opened, "kinds"), "This machine|What a product does|What no product is known to do");
+}
+
+// What does an object cost? What the frame saves without it comes before its share.
+TEST_F(ReportPageInBrowser, ObjectsAreOrderedByWhatTheFrameSavesWithoutThem) {
+  run({"replay", test::shipped_capture("eggs").string(), "--frames", "5:6", "--size", "96x54", "--without", "all",
+       "--out", path("without")});
+  const OpenedPage opened = open_with("without", R"(
+    const tables = document.querySelectorAll('#frames .costs table');
+    document.body.dataset.first = tables[0].querySelector('tbody tr').textContent;
+    document.body.dataset.head = [...tables[0].querySelectorAll('th')].map((head) => head.textContent).join('|');
+    document.body.dataset.effects = [...document.querySelectorAll('#effects th')].map((head) => head.textContent).join('|');)");
+  const json least = stats("without")["frames"][0]["without"]["drawables"][0];
+  EXPECT_THAT(found(opened, "head"), testing::StartsWith("drawable|saves when left out|cycles|"));
+  EXPECT_THAT(found(opened, "first"), testing::StartsWith(least["node"].get<std::string>()));
+  EXPECT_THAT(found(opened, "effects"), HasSubstr("saves when left out"));
+}
+
+// Which machine holds the rate? The page opens with it.
+TEST_F(ReportPageInBrowser, AGoalOpensWithWhoWins) {
+  run({"sweep", test::shipped_capture("eggs").string(), "--gpu", "entry-mobile", "--gpu", "mid-mobile", "--fps", "2000",
+       "--frames", "5:6", "--size", "96x54", "--out", path("machines")});
+  const OpenedPage opened = open_with("machines", R"(
+    document.body.dataset.opens = document.querySelector('main section').id;
+    document.body.dataset.sentence = document.querySelector('#goal .verdict').textContent;
+    document.body.dataset.rows = [...document.querySelectorAll('#goal tbody tr')].map((row) => row.firstChild.textContent + ' ' + row.lastChild.textContent).join('|');
+    document.body.dataset.limits = document.querySelectorAll('#pareto .mark-rule line').length;)");
+  EXPECT_EQ(found(opened, "opens"), "goal");
+  EXPECT_THAT(found(opened, "sentence"), testing::StartsWith("Best: gpu = mid-mobile"));
+  EXPECT_EQ(found(opened, "rows"), "mid-mobile met|entry-mobile missed");
+  EXPECT_GE(std::stoi(found(opened, "limits")), 1);
+}
+
 // A map that is not in the file, a member of another type: a damaged folder is refused, or its page says that it has a fault.
 TEST_F(Report, ADamagedFileOfTilesEndsWithStatus3) {
   std::filesystem::create_directories(path("damaged"));

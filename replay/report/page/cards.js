@@ -38,8 +38,9 @@ function spark(values, at) {
 // "Meets 60 frames/s: 3.2 ms of 16.7 ms, 13.5 ms to spare."
 function targetWords(frame, at = shown) {
   const spare = spareOf(frame, at), interval = 1000 / shown.target, ms = milliseconds(frame.timing.cycles, at);
+  const times = ms / interval;
   return spare >= 0 ? `Meets ${plain(shown.target)} frames/s: ${quantity(ms, 'ms')} of ${quantity(interval, 'ms')}, ${percent(spare / interval)} to spare.`
-    : `Misses ${plain(shown.target)} frames/s: ${quantity(ms, 'ms')} where ${quantity(interval, 'ms')} are allowed, ${percent(-spare / interval)} too much.`;
+    : `Misses ${plain(shown.target)} frames/s: ${quantity(ms, 'ms')} where ${quantity(interval, 'ms')} are allowed, ${times >= 2 ? `${digits(times)} times as long` : `${percent(-spare / interval)} too much`}.`;
 }
 // What keeps the cores from having more tiles in flight.
 function flightWords(timing) {
