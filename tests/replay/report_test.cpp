@@ -59,7 +59,8 @@ TEST_F(ReportInBrowser, SectionsPlotsAndTablesAreThere) {
   // Every counter, setting and number of the machine.
   for (const char* text : {"tilecore.triangle_tests", "sampling.samples_per_pixel", "parameter_buffer.bytes"})
     EXPECT_THAT(replay.dom, HasSubstr(text));
-  EXPECT_THAT(sweep.dom, HasSubstr("6 points: 4 with results, 0 not done yet, 2 with values that do not fit each other"));
+  EXPECT_THAT(sweep.dom,
+              HasSubstr("6 points: 4 with results, 0 not done yet, 2 with values that do not fit each other"));
   EXPECT_THAT(test::open_page(page("shard")).dom, HasSubstr("3 not done yet"));
 }
 
