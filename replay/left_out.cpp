@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
 #include <set>
@@ -11,6 +12,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "base/error.h"
+#include "base/option_numbers.h"
 #include "base/text.h"
 #include "replay/progress.h"
 #include "replay/tradeoff/effect_costs.h"
@@ -132,6 +135,14 @@ json LeaveOneOut::measure(const MeasuredFrame& frame, const scene::Assembly& ass
     sort_by_cycles(rows);
   }
   return out;
+}
+
+std::size_t parse_left_out(const std::string& text) {
+  if (text == "all") return std::numeric_limits<std::size_t>::max();
+  constexpr const char* kForm = "a number from 1 on, or all";
+  const long parts = parse_whole_numbers("--without", text, ',', 1, kForm)[0];
+  if (parts < 1) throw UsageError(fmt::format("--without {}: expected {}", parts, kForm));
+  return static_cast<std::size_t>(parts);
 }
 
 std::string left_out_table(const json& frame) {

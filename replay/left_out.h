@@ -52,6 +52,9 @@ class LeaveOneOut {
   std::function<void(gpu::Device&)> prepare_;
 };
 
+// What --without says: a number of parts, or all. Throws UsageError.
+std::size_t parse_left_out(const std::string& text);
+
 // A table for people: each part's share of the frame's cycles beside what the frame saves without it. `frame`: a frame of
 // stats.json with the member "without".
 std::string left_out_table(const nlohmann::json& frame);

@@ -157,7 +157,7 @@ class ReplayCommand final : public Command {
       if (std::find(auxiliary_layers().begin(), auxiliary_layers().end(), layer) == auxiliary_layers().end())
         throw UsageError(
             fmt::format("--aux {}: layers are {}", escape_control(layer, 40), fmt::join(auxiliary_layers(), ", ")));
-    const std::size_t left_out = without_.empty() ? 0 : parts_left_out();
+    const std::size_t left_out = without_.empty() ? 0 : parse_left_out(without_);
     const ThreadLimit threads(static_cast<std::size_t>(threads_));
 
     scene::CaptureLimits limits;
@@ -321,15 +321,6 @@ class ReplayCommand final : public Command {
     constexpr std::uint64_t kHistoryBytesPerPixel = 26;
     if (history_.empty()) return std::nullopt;
     return tilecore::History::restore(history_, max_bytes / kHistoryBytesPerPixel);
-  }
-
-  // Throws UsageError where --without is neither a number from 1 on nor "all".
-  std::size_t parts_left_out() const {
-    if (without_ == "all") return std::numeric_limits<std::size_t>::max();
-    constexpr const char* kForm = "a number from 1 on, or all";
-    const long parts = parse_whole_numbers("--without", without_, ',', 1, kForm)[0];
-    if (parts < 1) throw UsageError(fmt::format("--without {}: expected {}", parts, kForm));
-    return static_cast<std::size_t>(parts);
   }
 
   void warm_up(gpu::Device& renderer, int begin, int end) const {

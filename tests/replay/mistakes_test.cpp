@@ -374,14 +374,15 @@ TEST_F(Outputs, ASummaryThatNobodyCanReadIsStatus6AndTheResultsAreThere) {
   EXPECT_EQ(frames_in(folder_ / "out"), 1u);
 }
 
-TEST_F(Outputs, AReplayEndsWithFiveLines) {
+TEST_F(Outputs, AReplayEndsWithSixLines) {
   std::vector<std::string> command = replay(folder_ / "out", {"--frames", "0:2", "--size", "64x36"});
   std::erase(command, "--quiet");
   const ProcessResult r = run_tessera(command);
   EXPECT_EQ(r.status, 0) << r.errors;
-  EXPECT_EQ(std::count(r.output.begin(), r.output.end(), '\n'), 5) << r.output;
+  EXPECT_EQ(std::count(r.output.begin(), r.output.end(), '\n'), 6) << r.output;
   EXPECT_THAT(r.output, testing::ContainsRegex("^time .* ms a frame, .* cycles of mid-mobile at"));
-  for (const char* line : {"\nbound by ", "\ntraffic ", "\nenergy ", "\nresults "})
+  for (const char* line :
+       {"\ntarget    2 of 2 frames meet 60 frames/s", "\nbound by ", "\ntraffic ", "\nenergy ", "\nresults "})
     EXPECT_THAT(r.output, HasSubstr(line));
   EXPECT_THAT(r.output, HasSubstr("stats.json, stats.csv, 2 frames\n"));
 }

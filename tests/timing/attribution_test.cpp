@@ -74,8 +74,8 @@ TEST(Attribution, SplitsUnitsByWhoKeptThemBusy) {
   EXPECT_TRUE(adds_up(shares, work, timing, energy.total_nj()));
 }
 
-// Bytes before shading go by list entries and lines, those of textures by lines, pixels by invocations; geometry and what
-// no tile asked for are nobody's.
+// Bytes of geometry go by list entries, those before shading by entries and lines, those of textures by lines, pixels by
+// invocations; what no tile asked for is nobody's.
 TEST(Attribution, SplitsBytesByWhoAskedForThem) {
   const Machine gpu = test::coarse_machine();
   FrameWork work = two_drawables();
@@ -93,9 +93,9 @@ TEST(Attribution, SplitsBytesByWhoAskedForThem) {
   const FrameTiming timing = timing_of(gpu, work);
   const hardware::FrameEnergy energy = energy_of(gpu, work, timing);
   const auto shares = attribute(gpu, work, timing, energy);
-  EXPECT_EQ(shares.at(0).dram_bytes, 1500u);
-  EXPECT_EQ(shares.at(1).dram_bytes, 4 * line + line + 300);
-  EXPECT_EQ(shares.at(2).dram_bytes, line + 100);
+  EXPECT_EQ(shares.at(0).dram_bytes, 500u);
+  EXPECT_EQ(shares.at(1).dram_bytes, 500 + 4 * line + line + 300);
+  EXPECT_EQ(shares.at(2).dram_bytes, 500 + line + 100);
   EXPECT_TRUE(adds_up(shares, work, timing, energy.total_nj()));
 }
 
