@@ -23,7 +23,7 @@ struct PreparedScene {
   const frontend::PyramidLibrary pyramids;
 };
 
-// What is drawn otherwise than the capture says; camera, lights and framing stay.
+// Changes what a device draws of a capture; its camera, lights and framing stay the same.
 struct CaptureChanges {
   scene::DrawnFilter drawn{};
   std::string without_effect{};  // a layer of materials (scene::kMaterialEffectNames); "": none

@@ -19,7 +19,7 @@ using baselines::SchemeId;
 using baselines::SchemeKind;
 using nlohmann::json;
 
-// What schemes are compared in; less is better in all of them.
+// A quantity by which the verdict compares schemes; the smaller one wins.
 struct Measure {
   const char* name;
   std::uint64_t BaselineCounters::*member;
@@ -38,7 +38,7 @@ double quotient(std::uint64_t over, std::uint64_t under) {
   return under == 0 ? 0.0 : static_cast<double>(over) / static_cast<double>(under);
 }
 
-// The one with the smallest value of its kind; those that do not know it have 0.
+// Returns the scheme of a kind with the smallest value. A scheme that does not count the measure has 0 and is left out.
 std::size_t best_of(const BaselineSet& set, SchemeKind kind, const Measure& measure) {
   std::size_t best = baselines::kSchemeCount;
   for (std::size_t s = 0; s < baselines::kSchemeCount; ++s) {
@@ -99,13 +99,12 @@ std::string baseline_verdict_text(const BaselineSet& set, double clock_mhz, doub
       return of.*member == 0 || tessera.*member == 0 ? ""
                                                      : fmt::format("{:.2f}x", quotient(of.*member, tessera.*member));
     };
-    text += fmt::format(
-        "{} {:<24} {:<10} {:>10} {:>6} {:>10} {:>6} {:>11} {:>6} {:>11}\n",
-        row_of(s).kind == SchemeKind::kOurs && s == static_cast<std::size_t>(SchemeId::kTessera) ? ">" : " ",
-        row_of(s).name, name(row_of(s).kind), cell(of.cycles, 1e-3 / clock_mhz), times(&BaselineCounters::cycles),
-        cell(of.energy_nj, 1e-6), times(&BaselineCounters::energy_nj),
-        human_bytes(static_cast<std::uint64_t>(static_cast<double>(of.dram_bytes) / frames)),
-        times(&BaselineCounters::dram_bytes), human_bytes(of.queue_bytes_peak));
+    text += fmt::format("{} {:<24} {:<10} {:>10} {:>6} {:>10} {:>6} {:>11} {:>6} {:>11}\n",
+                        s == static_cast<std::size_t>(SchemeId::kTessera) ? ">" : " ", row_of(s).name,
+                        name(row_of(s).kind), cell(of.cycles, 1e-3 / clock_mhz), times(&BaselineCounters::cycles),
+                        cell(of.energy_nj, 1e-6), times(&BaselineCounters::energy_nj),
+                        human_bytes(static_cast<std::uint64_t>(static_cast<double>(of.dram_bytes) / frames)),
+                        times(&BaselineCounters::dram_bytes), human_bytes(of.queue_bytes_peak));
   }
   return text + baseline_verdict_json(set).at("sentence").get<std::string>() + "\n";
 }

@@ -14,9 +14,9 @@
 
 namespace tessera::replay {
 
-// Leave-one-out: a frame rendered and timed again without one drawable, one material or one effect, through the same camera
-// and after the same frames. What the part hid is drawn then, and passes that it alone needed do not run; so the difference
-// is what the part costs, which its share of the frame's cycles (timing/attribution.h) is not.
+// Leave-one-out: renders and times a frame again without one drawable, one material or one effect, through the same camera
+// and after the same frames. The frame then draws the surfaces that the part hid, and skips passes that only the part needed.
+// The difference is the cost of the part; its share of the frame's cycles (timing/attribution.h) knows neither.
 class LeaveOneOut {
  public:
   // The frame with all of its parts.

@@ -222,6 +222,7 @@ class ReplayCommand final : public Command {
       statistics.set_without(without.measure(*first_frame.parts, renderer.assembly(), names, quiet_));
       if (!quiet_) fmt::print(words(), "{}", left_out_table(statistics.first_frame()));
     }
+    const bool parts_missing = first_frame.parts && stop_requested();
     const int done = static_cast<int>(statistics.frame_count());
     if (done < last - first) statistics.set_stopped(last - first, "a signal");
     statistics.write(out_);
@@ -236,6 +237,7 @@ class ReplayCommand final : public Command {
           fmt::format("stopped after {} of {} frames; results of these are in {}; the same command with "
                       "--frames {}:{} and another --out goes on",
                       done, last - first, escape_control(out_), first + done, last));
+    if (parts_missing) throw stopped("stopped: --without left out some parts only; the same command measures all");
   }
 
  private:

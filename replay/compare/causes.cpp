@@ -61,7 +61,7 @@ class SceneFacts {
   }
 
   double counter(const std::string& name) const { return mean(counters_, name); }
-  // The share of the sub-patches that need an effect.
+  // The share of sub-patches that need an effect.
   double share(const std::string& effect) const {
     const double all = counter("frontend.sub_patches");
     return all > 0 ? mean(effects_, effect) / all : 0;
@@ -75,7 +75,7 @@ class SceneFacts {
   }
   const std::map<std::string, double>& drawables() const { return drawables_; }
   double cycles_of(const std::string& drawable) const { return mean(drawables_, drawable); }
-  // Of the samples of the image, those in which a surface is seen.
+  // The share of the image's samples that see a surface.
   double coverage() const {
     const double seen = counter("tilecore.samples_visible"), behind = counter("tilecore.background_samples");
     return seen + behind > 0 ? seen / (seen + behind) : 0;
@@ -108,10 +108,10 @@ class SceneFacts {
   double shader_cycles_ = 0;
 };
 
-// A change with the weight by which it stands before others.
+// Changes with their weights; the heaviest is named first.
 using Weighted = std::vector<std::pair<double, std::string>>;
 
-// What came or went stands before what grew: by more than any ratio in which things grow.
+// Puts a drawable or an effect that appears or disappears before any quantity that grows or shrinks.
 constexpr double kCameOrWent = 100;
 
 void add_ratio(const std::string& what, double a, double b, const char* format, Weighted& changes) {
@@ -164,7 +164,7 @@ std::vector<Cause> scene_changes(const Comparison& c, std::size_t run, bool same
             changes);
   add_ratio("texels of shadow maps", a.counter("shadows.texels_stored"), b.counter("shadows.texels_stored"), "{:.0f}",
             changes);
-  // What follows from others is named where nothing else has changed.
+  // These quantities follow from others, so the list names them only when it is empty otherwise.
   if (changes.empty() && same_keys) {
     add_ratio("sub-patches", a.counter("frontend.sub_patches"), b.counter("frontend.sub_patches"), "{:.0f}", changes);
     add_ratio("pixel-shader invocations", a.counter("tilecore.pixel_shader_invocations"),
@@ -184,7 +184,7 @@ std::string value_text(const std::map<std::string, json>& keys, const std::strin
   return at->second.is_string() ? escape_control(at->second.get<std::string>(), 40) : at->second.dump();
 }
 
-// The size of the image is one change, a preset another; of all other keys each is.
+// Lists one change for the size of the image, one for another preset, and otherwise one for each key that differs.
 std::vector<Cause> key_changes(const Comparison& c, std::size_t run) {
   const std::map<std::string, json> a = c.runs[0].keys(), b = c.runs[run].keys();
   const auto change = [&](const std::string& name) {
@@ -231,7 +231,7 @@ Cause what_changed(const Comparison& c, std::size_t run) {
   Cause cause{"what changed", key_changes(c, run)};
   const bool same_keys = cause.parts.empty();
   keep_first(kKeys, cause.parts);
-  // Where settings differ, what is drawn of the scene follows from them.
+  // The scene's changes come last: where settings differ, they follow from the settings.
   std::vector<Cause> scene = scene_changes(c, run, same_keys);
   keep_first(kPartsShown, scene);
   cause.parts.insert(cause.parts.end(), scene.begin(), scene.end());
@@ -245,8 +245,8 @@ double figure_or_0(const RunFigures& figures, Section section, const std::string
   return figures.value(section, name).value_or(0);
 }
 
-// The rows of a section that changed most, and what all others changed together: they add up to `all`. Rows that overlap
-// add up to nothing.
+// Lists the rows of a section that changed most and one line for all others, which add up to `all`. Without `all` rows
+// overlap, and there is no such line.
 Cause level(const Comparison& c, std::size_t run, Section section, const std::string& title, std::optional<double> all,
             std::string (*text)(double)) {
   std::vector<std::pair<std::string, double>> changes;
@@ -267,7 +267,7 @@ Cause level(const Comparison& c, std::size_t run, Section section, const std::st
   return cause;
 }
 
-// One form for what takes longer or shorter, everywhere: how much more or less time.
+// States how much more or less time the run takes; all pages and commands use this form.
 std::string time_text(const Comparison& c, std::size_t run) {
   const auto figure = [&](std::size_t r, const char* name) { return c.figures[r].value(Section::kSummary, name); };
   const auto time_a = figure(0, kTimeRow), time_b = figure(run, kTimeRow);
