@@ -210,6 +210,7 @@ void Device::measure_error(const tilecore::TileJob& job, FrameResult& result) {
   tilecore::TileJob plain = job;
   plain.resolve = nullptr;
   plain.actions = {};
+  plain.pixel_ids = false;
   plain.store.payloads = nullptr;
   plain.store.before = nullptr;
   FrameResult full(result.frame, tilecore::FrameTargets(request_.region, false));
@@ -271,6 +272,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
   const tilecore::SamplePattern pattern(
       sampling_settings(settings_.sampling, gpu_.tilecore.visibility, frame, geometry->parts()));
   tilecore::TileJob job = make_job(*geometry, grid, pattern);
+  job.pixel_ids = request_.pixel_ids;
   const std::unique_ptr<tilecore::ParameterMaps> procedures = map_procedures(job, result);
   job.procedures = procedures.get();
   if (resolve_.desampling != tilecore::Desampling::kOff)
@@ -337,7 +339,8 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
 }
 
 void Device::render_right_eye(int frame, const scene::FrameGeometry& left, FrameResult& result) {
-  FrameResult right(frame, tilecore::FrameTargets(request_.region, request_.auxiliary, request_.resolve_auxiliary));
+  FrameResult right(frame, tilecore::FrameTargets(request_.region, request_.auxiliary, request_.resolve_auxiliary,
+                                                  request_.pixel_ids));
   ResolveSequence& sequence = eyes_[1].sequence;
   std::shared_ptr<const scene::FrameGeometry> pose = render_view(frame, eyes_[1], &left, right);
   if (resolve_.desampling != tilecore::Desampling::kOff) {
@@ -364,7 +367,8 @@ void Device::render_right_eye(int frame, const scene::FrameGeometry& left, Frame
 
 FrameResult Device::render(int frame) {
   const auto start = std::chrono::steady_clock::now();
-  FrameResult result(frame, tilecore::FrameTargets(request_.region, request_.auxiliary, request_.resolve_auxiliary));
+  FrameResult result(frame, tilecore::FrameTargets(request_.region, request_.auxiliary, request_.resolve_auxiliary,
+                                                   request_.pixel_ids));
   std::shared_ptr<const scene::FrameGeometry> left = render_view(frame, eyes_[0], nullptr, result);
   const bool desampled = resolve_.desampling != tilecore::Desampling::kOff;
   // Before the right eye, which reads the left one's finished frame as its history.

@@ -27,6 +27,7 @@ struct RenderRequest {
   int width = 0, height = 0;
   IntRect region;  // pixels; whole frame by default
   bool auxiliary = false;
+  bool pixel_ids = false;          // FrameTargets::ids: what each pixel shows
   bool record_accesses = false;    // keep every transfer over the memory interface, by the unit that asked for it
   bool keep_transactions = false;  // MachineModel::transactions, where memory.model=banks times the frame
   bool record_items = false;       // keep every sub-patch and warp, for records; machine.timing=events does as well

@@ -8,10 +8,11 @@ std::uint64_t image_bytes(const RenderRequest& request, const RunSettings& setti
                           const scene::Capture& capture) {
   const bool desampling = settings.resolve.desampling != tilecore::Desampling::kOff;
   const bool stereo = settings.stereo.eye_separation > 0;
+  const unsigned ids = request.pixel_ids ? 16u : 0u;
   const unsigned before = (gpu.frame_buffer.transaction_elimination ? 16u : 0u) +
-                          (gpu.tile.rendering_elimination ? (request.auxiliary ? 40u : 16u) : 0u);
+                          (gpu.tile.rendering_elimination ? (request.auxiliary ? 40u : 16u) + ids : 0u);
   const std::uint64_t per_pixel =
-      (request.auxiliary ? 64u : 32u) + (request.resolve_auxiliary ? 28u : 0u) + (desampling ? 50u : 0u) + before;
+      (request.auxiliary ? 64u : 32u) + (request.resolve_auxiliary ? 28u : 0u) + (desampling ? 50u : 0u) + before + ids;
   const bool transmits = std::any_of(capture.materials.begin(), capture.materials.end(), [](const scene::Material& m) {
     return m.has(scene::MaterialEffect::kTransmission);
   });

@@ -243,6 +243,7 @@ void InputSignatures::keep_images(IntRect tile, tilecore::FrameTargets& targets)
   copy_tile(tile, region, images_.normal, targets.normal);
   copy_tile(tile, region, images_.invocations, targets.invocations);
   copy_tile(tile, region, images_.patch, targets.patch);
+  copy_tile(tile, region, images_.ids, targets.ids);
 }
 
 void InputSignatures::finish(const tilecore::FrameTargets& targets) { images_ = targets; }

@@ -82,6 +82,11 @@ FrameCosts::FrameCosts(const gpu::CostAttribution& shares, const DrawableNames& 
   materials_ = share_rows(with_others(sum_shares(shares.drawables, names, false)), false);
 }
 
+std::optional<std::size_t> FrameCosts::row_of(std::uint32_t drawable) const {
+  const auto found = rows_.find(drawable);
+  return found == rows_.end() ? std::nullopt : std::optional(found->second);
+}
+
 std::string FrameCosts::tile_members() const {
   const std::size_t tiles = shares_.traffic.size();
   std::vector<timing::TileShare> by_number(tiles);

@@ -3,6 +3,7 @@
 #include <compare>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -64,6 +65,9 @@ class FrameCosts {
   const nlohmann::json& materials() const { return materials_; }
   // Members of tiles_NNNN.json, a line each.
   std::string tile_members() const;
+  // Row of drawables() that a drawable is in; none where it has no share of the frame. `drawable`: its number in
+  // scene::Assembly, plus one.
+  std::optional<std::size_t> row_of(std::uint32_t drawable) const;
 
  private:
   std::string list_members() const;

@@ -85,7 +85,7 @@ LeaveOneOut::LeaveOneOut(const scene::Capture& capture, gpu::GpuConfiguration gp
       most_(most),
       prepare_(std::move(prepare)) {
   request_.auxiliary = request_.resolve_auxiliary = request_.error = false;
-  request_.keep_transactions = request_.record_items = request_.attribute = false;
+  request_.keep_transactions = request_.record_items = request_.attribute = request_.pixel_ids = false;
 }
 
 bool LeaveOneOut::can_leave_out(const std::string& effect) { return effect != "environment_image"; }

@@ -33,6 +33,7 @@
 #include "replay/input_files.h"
 #include "replay/left_out.h"
 #include "replay/output_lock.h"
+#include "replay/pixel_history.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
 #include "replay/result_folder.h"
@@ -275,10 +276,12 @@ class ReplayCommand final : public Command {
       statistics.add(result, schemes != nullptr ? &schemes->last() : nullptr, costs ? &*costs : nullptr);
       room.grow(statistics.bytes_at_most());
       files.add(result);
+      std::string members;
+      if (costs)
+        members = costs->tile_members() + timeline_member(gpu::frame_timeline(sources.gpu, *result.model)) +
+                  PixelHistory(result.targets, devices.front()->assembly()).member(*costs);
       images.add(frame, std::move(result.targets));
       if (result.right) images.add(frame, std::move(result.right->targets), "right");
-      std::string members;
-      if (costs) members = costs->tile_members() + timeline_member(gpu::frame_timeline(sources.gpu, *result.model));
       write_file_atomically(fs::path(out_) / tile_maps_name(frame), tile_maps_json(frame, result.maps, members));
       progress.update(static_cast<std::size_t>(frame - range.first + 1),
                       fmt::format("frame {}: {:.2f} s", frame, result.seconds));
@@ -472,7 +475,7 @@ class ReplayCommand final : public Command {
     request.auxiliary = !aux_.empty();
     request.keep_transactions = !dram_trace_.empty();
     request.record_items = !record_.empty();
-    request.attribute = settings.output.machine_model;
+    request.attribute = request.pixel_ids = settings.output.machine_model;
     request.resolve_auxiliary = std::any_of(aux_.begin(), aux_.end(), is_resolve_layer);
     request.error = std::find(aux_.begin(), aux_.end(), "error") != aux_.end();
     if (request.resolve_auxiliary && settings.resolve.desampling == tilecore::Desampling::kOff)

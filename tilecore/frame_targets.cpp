@@ -1,6 +1,7 @@
 #include "tilecore/frame_targets.h"
 
 #include "base/large_pages.h"
+#include "tilecore/pixel_ids.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -17,7 +18,7 @@ ImageOf<T> image_of(IntRect region, int channels) {
 
 }  // namespace
 
-FrameTargets::FrameTargets(IntRect region_in, bool auxiliary_in, bool resolve_auxiliary_in)
+FrameTargets::FrameTargets(IntRect region_in, bool auxiliary_in, bool resolve_auxiliary_in, bool pixel_ids)
     : color(image_of<float>(region_in, 4)),
       auxiliary(auxiliary_in),
       region(region_in),
@@ -26,6 +27,7 @@ FrameTargets::FrameTargets(IntRect region_in, bool auxiliary_in, bool resolve_au
     for (Image* image : {&rate, &edges, &discrepancy, &origin, &error}) *image = image_of<float>(region, 1);
     velocity = image_of<float>(region, 2);
   }
+  if (pixel_ids) ids = image_of<std::uint32_t>(region, PixelId::kChannels);
   if (!auxiliary) return;
   depth = image_of<float>(region, 1);
   normal = image_of<float>(region, 3);

@@ -21,6 +21,9 @@ struct FrameTargets {
   frontend::CoarseDepth coarse_depth;
   IntRect region;
 
+  // PixelId::kChannels of each pixel, for whoever asks what a pixel shows; empty without `pixel_ids`.
+  ImageOf<std::uint32_t> ids;
+
   // Of the resolve unit; empty without `resolve_auxiliary`.
   bool resolve_auxiliary = false;
   Image rate;         // samples of the pixel's block that were to be shaded, of 16; 0 where the block sees nothing
@@ -30,7 +33,8 @@ struct FrameTargets {
   Image origin;       // 0 shaded, 1 advected, 2 reconstructed
   Image error;        // largest difference of a channel to the fully shaded frame, linear light
 
-  explicit FrameTargets(IntRect region_in, bool auxiliary_in, bool resolve_auxiliary_in = false);
+  explicit FrameTargets(IntRect region_in, bool auxiliary_in, bool resolve_auxiliary_in = false,
+                        bool pixel_ids = false);
 };
 
 }  // namespace tessera::tilecore

@@ -405,6 +405,7 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::ListEntry& ent
       run(LayerSink(entry.base_patch, state));
       break;
   }
+  if (job.pixel_ids) state.seen.add(entry.base_patch, entry.range, state.triangles.seen());
   const std::uint64_t written = state.triangles.end_sub_patch(item.mesh, rays);
   if (!state.layout.parameters && !state.layout.depth_only) result_.counters.tilecore.triangle_table_bytes += written;
 }
@@ -566,6 +567,7 @@ void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
   }
   store_colors(job, tile, job.actions, open, targets);
   if (targets.auxiliary) shader_.write_auxiliary(samples_, state, targets);
+  if (job.pixel_ids) write_pixel_ids(samples_, state, shader_.pixel_invocations(), targets.region, targets.ids);
   if (!targets.coarse_depth.farthest.empty()) store_coarse_depth(state, targets.coarse_depth);
 }
 

@@ -55,6 +55,7 @@ struct TileJob {
   DepthMaps* depths = nullptr;
   std::uint64_t maps_signature = 0;  // of all maps that lighting.shadows has, where tiles may be eliminated
   int depth_layer = 0;
+  bool pixel_ids = false;  // FrameTargets::ids are asked for
 
   std::uint64_t burst_bytes() const { return static_cast<std::uint64_t>(machine->memory.burst_bytes); }
   std::uint64_t line_bytes() const { return static_cast<std::uint64_t>(machine->line_bytes()); }

@@ -19,6 +19,7 @@ void TileState::start(std::size_t samples, int width, int spp) {
   for (auto* v : {&b1, &b2, &rest_x, &rest_y}) v->assign(samples, 0.0f);
   layers.clear();
   triangles.clear();
+  seen.clear();
   next_drop_ = std::min<std::size_t>(max_layers, 4096);
   started = true;
 }

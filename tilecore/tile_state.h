@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tilecore/depth_blocks.h"
+#include "tilecore/pixel_ids.h"
 #include "tilecore/triangle_table.h"
 
 namespace tessera::tilecore {
@@ -59,6 +60,7 @@ struct TileState {
   bool keeps_rest = false;  // rest_x and rest_y say something
   SampleLayout layout;
   TriangleTable triangles;  // of sub-patches that samples or layers see
+  SeenSubPatches seen;      // the same by name, with TileJob::pixel_ids
   // `spp` samples for each pixel of a tile of that width, row by row.
   void start(std::size_t samples, int width, int spp);
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "tilecore/tessellation/micro_mesh.h"
@@ -30,6 +31,9 @@ class TriangleTable {
   }
   // The sub-patch in hand is done. `moves`: it is seen elsewhere than at rest. Returns the bytes written for it.
   std::uint64_t end_sub_patch(const MicroMesh& mesh, bool moves);
+
+  // Triangles of the sub-patch in hand that samples kept, each once.
+  std::span<const std::uint32_t> seen() const { return triangles_; }
 
   // Bytes of the tile memory that it takes.
   std::uint64_t bytes() const { return bytes_; }

@@ -51,6 +51,27 @@ Image8 halved(const Image8& image) {
   return out;
 }
 
+// The drawables of every `step`th pixel of every `step`th row of a view's "pixels": {"region", "step", "drawables": runs of
+// rows plus one}.
+json drawable_runs(const json& pixels, std::size_t step) {
+  const json &seen = pixels.at("seen"), &rows = pixels.at("sub_patches").at("row");
+  const auto width = pixels.at("region").at(2).get<std::size_t>();
+  json values = json::array();
+  std::vector<std::uint64_t> lengths;
+  std::size_t place = 0;
+  for (std::size_t k = 0; k < seen.at("values").size(); ++k) {
+    const auto at = seen["values"][k].get<std::size_t>();
+    const int row = at == 0 ? 0 : rows.at(at - 1).get<int>() + 1;
+    std::uint64_t count = 0;
+    for (const std::size_t end = place + seen.at("lengths").at(k).get<std::size_t>(); place < end; ++place)
+      count += place / width % step == 0 && place % width % step == 0 ? 1 : 0;
+    if (count == 0) continue;
+    if (values.empty() || values.back() != row) values.push_back(row), lengths.push_back(0);
+    lengths.back() += count;
+  }
+  return {{"region", pixels.at("region")}, {"step", step}, {"drawables", {{"lengths", lengths}, {"values", values}}}};
+}
+
 }  // namespace
 
 struct PageViews::Rung {
@@ -142,7 +163,7 @@ void PageViews::note(const std::string& map, const json& values) {
 }
 
 // What the page shows of tiles_NNNN.json: without maps of zeros, in whole numbers.
-json PageViews::page_tiles(const fs::path& file) {
+json PageViews::page_tiles(const fs::path& file, PixelLevel level) {
   const json tiles = parse_json(read_whole_text(file), file.string());
   json out = {
       {"origin", tiles.at("origin")}, {"tile", tiles.at("tile")}, {"grid", tiles.at("grid")}, {"maps", json::object()}};
@@ -157,6 +178,9 @@ json PageViews::page_tiles(const fs::path& file) {
   }
   for (const char* member : {"lists", "unlisted", "timeline", "costs"})
     if (tiles.contains(member)) out[member] = tiles[member];
+  if (tiles.contains("pixels") && level != PixelLevel::kNone)
+    out["pixels"] = level == PixelLevel::kAll ? tiles["pixels"]
+                                              : drawable_runs(tiles["pixels"], level == PixelLevel::kDrawables ? 1 : 2);
   if (out.contains("costs")) {
     json& costs = out["costs"];
     for (json& nj : costs.at("energy_nj")) nj = static_cast<std::int64_t>(std::llround(nj.get<double>()));
@@ -167,12 +191,39 @@ json PageViews::page_tiles(const fs::path& file) {
   return out;
 }
 
+PageViews::PixelLevel PageViews::choose_pixels() const {
+  constexpr std::size_t kSamples = 4;
+  const std::size_t samples = std::min(tiles_.size(), kSamples);
+  std::array<std::uint64_t, 3> bytes{};  // with everything; with drawables; with those of a quarter of the pixels
+  for (std::size_t k = 0; k < samples; ++k) {
+    const fs::path& file = tiles_[k * tiles_.size() / samples];
+    const json tiles = parse_json(read_whole_text(file), file.string());
+    if (!tiles.contains("pixels")) continue;
+    const json& pixels = tiles["pixels"];
+    try {
+      bytes[0] += gzip_base64(pack_documents({pixels})).size();
+      for (const std::size_t step : {1, 2})
+        bytes[step] += gzip_base64(pack_documents({drawable_runs(pixels, step)})).size();
+    } catch (const json::exception& error) {
+      throw InputError(file.string(), "/pixels", fmt::format("is not what a replay writes: {}", error.what()));
+    }
+  }
+  constexpr std::array kLevels = {PixelLevel::kAll, PixelLevel::kDrawables, PixelLevel::kQuarter};
+  for (std::size_t level = 0; level < kLevels.size(); ++level)
+    if (bytes[level] * tiles_.size() <= kPagePixelBytes * samples) return kLevels[level];
+  return PixelLevel::kNone;
+}
+
 void PageViews::finish(json& data, std::string& scripts) {
+  const PixelLevel level = choose_pixels();
+  if (level != PixelLevel::kAll)
+    data["pixel_note"] = fmt::format("To keep this file small, its pixels name {}; tiles_NNNN.json has the rest.",
+                                     level == PixelLevel::kNone ? "nothing" : "drawables, not patches");
   for (std::size_t first = 0; first < tiles_.size(); first += kGroup) {
     std::vector<json> group;
     for (std::size_t k = first; k < std::min(first + kGroup, tiles_.size()); ++k) {
       try {
-        group.push_back(page_tiles(tiles_[k]));
+        group.push_back(page_tiles(tiles_[k], level));
       } catch (const json::exception& error) {
         throw InputError(tiles_[k].string(), "", fmt::format("is not what a replay writes: {}", error.what()));
       }

@@ -30,10 +30,10 @@ constexpr std::array kVegaModules = {
     "vega-statistics", "vega-functions",  "vega-runtime",         "vega-view",       "vega-event-selector",
     "vega-parser",     "vega-transforms", "vega-view-transforms", "vega-encode"};
 constexpr std::string_view kLastScript = "start.js";
-constexpr std::array<std::string_view, 21> kScripts = {
-    "page.js",    "units.js",  "packed.js",   "store.js",    "plots.js", "bar.js",      "cards.js",
-    "frames.js",  "viewer.js", "machine.js",  "timeline.js", "tiles.js", "compare.js",  "memory.js",
-    "details.js", "replay.js", "parallel.js", "images.js",   "sweep.js", "tradeoff.js", kLastScript};
+constexpr std::array<std::string_view, 24> kScripts = {
+    "page.js",   "units.js",   "packed.js", "store.js",    "plots.js",    "bar.js",    "cards.js",    "frames.js",
+    "viewer.js", "machine.js", "passes.js", "series.js",   "timeline.js", "pixels.js", "tiles.js",    "compare.js",
+    "memory.js", "details.js", "replay.js", "parallel.js", "images.js",   "sweep.js",  "tradeoff.js", kLastScript};
 
 json one_replay(const fs::path& folder, PageViews& views, std::string& note) {
   return replay_report({folder}, views, note);

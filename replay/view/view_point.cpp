@@ -71,7 +71,7 @@ ViewSpace::ViewSpace(ViewStart start) : start_(std::move(start)), gpu_(gpu::load
   }
   request_.region = {0, 0, request_.width, request_.height};
   request_.record_items = true;  // so that a frame can be timed by events, too
-  request_.attribute = true;
+  request_.attribute = request_.pixel_ids = true;
   static_cast<void>(start_point());
 }
 

@@ -17,6 +17,7 @@
 #include "replay/commands.h"
 #include "replay/frame_costs.h"
 #include "replay/frame_files.h"
+#include "replay/pixel_history.h"
 #include "replay/statistics.h"
 #include "shaders_cpp/tone_map.h"
 
@@ -64,6 +65,7 @@ struct ViewSession::Rendering {
   DrawableNames names;
   gpu::CostAttribution shares;
   gpu::FrameTimeline timeline;  // of the left eye
+  PixelHistory pixels;          // as well
 };
 
 ViewSession::ViewSession(ViewStart start, std::uint64_t max_bytes)
@@ -264,7 +266,8 @@ void ViewSession::render(const ViewPoint& point) {
                  PngEffort::kFast));
   image.view = view_json(frame, point.request.region);
   rendering_ = std::unique_ptr<Rendering>(new Rendering{point, std::move(frame), std::move(views), std::move(image),
-                                                        std::move(names), std::move(shares), std::move(timeline)});
+                                                        std::move(names), std::move(shares), std::move(timeline),
+                                                        PixelHistory(targets, device.assembly())});
   publish(point, true, false, seconds_from(start));
 }
 
@@ -287,8 +290,9 @@ void ViewSession::publish(const ViewPoint& point, bool rendered, bool stale, dou
   result->stats = statistics.json();
   result->summary = summary_json(result->stats.at("total"), rendering_->frame, point.gpu);
   result->image = rendering_->image;
-  result->image.view["tiles"] = json::parse(tile_maps_json(
-      point.frame, rendering_->frame.maps, costs.tile_members() + timeline_member(rendering_->timeline)));
+  result->image.view["tiles"] = json::parse(
+      tile_maps_json(point.frame, rendering_->frame.maps,
+                     costs.tile_members() + timeline_member(rendering_->timeline) + rendering_->pixels.member(costs)));
   {
     const std::lock_guard lock(mutex_);
     result->kept = point.keep || (wanted_.revision == point.revision && wanted_.keep);

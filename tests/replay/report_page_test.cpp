@@ -38,7 +38,7 @@ constexpr const char* kLitTiles = R"(
     const pixels = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
     return [...Array(tiles.grid[0] * tiles.grid[1]).keys()].filter((tile) => {
       const x = Math.min(canvas.width - 1, (tile % tiles.grid[0]) * tiles.tile[0] + 1), y = Math.min(canvas.height - 1, Math.floor(tile / tiles.grid[0]) * tiles.tile[1] + 1);
-      return pixels.data[4 * (y * canvas.width + x) + 3] === 0;
+      return pixels.data[4 * (y * canvas.width + x) + 3] <= 140;  // pixels of other drawables in the tile are 128
     });
   };
 )";
@@ -106,6 +106,58 @@ TEST_F(ReportPageInBrowser, TheSlowestTileIsAPressAwayAndSaysWhatBoundsIt) {
   EXPECT_THAT(said, HasSubstr("Bound by " + found(opened, "bound")));
   EXPECT_THAT(said, HasSubstr("1 of "));
   EXPECT_THAT(said, HasSubstr("frame buffer")) << "bytes by purpose";
+}
+
+// What does this pixel show? A press on the image; Shift and the arrow keys go on from there.
+TEST_F(ReportPageInBrowser, APressOnTheImageNamesWhatItsPixelShows) {
+  const json of = tiles(0), pixels = of["pixels"], rows = stats()["frames"][0]["drawables"];
+  // The runs by themselves.
+  const auto value = [&](const char* name, std::uint64_t place) {
+    const json& runs = pixels[name];
+    std::size_t k = 0;
+    for (std::uint64_t end = runs["lengths"][0]; end <= place; end += runs["lengths"][++k].get<std::uint64_t>()) {
+    }
+    return runs["values"][k].get<std::uint64_t>();
+  };
+  const OpenedPage opened = open_with("replay", std::string(kLitTiles) + R"(
+    const browser = document.querySelector('#frames .browser'), box = browser.querySelector('canvas').getBoundingClientRect();
+    const look = () => document.querySelector('#frames .tile').textContent;
+    const at = (x, y) => browser.dispatchEvent(new MouseEvent('click', { clientX: box.left + box.width * (x + 0.5) / 320, clientY: box.top + box.height * (y + 0.5) / 180, bubbles: true }));
+    await settled();
+    at(160, 100); await settled();
+    document.body.dataset.pressed = look();
+    browser.dispatchEvent(new KeyboardEvent('keydown', { key: 'ArrowRight', shiftKey: true, bubbles: true }));
+    await settled();
+    document.body.dataset.moved = look();
+    document.body.dataset.outlined = browser.querySelector('canvas').getContext('2d').getImageData(0, 0, 320, 180).data.some((byte) => byte === 255);
+    browser.dispatchEvent(new KeyboardEvent('keydown', { key: 'Escape', bubbles: true }));
+    await settled();
+    document.body.dataset.left = look();)");
+  for (const auto& [name, x] : {std::pair{"pressed", 160}, {"moved", 161}}) {
+    const std::uint64_t place = 100u * 320u + static_cast<std::uint64_t>(x), seen = value("seen", place);
+    ASSERT_GT(seen, 0u) << "choose another pixel";
+    const json& table = pixels["sub_patches"];
+    const std::string said = found(opened, name);
+    EXPECT_THAT(said, testing::StartsWith(fmt::format("Pixel {}, 100", x)));
+    EXPECT_THAT(said, HasSubstr(rows[table["row"][seen - 1].get<std::size_t>()]["node"].get<std::string>()));
+    EXPECT_THAT(said, HasSubstr(fmt::format("base patch {}", table["patch"][seen - 1].get<int>())));
+    EXPECT_THAT(said, HasSubstr(fmt::format("cells {}–{} by", table["cells"][4 * seen - 4].get<int>(),
+                                            table["cells"][4 * seen - 2].get<int>())));
+    EXPECT_THAT(said, HasSubstr(fmt::format("{} of 4 of its samples", value("samples", place))));
+    EXPECT_THAT(said, HasSubstr(fmt::format("{} invocation", value("invocations", place))));
+  }
+  EXPECT_EQ(found(opened, "outlined"), "true");
+  EXPECT_EQ(found(opened, "left"), "No tile is pinned.");
+}
+
+TEST_F(ReportPageInBrowser, RunsOfPixelsCoverTheImage) {
+  const json pixels = tiles(0)["pixels"];
+  EXPECT_EQ(pixels["region"], json({0, 0, 320, 180}));
+  for (const char* name : {"seen", "samples", "invocations", "layers", "nearest_layer"}) {
+    const auto lengths = pixels[name]["lengths"].get<std::vector<std::uint64_t>>();
+    EXPECT_EQ(std::accumulate(lengths.begin(), lengths.end(), std::uint64_t{0}), 320u * 180u) << name;
+    EXPECT_EQ(lengths.size(), pixels[name]["values"].size()) << name;
+  }
 }
 
 // With machine.timing=events a replay estimates what bounds a tile; tessera time --split tiles simulates it.

@@ -86,6 +86,9 @@ class DeferredShader {
   std::span<const Vec3> color() const { return sample_color_; }
   std::span<const float> coverage() const { return sample_coverage_; }
 
+  // Invocations for each pixel of the tile shaded last, row by row.
+  std::span<const std::uint32_t> pixel_invocations() const { return pixel_invocations_; }
+
   // Writes depth, normal, patch and invocations of the tile shaded last.
   void write_auxiliary(const TileSamples& samples, const TileState& state, FrameTargets& targets) const;
 

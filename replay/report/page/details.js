@@ -17,6 +17,12 @@ function counterSection() {
   return entry;
 }
 
+// Energy that a frame saves without an effect, where --without measured it; else 0.
+function savedEnergy(frame, effect) {
+  const row = ((frame.without || {}).effects || []).find((of) => of.effect === effect);
+  return row && frame.energy ? frame.energy.total_nj - row.energy_nj : 0;
+}
+
 function effectSection() {
   if (!frameOf().effects) return;
   const part = section('effects', 'Effects'), holder = make('div');
@@ -27,7 +33,7 @@ function effectSection() {
     const saved = savings(frame, 'effects'), count = framesOf().length, frames = (effect) => framesOf().filter((of) => of.effects[effect]).length;
     holder.replaceChildren(ran.length > 0 ? table([
       { title: `effects of ${nameOf(shown)}`, of: words }, { title: 'frames', of: (row) => `${frames(row)} of ${count}` }, { title: 'sub-patches', of: (row) => at(row).sub_patches }, { title: 'sub-patches spared', of: (row) => at(row).sub_patches_elided },
-      { title: 'tiles', of: (row) => at(row).tiles }, ...(saved.size > 0 ? [{ title: 'saves when left out', of: (row) => saved.get(row) ?? -1, show: (value) => (value === -1 ? 'not measured' : signedPercent(value)) }] : []), { title: 'why', of: (row) => (frame.effect_reasons || {})[row] || '', wide: true }], ran, { label: 'Effects that ran' }) : make('p', {}, `No effect ran in ${nameOf(shown)}.`),
+      { title: 'tiles', of: (row) => at(row).tiles }, ...(saved.size > 0 ? [{ title: 'saves when left out', of: (row) => saved.get(row) ?? -1, show: (value) => (value === -1 ? 'not measured' : signedPercent(value)) }, { title: 'time', of: (row) => (saved.has(row) ? saved.get(row) * milliseconds(frame.timing.cycles) : 0), show: (value) => (value ? quantity(value, 'ms') : ''), help: 'What the frame takes less without it' }, { title: 'energy', of: (row) => savedEnergy(frame, row), show: (value) => (value ? quantity(value, 'nJ') : ''), help: 'What the frame needs less without it' }] : []), { title: 'why', of: (row) => (frame.effect_reasons || {})[row] || '', wide: true }], ran, { label: 'Effects that ran' }) : make('p', {}, `No effect ran in ${nameOf(shown)}.`),
     idle.length > 0 ? make('details', {}, make('summary', {}, `Did not run: ${idle.map(words).join(', ')}`), table([{ title: 'effect', of: words }, { title: 'why not', of: (row) => (frame.effect_reasons || {})[row] || '', wide: true }], idle, { label: 'Effects that did not run' })) : '');
   });
 }

@@ -53,18 +53,6 @@ function queueSection() {
   }
 }
 
-// When passes of a frame began and ended and what they moved, where it has several.
-function passTable(frame) {
-  const passes = frame.passes || [];
-  if (passes.length < 2) return '';
-  const times = frame.timing.passes || [], when = (row, end) => milliseconds((times[passes.indexOf(row)] || {})[end] || 0);
-  const bytes = (pass, way) => (pass.dram || []).reduce((sum, row) => sum + row[way], 0);
-  return table([
-    { title: 'pass', of: (row) => row.name }, { title: 'begins', of: (row) => when(row, 'begin_cycles'), show: (value) => quantity(value, 'ms'), zero: true }, { title: 'ends', of: (row) => when(row, 'end_cycles'), show: (value) => quantity(value, 'ms'), zero: true },
-    { title: 'read', of: (row) => bytes(row, 'read_bytes'), show: (value) => quantity(value, 'bytes'), bar: true, zero: true }, { title: 'written', of: (row) => bytes(row, 'written_bytes'), show: (value) => quantity(value, 'bytes'), bar: true, zero: true },
-    { title: 'invocations', of: (row) => row.counters['tilecore.pixel_shader_invocations'], zero: true }], passes, { label: 'Passes of the frame' });
-}
-
 // Cycles and energy, where the machine's timing model ran.
 function costSections() {
   if (!frameOf().timing) return;
@@ -81,7 +69,7 @@ function costSections() {
     holder.replaceChildren(make('h3', {}, nameOf(shown)), table([
       { title: 'unit', of: (row) => (kUnits[row.name] ? kUnits[row.name].title : words(row.name)) + (row.name === frame.timing.bound_by ? ' (bounds the frame)' : '') }, { title: 'utilisation', of: (row) => row.utilisation, show: (value) => percent(value, 3), bar: true, zero: true },
       ...(other ? [{ title: 'B', of: (row) => (its(row) ? its(row).utilisation : 0), show: (value) => percent(value, 3), zero: true }] : []),
-      { title: 'busy cycles', of: (row) => row.busy_cycles, zero: true }, { title: 'energy', of: (row) => row.nj, show: (value) => quantity(value, 'nJ'), bar: true, zero: true }], units, { sort: 1, up: false, label: 'Units of the frame' }), passTable(frame));
+      { title: 'busy cycles', of: (row) => row.busy_cycles, zero: true }, { title: 'energy', of: (row) => row.nj, show: (value) => quantity(value, 'nJ'), bar: true, zero: true }], units, { sort: 1, up: false, label: 'Units of the frame' }));
   });
   if (!frameOf().energy) return;
   const energy = section('energy', 'Energy');

@@ -105,7 +105,7 @@ function table(columns, rows, { press, chosen, sort = -1, up = true, limit = Inf
     }));
     const left = order.length - body.children.length;
     const notes = [];
-    if (left > 0) notes.push(make('button', { type: 'button', click: () => { all = true; show(); } }, `${left} more rows`));
+    if (left > 0) notes.push(make('button', { type: 'button', click: () => { all = true; show(); } }, `${left} more row${left === 1 ? '' : 's'}`));
     if (folded > 0) notes.push(all && left === 0 && order.length === rows.length ? '' : make('button', { type: 'button', click: () => { all = true; order = rows.slice(); sortBy(sort, up); show(); } }, `${folded} rows of zeros`));
     foot.replaceChildren(...(order.length === rows.length ? notes.slice(0, left > 0 ? 1 : 0) : notes));
     foot.hidden = foot.childNodes.length === 0;

@@ -13,7 +13,7 @@ function replayReport() {
   rateSection();
   compareSection();
   machineSection();
-  return [() => { timelineSection(); tileSection(); }, memorySection, costSections, baselineSection, sensitivitySection, counterSection, effectSection,
+  return [() => { timelineSection(); tileSection(); }, passSection, memorySection, costSections, baselineSection, sensitivitySection, counterSection, effectSection,
     () => followedConfiguration()];
 }
 

@@ -1,7 +1,7 @@
 // What is shown of a replay, and who follows it. Sections draw themselves again when what they hang on changes: at once where
 // they can be seen, else when they come into view.
 
-const shown = { run: 0, frame: 0, other: null, map: '', tile: -1, row: -1, material: '', target: 60 };
+const shown = { run: 0, frame: 0, other: null, map: '', tile: -1, pixel: null, row: -1, material: '', target: 60 };
 const sections = [];
 
 // `paint()` draws into the section what is shown now; `on`: what it hangs on, of the members of `shown` ('other' is what it is

@@ -32,10 +32,10 @@ function mapDrawing(tiles, name, range, opacity, logarithmic) {
 
 function tileSection() {
   if (!runs().some((of) => of.views.some((view) => view && view.tiles))) { if (runs().some((of) => of.views.some((view) => view && view.image))) imageSection(); return; }
-  const part = section('frames', 'Tiles, drawables and materials', 'A press on a tile pins it; a press on a drawable or a material shows the tiles where it is drawn. Arrow keys move the pinned tile, Escape lets go.');
+  const part = section('frames', 'Tiles, drawables and materials', 'A press on the image names what that pixel shows and pins its tile; a press on a drawable or a material shows where it is drawn. Arrow keys move by a tile, with Shift by a pixel; Escape lets go.');
   const state = { opacity: 0.75, log: false };
-  const viewer = tileViewer('Image with a map of its tiles. Arrow keys choose a tile.', (tile) => show({ tile }), (tile) => hintOf(tile));
-  const second = tileViewer('Image B with the same map.', (tile) => show({ tile }), (tile) => hintOf(tile, tilesB)), secondPart = make('div', { hidden: true }, make('p', { class: 'note' }), second.element);
+  const viewer = tileViewer('Image with a map of its tiles. Arrow keys choose a tile, with Shift a pixel.', (tile, pixel) => show({ tile, pixel }), (tile) => hintOf(tile));
+  const second = tileViewer('Image B with the same map.', (tile, pixel) => show({ tile, pixel }), (tile) => hintOf(tile, tilesB)), secondPart = make('div', { hidden: true }, make('p', { class: 'note' }), second.element);
   const partial = make('p', { class: 'note', hidden: true }, 'Some tiles draw more than are listed here: those where it is seen least may be missing.');
   const legend = mapLegend(), pinned = make('div', { class: 'tile', 'aria-live': 'polite' }), tables = make('div', { class: 'costs' });
   const names = Object.keys(data.scales).filter((name) => data.scales[name][1] > 0);
@@ -46,7 +46,7 @@ function tileSection() {
   const log = make('input', { type: 'checkbox', change: () => { state.log = log.checked; paint(); } });
   const release = make('button', { type: 'button', click: () => show({ row: -1, material: '' }) }, 'Show all');
   part.append(make('div', { class: 'controls' }, maps.label, make('label', {}, 'Opacity', opacity), make('label', {}, log, 'logarithmic'), release),
-    make('div', { class: 'split' }, make('div', { class: 'stay' }, viewer.element, legend.element, secondPart, partial, ...[data.image_note, data.left_out > 0 ? `${data.left_out} further images are left out.` : ''].filter(Boolean).map((note) => make('p', { class: 'note' }, note))), make('div', {}, pinned, tables)));
+    make('div', { class: 'split' }, make('div', { class: 'stay' }, viewer.element, legend.element, secondPart, partial, ...[data.image_note, data.pixel_note, data.left_out > 0 ? `${data.left_out} further images are left out.` : ''].filter(Boolean).map((note) => make('p', { class: 'note' }, note))), make('div', {}, pinned, tables)));
   let tiles = null, tilesB = null, ranks = null;
   const rows = () => frameOf().drawables || [];
   // Rows of the frame's drawables that are chosen.
@@ -57,6 +57,16 @@ function tileSection() {
     const mask = new Set();
     tiles.lists.forEach((list, tile) => { for (let k = 0; k < list.length; k += 3) if (chosen.includes(list[k]) && (list[k + 2] > 0 || list[k + 1] > 0)) mask.add(tile); });
     return mask;
+  }
+  // What lies over the image: all pixels darker but those of the chosen drawables, or the outline of the drawable that the
+  // pinned pixel shows.
+  function shapeOf() {
+    const pixels = pixelsOf(tiles), chosen = chosenRows();
+    if (!pixels) return null;
+    const row = !chosen && shown.pixel && pixels.has(...shown.pixel) ? pixels.at(...shown.pixel).row : -1;
+    if (!chosen && row < 0) return null;
+    const within = pixels.within(chosen || [row]);
+    return chosen && !within.includes(1) ? null : { region: pixels.region, image: pixelShape(pixels, within, Boolean(chosen)) };
   }
   function hintOf(tile, of = tiles) {
     if (!of) return [];
@@ -72,13 +82,13 @@ function tileSection() {
     release.hidden = shown.row < 0 && !shown.material;
     if (release.hidden) tables.querySelectorAll('.chosen').forEach((line) => line.classList.remove('chosen'));
     if (!view) return;
-    if (tiles && shown.tile >= tiles.grid[0] * tiles.grid[1]) shown.tile = -1;
-    const mask = maskOf(), map = mask ? null : mapDrawing(tiles, shown.map, data.scales[shown.map], state.opacity, state.log);
-    viewer.draw({ view, address: imageAddress(), label: nameOf(shown), tiles, map, mask, tile: shown.tile });
+    if (tiles && shown.tile >= tiles.grid[0] * tiles.grid[1]) shown.tile = -1, shown.pixel = null;
+    const shape = shapeOf(), mask = maskOf(), map = mask ? null : mapDrawing(tiles, shown.map, data.scales[shown.map], state.opacity, state.log);
+    viewer.draw({ view, address: imageAddress(), label: nameOf(shown), tiles, map, mask, shape, tile: shown.tile, pixel: shown.pixel });
     legend.draw(map);
     partial.hidden = !mask || !tiles.unlisted || tiles.unlisted.every((count) => count === 0);
     paintSecond();
-    pinned.replaceChildren(...pinnedTile(tiles, ranks));
+    pinned.replaceChildren(...pinnedPixel(tiles), ...pinnedTile(tiles, ranks));
   }
   // B beside A: the same map on the same scale.
   function paintSecond() {
@@ -90,7 +100,7 @@ function tileSection() {
       if (shown.other !== at) return;
       tilesB = of && of.tiles;
       const there = tilesB && shown.tile >= 0 && shown.tile < tilesB.grid[0] * tilesB.grid[1] && tiles && tiles.grid.join() === tilesB.grid.join();
-      second.draw({ view, address: imageAddress(at), label: nameOf(at), tiles: tilesB, map: tilesB ? mapDrawing(tilesB, shown.map, data.scales[shown.map], state.opacity, state.log) : null, mask: null, tile: there ? shown.tile : -1 });
+      second.draw({ view, address: imageAddress(at), label: nameOf(at), tiles: tilesB, map: tilesB ? mapDrawing(tilesB, shown.map, data.scales[shown.map], state.opacity, state.log) : null, mask: null, tile: there ? shown.tile : -1, pixel: there ? shown.pixel : null });
     });
   }
   function paintTables() {
@@ -106,10 +116,10 @@ function tileSection() {
     });
     paintTables();
   });
-  follow(part.appendChild(make('div')), ['tile', 'row', 'material', 'map', 'other'], () => paint()).always = true;
+  follow(part.appendChild(make('div')), ['tile', 'pixel', 'row', 'material', 'map', 'other'], () => paint()).always = true;
   load.always = false;
   // Where there is none pinned, the tile with most cycles is a press away.
-  part.querySelector('.controls').append(make('button', { type: 'button', click: () => { if (ranks) show({ tile: ranks[0] }); } }, 'Slowest tile'));
+  part.querySelector('.controls').append(make('button', { type: 'button', click: () => { if (ranks) show({ tile: ranks[0], pixel: null }); } }, 'Slowest tile'));
 }
 
 // Images alone, where tiles are not known.

@@ -10,10 +10,23 @@ function timelineSection() {
   const canvas = make('canvas', { tabindex: 0, class: 'gantt', role: 'application', 'aria-label': 'Timeline of the frame. Arrow keys move, plus and minus zoom, Home shows all.' });
   const legend = make('p', { class: 'keys' }, ...[['geometry', 'front end, binner'], ['visibility', 'visibility'], ['shading', 'shading'], ['store', 'resolve and store'], ['unit', 'waits for a unit'], ['data', 'waits for data']].map(([kind, text]) => make('span', {}, make('i', { style: `background:${kPhaseColors[kind]}` }), text)));
   const says = make('p', { class: 'note', 'aria-live': 'polite' }), missing = make('p', { class: 'note' }, 'No timeline is kept of this frame.');
-  part.append(make('div', { class: 'controls' }, make('button', { type: 'button', click: () => zoom(0.5) }, 'Zoom in'), make('button', { type: 'button', click: () => zoom(2) }, 'Zoom out'), make('button', { type: 'button', click: () => { window_ = [0, 1]; paint(); } }, 'Whole frame'), legend), canvas, says, missing);
+  // Counters that are drawn over time, in the order in which they were chosen.
+  const picker = chooser('Add a counter', [['', 'none']], '', (name) => { if (name && !series.includes(name)) series.push(name); picker.select.value = ''; pickers(); paint(); }), chosen = make('span', { class: 'chosen-series' });
+  picker.select.setAttribute('aria-describedby', 'series-note');
+  part.append(make('div', { class: 'controls' }, make('button', { type: 'button', click: () => zoom(0.5) }, 'Zoom in'), make('button', { type: 'button', click: () => zoom(2) }, 'Zoom out'), make('button', { type: 'button', click: () => { window_ = [0, 1]; paint(); } }, 'Whole frame'), legend),
+    make('div', { class: 'controls' }, picker.label, chosen), canvas, says, missing, make('p', { class: 'note', id: 'series-note' }, 'A counter of tiles lies where the clock placed the phase of the tile that counts it, evenly over that phase; one of the front end or the binner, over their spans. Counters that no tile keeps by itself are in the table below.'));
+  function pickers() {
+    if (parts.length === 0 || !parts[0].tiles) return;
+    const names = seriesNames(parts[0].tiles, frameOf(parts[0].at).counters);
+    picker.select.replaceChildren(make('option', { value: '' }, 'none'), ...names.filter(([name]) => !series.includes(name)).map(([name, title]) => make('option', { value: name }, title)));
+    chosen.replaceChildren(...series.map((name) => make('button', { type: 'button', 'aria-label': `Take ${seriesTitle(name)} away`, click: () => { series = series.filter((other) => other !== name); pickers(); paint(); } }, `${seriesTitle(name)} ×`)));
+  }
+  const seriesTitle = (name) => (/^(frontend|binner)\./.test(name) ? words(name) : mapTitle(name));
+  const seriesUnit = (name) => (/^(frontend|binner)\./.test(name) ? (data.counters[name] || {}).unit || '' : mapInfo(name).unit);
+  const seriesAmount = (name, value) => (kScales[seriesUnit(name)] ? quantity(value, seriesUnit(name)) : number(Math.round(value)));
 
   // Frames from the top: A's, and B's where one is compared: {name ("" of one alone), at, timeline, tiles}. `whole`: ms of the longest.
-  let parts = [], whole = 1, window_ = [0, 1], layout = null;
+  let series = [], parts = [], whole = 1, window_ = [0, 1], layout = null;
   const entry = follow(part, ['run', 'frame', 'tile', 'other'], () => {
     const wanted = () => [{ run: shown.run, frame: shown.frame }, ...(shown.other ? [shown.other] : [])], places = wanted();
     Promise.all(places.map((at) => viewOf(at))).then((views) => {
@@ -23,7 +36,7 @@ function timelineSection() {
       missing.hidden = parts.length === places.length;
       missing.textContent = parts.length > 0 ? `No timeline is kept of ${parts[0].name === 'A' ? 'B' : 'A'}.` : 'No timeline is kept of this frame.';
       canvas.hidden = parts.length === 0;
-      if (parts.length > 0) paint();
+      if (parts.length > 0) { pickers(); paint(); }
     });
   });
   darkness.addEventListener('change', () => parts.length > 0 && paint());
@@ -50,7 +63,7 @@ function timelineSection() {
     const out = [...(of.name ? [{ kind: 'name', title: of.name, height: 18 }] : []), { kind: 'frontend', title: 'front end', height: 16 }, { kind: 'binner', title: 'binner', height: 16 }];
     for (let core = 0; core < cores; ++core) out.push({ kind: 'core', core, title: `core ${core}`, height: timeline.slots * slot + 3, slot });
     for (const unit of Object.keys(kUnits)) if (timeline.busy[unit] && unit !== 'dram') out.push({ kind: 'busy', unit, title: kUnits[unit].title.toLowerCase(), height: 13 });
-    out.push({ kind: 'bandwidth', title: 'bandwidth', height: 96 }, { kind: 'lists', title: 'list memory', height: 64 });
+    out.push({ kind: 'bandwidth', title: 'bandwidth', height: 96 }, { kind: 'lists', title: 'list memory', height: 64 }, ...series.map((name) => ({ kind: 'series', name, title: seriesTitle(name), height: 48 })));
     return out.map((row) => ({ ...row, of }));
   }
   function rows(by) {
@@ -169,6 +182,12 @@ function timelineSection() {
       timeline.list_bytes.forEach((bytes, w) => { const x = xOf(row.of, w * width), h = row.height * bytes / most; pen.fillRect(x, row.y + row.height - h, xOf(row.of, (w + 1) * width) - x + 0.3, h); });
       scaleLabel(pen, row, quantity(most, 'bytes'), ink);
     },
+    series: (pen, row, ink) => {
+      const { timeline, at } = row.of, values = seriesOf(row.name, row.of, frameOf(at).counters), width = timeline.cycles / timeline.windows, most = Math.max(1e-9, ...parts.flatMap((of) => seriesOf(row.name, of, frameOf(of.at).counters)));
+      pen.fillStyle = kPhaseColors.visibility;
+      values.forEach((value, w) => { const x = xOf(row.of, w * width), h = row.height * value / most; pen.fillRect(x, row.y + row.height - h, xOf(row.of, (w + 1) * width) - x + 0.3, h); });
+      scaleLabel(pen, row, `${seriesAmount(row.name, most)} in ${quantity(milliseconds(width, at), 'ms')}`, ink);
+    },
   };
   // Tiles of the same numbers as A's.
   const alike = (of) => of.tiles.grid.join() === parts[0].tiles.grid.join();
@@ -198,6 +217,7 @@ function timelineSection() {
     const w = Math.max(0, Math.min(timeline.windows - 1, Math.floor(cycle / timeline.cycles * timeline.windows)));
     if (row.kind === 'busy') return { lines: [words(row.unit), `busy ${percent(timeline.busy[row.unit][w] / 100)} at ${when}`] };
     if (row.kind === 'lists') return { lines: ['live list memory', `${quantity(timeline.list_bytes[w], 'bytes')} at ${when}`] };
+    if (row.kind === 'series') { const values = seriesOf(row.name, row.of, frameOf(at).counters); return { lines: [row.title, `${seriesAmount(row.name, values[w])} in ${quantity(milliseconds(timeline.cycles / timeline.windows, at), 'ms')} at ${when}`, `${seriesAmount(row.name, values.reduce((a, b) => a + b, 0))} in all`] }; }
     if (row.kind === 'bandwidth') {
       const width = timeline.cycles / timeline.windows;
       return { lines: [`memory at ${when}`, ...Object.entries(timeline.bytes).filter(([, of]) => of[w] > 0).map(([name, of]) => `${name}: ${quantity(of[w] / width * clockOf(at) * 1e-3, 'GB/s')}`)] };

@@ -1,6 +1,7 @@
 // An image with what belongs to its tiles over it: a map in colours, a mask, the tile that is pinned.
 
-// Calls `choose(tile)` for a press or a key; -1 when the tile is left. The pointer alone shows `says(tile)`.
+// Calls `choose(tile, pixel)` for a press or a key: the tile's number and [x, y] of the frame; -1 and null when it is left. Arrow
+// keys move by a tile, with Shift by a pixel. The pointer alone shows `says(tile)`.
 function tileViewer(label, choose, says) {
   const image = make('img', { alt: '', decoding: 'async' }), overlay = make('canvas', { 'aria-hidden': 'true' });
   const frame = make('div', { class: 'browser', tabindex: 0, role: 'application', 'aria-label': label }, image, overlay);
@@ -13,7 +14,7 @@ function tileViewer(label, choose, says) {
     return [x0, y0, Math.min(view.size[0], x + t.tile[0]) - x0, Math.min(view.size[1], y + t.tile[1]) - y0];
   };
   function paint() {
-    const { view, tiles, map, mask, tile } = what, pen = overlay.getContext('2d');
+    const { view, tiles, map, mask, shape, pixel, tile } = what, pen = overlay.getContext('2d');
     if (overlay.width !== view.size[0] || overlay.height !== view.size[1]) { overlay.width = view.size[0]; overlay.height = view.size[1]; }
     pen.clearRect(0, 0, overlay.width, overlay.height);
     if (!tiles) return;
@@ -26,7 +27,9 @@ function tileViewer(label, choose, says) {
       pen.fillStyle = 'rgba(0, 0, 0, 0.72)';
       for (let index = 0; index < tiles.grid[0] * tiles.grid[1]; ++index) if (!mask.has(index)) pen.fillRect(...tileRect(index));
     }
+    if (shape) pen.drawImage(shape.image, shape.region[0] - view.region[0], shape.region[1] - view.region[1]);
     if (tile >= 0) outline(pen, tileRect(tile));
+    if (pixel) outline(pen, [pixel[0] - view.region[0], pixel[1] - view.region[1], 1, 1]);
   }
   function outline(pen, [x, y, w, h]) {
     const thick = Math.max(2, overlay.width / 500);
@@ -39,29 +42,45 @@ function tileViewer(label, choose, says) {
     pen.strokeRect(x - thick / 2, y - thick / 2, w + thick, h + thick);
     pen.setLineDash([]);
   }
-  const tileAt = (event) => {
-    if (!what || !what.tiles) return -1;
-    const { tiles: t, view } = what, box = overlay.getBoundingClientRect();
-    const x = Math.floor(((event.clientX - box.left) / box.width * view.size[0] + view.region[0] - t.origin[0]) / t.tile[0]);
-    const y = Math.floor(((event.clientY - box.top) / box.height * view.size[1] + view.region[1] - t.origin[1]) / t.tile[1]);
+  // [x, y] of the frame under the pointer; the tile that holds it, or -1.
+  const pixelAt = (event) => {
+    const { view } = what, box = overlay.getBoundingClientRect();
+    return [Math.floor((event.clientX - box.left) / box.width * view.size[0]) + view.region[0], Math.floor((event.clientY - box.top) / box.height * view.size[1]) + view.region[1]];
+  };
+  const tileOf = ([px, py]) => {
+    const t = what.tiles, x = Math.floor((px - t.origin[0]) / t.tile[0]), y = Math.floor((py - t.origin[1]) / t.tile[1]);
     return x < 0 || y < 0 || x >= t.grid[0] || y >= t.grid[1] ? -1 : y * t.grid[0] + x;
   };
+  const tileAt = (event) => (what && what.tiles ? tileOf(pixelAt(event)) : -1);
   frame.addEventListener('pointermove', (event) => { const tile = tileAt(event); showHint(tile >= 0 && says ? says(tile) : null, event.clientX, event.clientY); });
   frame.addEventListener('pointerleave', () => showHint(null));
-  frame.addEventListener('click', (event) => { const tile = tileAt(event); if (tile >= 0) choose(tile === what.tile ? -1 : tile); });
+  frame.addEventListener('click', (event) => {
+    const tile = tileAt(event);
+    if (tile < 0) return;
+    const pixel = pixelAt(event), again = what.pixel ? what.pixel.join() === pixel.join() : tile === what.tile && what.pixel === undefined;
+    if (again) choose(-1, null); else choose(tile, pixel);
+  });
+  const within = (value, low, high) => Math.max(low, Math.min(high, value));
   function move(dx, dy) {
     if (!what || !what.tiles) return;
     const t = what.tiles, at = what.tile;
-    const x = at < 0 ? 0 : Math.max(0, Math.min(t.grid[0] - 1, (at % t.grid[0]) + dx)), y = at < 0 ? 0 : Math.max(0, Math.min(t.grid[1] - 1, Math.floor(at / t.grid[0]) + dy));
-    choose(y * t.grid[0] + x);
+    const x = at < 0 ? 0 : within((at % t.grid[0]) + dx, 0, t.grid[0] - 1), y = at < 0 ? 0 : within(Math.floor(at / t.grid[0]) + dy, 0, t.grid[1] - 1), tile = y * t.grid[0] + x, [left, top, w, h] = tileRect(tile);
+    choose(tile, [what.view.region[0] + left + (w >> 1), what.view.region[1] + top + (h >> 1)]);
   }
-  const keys = { ArrowLeft: () => move(-1, 0), ArrowRight: () => move(1, 0), ArrowUp: () => move(0, -1), ArrowDown: () => move(0, 1), Escape: () => choose(-1) };
+  function movePixel(dx, dy) {
+    if (!what || !what.tiles) return;
+    if (!what.pixel) { move(0, 0); return; }
+    const { region, size } = what.view, pixel = [within(what.pixel[0] + dx, region[0], region[0] + size[0] - 1), within(what.pixel[1] + dy, region[1], region[1] + size[1] - 1)];
+    choose(tileOf(pixel), pixel);
+  }
+  const kSteps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
   frame.addEventListener('keydown', (event) => {
-    if (!keys[event.key]) return;
-    keys[event.key]();
+    if (event.key === 'Escape') choose(-1, null);
+    else if (kSteps[event.key]) (event.shiftKey ? movePixel : move)(...kSteps[event.key]);
+    else return;
     event.preventDefault();
   });
-  // {view: {image, size, region, label}, tiles, map: {values, color(value), opacity}, mask: Set of tiles, tile}
+  // {view: {image, size, region, label}, tiles, map: {values, color(value), opacity}, mask: Set of tiles, shape: {region, image} that lies on it, tile, pixel: [x, y] of the frame}
   return {
     element: frame,
     draw: (next) => {
