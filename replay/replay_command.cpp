@@ -218,11 +218,12 @@ class ReplayCommand final : public Command {
     room.release();
     if (!first_frame.views.empty()) add_sensitivity(gpu, first_frame.views, statistics);
     if (first_frame.parts) {
-      const LeaveOneOut without(capture, gpu, settings, request, left_out, [&](gpu::Device& device) {
+      const LeaveOneOut without(capture, gpu, settings, request, {.most = left_out}, [&](gpu::Device& device) {
         if (history) device.set_history(*history);
         warm_up(device, std::max(0, first - warmup_), first);
       });
-      statistics.set_without(without.measure(*first_frame.parts, renderer.assembly(), names, quiet_));
+      statistics.set_without(
+          without.measure(*first_frame.parts, renderer.assembly(), names, watch_on_terminal(quiet_)));
       if (!quiet_) fmt::print(words(), "{}", left_out_table(statistics.first_frame()));
     }
     const bool parts_missing = first_frame.parts && stop_requested();
