@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -11,7 +12,10 @@
 namespace tessera::gpu {
 namespace {
 
-constexpr int kFrontEndTrack = 1, kBinnerTrack = 2, kDramTrack = 3, kFirstSlotTrack = 16, kSlotsOfCore = 16;
+constexpr int kFrontEndTrack = 1, kBinnerTrack = 2, kDramTrack = 3, kFirstStageTrack = 16, kFirstSlotTrack = 256,
+              kSlotsOfCore = 16;
+// Tracks that a stage may have, for passes that overlap.
+constexpr std::size_t kMaxRows = 32;
 
 // A pass's name before that of a slice, where a frame has several.
 std::string pass_prefix(const timing::FrameWork& work, std::uint32_t pass) {
@@ -24,8 +28,13 @@ int slot_track(std::uint32_t core, std::uint32_t slot) {
 
 }  // namespace
 
-Timeline::Timeline(const std::filesystem::path& file, const GpuConfiguration& gpu, Limits limits)
-    : file_(open_trace_file(file)), gpu_(gpu), limits_(limits), slots_(static_cast<std::size_t>(gpu.cores.count), 0u) {
+Timeline::Timeline(const std::filesystem::path& file, const GpuConfiguration& gpu, Limits limits,
+                   std::string depth_pass)
+    : file_(open_trace_file(file)),
+      gpu_(gpu),
+      limits_(limits),
+      depth_pass_(std::move(depth_pass)),
+      slots_(static_cast<std::size_t>(gpu.cores.count), 0u) {
   track(kFrontEndTrack, "front end");
   track(kBinnerTrack, "binner");
   track(kDramTrack, "DRAM");
@@ -33,16 +42,18 @@ Timeline::Timeline(const std::filesystem::path& file, const GpuConfiguration& gp
 
 void Timeline::track(int number, const std::string& name) { file_->track(number, name); }
 
-void Timeline::add(int frame, const MachineModel& model, int columns) {
+void Timeline::add(const FrameResult& result) {
+  const MachineModel& model = *result.model;
   const FrameTimeline timeline = frame_timeline(gpu_, model);
   for (std::uint32_t core = 0; core < slots_.size(); ++core)
     for (; slots_[core] < std::max(timeline.slots, 1u); ++slots_[core])
       track(slot_track(core, slots_[core]), fmt::format("core {}, slot {}", core, slots_[core]));
-  const std::string name = fmt::format("frame {}", frame);
+  const std::string name = fmt::format("frame {}", result.frame);
   for (const int of : {kFrontEndTrack, kBinnerTrack, kDramTrack}) slice(of, name, 0, timeline.cycles);
   add_geometry(model, timeline);
+  add_stages(result, timeline);
   for (const TileTrack& tile : timeline.tiles)
-    if (tile.tile >= limits_.first_tile && tile.tile < limits_.last_tile) add_tile(model, tile, columns);
+    if (tile.tile >= limits_.first_tile && tile.tile < limits_.last_tile) add_tile(model, tile, result.maps.columns);
   add_memory(timeline);
   add_waits(timeline);
   add_units(timeline);
@@ -58,6 +69,34 @@ void Timeline::add_geometry(const MachineModel& model, const FrameTimeline& fram
             std::array{TraceFile::Argument{"bounds", round.bounds}});
     slice(kBinnerTrack, pass + "bin", round.bin_begin, round.bin_end,
           std::array{TraceFile::Argument{"entries", round.entries}});
+  }
+}
+
+// Each pass is in the first row of its stage that is free by then.
+void Timeline::add_stages(const FrameResult& result, const FrameTimeline& frame) {
+  const timing::FrameWork& work = result.model->record.work;
+  std::vector<StageSpan> spans = render_stages(frame, work, result.passes, depth_pass_);
+  std::stable_sort(spans.begin(), spans.end(),
+                   [](const StageSpan& a, const StageSpan& b) { return a.begin < b.begin; });
+  std::array<std::vector<double>, kRenderStageCount> ends;
+  for (const StageSpan& span : spans) {
+    const auto stage = static_cast<std::size_t>(span.stage);
+    std::vector<double>& rows = ends[stage];
+    std::size_t row = 0;
+    while (row < rows.size() && rows[row] > span.begin && row + 1 < kMaxRows) ++row;
+    if (row == rows.size()) rows.push_back(0);
+    const double begin = std::max(span.begin, rows[row]);
+    rows[row] = std::max(rows[row], span.end);
+    const int number = kFirstStageTrack + static_cast<int>(stage * kMaxRows + row);
+    for (; rows_[stage] < rows.size(); ++rows_[stage]) {
+      const std::string queue =
+          span.stage == RenderStage::kBinning ? "vertex queue" : fmt::format("fragment queue: {}", name(span.stage));
+      track(number, row == 0 ? queue : fmt::format("{} ({})", queue, row + 1));
+    }
+    slice(number, name(span.stage), begin, span.end,
+          std::array{TraceFile::Argument{"pass", work.passes[span.pass]},
+                     TraceFile::Argument{span.stage == RenderStage::kBinning ? "rounds" : "tiles",
+                                         std::uint64_t{span.tiles}}});
   }
 }
 

@@ -1,18 +1,24 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "gpu/device.h"
 #include "gpu/frame_timeline.h"
+#include "gpu/render_stages.h"
 #include "gpu/trace_file.h"
 
 namespace tessera::gpu {
 
 // `--trace`: the schedule of the timing model for Perfetto (gpu/trace_file.h has the forms).
 //
-// Tracks: front end, binner, DRAM, and one for each tile that each core can hold. A tile is a slice of its slot from when
+// Tracks: front end, binner, DRAM, the queues of render stages, and one for each tile that each core can hold. A queue has
+// a slice for each pass that has the stage (gpu/render_stages.h): Binning on the vertex queue, LoadColor, LoadDepth,
+// Render, StoreColor and StoreDepth on rows of the fragment queue. Passes that overlap have rows of their own. A tile is a slice of its slot from when
 // its core took it until it is stored, and in it what it is at (Activity); its arguments say where it is, what it is made
 // of and what it waited for. Counters: DRAM bandwidth (GB/s), live list memory (bytes), tiles at work and tiles that wait,
 // by why, and how busy each unit is (%).
@@ -29,15 +35,17 @@ class Timeline {
     std::uint32_t first_tile = 0,
                   last_tile = ~std::uint32_t{0};  // numbers of the tiles that get slices; last is not shown
   };
-  Timeline(const std::filesystem::path& file, const GpuConfiguration& gpu, Limits limits);
+  // `depth_pass`: as render_stages() takes it.
+  Timeline(const std::filesystem::path& file, const GpuConfiguration& gpu, Limits limits, std::string depth_pass = "");
 
-  // `columns`: of tiles; they lie in rows of so many.
-  void add(int frame, const MachineModel& model, int columns);
+  // A frame with its model.
+  void add(const FrameResult& result);
   // Finishes the file. Throws WriteError, as add() does.
   void commit() { file_->commit(); }
 
  private:
   void add_geometry(const MachineModel& model, const FrameTimeline& frame);
+  void add_stages(const FrameResult& result, const FrameTimeline& frame);
   void add_tile(const MachineModel& model, const TileTrack& tile, int columns);
   void add_memory(const FrameTimeline& frame);
   void add_waits(const FrameTimeline& frame);
@@ -52,8 +60,10 @@ class Timeline {
   std::unique_ptr<TraceFile> file_;
   GpuConfiguration gpu_;
   Limits limits_;
-  double start_ = 0;                  // cycle at which the frame in hand begins
-  std::vector<std::uint32_t> slots_;  // by core: that have a track
+  std::string depth_pass_;
+  double start_ = 0;                                   // cycle at which the frame in hand begins
+  std::vector<std::uint32_t> slots_;                   // by core: that have a track
+  std::array<std::size_t, kRenderStageCount> rows_{};  // by stage: that have a track
 };
 
 }  // namespace tessera::gpu

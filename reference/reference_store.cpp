@@ -139,7 +139,7 @@ Reference make_reference(const gpu::PreparedCapture& prepared, const gpu::GpuCon
                series_pixels =
                    kSeries * std::max(1.0, wanted.width / 4.0) * std::max(1.0, wanted.height / 4.0) * images;
   progress.done = 0;
-  progress.all = (own_pixels + series_pixels) * wanted.samples;
+  progress.all = wanted.enough_db > 0 ? 0 : (own_pixels + series_pixels) * wanted.samples;
   const float exposure =
       settings.output.exposure > 0 ? static_cast<float>(settings.output.exposure) : prepared.capture.settings.exposure;
   const std::vector<int> numbers = halvings(wanted.samples);
@@ -150,7 +150,11 @@ Reference make_reference(const gpu::PreparedCapture& prepared, const gpu::GpuCon
   ReferenceRequest request = request_of(prepared.capture, settings, kSeed, numbers, finished);
   if (wanted.enough_db > 0)
     request.enough = [&](std::span<const Image> made) {
-      return made.size() > 1 && noise(made).psnr_db >= wanted.enough_db;
+      if (made.size() < 2) return false;
+      const double psnr_db = noise(made).psnr_db;
+      progress.all =
+          (own_pixels + series_pixels) * expected_samples(numbers, numbers[made.size() - 1], psnr_db, wanted.enough_db);
+      return psnr_db >= wanted.enough_db;
     };
   std::vector<Image> made = posed.render(request);
   Reference reference;
@@ -237,6 +241,12 @@ std::string probe_of(const gpu::PreparedCapture& prepared, const gpu::GpuConfigu
 constexpr std::uint64_t kMaxKeptBytes = 1u << 20;  // [assumed] a thousand times what is written
 
 }  // namespace
+
+int expected_samples(std::span<const int> numbers, int made, double psnr_db, double enough_db) {
+  const double needed = made * std::pow(10.0, 0.1 * (enough_db - psnr_db));
+  const auto found = std::find_if(numbers.begin(), numbers.end(), [&](int n) { return n >= made && n >= needed; });
+  return found == numbers.end() ? numbers.back() : *found;
+}
 
 Reference get_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
                         const gpu::RunSettings& settings, const ReferenceSettings& wanted, const fs::path& folder,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <filesystem>
+#include <span>
 #include <string>
 
 #include "base/image.h"
@@ -24,9 +25,13 @@ struct ReferenceSettings {
 
 // How far a reference is. It may be read while another thread makes it.
 struct ReferenceProgress {
-  std::atomic<double> done = 0, all = 1;  // samples
-  double share() const { return std::min(1.0, done / all); }
+  std::atomic<double> done = 0, all = 0;  // samples; `all` is 0 until it can be told
+  double share() const { return all > 0 ? std::min(1.0, done / all) : 0; }
 };
+
+// How many samples a reference takes whose noise after `made` of them is `psnr_db`: the first of `numbers`, at which it may
+// end, that should have `enough_db`. The square of the noise falls as the samples grow.
+int expected_samples(std::span<const int> numbers, int made, double psnr_db, double enough_db);
 
 struct Reference {
   Image color;  // linear light

@@ -26,13 +26,6 @@ using nlohmann::json;
 // Primitives of nodes, as DrawnFilter numbers them.
 using Primitives = std::set<std::pair<int, int>>;
 
-// A part of the frame, and how a device draws without it.
-struct Part {
-  json names;  // "node", "material" or "effect"
-  Primitives primitives{};
-  const EffectCase* effect = nullptr;
-};
-
 Primitives primitives_of(const DrawableName& part, bool by_node, const scene::Assembly& assembly,
                          const DrawableNames& names) {
   Primitives out;
@@ -41,28 +34,6 @@ Primitives primitives_of(const DrawableName& part, bool by_node, const scene::As
     if (name.material != part.material || (by_node && name.node != part.node)) continue;
     const scene::Drawable& drawable = assembly.drawables[drawn.first_drawable];
     out.insert({drawable.node, drawable.primitive});
-  }
-  return out;
-}
-
-// Those with most cycles, without what belongs to none.
-std::vector<Part> parts_of(const gpu::CostAttribution& shares, bool by_node, std::size_t most,
-                           const scene::Assembly& assembly, const DrawableNames& names) {
-  std::vector<Part> out;
-  for (const auto& [name, share] : sum_shares(shares.drawables, names, by_node)) {
-    Part part{{{"material", name.material}}, primitives_of(name, by_node, assembly, names)};
-    if (by_node) part.names["node"] = name.node;
-    if (!part.primitives.empty() && out.size() < most) out.push_back(std::move(part));
-  }
-  return out;
-}
-
-std::vector<Part> parts_of(const gpu::FrameEffects& effects) {
-  std::vector<Part> out;
-  for (const EffectCase& effect : effect_cases()) {
-    const auto ran = effects.find(effect.name);
-    if (ran == effects.end() || !ran->second || !LeaveOneOut::can_leave_out(effect.name)) continue;
-    out.push_back({{{"effect", effect.name}}, {}, &effect});
   }
   return out;
 }
@@ -76,13 +47,43 @@ void sort_by_cycles(json& rows) {
 
 }  // namespace
 
+// A part of the frame, and how a device draws without it.
+struct LeaveOneOut::Part {
+  json names;  // "node", "material" or "effect"
+  Primitives primitives{};
+  const EffectCase* effect = nullptr;
+
+  // Those with most cycles, without what belongs to none.
+  static std::vector<Part> of_shares(const gpu::CostAttribution& shares, bool by_node, const Wanted& wanted,
+                                     const scene::Assembly& assembly, const DrawableNames& names) {
+    std::vector<Part> out;
+    for (const auto& [name, share] : sum_shares(shares.drawables, names, by_node)) {
+      if (wanted.only && name != *wanted.only) continue;
+      Part part{{{"material", name.material}}, primitives_of(name, by_node, assembly, names)};
+      if (by_node) part.names["node"] = name.node;
+      if (!part.primitives.empty() && out.size() < wanted.most) out.push_back(std::move(part));
+    }
+    return out;
+  }
+
+  static std::vector<Part> of_effects(const gpu::FrameEffects& effects) {
+    std::vector<Part> out;
+    for (const EffectCase& effect : effect_cases()) {
+      const auto ran = effects.find(effect.name);
+      if (ran == effects.end() || !ran->second || !can_leave_out(effect.name)) continue;
+      out.push_back({{{"effect", effect.name}}, {}, &effect});
+    }
+    return out;
+  }
+};
+
 LeaveOneOut::LeaveOneOut(const scene::Capture& capture, gpu::GpuConfiguration gpu, gpu::RunSettings settings,
-                         gpu::RenderRequest request, std::size_t most, std::function<void(gpu::Device&)> prepare)
+                         gpu::RenderRequest request, Wanted wanted, std::function<void(gpu::Device&)> prepare)
     : capture_(capture),
       gpu_(std::move(gpu)),
       settings_(std::move(settings)),
       request_(std::move(request)),
-      most_(most),
+      wanted_(std::move(wanted)),
       prepare_(std::move(prepare)) {
   request_.auxiliary = request_.resolve_auxiliary = request_.error = false;
   request_.keep_transactions = request_.record_items = request_.attribute = request_.pixel_ids = false;
@@ -90,9 +91,34 @@ LeaveOneOut::LeaveOneOut(const scene::Capture& capture, gpu::GpuConfiguration gp
 
 bool LeaveOneOut::can_leave_out(const std::string& effect) { return effect != "environment_image"; }
 
-json LeaveOneOut::takes(int frame, const gpu::CaptureChanges& changes, const gpu::RunSettings& settings,
-                        const gpu::GpuConfiguration& gpu) const {
+std::vector<std::pair<const char*, std::vector<LeaveOneOut::Part>>> LeaveOneOut::kinds_of(
+    const MeasuredFrame& frame, const scene::Assembly& assembly, const DrawableNames& names) const {
+  std::vector<std::pair<const char*, std::vector<Part>>> kinds;
+  kinds.emplace_back("drawables", Part::of_shares(frame.shares, true, wanted_, assembly, names));
+  if (wanted_.drawables_only || wanted_.only) return kinds;
+  kinds.emplace_back("materials", Part::of_shares(frame.shares, false, wanted_, assembly, names));
+  kinds.emplace_back("effects", Part::of_effects(frame.effects));
+  return kinds;
+}
+
+json LeaveOneOut::takes(int frame, const Part& part, const Watch& watch) const {
+  gpu::RunSettings settings = settings_;
+  gpu::GpuConfiguration gpu = gpu_;
+  gpu::CaptureChanges changes;
+  if (part.effect == nullptr) {
+    changes.drawn = [&part](int node, int primitive) { return !part.primitives.contains({node, primitive}); };
+  } else {
+    if (part.effect->of_scene()) changes.without_effect = part.effect->name;
+    apply(part.effect->without, settings, gpu);
+  }
   gpu::Device device(std::make_shared<const gpu::PreparedCapture>(capture_, changes), gpu, settings, request_);
+  struct Told {
+    const Watch& watch;
+    ~Told() {
+      if (watch.renders) watch.renders(nullptr);
+    }
+  } const told{watch};
+  if (watch.renders) watch.renders(&device);
   prepare_(device);
   const gpu::FrameResult result = device.render(frame);
   const memory::Traffic traffic = result.counters.ledger.total();
@@ -102,39 +128,38 @@ json LeaveOneOut::takes(int frame, const gpu::CaptureChanges& changes, const gpu
 }
 
 json LeaveOneOut::measure(const MeasuredFrame& frame, const scene::Assembly& assembly, const DrawableNames& names,
-                          bool quiet) const {
-  const std::pair<const char*, std::vector<Part>> kinds[] = {
-      {"drawables", parts_of(frame.shares, true, most_, assembly, names)},
-      {"materials", parts_of(frame.shares, false, most_, assembly, names)},
-      {"effects", parts_of(frame.effects)}};
+                          const Watch& watch) const {
+  const auto kinds = kinds_of(frame, assembly, names);
   std::size_t done = 0, all = 0;
   for (const auto& [kind, parts] : kinds) all += parts.size();
-  Progress progress(all, quiet);
   std::map<Primitives, json> known;  // a material of one drawable is rendered once
   json out;
   for (const auto& [kind, parts] : kinds) {
-    json& rows = out[kind] = json::array();
+    out[kind] = json::array();
     for (const Part& part : parts) {
-      if (stop_requested()) break;
-      json& row = rows.emplace_back(part.names);
-      gpu::RunSettings settings = settings_;
-      gpu::GpuConfiguration gpu = gpu_;
-      gpu::CaptureChanges changes;
-      if (part.effect != nullptr) {
-        if (part.effect->of_scene()) changes.without_effect = part.effect->name;
-        apply(part.effect->without, settings, gpu);
-        row.update(takes(frame.frame, changes, settings, gpu));
-      } else {
-        changes.drawn = [&part](int node, int primitive) { return !part.primitives.contains({node, primitive}); };
-        const auto [found, fresh] = known.try_emplace(part.primitives);
-        if (fresh) found->second = takes(frame.frame, changes, settings, gpu);
-        row.update(found->second);
-      }
-      progress.update(++done, "without " + escape_control(part.names.dump(), 60));
+      if (watch.stop && watch.stop()) break;
+      json row = part.names;
+      const auto found = part.effect == nullptr ? known.find(part.primitives) : known.end();
+      const json taken = found != known.end() ? found->second : takes(frame.frame, part, watch);
+      if (part.effect == nullptr) known[part.primitives] = taken;
+      row.update(taken);
+      out[kind].push_back(std::move(row));
+      sort_by_cycles(out[kind]);
+      if (watch.measured) watch.measured(out, ++done, all, part.names);
     }
-    sort_by_cycles(rows);
   }
   return out;
+}
+
+LeaveOneOut::Watch watch_on_terminal(bool quiet) {
+  LeaveOneOut::Watch watch;
+  watch.stop = stop_requested;
+  watch.measured = [quiet, progress = std::shared_ptr<Progress>()](const json&, std::size_t done, std::size_t all,
+                                                                   const json& last) mutable {
+    if (!progress) progress = std::make_shared<Progress>(all, quiet);
+    progress->update(done, "without " + escape_control(last.dump(), 60));
+  };
+  return watch;
 }
 
 std::size_t parse_left_out(const std::string& text) {

@@ -2,7 +2,11 @@
 
 #include <cstddef>
 #include <functional>
+#include <limits>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -26,34 +30,56 @@ class LeaveOneOut {
     gpu::FrameEffects effects;
   };
 
-  // `most`: drawables and materials that are left out in turn, those with most cycles first; of effects all that ran.
+  // Parts that are left out in turn: so many drawables and materials, those with most cycles first, and of effects all that
+  // ran; or drawables alone, or one of them.
+  struct Wanted {
+    std::size_t most = std::numeric_limits<std::size_t>::max();
+    bool drawables_only = false;
+    std::optional<DrawableName> only{};
+  };
+  // Follows a measurement; any of them may be empty.
+  struct Watch {
+    std::function<bool()> stop{};                 // asked before each part; true ends the measurement
+    std::function<void(gpu::Device*)> renders{};  // the device that renders, which may be abandoned; then nullptr
+    // What was measured so far, of how many parts, and the names of the last.
+    std::function<void(const nlohmann::json& so_far, std::size_t done, std::size_t all, const nlohmann::json& last)>
+        measured{};
+  };
+
   // `prepare` is called with each device before it renders the frame, to give it the frames before.
   LeaveOneOut(const scene::Capture& capture, gpu::GpuConfiguration gpu, gpu::RunSettings settings,
-              gpu::RenderRequest request, std::size_t most, std::function<void(gpu::Device&)> prepare);
+              gpu::RenderRequest request, Wanted wanted, std::function<void(gpu::Device&)> prepare);
 
   // A frame's member "without": {"drawables": [{"node", "material", "cycles", "energy_nj", "dram_bytes"}],
   // "materials": [{"material", ...}], "effects": [{"effect", ...}]}: what the frame takes without the part, in the order of
-  // the cycles that the frame saves, most first. Ends early where a signal asks for it.
+  // the cycles that the frame saves, most first. A kind that is not wanted is not there. Throws gpu::Abandoned where the
+  // device in hand is.
   nlohmann::json measure(const MeasuredFrame& frame, const scene::Assembly& assembly, const DrawableNames& names,
-                         bool quiet) const;
+                         const Watch& watch) const;
 
   // One effect alone, an EffectCase that is not of the scene's surroundings.
   static bool can_leave_out(const std::string& effect);
 
  private:
-  nlohmann::json takes(int frame, const gpu::CaptureChanges& changes, const gpu::RunSettings& settings,
-                       const gpu::GpuConfiguration& gpu) const;
+  struct Part;
+  std::vector<std::pair<const char*, std::vector<Part>>> kinds_of(const MeasuredFrame& frame,
+                                                                  const scene::Assembly& assembly,
+                                                                  const DrawableNames& names) const;
+  nlohmann::json takes(int frame, const Part& part, const Watch& watch) const;
 
   const scene::Capture& capture_;
   gpu::GpuConfiguration gpu_;
   gpu::RunSettings settings_;
   gpu::RenderRequest request_;
-  std::size_t most_;
+  Wanted wanted_;
   std::function<void(gpu::Device&)> prepare_;
 };
 
 // What --without says: a number of parts, or all. Throws UsageError.
 std::size_t parse_left_out(const std::string& text);
+
+// Says on standard error which part was left out last, and ends where a signal asks for it.
+LeaveOneOut::Watch watch_on_terminal(bool quiet);
 
 // A table for people: each part's share of the frame's cycles beside what the frame saves without it. `frame`: a frame of
 // stats.json with the member "without".

@@ -64,17 +64,17 @@ void Progress::update(std::size_t done, const std::string& note) {
   const std::lock_guard lock(mutex_);
   done_ = done;
   step_start_ = Clock::now();
-  show(note, 0);
+  show(note, 0, inside_ && done_ < total_ ? inside_().seconds_left : std::nullopt);
 }
 
-void Progress::show(const std::string& note, double share) {
+void Progress::show(const std::string& note, double share, std::optional<double> seconds_left) {
   // The time that less work took says little.
   constexpr double kEnough = 0.02;
   const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
   const double before = work_before_[done_], all = work_before_.back();
   const double done = all > 0 ? (before + share * (work_before_[std::min(done_ + 1, total_)] - before)) / all : 1;
-  const std::string time_left =
-      done > kEnough && done < 1 ? fmt::format("{:.0f} s left", elapsed / done * (1 - done)) : "";
+  if (!seconds_left && done > kEnough && done < 1) seconds_left = elapsed / done * (1 - done);
+  const std::string time_left = seconds_left ? fmt::format("{:.0f} s left", *seconds_left) : "";
   if (!terminal_) {
     std::fprintf(stderr, "%s\n",
                  fmt::format("[{}/{}] {}{}{}", done_, total_, note, time_left.empty() ? "" : ", ", time_left).c_str());
@@ -102,7 +102,7 @@ void Progress::watch() {
     shown = now;
     if (done_ == total_) continue;
     const StepProgress inside = inside_();
-    show(inside.text, inside.share);
+    show(inside.text, inside.share, inside.seconds_left);
   }
 }
 

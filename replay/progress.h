@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -15,9 +16,11 @@ namespace tessera::replay {
 // How far a step is.
 struct StepProgress {
   std::string text;
-  double share = 0;  // of the step, 0 to 1
+  double share = 0;                    // of the step, 0 to 1
+  std::optional<double> seconds_left;  // of all steps, where the work knows better than the shares of steps do
 
-  StepProgress(std::string said, double part = 0) : text(std::move(said)), share(part) {}
+  StepProgress(std::string said, double part = 0, std::optional<double> left = {})
+      : text(std::move(said)), share(part), seconds_left(left) {}
 };
 
 // Progress of long work on standard error: a bar with the time left on a terminal, one plain line per step
@@ -25,7 +28,7 @@ struct StepProgress {
 class Progress {
  public:
   // Steps that are alike. `inside` says how far the step in hand is. It is asked when that takes more than a second, on another thread: twice
-  // a second on a terminal, else then and every ten seconds.
+  // a second on a terminal, else then and every ten seconds; and after each step, for the time left.
   Progress(std::size_t total, bool quiet, std::function<StepProgress()> inside = {});
   // Steps of which each takes as long as its share of the sum of `works`, none of them negative, says.
   Progress(const std::vector<double>& works, bool quiet, std::function<StepProgress()> inside = {});
@@ -40,7 +43,7 @@ class Progress {
   using Clock = std::chrono::steady_clock;
   void watch();
   // With mutex_ held.
-  void show(const std::string& note, double share);
+  void show(const std::string& note, double share, std::optional<double> seconds_left);
 
   std::size_t total_, done_ = 0;
   std::vector<double> work_before_;  // each step; the last is the sum

@@ -19,6 +19,7 @@
 #include "base/text.h"
 #include "baselines/baseline_set.h"
 #include "gpu/device.h"
+#include "gpu/frame_graph.h"
 #include "gpu/frame_stream.h"
 #include "gpu/image_bytes.h"
 #include "gpu/record_file.h"
@@ -88,8 +89,10 @@ class ReplayCommand final : public Command {
     add_variant_option(app, variant_);
     add_view_options(app, view_, kViewGroup);
     add_shutter_option(app, view_.shutter, kViewGroup);
-    app.add_option("--trace", trace_,
-                   "Write when each unit did what, for Perfetto: JSON, or protobuf where FILE ends in .pftrace")
+    app.add_option(
+           "--trace", trace_,
+           "Write when each unit did what, for Perfetto, with the render stages of each pass (Binning, LoadColor, "
+           "LoadDepth, Render, StoreColor, StoreDepth): JSON, or protobuf where FILE ends in .pftrace")
         ->type_name("FILE");
     app.add_option("--trace-frames", trace_frames_,
                    "Frames that --trace and --dram-trace hold, B not included (default: all)")
@@ -193,7 +196,7 @@ class ReplayCommand final : public Command {
     statistics.set_host(capture.load_seconds, capture.decode_seconds, assemble_seconds);
     const float exposure =
         settings.output.exposure > 0 ? static_cast<float>(settings.output.exposure) : capture.settings.exposure;
-    NamedFiles files(*this, gpu, settings, request, renderer);
+    NamedFiles files(*this, gpu, settings, request, renderer, capture);
     install_stop_handler();
     const OutputLock lock(out_);
     OutputLock::remove_unfinished(out_);
@@ -216,11 +219,12 @@ class ReplayCommand final : public Command {
     room.release();
     if (!first_frame.views.empty()) add_sensitivity(gpu, first_frame.views, statistics);
     if (first_frame.parts) {
-      const LeaveOneOut without(capture, gpu, settings, request, left_out, [&](gpu::Device& device) {
+      const LeaveOneOut without(capture, gpu, settings, request, {.most = left_out}, [&](gpu::Device& device) {
         if (history) device.set_history(*history);
         warm_up(device, std::max(0, first - warmup_), first);
       });
-      statistics.set_without(without.measure(*first_frame.parts, renderer.assembly(), names, quiet_));
+      statistics.set_without(
+          without.measure(*first_frame.parts, renderer.assembly(), names, watch_on_terminal(quiet_)));
       if (!quiet_) fmt::print(words(), "{}", left_out_table(statistics.first_frame()));
     }
     const bool parts_missing = first_frame.parts && stop_requested();
@@ -392,7 +396,7 @@ class ReplayCommand final : public Command {
   class NamedFiles {
    public:
     NamedFiles(const ReplayCommand& command, const gpu::GpuConfiguration& gpu, const gpu::RunSettings& settings,
-               const gpu::RenderRequest& request, const gpu::Device& renderer) {
+               const gpu::RenderRequest& request, const gpu::Device& renderer, const scene::Capture& capture) {
       if (!settings.output.machine_model &&
           (command.sensitivity_ ||
            !(command.trace_ + command.dram_trace_ + command.record_ + command.without_).empty()))
@@ -406,7 +410,10 @@ class ReplayCommand final : public Command {
       // They may lie in it.
       if (!(command.trace_ + command.dram_trace_ + command.record_ + command.save_history_).empty())
         make_folder(command.out_);
-      if (!command.trace_.empty()) timeline_.emplace(command.trace_, gpu, tiles);
+      if (!command.trace_.empty()) {
+        const gpu::FrameGraph graph(capture, gpu, settings, request.region);
+        timeline_.emplace(command.trace_, gpu, tiles, graph.actions().depth_bytes > 0 ? graph.name() : std::string());
+      }
       if (!command.record_.empty())
         record_.emplace(command.record_,
                         gpu::record_head(fs::path(command.capture_).filename().string(), renderer.assembly(), gpu,
@@ -428,7 +435,7 @@ class ReplayCommand final : public Command {
         record_->add(result.frame, views);
       }
       if (result.frame < frames_.first || result.frame >= frames_.last) return;
-      if (timeline_) timeline_->add(result.frame, *result.model, result.maps.columns);
+      if (timeline_) timeline_->add(result);
       if (dram_) dram_->add(result.model->transactions, result.model->timing.cycles * dram_clocks_per_cycle_);
     }
     void commit(const gpu::Device& renderer) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <set>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -79,12 +80,28 @@ json spreads_json(const std::vector<json>& frames) {
 
 }  // namespace
 
+namespace {
+
+// Images that the capture's materials sample.
+std::size_t sampled_textures(const scene::Capture& capture) {
+  std::set<const void*> textures;
+  for (const scene::Material& material : capture.materials)
+    for (const auto* slot : material.slots())
+      if (slot->texture != nullptr) textures.insert(slot->texture.get());
+  return textures.size();
+}
+
+}  // namespace
+
 Statistics::Statistics(const scene::Capture& capture, const gpu::GpuConfiguration& gpu,
                        const gpu::RunSettings& settings, const gpu::RenderRequest& request)
     : machine_(gpu) {
   head_["schema"] = "tessera.stats/1";
-  head_["capture"] = {
-      {"file", capture.file.filename().string()}, {"bytes", capture.file_bytes}, {"notices", capture.notices}};
+  head_["capture"] = {{"file", capture.file.filename().string()},
+                      {"bytes", capture.file_bytes},
+                      {"lights", capture.lights.size()},
+                      {"textures", sampled_textures(capture)},
+                      {"notices", capture.notices}};
   if (capture.variant != scene::kNone)
     head_["capture"]["variant"] = capture.variants[static_cast<std::size_t>(capture.variant)];
   head_["gpu"] = gpu::gpu_json(gpu);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "base/text.h"
@@ -40,6 +41,9 @@ std::string signed_bytes(double value) {
 class SceneFacts {
  public:
   SceneFacts(const RunStatistics& run, const std::vector<int>& frames) {
+    if (const auto capture = run.root.find("capture"); capture != run.root.end() && capture->is_object())
+      for (const char* count : {"lights", "textures"})
+        if (capture->contains(count)) capture_[count] = number(*capture, count);
     for (const json& frame : run.root.at("frames")) {
       if (std::count(frames.begin(), frames.end(), frame.value("frame", -1)) == 0) continue;
       ++frames_;
@@ -50,6 +54,10 @@ class SceneFacts {
       if (const auto ran = frame.find("effects"); ran != frame.end() && ran->is_object())
         for (const auto& [effect, on] : ran->items())
           if (on.is_boolean() && on.get<bool>()) ++ran_[effect];
+      image_hits_ += image_hits(frame);
+      passes_ += 1;
+      if (const auto passes = json::json_pointer("/timing/passes"); frame.contains(passes))
+        passes_ += static_cast<double>(std::max<std::size_t>(1, frame.at(passes).size())) - 1;
       if (const auto units = json::json_pointer("/timing/units/shader/busy_cycles"); frame.contains(units))
         shader_cycles_ += frame.at(units).is_number() ? frame.at(units).get<double>() : 0;
       if (const auto rows = frame.find("drawables"); rows != frame.end() && rows->is_array())
@@ -61,6 +69,17 @@ class SceneFacts {
   }
 
   double counter(const std::string& name) const { return mean(counters_, name); }
+  // Lights or textures of the capture; nothing where the file does not count them.
+  std::optional<double> count_of(const std::string& what) const {
+    const auto at = capture_.find(what);
+    return at == capture_.end() ? std::nullopt : std::optional(at->second);
+  }
+  double passes() const { return frames_ == 0 ? 0 : passes_ / static_cast<double>(frames_); }
+  // Hits of triangles for each sample that sees a surface, without those of passes that make no image, as shadow maps.
+  double layers() const {
+    const double seen = counter("tilecore.samples_visible");
+    return seen > 0 && frames_ > 0 ? image_hits_ / static_cast<double>(frames_) / seen : 0;
+  }
   // The share of sub-patches that need an effect.
   double share(const std::string& effect) const {
     const double all = counter("frontend.sub_patches");
@@ -92,6 +111,19 @@ class SceneFacts {
     const auto at = object.find(member);
     return at != object.end() && at->is_number() ? at->get<double>() : 0;
   }
+  static double image_hits(const json& frame) {
+    double hits = 0;
+    bool by_pass = false;
+    if (const auto passes = frame.find("passes"); passes != frame.end() && passes->is_array())
+      for (const json& pass : *passes) {
+        if (!pass.is_object() || !pass.contains("counters") || !pass.at("counters").is_object()) continue;
+        by_pass = true;
+        if (number(pass.at("counters"), "tilecore.samples_visible") > 0)
+          hits += number(pass.at("counters"), "tilecore.sample_hits");
+      }
+    if (by_pass || !frame.contains("counters") || !frame.at("counters").is_object()) return hits;
+    return number(frame.at("counters"), "tilecore.sample_hits");
+  }
   static void add(const json& frame, const char* member, Sums& sums) {
     if (const auto at = frame.find(member); at != frame.end() && at->is_object())
       for (const auto& [name, value] : at->items())
@@ -103,9 +135,9 @@ class SceneFacts {
   }
 
   std::size_t frames_ = 0;
-  Sums counters_, effects_, drawables_;
+  Sums counters_, effects_, drawables_, capture_;
   std::map<std::string, int> ran_;
-  double shader_cycles_ = 0;
+  double shader_cycles_ = 0, passes_ = 0, image_hits_ = 0;
 };
 
 // Changes with their weights; the heaviest is named first.
@@ -119,6 +151,18 @@ void add_ratio(const std::string& what, double a, double b, const char* format, 
   changes.emplace_back(
       std::abs(std::log(b / a)),
       fmt::format("{}: {} -> {}", what, fmt::format(fmt::runtime(format), a), fmt::format(fmt::runtime(format), b)));
+}
+
+// As add_ratio(), also where one of them has none.
+void add_figure(const std::string& what, double a, double b, const char* format, Weighted& changes) {
+  if (a > 0 && b > 0) return add_ratio(what, a, b, format, changes);
+  if (a <= 0 && b <= 0) return;
+  changes.emplace_back(kCameOrWent, b > 0 ? fmt::format("{}: none -> {}", what, fmt::format(fmt::runtime(format), b))
+                                          : fmt::format("{}: {} -> none", what, fmt::format(fmt::runtime(format), a)));
+}
+
+void add_count(const std::string& what, const SceneFacts& a, const SceneFacts& b, Weighted& changes) {
+  if (a.count_of(what) && b.count_of(what)) add_figure(what, *a.count_of(what), *b.count_of(what), "{:.0f}", changes);
 }
 
 void add_drawables(const SceneFacts& a, const SceneFacts& b, Weighted& changes) {
@@ -153,8 +197,58 @@ void add_effects(const SceneFacts& a, const SceneFacts& b, Weighted& changes) {
   }
 }
 
+bool another_capture(const Comparison& c, std::size_t run) {
+  const auto a = c.runs[0].keys(), b = c.runs[run].keys();
+  const auto file = [](const auto& keys) {
+    const auto at = keys.find("capture.file");
+    return at == keys.end() ? json() : at->second;
+  };
+  return file(a) != file(b);
+}
+
+// The figures that tell two captures apart: how much is drawn, seen and shaded. Nothing of one is in the other, so names of
+// drawables say nothing. The order is that of the work: geometry, image, shading, passes.
+std::vector<Cause> capture_changes(const SceneFacts& a, const SceneFacts& b) {
+  Weighted figures;
+  const auto counter = [&](const char* what, const char* name) {
+    add_figure(what, a.counter(name), b.counter(name), "{:.0f}", figures);
+  };
+  add_figure("drawables", static_cast<double>(a.drawables().size()), static_cast<double>(b.drawables().size()),
+             "{:.0f}", figures);
+  counter("base patches", "frontend.base_patches");
+  counter("sub-patches", "frontend.sub_patches");
+  counter("triangles", "tilecore.triangles");
+  add_figure("surfaces cover", 100 * a.coverage(), 100 * b.coverage(), "{:.1f} %", figures);
+  add_figure("layers of a sample that sees a surface", a.layers(), b.layers(), "{:.2f}", figures);
+  counter("blended layers", "tilecore.blended_layers");
+  counter("pixel-shader invocations", "tilecore.pixel_shader_invocations");
+  add_figure("shader cycles of an invocation", a.shader_cycles_per_invocation(), b.shader_cycles_per_invocation(),
+             "{:.3g}", figures);
+  add_count("lights", a, b, figures);
+  add_count("textures", a, b, figures);
+  counter("texels fetched", "texture.texels");
+  add_figure("passes", a.passes(), b.passes(), "{:.0f}", figures);
+  counter("texels of shadow maps", "shadows.texels_stored");
+  Weighted effects;
+  add_effects(a, b, effects);
+  std::vector<std::string> runs, stops;
+  for (const auto& [weight, text] : effects) {
+    if (weight < kCameOrWent) continue;
+    if (const std::size_t at = text.find(" runs"); at != std::string::npos)
+      runs.push_back(text.substr(0, at));
+    else
+      stops.push_back(text.substr(0, text.find(" does not run")));
+  }
+  std::vector<Cause> parts;
+  for (auto& [weight, text] : figures) parts.push_back({std::move(text), {}});
+  if (!runs.empty()) parts.push_back({fmt::format("effects that A does not run: {}", fmt::join(runs, ", ")), {}});
+  if (!stops.empty()) parts.push_back({fmt::format("effects that only A runs: {}", fmt::join(stops, ", ")), {}});
+  return parts;
+}
+
 std::vector<Cause> scene_changes(const Comparison& c, std::size_t run, bool same_keys) {
   const SceneFacts a(c.runs[0], c.frames_of[0]), b(c.runs[run], c.frames_of[run]);
+  if (another_capture(c, run)) return capture_changes(a, b);
   Weighted changes;
   add_drawables(a, b, changes);
   add_effects(a, b, changes);
@@ -162,6 +256,7 @@ std::vector<Cause> scene_changes(const Comparison& c, std::size_t run, bool same
   add_ratio("surfaces cover", 100 * a.coverage(), 100 * b.coverage(), "{:.1f} %", changes);
   add_ratio("blended layers", a.counter("tilecore.blended_layers"), b.counter("tilecore.blended_layers"), "{:.0f}",
             changes);
+  add_count("lights", a, b, changes);
   add_ratio("texels of shadow maps", a.counter("shadows.texels_stored"), b.counter("shadows.texels_stored"), "{:.0f}",
             changes);
   // These quantities follow from others, so the list names them only when it is empty otherwise.
@@ -198,7 +293,9 @@ std::vector<Cause> key_changes(const Comparison& c, std::size_t run) {
   for (const std::string& name : names) {
     const auto in_a = a.find(name), in_b = b.find(name);
     if (in_a != a.end() && in_b != b.end() && in_a->second == in_b->second) continue;
-    if (name.starts_with("effect.") || name == "capture.bytes") continue;
+    if (name.starts_with("effect.") || name == "capture.bytes" || name == "capture.lights" ||
+        name == "capture.textures")
+      continue;
     preset = preset || name == "preset";
     if (name == "width" || name == "height" || name == "region")
       size = true;
@@ -233,17 +330,13 @@ Cause what_changed(const Comparison& c, std::size_t run) {
   keep_first(kKeys, cause.parts);
   // The scene's changes come last: where settings differ, they follow from the settings.
   std::vector<Cause> scene = scene_changes(c, run, same_keys);
-  keep_first(kPartsShown, scene);
+  if (!another_capture(c, run)) keep_first(kPartsShown, scene);
   cause.parts.insert(cause.parts.end(), scene.begin(), scene.end());
   if (cause.parts.empty()) cause.parts.push_back({"nothing: same capture, machine, settings and work", {}});
   return cause;
 }
 
 // ---- Where it went ------------------------------------------------------------------------------------------------
-
-double figure_or_0(const RunFigures& figures, Section section, const std::string& name) {
-  return figures.value(section, name).value_or(0);
-}
 
 // Lists the rows of a section that changed most and one line for all others, which add up to `all`. Without `all` rows
 // overlap, and there is no such line.
@@ -252,7 +345,7 @@ Cause level(const Comparison& c, std::size_t run, Section section, const std::st
   std::vector<std::pair<std::string, double>> changes;
   double listed = 0;
   for (const std::string& name : c.rows(section)) {
-    const double change = figure_or_0(c.figures[run], section, name) - figure_or_0(c.figures[0], section, name);
+    const double change = c.figures[run].value_or_0(section, name) - c.figures[0].value_or_0(section, name);
     if (change != 0) changes.emplace_back(name, change);
   }
   std::stable_sort(changes.begin(), changes.end(),
@@ -296,7 +389,7 @@ std::string bound_text(const Comparison& c, std::size_t run) {
 Cause causes_of(const Comparison& c, std::size_t run) {
   Cause root{time_text(c, run), {what_changed(c, run)}};
   const auto change = [&](const char* name) {
-    return figure_or_0(c.figures[run], Section::kSummary, name) - figure_or_0(c.figures[0], Section::kSummary, name);
+    return c.figures[run].value_or_0(Section::kSummary, name) - c.figures[0].value_or_0(Section::kSummary, name);
   };
   const auto add = [&](Cause cause) {
     if (!cause.parts.empty()) root.parts.push_back(std::move(cause));

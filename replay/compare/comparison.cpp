@@ -17,15 +17,11 @@ namespace {
 
 using nlohmann::json;
 
-double value_or_0(const RunFigures& figures, Section section, const std::string& name) {
-  return figures.value(section, name).value_or(0);
-}
-
 // What changes most from the first run, in any of the others.
 double largest_change(const Comparison& c, Section section, const std::string& name) {
   double most = 0;
   for (const RunFigures& figures : c.figures)
-    most = std::max(most, std::abs(value_or_0(figures, section, name) - value_or_0(c.figures[0], section, name)));
+    most = std::max(most, std::abs(figures.value_or_0(section, name) - c.figures[0].value_or_0(section, name)));
   return most;
 }
 

@@ -47,6 +47,7 @@ struct RunFigures {
   const std::map<std::string, double>& of(Section section) const { return sections[static_cast<std::size_t>(section)]; }
   std::map<std::string, double>& of(Section section) { return sections[static_cast<std::size_t>(section)]; }
   std::optional<double> value(Section section, const std::string& name) const;
+  double value_or_0(Section section, const std::string& name) const { return value(section, name).value_or(0); }
 };
 RunFigures figures_of(const RunStatistics& run, const std::vector<int>& frames);
 

@@ -275,6 +275,14 @@ Knob timing_knob(const char* name, const char* title, std::vector<KnobSetting> s
   return out;
 }
 
+// Registers for any number of warps are an idealisation of the model: they take no silicon, so they do not leak.
+KnobSetting with_registers_for_all(const char* label, KeyValues more) {
+  KnobSetting setting{label, {{"shader.register_bytes", 67108864}}};
+  setting.values.insert(setting.values.end(), more.begin(), more.end());
+  setting.ideal_registers = true;
+  return setting;
+}
+
 std::vector<Knob> timing_knobs() {
   return {
       timing_knob("timing", "timing of a frame",
@@ -284,10 +292,10 @@ std::vector<Knob> timing_knobs() {
                    {"phases of tiles", {{"machine.timing", "phases"}}}}),
       timing_knob("memory_model", "model of the memory", values_of("memory.model", {"banks", "fluid"})),
       timing_knob("shader_costs", "costs of shaders", values_of("shader.costs", {"compiled", "constant"})),
-      timing_knob("warps", "warps in flight",
+      timing_knob("warps", "warps in flight, where registers beyond the machine's take no silicon",
                   {{"as registers and slots allow", {}},
-                   {"as slots allow", {{"shader.register_bytes", 67108864}}},
-                   {"any number", {{"shader.register_bytes", 67108864}, {"shader.max_warps", 4096}}}}),
+                   with_registers_for_all("as slots allow", {}),
+                   with_registers_for_all("any number", {{"shader.max_warps", 4096}})}),
       timing_knob(
           "requests", "requests under way",
           {{"bounded", {}},
@@ -388,6 +396,15 @@ void apply(const KeyValues& values, gpu::RunSettings& settings, gpu::GpuConfigur
   const std::vector<std::string> set_by_people = gpu.set_keys;
   for (const auto& [key, value] : values) gpu::set_key(key, value, settings, gpu);
   gpu.set_keys = set_by_people;
+}
+
+void keep_register_silicon(const gpu::GpuConfiguration& gpu, KeyValues& values) {
+  gpu::RunSettings settings;
+  gpu::GpuConfiguration changed = gpu;
+  apply(values, settings, changed);
+  values.emplace_back("area.register_mm2_per_kib", gpu.silicon.register_mm2_per_kib *
+                                                       static_cast<double>(gpu.queues.register_bytes) /
+                                                       static_cast<double>(changed.queues.register_bytes));
 }
 
 std::string as_arguments(const KeyValues& values) {

@@ -21,9 +21,10 @@ using KeyValues = std::vector<std::pair<std::string, nlohmann::json>>;
 struct KnobSetting {
   std::string label;
   KeyValues values;
-  bool in_double = false;  // the reference renderer with the machine's samples, instead of the machine
-  Packing packing{};       // of the capture before it is drawn
-  bool goes_on = false;    // from the frames before: left out where there are none
+  bool in_double = false;        // the reference renderer with the machine's samples, instead of the machine
+  Packing packing{};             // of the capture before it is drawn
+  bool goes_on = false;          // from the frames before: left out where there are none
+  bool ideal_registers = false;  // its register file takes the silicon that it has without the setting
 };
 
 // What a capture must have for a knob to change anything.
@@ -67,6 +68,10 @@ std::string why_without_effect(const Knob& knob, const scene::FrameGeometry& fra
 
 // Sets `values` in order. Throws UsageError as set_key does.
 void apply(const KeyValues& values, gpu::RunSettings& settings, gpu::GpuConfiguration& gpu);
+
+// Adds the area of a KiB of registers with which the register file of `values` takes as much silicon as that of `gpu`: a
+// model that leaves registers out of account leaks no more than the machine that it times.
+void keep_register_silicon(const gpu::GpuConfiguration& gpu, KeyValues& values);
 
 // "--set a.b=1 --set c.d=x"; "" without values.
 std::string as_arguments(const KeyValues& values);

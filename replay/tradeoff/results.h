@@ -82,9 +82,10 @@ struct KnobResult {
   std::size_t against = 0;  // of `settings`: the one that the others are compared with
   bool visual = true;
   std::string watched, watched_as;
-  std::string skipped;  // why it was not turned; "" when it was
-  bool timed = false;   // Knob::timed; no fronts: what is cheap is the host's work
-  bool idle = false;    // all settings gave the same image at the same cost
+  std::string skipped;    // why it was not turned; "" when it was
+  bool timed = false;     // Knob::timed; no fronts: what is cheap is the host's work
+  bool idle = false;      // all settings gave the same image at the same cost
+  bool combines = false;  // its settings are combinations of settings of the other knobs
   std::vector<SettingResult> settings;
 };
 

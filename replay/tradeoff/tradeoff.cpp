@@ -43,6 +43,7 @@ struct Block {
   Knob knob;
   std::string skipped;
   std::vector<Row> rows;
+  bool combines = false;  // rows are combinations of settings of other knobs
 };
 
 // Trials whose rounds take turns, and that are kept together.
@@ -126,13 +127,13 @@ class Tradeoff {
     std::vector<double> works;
   };
 
-  Steps steps_of(const std::vector<Block>& blocks) const {
+  Steps steps_of(const std::vector<Block>& blocks) {
     Steps steps;
     std::set<std::string> missing, all;
     double work = 0;
     for (const Block& block : blocks) {
       steps.titles.push_back(block.knob.title);
-      steps.works.push_back(missing_work(block, missing));
+      steps.works.push_back(expect_missing(block, missing));
       for (const Row& row : block.rows)
         if (all.insert(row.trial.hash).second) work += all_work(row.trial, place_);
     }
@@ -145,23 +146,30 @@ class Tradeoff {
   StepProgress progress_within(const Steps& steps, std::size_t step) const {
     const auto first = steps.works.begin();
     const double before = std::accumulate(first, first + static_cast<std::ptrdiff_t>(step), 0.0);
-    const double work = steps.works[step], done = work_done_;
-    if (work <= 0) return {steps.titles[step]};
+    const double work = steps.works[step], done = clock_.done();
     if (!options_.search || step + 1 < steps.works.size())
-      return {steps.titles[step], std::min(1.0, (done - before) / work)};
+      return {steps.titles[step], work > 0 ? std::min(1.0, (done - before) / work) : 0,
+              clock_.seconds_left(options_.search ? steps.works.back() : 0)};
+    if (work <= 0) return {steps.titles[step]};
     // A search ends soon after the first that is good enough, or goes on to its last.
     const double left = good_enough_ ? work / 4 : (before + kSearchedWork / kExpectedSearch * work - done) / 2;
     const double share = (done / (done + std::max(left, 0.0)) * (before + work) - before) / work;
-    return {steps.titles[step], std::clamp(share, 0.0, 1.0)};
+    return {steps.titles[step], std::clamp(share, 0.0, 1.0), clock_.seconds_left(std::max(left, 0.0))};
   }
 
-  // Expected work of the rows that are not known, which are known from then on, and whose results are not there.
-  double missing_work(const Block& block, std::set<std::string>& known) const {
-    double work = 0;
-    for (const Row& row : block.rows)
-      if (!results_.contains(row.trial.hash) && known.insert(row.trial.hash).second && !points_.has(row.trial.hash))
-        work += all_work(row.trial, place_);
-    return work;
+  // Tells the clock of the work of rows that are not known, which are known from then on, and whose results are not there.
+  // Returns that work. Trials and records are known by their names.
+  double expect_missing(const Block& block, std::set<std::string>& known) {
+    const double before = clock_.left();
+    for (const Row& row : block.rows) {
+      const Trial& trial = row.trial;
+      if (results_.contains(trial.hash) || !known.insert(trial.hash).second || points_.has(trial.hash)) continue;
+      const TrialWork work = expected_work(trial, place_);
+      clock_.expect(WorkKind::kRender, work.before);
+      if (trial.timed && known.insert(record_name(trial)).second) clock_.expect(WorkKind::kRecord, work.record);
+      clock_.expect(kind_of(trial), work.round * place_.rounds);
+    }
+    return clock_.left() - before;
   }
 
   TradeoffResult empty_result() const {
@@ -187,7 +195,7 @@ class Tradeoff {
     TradeoffResult out = empty_result();
     KnobSetting plain;
     plain.label = "all effects";
-    Block block{{}, "", {}};
+    Block block{{}, "", {}, false};
     block.knob.name = "effects";
     block.knob.title = "effects, each left out";
     block.knob.settings = {plain};
@@ -285,7 +293,8 @@ class Tradeoff {
     return out;
   }
 
-  Row make_row(const std::string& label, const KeyValues& values, const KnobSetting& how, const Knob& of) const {
+  Row make_row(const std::string& label, KeyValues values, const KnobSetting& how, const Knob& of) const {
+    if (how.ideal_registers) keep_register_silicon(options_.gpu, values);
     Row row{label, values, {options_.settings, options_.gpu, how.in_double, how.packing, of.stored, of.timed, ""}};
     apply(values, row.trial.settings, row.trial.gpu);
     name_trial(row.trial, place_);
@@ -317,7 +326,7 @@ class Tradeoff {
           std::find(options_.knobs.begin(), options_.knobs.end(), knob.name) == options_.knobs.end() &&
           std::find(options_.joint.begin(), options_.joint.end(), knob.name) == options_.joint.end())
         continue;
-      Block block{turned(knob.name), why_without_effect(knob, *frame, place_.first_frame < place_.frame), {}};
+      Block block{turned(knob.name), why_without_effect(knob, *frame, place_.first_frame < place_.frame), {}, false};
       for (const KnobSetting& setting : block.knob.settings) {
         if (!block.skipped.empty()) break;
         KeyValues values = knob.context;
@@ -344,7 +353,7 @@ class Tradeoff {
     for (auto first = missing.begin(); first != missing.end();) {
       const auto last = first + std::min<std::ptrdiff_t>(kTakingTurns, missing.end() - first);
       const std::vector<Trial> part(first, last);
-      const std::vector<TrialResult> results = run_trials(captures, part, place_, reference, records_, work_done_);
+      const std::vector<TrialResult> results = run_trials(captures, part, place_, reference, records_, clock_);
       if (results.empty()) return false;
       for (std::size_t t = 0; t < part.size(); ++t) {
         write_trial(points_.file(part[t].hash), results[t]);
@@ -366,6 +375,7 @@ class Tradeoff {
                    .skipped = block.skipped,
                    .timed = block.knob.timed,
                    .idle = false,
+                   .combines = block.combines,
                    .settings = {}};
     for (const Row& row : block.rows) {
       KeyValues all = options_.base;
@@ -468,8 +478,9 @@ class Tradeoff {
                  std::vector<KnobResult>& results) {
     const std::vector<JointAxis> axes = joint_axes(results);
     if (axes.empty()) return;
-    Block block{{}, "", {}};
+    Block block{{}, "", {}, false};
     block.knob.name = "joint";
+    block.combines = true;
     std::vector<std::vector<KnobSetting>> first;
     for (const JointAxis& axis : axes) {
       block.knob.title += (block.knob.title.empty() ? "" : ", ") + axis.title;
@@ -505,10 +516,11 @@ class Tradeoff {
       block.rows.push_back(std::move(row));
     }
     std::set<std::string> known;
-    const double work = missing_work(block, known), before = work_done_;
+    const double work = expect_missing(block, known), before = clock_.done();
     const std::string text = fmt::format("{} combinations", block.rows.size());
-    Progress progress(1, options_.quiet,
-                      [&] { return StepProgress(text, work > 0 ? (work_done_ - before) / work : 0); });
+    Progress progress(1, options_.quiet, [&] {
+      return StepProgress(text, work > 0 ? (clock_.done() - before) / work : 0, clock_.seconds_left());
+    });
     if (!measure(captures, block, reference)) return false;
     progress.update(1, text);
     return true;
@@ -539,8 +551,9 @@ class Tradeoff {
     for (const KnobResult& knob : results)
       if (knob.skipped.empty() && combines(turned(knob.name), keys)) searched.push_back(knob);
     if (searched.empty()) return;
-    Block block{{}, "", {}};
+    Block block{{}, "", {}, false};
     block.knob.name = "search";
+    block.combines = true;
     block.knob.title = "combinations that were tried";
     CombinationSearch search(searched, *options_.search);
     double work = 0;
@@ -553,7 +566,7 @@ class Tradeoff {
         const Knob knob = turned(searched[k].name);
         settings.push_back(in_context(knob, knob.settings[(*next)[k]]));
       }
-      Block one{block.knob, "", {combined_row(settings)}};
+      Block one{block.knob, "", {combined_row(settings)}, true};
       if (!measure(captures, one, reference)) break;
       const Trial& trial = one.rows.front().trial;
       work += all_work(trial, place_);
@@ -568,7 +581,7 @@ class Tradeoff {
   TrialPlace place_;
   FrameRecords records_;
   std::map<std::string, TrialResult> results_;  // by hash
-  std::atomic<double> work_done_{0};            // all_work() of what was run here
+  WorkClock clock_;                             // of what is run here
   std::atomic<bool> good_enough_{false};        // a search has found what it looks for
 };
 

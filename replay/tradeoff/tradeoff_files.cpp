@@ -1,6 +1,8 @@
 #include "replay/tradeoff/tradeoff_files.h"
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -269,6 +271,24 @@ const SettingResult* base_of(const TradeoffResult& tradeoff) {
   return nullptr;
 }
 
+// What was tried: "7 settings of samples" or "23 settings of 3 knobs and 32 combinations".
+std::string tried_text(const TradeoffResult& tradeoff) {
+  std::size_t settings = 0, knobs = 0, combinations = 0;
+  std::string name;
+  for (const KnobResult& knob : tradeoff.knobs) {
+    if (knob.timed || knob.settings.empty()) continue;
+    if (knob.combines) {
+      combinations += knob.settings.size();
+      continue;
+    }
+    settings += knob.settings.size();
+    name = knob.name;
+    ++knobs;
+  }
+  return fmt::format("{} settings of {}{}", settings, knobs == 1 ? name : fmt::format("{} knobs", knobs),
+                     combinations > 0 ? fmt::format(" and {} combinations", combinations) : "");
+}
+
 std::string line_of(const std::string& name, const Measurement& m) {
   return fmt::format("  {:<11} {:>8} {:>8.5f} {:>9} {:>9} {:>12} {:>8.3f}\n", name,
                      m.error->psnr_db ? fmt::format("{:.2f}", *m.error->psnr_db) : "equal", m.error->flip,
@@ -289,7 +309,7 @@ std::string cheapest_text(const TradeoffResult& tradeoff, const CheapestAnswer& 
     text = fmt::format("{}: least {} with {}\n  {}\n", wanted, cost, answer.found->setting.label,
                        answer.found->setting.arguments.empty() ? "(as asked for)" : answer.found->setting.arguments);
   else
-    text = fmt::format("no setting that was tried has a {}\n", wanted);
+    text = fmt::format("none of {} has a {}\n", tried_text(tradeoff), wanted);
   text += fmt::format("  {:<11} {:>8} {:>8} {:>9} {:>9} {:>12} {:>8}\n", "", "PSNR dB", "FLIP", "ms", "mJ",
                       "DRAM bytes", "host s");
   if (answer.found) text += line_of("this", answer.found->setting.measured);
@@ -299,28 +319,55 @@ std::string cheapest_text(const TradeoffResult& tradeoff, const CheapestAnswer& 
   return text + fmt::format("  nearest to being good enough of those that are not: {}\n", answer.missed->setting.label);
 }
 
-std::string tradeoff_table(const TradeoffResult& tradeoff) {
-  std::string text;
-  for (const KnobResult& knob : tradeoff.knobs) {
-    text += fmt::format("\n{} ({}{})\n", knob.title, knob.name, knob.context.empty() ? "" : ", with " + knob.context);
-    if (!knob.skipped.empty()) {
-      text += fmt::format("  left out: {}\n", knob.skipped);
-      continue;
-    }
-    if (knob.idle) {
-      text += "  without effect here: all of its settings give the same image at the same cost\n";
-      continue;
-    }
-    if (knob.timed) {
-      text += timed_table(knob);
-      continue;
-    }
-    text += fmt::format("  {:<36} {:>8} {:>8} {:>8} {:>7} {:>9} {:>12} {:>9} {:>9} {:>15}\n", "setting", "PSNR dB",
-                        "SSIM", "FLIP", "max", "ms", "DRAM bytes", "mJ", "CPU s", "wall s (spread)");
-    for (const SettingResult& setting : knob.settings) text += table_row(setting);
+namespace {
+
+std::string knob_table(const KnobResult& knob, bool all) {
+  if (knob.timed) return timed_table(knob);
+  std::string text =
+      fmt::format("  {:<36} {:>8} {:>8} {:>8} {:>7} {:>9} {:>12} {:>9} {:>9} {:>15}\n", "setting", "PSNR dB", "SSIM",
+                  "FLIP", "max", "ms", "DRAM bytes", "mJ", "CPU s", "wall s (spread)");
+  std::vector<const SettingResult*> shown;
+  for (const SettingResult& setting : knob.settings)
+    if (all || decides(setting)) shown.push_back(&setting);
+  // Settings of a knob have an order of their own, combinations have none.
+  if (knob.combines)
+    std::stable_sort(shown.begin(), shown.end(), [](const SettingResult* a, const SettingResult* b) {
+      return a->measured.ms.value_or(0) < b->measured.ms.value_or(0);
+    });
+  for (const SettingResult* setting : shown) text += table_row(*setting);
+  const std::size_t beaten = knob.settings.size() - shown.size();
+  if (beaten > 0) text += fmt::format("  {} more, which others beat in FLIP and ms\n", beaten);
+  if (all)
     for (const SettingResult& setting : knob.settings) text += fmt::format("    {}\n", setting.says);
+  return text;
+}
+
+}  // namespace
+
+bool decides(const SettingResult& setting) { return setting.is_base || setting.on_front(Cost::kMs).value_or(true); }
+
+std::string tradeoff_table(const TradeoffResult& tradeoff, bool all) {
+  std::string text;
+  std::vector<std::string> idle;
+  std::map<std::string, std::vector<std::string>> skipped;  // by the reason
+  for (const KnobResult& knob : tradeoff.knobs) {
+    if (!knob.skipped.empty()) {
+      skipped[knob.skipped].push_back(knob.name);
+    } else if (knob.idle) {
+      idle.push_back(knob.name);
+    } else {
+      text += fmt::format("\n{} ({}{}), {} {}\n{}", knob.title, knob.name,
+                          knob.context.empty() ? "" : ", with " + knob.context, knob.settings.size(),
+                          knob.combines ? "combinations" : "settings", knob_table(knob, all));
+    }
   }
-  return text + "\n> the configuration asked for   * on the front of error (FLIP) against ms\n";
+  if (!idle.empty() || !skipped.empty()) text += "\n";
+  if (!idle.empty())
+    text += fmt::format("without effect here, the same image at the same cost: {}\n", fmt::join(idle, ", "));
+  for (const auto& [reason, names] : skipped)
+    text += fmt::format("left out, because {}: {}\n", reason, fmt::join(names, ", "));
+  return text + fmt::format("\n> the configuration asked for   * on the front of error (FLIP) against ms{}\n",
+                            all ? "" : "   --all: every setting, and what it costs in words");
 }
 
 }  // namespace tessera::replay

@@ -48,7 +48,11 @@ std::string setting_in_words(const SettingResult& setting, const SettingResult& 
 // The answer in at most ten lines: the cheapest setting beside the configuration that was asked for, and the nearest miss.
 std::string cheapest_text(const TradeoffResult& tradeoff, const CheapestAnswer& answer);
 
-// All knobs for people, after judge().
-std::string tradeoff_table(const TradeoffResult& tradeoff);
+// Whether no other setting of its knob beats it in error and time, or it is the one that was asked for.
+bool decides(const SettingResult& setting);
+
+// The settings of each knob that decide, for people, after judge(): those on its front, and the one that was asked for. `all`:
+// those that others beat, too, and what is said of each.
+std::string tradeoff_table(const TradeoffResult& tradeoff, bool all);
 
 }  // namespace tessera::replay

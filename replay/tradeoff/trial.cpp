@@ -24,6 +24,10 @@ namespace {
 
 using nlohmann::json;
 
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
 // Adds a round when it ends.
 class RoundTimer {
  public:
@@ -66,9 +70,10 @@ bool goes_on(const Trial& trial, const TrialPlace& place) {
 class Runner {
  public:
   Runner(PackedCaptures& captures, const TrialPlace& place, const Image* reference, const gpu::RunSettings& settings,
-         FrameRecords& records)
+         FrameRecords& records, WorkClock& clock)
       : captures_(captures),
         records_(records),
+        clock_(clock),
         place_(place),
         exposure_(settings.output.exposure > 0 ? static_cast<float>(settings.output.exposure)
                                                : captures.original()->capture.settings.exposure),
@@ -77,14 +82,23 @@ class Runner {
   // The frame before the compared one is what a history is of.
   void prepare(const Trial& trial, std::optional<tilecore::History>& history) {
     if (!goes_on(trial, place_)) return;
+    const auto start = std::chrono::steady_clock::now();
     gpu::RunSettings settings = trial.settings;
     settings.output.machine_model = false;  // nobody asks how long these frames take
     gpu::Device renderer(prepared(trial), trial.gpu, settings, request());
     for (int frame = place_.first_frame; frame < place_.frame; ++frame) renderer.render(frame);
     history = renderer.history();
+    clock_.finish(WorkKind::kRender, expected_work(trial, place_).before, seconds_since(start));
   }
 
   void run(const Trial& trial, const std::optional<tilecore::History>& history, TrialResult& result) {
+    const auto start = std::chrono::steady_clock::now();
+    record_seconds_ = 0;
+    run_round(trial, history, result);
+    clock_.finish(kind_of(trial), expected_work(trial, place_).round, seconds_since(start) - record_seconds_);
+  }
+
+  void run_round(const Trial& trial, const std::optional<tilecore::History>& history, TrialResult& result) {
     if (trial.timed) {
       name(time(trial, history, result), result);
       return;
@@ -160,8 +174,9 @@ class Runner {
   }
 
   const FrameRecords::Record& record_of(const Trial& trial, const std::optional<tilecore::History>& history) {
-    const std::string name = json_text(gpu::functional_json(trial.gpu, trial.settings)) + trial.packing.arguments();
+    const std::string name = record_name(trial);
     if (const auto known = records_.known.find(name); known != records_.known.end()) return known->second;
+    const auto start = std::chrono::steady_clock::now();
     const std::shared_ptr<const gpu::PreparedCapture>& drawn = prepared(trial);
     gpu::RenderRequest wanted = request();
     wanted.record_items = true;
@@ -177,6 +192,9 @@ class Runner {
     });
     record.views.push_back(std::move(frame.model->record.work));
     record.color = std::move(frame.targets.color);
+    const double seconds = seconds_since(start);
+    record_seconds_ += seconds;
+    clock_.finish(WorkKind::kRecord, expected_work(trial, place_).record, seconds);
     return record;
   }
 
@@ -196,6 +214,8 @@ class Runner {
 
   PackedCaptures& captures_;
   FrameRecords& records_;
+  WorkClock& clock_;
+  double record_seconds_ = 0;  // of the round in hand, for its record
   const TrialPlace& place_;
   float exposure_;
   Image reference_;                           // as shown
@@ -210,8 +230,17 @@ TrialWork expected_work(const Trial& trial, const TrialPlace& place) {
   const double frame = 0.65 + 0.085 * trial.settings.sampling.samples_per_pixel;
   TrialWork work;
   if (goes_on(trial, place)) work.before = 0.5 * frame * (place.frame - place.first_frame);  // untimed
+  if (trial.timed) work.record = frame;
   work.round = trial.timed ? 0.1 : trial.in_double ? 4 * frame : frame;
   return work;
+}
+
+WorkKind kind_of(const Trial& trial) {
+  return trial.timed ? WorkKind::kTiming : trial.in_double ? WorkKind::kInDouble : WorkKind::kRender;
+}
+
+std::string record_name(const Trial& trial) {
+  return json_text(gpu::functional_json(trial.gpu, trial.settings)) + trial.packing.arguments();
 }
 
 double all_work(const Trial& trial, const TrialPlace& place) {
@@ -247,27 +276,25 @@ std::string values_sha256(const Image& image) {
 
 gpu::FrameResult render_trial(PackedCaptures& captures, const Trial& trial, const TrialPlace& place) {
   FrameRecords none;
-  return Runner(captures, place, nullptr, trial.settings, none).render_once(trial);
+  WorkClock nobody;
+  return Runner(captures, place, nullptr, trial.settings, none, nobody).render_once(trial);
 }
 
 std::vector<TrialResult> run_trials(PackedCaptures& captures, const std::vector<Trial>& trials, const TrialPlace& place,
-                                    const Image* reference_linear, FrameRecords& records,
-                                    std::atomic<double>& work_done) {
+                                    const Image* reference_linear, FrameRecords& records, WorkClock& clock) {
   std::vector<TrialResult> results(trials.size());
   if (trials.empty()) return results;
   for (const Trial& trial : trials) gpu::check_gpu(trial.gpu);
-  Runner runner(captures, place, reference_linear, trials.front().settings, records);
+  Runner runner(captures, place, reference_linear, trials.front().settings, records, clock);
   std::vector<std::optional<tilecore::History>> histories(trials.size());
   for (std::size_t t = 0; t < trials.size(); ++t) {
     if (stop_requested()) return {};
     runner.prepare(trials[t], histories[t]);
-    work_done += expected_work(trials[t], place).before;
   }
   for (int round = 0; round < place.rounds; ++round)
     for (std::size_t t = 0; t < trials.size(); ++t) {
       if (stop_requested()) return {};
       runner.run(trials[t], histories[t], results[t]);
-      work_done += expected_work(trials[t], place).round;
     }
   return results;
 }

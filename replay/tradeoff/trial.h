@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <map>
 #include <string>
 #include <vector>
@@ -8,6 +7,7 @@
 #include "gpu/device.h"
 #include "replay/tradeoff/packed_captures.h"
 #include "replay/tradeoff/results.h"
+#include "replay/tradeoff/work_clock.h"
 
 namespace tessera::replay {
 
@@ -43,13 +43,19 @@ struct FrameRecords {
   std::map<std::string, Record> known;  // by all that a record depends on
 };
 
-// Host time of a trial in rounds of the frame with four samples a pixel, roughly: enough for the time that is left.
+// All that a timed trial's record depends on: trials with the same name share one.
+std::string record_name(const Trial& trial);
+
+// Host time of a trial in rounds of the frame with four samples a pixel, roughly: a WorkClock measures how long that is.
 struct TrialWork {
   double before = 0;  // frames before the compared one
+  double record = 0;  // the frame whose record is timed, for the first trial of those that share it
   double round = 1;
 };
+WorkKind kind_of(const Trial& trial);  // of its rounds
 TrialWork expected_work(const Trial& trial, const TrialPlace& place);
-double all_work(const Trial& trial, const TrialPlace& place);  // all of its rounds, and the frames before
+double all_work(const Trial& trial,
+                const TrialPlace& place);  // all of its rounds, and the frames before, without the record
 
 // Fills `hash`.
 void name_trial(Trial& trial, const TrialPlace& place);
@@ -62,10 +68,9 @@ gpu::FrameResult render_trial(PackedCaptures& captures, const Trial& trial, cons
 
 // Runs all of them, round by round, so that whatever else the host does meets all of them alike. The results, in order.
 // The time of a trial is that of its compared frame alone. Throws UsageError for values that do not fit each other.
-// Empty when stop_requested() before the last of them. `reference_linear` may be null where all are timed. The expected
-// work of what is finished is added to `work_done`.
+// Empty when stop_requested() before the last of them. `reference_linear` may be null where all are timed. `clock` is told
+// of everything that is finished.
 std::vector<TrialResult> run_trials(PackedCaptures& captures, const std::vector<Trial>& trials, const TrialPlace& place,
-                                    const Image* reference_linear, FrameRecords& records,
-                                    std::atomic<double>& work_done);
+                                    const Image* reference_linear, FrameRecords& records, WorkClock& clock);
 
 }  // namespace tessera::replay

@@ -56,6 +56,7 @@ class ViewCommand final : public Command {
         "change\n"
         "of what only timing reads (pass `timing` of `tessera describe gpu`) times the frame again, any other renders "
         "it.\n"
+        "A press measures what the frame takes without each drawable, as `tessera replay --without` does.\n"
         "Only this machine reaches the page, and only who knows its address. Ctrl-C ends it.\n\n"
         "Example:\n"
         "  tessera view captures/eggs.glb --size 640x360");

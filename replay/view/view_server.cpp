@@ -43,21 +43,29 @@ ViewServer::~ViewServer() {
 }
 
 void ViewServer::beat() {
-  json state = session_.state();
+  say("state", session_.state(), said_);
+  say("without", session_.left_out(), said_without_);
+  const std::lock_guard lock(mutex_);
+  if (++beats_ % kBeatsOfComment == 0) server_.send("", "");
+}
+
+void ViewServer::say(const char* event, json now, json& said) {
   {
     const std::lock_guard lock(mutex_);
-    if (state == said_) {
-      if (++beats_ % kBeatsOfComment == 0) server_.send("", "");
-      return;
-    }
-    said_ = state;
+    if (now == said) return;
+    said = now;
   }
-  server_.send("state", json_text(state));
+  server_.send(event, json_text(now));
 }
 
 HttpReply ViewServer::answer(const HttpRequest& request) {
   if (request.method == "POST") {
     if (request.path == "set" || request.path == "try") return change(request, request.path == "set");
+    if (request.path == "without") return measure(request);
+    if (request.path == "cancel") {
+      session_.cancel_measuring();
+      return json_reply(200, json::object());
+    }
     return http_reply(404, "not found\n");
   }
   if (request.path.empty()) return page();
@@ -89,7 +97,8 @@ HttpReply ViewServer::page() const {
         {"frames", {capture.settings.first_frame, scene::frames_to_see(capture)}},
         {"result", result_json(*result)},
         {"history", session_.history()},
-        {"state", session_.state()}}}};
+        {"state", session_.state()},
+        {"without", session_.left_out()}}}};
   const std::string nonce = random_token();
   HttpReply reply = http_reply(200, page_text(data, nonce), "text/html; charset=utf-8");
   // Plots compile their expressions (unsafe-eval).
@@ -104,6 +113,15 @@ HttpReply ViewServer::change(const HttpRequest& request, bool keep) {
   try {
     const std::uint64_t revision = session_.request(parse_unique_json(request.body, "the request", 2), keep);
     return json_reply(200, {{"revision", revision}});
+  } catch (const Error& error) {
+    return json_reply(400, {{"error", error.what()}});
+  }
+}
+
+HttpReply ViewServer::measure(const HttpRequest& request) {
+  try {
+    session_.measure_without(parse_unique_json(request.body, "the request", 2));
+    return json_reply(200, json::object());
   } catch (const Error& error) {
     return json_reply(400, {{"error", error.what()}});
   }

@@ -17,10 +17,14 @@ namespace tessera::replay {
 // A view's page and what it asks for:
 //
 //   GET  .../               the page: that of report.html and its panel (report/page/view.js)
-//   GET  .../events         server-sent events: "result" with the newest result, "state" with ViewSession::state()
+//   GET  .../events         server-sent events: "result" with the newest result, "state" with ViewSession::state(),
+//                           "without" with ViewSession::left_out()
 //   GET  .../image/N.png    of the newest kImages renderings
 //   POST .../set, .../try   {KEY: value or null}; `try` leaves no trace in the history. {"revision": N}, or 400 and
 //                           {"error": TEXT}
+//   POST .../without        {} or {"node": TEXT, "material": TEXT}: measures the frame without each drawable, or without
+//                           that one. {}, or 400 and {"error": TEXT}
+//   POST .../cancel         {}: ends that measurement. {}
 class ViewServer {
  public:
   using Told = std::function<void(const ViewResult&)>;
@@ -42,6 +46,9 @@ class ViewServer {
 
   HttpReply answer(const HttpRequest& request);
   HttpReply page() const;
+  HttpReply measure(const HttpRequest& request);
+  // Sends an event when what it says has changed.
+  void say(const char* event, nlohmann::json now, nlohmann::json& said);
   HttpReply change(const HttpRequest& request, bool keep);
   HttpReply image(const std::string& name) const;
   void tell(const std::shared_ptr<const ViewResult>& result);
@@ -53,7 +60,7 @@ class ViewServer {
   LoopbackServer server_;
   mutable std::mutex mutex_;  // of what follows
   std::deque<ViewImage> images_;
-  nlohmann::json said_;
+  nlohmann::json said_, said_without_ = nlohmann::json::object();
   unsigned beats_ = 0;
 };
 

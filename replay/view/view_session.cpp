@@ -1,5 +1,6 @@
 #include "replay/view/view_session.h"
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <utility>
@@ -17,6 +18,7 @@
 #include "replay/commands.h"
 #include "replay/frame_costs.h"
 #include "replay/frame_files.h"
+#include "replay/left_out.h"
 #include "replay/pixel_history.h"
 #include "replay/statistics.h"
 #include "shaders_cpp/tone_map.h"
@@ -28,6 +30,7 @@ using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kMaxHistory = 500;
+constexpr const char* kMeasuring = "measuring";
 
 double seconds_from(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
@@ -89,6 +92,7 @@ void ViewSession::stop() {
     const std::lock_guard lock(mutex_);
     stop_ = true;
     if (device_ != nullptr) device_->abandon();
+    end_measuring();
   }
   changed_.notify_all();
   if (worker_.joinable()) worker_.join();
@@ -116,9 +120,58 @@ std::uint64_t ViewSession::request(const json& changes, bool keep) {
     wanted_ = std::move(next);
     revision = wanted_.revision;
     if (device_ != nullptr && !in_hand_->renders_as(wanted_)) device_->abandon();
+    end_measuring();
   }
   changed_.notify_all();
   return revision;
+}
+
+void ViewSession::measure_without(const json& part) {
+  std::optional<DrawableName> only;
+  if (!part.is_object()) throw UsageError("without: expected {} or the names of a drawable");
+  if (!part.empty()) {
+    const auto text = [&](const char* member) {
+      const auto at = part.find(member);
+      if (at == part.end() || !at->is_string() || part.size() != 2)
+        throw UsageError("without: a drawable has the texts \"node\" and \"material\"");
+      return at->get<std::string>();
+    };
+    only = DrawableName{text("node"), text("material")};
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    if (!result_) throw UsageError("without: the first frame is being rendered");
+    if (only) {
+      const json& drawables = result_->stats.at("frames").at(0).at("drawables");
+      if (std::none_of(drawables.begin(), drawables.end(), [&](const json& row) {
+            return row.at("node") == only->node && row.at("material") == only->material;
+          }))
+        throw UsageError(fmt::format("without: the frame draws no {} / {}", escape_control(only->node, 60),
+                                     escape_control(only->material, 60)));
+    }
+    end_measuring();
+    left_out_wanted_ = LeftOutWanted{std::move(only)};
+    left_out_ = {
+        {"revision", wanted_.revision}, {"phase", kMeasuring}, {"done", 0}, {"all", 0}, {"rows", json::array()}};
+  }
+  changed_.notify_all();
+}
+
+void ViewSession::cancel_measuring() {
+  const std::lock_guard lock(mutex_);
+  end_measuring();
+}
+
+void ViewSession::end_measuring() {
+  left_out_wanted_.reset();
+  end_measuring_ = true;
+  if (measuring_ != nullptr) measuring_->abandon();
+  if (left_out_.value("phase", "") == kMeasuring) left_out_["phase"] = "cancelled";
+}
+
+json ViewSession::left_out() const {
+  const std::lock_guard lock(mutex_);
+  return left_out_;
 }
 
 std::shared_ptr<const ViewResult> ViewSession::result() const {
@@ -144,11 +197,21 @@ json ViewSession::history() const {
 void ViewSession::work() {
   for (std::uint64_t served = 0;;) {
     ViewPoint point;
+    std::optional<LeftOutWanted> without;
     {
       std::unique_lock lock(mutex_);
-      changed_.wait(lock, [&] { return stop_ || wanted_.revision != served; });
+      changed_.wait(lock, [&] { return stop_ || wanted_.revision != served || left_out_wanted_; });
       if (stop_) return;
       point = wanted_;
+      if (point.revision == served) {
+        without = std::exchange(left_out_wanted_, std::nullopt);
+        end_measuring_ = false;
+        left_out_["revision"] = result_->revision;
+      }
+    }
+    if (without) {
+      leave_out(without->only);
+      continue;
     }
     served = point.revision;
     try {
@@ -271,7 +334,48 @@ void ViewSession::render(const ViewPoint& point) {
   publish(point, true, false, seconds_from(start));
 }
 
+void ViewSession::leave_out(const std::optional<DrawableName>& only) {
+  const ViewPoint& point = *shown_;
+  const LeaveOneOut measurement(*space_.start().capture, point.gpu, point.settings, point.request,
+                                {.drawables_only = true, .only = only}, [&](gpu::Device& device) {
+                                  for (int f = point.first_frame(space_.start().warmup); f < point.frame; ++f)
+                                    device.render(f);
+                                });
+  LeaveOneOut::Watch watch;
+  watch.stop = [this] {
+    const std::lock_guard lock(mutex_);
+    return end_measuring_;
+  };
+  watch.renders = [this](gpu::Device* device) {
+    const std::lock_guard lock(mutex_);
+    measuring_ = device;
+    if (device != nullptr && end_measuring_) device->abandon();
+  };
+  watch.measured = [this](const json& so_far, std::size_t done, std::size_t all, const json&) {
+    const std::lock_guard lock(mutex_);
+    if (end_measuring_) return;
+    left_out_["done"] = done;
+    left_out_["all"] = all;
+    left_out_["rows"] = so_far.at("drawables");
+  };
+  std::string error;
+  try {
+    check_memory(point);
+    measurement.measure({point.frame, rendering_->shares, rendering_->frame.effects},
+                        prepared_->scene(point.settings.textures).assembly, rendering_->names, watch);
+  } catch (const gpu::Abandoned&) {
+    // end_measuring() has said so.
+  } catch (const std::exception& fault) {
+    error = escape_control(fault.what(), 400);
+  }
+  const std::lock_guard lock(mutex_);
+  if (end_measuring_) return;
+  left_out_["phase"] = error.empty() ? "done" : "failed";
+  if (!error.empty()) left_out_["error"] = error;
+}
+
 void ViewSession::publish(const ViewPoint& point, bool rendered, bool stale, double seconds) {
+  shown_ = point;
   const scene::Capture& capture = *space_.start().capture;
   Statistics statistics(capture, point.gpu, point.settings, point.request);
   statistics.add_gpu_notice(point.notice);

@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "gpu/device.h"
+#include "replay/frame_costs.h"
 #include "replay/view/view_point.h"
 
 namespace tessera::replay {
@@ -47,6 +48,8 @@ struct ViewResult {
 //   VWS2  The newest request wins: a frame in hand that it would render otherwise is abandoned.
 //   VWS3  A request that changes only what timing reads renders nothing.
 //   VWS4  A request that is refused changes nothing.
+//   VWS5  What the frame takes without a drawable is what `tessera replay --without` says of the newest result's command
+//         line. A request for another frame, other settings or another machine ends the measurement.
 class ViewSession {
  public:
   // Called on the session's thread; state() tells the rest.
@@ -67,6 +70,14 @@ class ViewSession {
   // request's revision.
   std::uint64_t request(const nlohmann::json& changes, bool keep);
 
+  // Renders and times the newest result's frame without each drawable, or without the one that `part` names: {} or
+  // {"node": TEXT, "material": TEXT}. Ends what was measured before. Throws UsageError, also before the start is rendered.
+  void measure_without(const nlohmann::json& part);
+  void cancel_measuring();
+  // {} before any was asked for, else {"revision": of the result, "phase": "measuring" | "done" | "cancelled" | "failed",
+  // "done", "all": of parts, "rows": as "drawables" of LeaveOneOut::measure(), "error"}.
+  nlohmann::json left_out() const;
+
   // Null before the start is rendered.
   std::shared_ptr<const ViewResult> result() const;
   // {"revision", "phase": "rendering" | "timing" | "idle" | "failed", "done", "tiles", "error"}
@@ -85,8 +96,11 @@ class ViewSession {
   // A check that it is too large comes before.
   void check_memory(const ViewPoint& point) const;
   bool can_time(const ViewPoint& point) const;
+  void leave_out(const std::optional<DrawableName>& only);
   void publish(const ViewPoint& point, bool rendered, bool stale, double seconds);
   void remember(const ViewResult& result);
+  // With mutex_ held.
+  void end_measuring();
   void set_phase(const ViewPoint& point, const char* phase, const std::string& error = "");
 
   const ViewSpace space_;
@@ -95,6 +109,7 @@ class ViewSession {
   Told told_;
   std::unique_ptr<Rendering> rendering_;  // the session's thread's own
   std::uint64_t images_ = 0;
+  std::optional<ViewPoint> shown_;  // of the newest result; the session's thread's own
 
   mutable std::mutex mutex_;  // of what follows
   std::condition_variable changed_;
@@ -103,7 +118,14 @@ class ViewSession {
   gpu::Device* device_ = nullptr;
   std::shared_ptr<const ViewResult> result_;
   std::exception_ptr start_failure_;
-  nlohmann::json state_, history_ = nlohmann::json::array();
+  // Something is to be measured: one drawable, or each of them.
+  struct LeftOutWanted {
+    std::optional<DrawableName> only;
+  };
+  std::optional<LeftOutWanted> left_out_wanted_;
+  gpu::Device* measuring_ = nullptr;  // that renders without a drawable
+  bool end_measuring_ = false;
+  nlohmann::json state_, left_out_ = nlohmann::json::object(), history_ = nlohmann::json::array();
   bool stop_ = false;
   std::thread worker_;
 };

@@ -436,6 +436,16 @@ TEST(ReferenceStore, EndsWhereItsNoiseIsSmallEnough) {
   EXPECT_EQ(made(512, 200).color.values, all.color.values);
 }
 
+// The noise that was measured says how many samples it takes, not how many it may take.
+TEST(ReferenceStore, ExpectsTheSamplesThatItsNoiseNeeds) {
+  const std::vector<int> numbers = {32, 64, 128, 256, 512, 1024};
+  EXPECT_EQ(expected_samples(numbers, 64, 61, 60), 64);
+  EXPECT_EQ(expected_samples(numbers, 64, 57.5, 60), 128) << "1.8 times as many";
+  EXPECT_EQ(expected_samples(numbers, 64, 54.5, 60), 256) << "3.5 times as many";
+  EXPECT_EQ(expected_samples(numbers, 64, 30, 60), 1024) << "it takes no more than all";
+  EXPECT_EQ(expected_samples(numbers, 64, std::numeric_limits<double>::infinity(), 60), 64);
+}
+
 TEST(ReferenceStore, SaysHowFarItIs) {
   const test::TemporaryFolder folder;
   const Capture capture = shipped("eggs");

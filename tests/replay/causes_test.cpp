@@ -192,6 +192,50 @@ TEST(Causes, WhatCameStandsBeforeWhatGrew) {
   EXPECT_THAT(why.parts[0].parts[0].text, HasSubstr("motion does not run"));
 }
 
+// Of two captures the figures that tell them apart are named, then where the cycles and bytes went, as of two runs of one.
+TEST(Causes, TwoCapturesAreToldApartByTheirFigures) {
+  const test::TemporaryFolder out;
+  Rendering vases, garden;
+  vases.capture = scene::read_capture(test::shipped_capture("vases"));
+  garden.capture = scene::read_capture(test::shipped_capture("garden_lamps"));
+  garden.resize(96, 54);
+  write_run(vases, out / "a");
+  write_run(garden, out / "b");
+  const Cause why = causes_of(compare_runs({out / "a", out / "b"}), 1);
+  const std::string text = cause_text(why);
+  const json a = json::parse(test::read_text(out / "a" / "stats.json")),
+             b = json::parse(test::read_text(out / "b" / "stats.json"));
+  ASSERT_EQ(why.parts[0].text, "what changed");
+  EXPECT_EQ(why.parts[0].parts[0].text, "another capture: vases.glb -> garden_lamps.glb");
+  EXPECT_EQ(why.parts[0].parts[1].text, "size of the image: 160x90 -> 96x54");
+  for (const auto& [what, counter] :
+       {std::pair("base patches", "frontend.base_patches"), std::pair("sub-patches", "frontend.sub_patches"),
+        std::pair("triangles", "tilecore.triangles"),
+        std::pair("pixel-shader invocations", "tilecore.pixel_shader_invocations")}) {
+    const auto of = [&](const json& stats) { return stats["frames"][0]["counters"][counter].get<std::uint64_t>(); };
+    EXPECT_THAT(text, HasSubstr(fmt::format("    {}: {} -> {}\n", what, of(a), of(b))));
+  }
+  for (const char* count : {"lights", "textures"})
+    EXPECT_THAT(text, HasSubstr(fmt::format("    {}: {} -> {}\n", count, a["capture"][count].get<int>(),
+                                            b["capture"][count].get<int>())));
+  EXPECT_EQ(b["capture"]["lights"], garden.capture.lights.size());
+  EXPECT_THAT(text, HasSubstr(fmt::format("passes: 1 -> {}\n", b["frames"][0]["timing"]["passes"].size())));
+  // Hits of shadow passes are no layers of the image.
+  const auto main = [](const json& stats) {
+    const json& passes = stats["frames"][0]["passes"];
+    return passes.size() == 1 ? stats["frames"][0]["counters"] : passes.back()["counters"];
+  };
+  const auto layers = [&](const json& stats) {
+    return main(stats)["tilecore.sample_hits"].get<double>() / main(stats)["tilecore.samples_visible"].get<double>();
+  };
+  EXPECT_THAT(text, HasSubstr(fmt::format("    layers of a sample that sees a surface: {:.2f} -> {:.2f}\n", layers(a),
+                                          layers(b))));
+  EXPECT_THAT(text, HasSubstr("effects that A does not run: "));
+  EXPECT_THAT(text, HasSubstr("  cycles by unit, on the critical path\n"));
+  EXPECT_THAT(text, HasSubstr("  bytes\n"));
+  EXPECT_THAT(text, testing::Not(HasSubstr("is drawn"))) << "nothing of one is in the other";
+}
+
 TEST(Causes, TwoFramesOfAReplayAreCompared) {
   const test::TemporaryFolder out;
   ASSERT_EQ(test::run_tessera({"replay", test::shipped_capture("eggs").string(), "--size", "96x54", "--frames", "4:7",

@@ -76,6 +76,17 @@ TEST(Progress, WithinAStepSaysWhatIsLeft) {
   EXPECT_TRUE(std::regex_match(line, std::regex("\\[0/2\\] 6 of 12 tiles, [3-9] s left\n"))) << line;
 }
 
+// Work that knows its time left says it, between steps and within them.
+TEST(Progress, SaysTheTimeLeftThatTheWorkMeasured) {
+  testing::internal::CaptureStderr();
+  {
+    Progress progress(3, false, [] { return StepProgress("6 of 12 tiles", 0.5, 77.0); });
+    progress.update(1, "frame 0");
+    progress.update(3, "frame 2");
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "[1/3] frame 0, 77 s left\n[3/3] frame 2\n");
+}
+
 // Half of a step that is nine tenths of the work leaves more than as much again; were the steps alike, three times as much.
 TEST(Progress, OfStepsThatDifferCountsTheirWork) {
   const auto line_of = [](const std::vector<double>& works) {

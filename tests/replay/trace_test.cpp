@@ -76,6 +76,79 @@ TEST(Trace, IsJsonWhoseSlicesNestWithATrackForEveryUnit) {
   }
 }
 
+// The render stages of each pass, by the pass that its slice names: the stage and the slice.
+using Stages = std::map<std::string, std::map<std::string, Slice>>;
+Stages stages_of(const json& trace) {
+  Stages stages;
+  for (const json& e : trace["traceEvents"])
+    if (e["ph"] == "X" && e["args"].contains("pass")) {
+      const double begin = e["ts"].get<double>();
+      EXPECT_TRUE(
+          stages[e["args"]["pass"]].insert({e["name"], {begin, begin + e["dur"].get<double>(), e["name"]}}).second)
+          << e;
+    }
+  return stages;
+}
+
+std::set<std::string> names_of(const std::map<std::string, Slice>& stages) {
+  std::set<std::string> names;
+  for (const auto& [name, slice] : stages) names.insert(name);
+  return names;
+}
+
+// A trace of the first frame of a capture with some settings.
+json trace_of(const std::string& file, const std::vector<std::string>& settings) {
+  const test::TemporaryFolder out;
+  const std::string trace = (out / "t.json").string();
+  std::vector<std::string> arguments = {"replay",  file,      "--size",      "96x54", "--frames",
+                                        "0:1",     "--quiet", "--no-report", "--out", out.path().string(),
+                                        "--trace", trace};
+  for (const std::string& setting : settings) arguments.insert(arguments.end(), {"--set", setting});
+  const auto r = run_tessera(arguments);
+  EXPECT_EQ(r.status, 0) << r.errors;
+  return json::parse(test::read_text(trace));
+}
+
+// Invariants RS1 and RS2: shadow passes store depths, the pass that draws stores colours.
+TEST(Trace, PassesHaveTheRenderStagesOfTheirTargets) {
+  const json trace = trace_of(capture("city_evening"), {});
+  EXPECT_EQ(misplaced(trace), 0);
+  const std::set<std::string> tracks = names(trace, "M", "track");
+  for (const char* track :
+       {"vertex queue", "fragment queue: Render", "fragment queue: StoreColor", "fragment queue: StoreDepth"})
+    EXPECT_TRUE(tracks.contains(track)) << track;
+  EXPECT_FALSE(tracks.contains("fragment queue: LoadColor"));
+  const Stages stages = stages_of(trace);
+  ASSERT_TRUE(stages.contains("main"));
+  EXPECT_GT(stages.size(), 1u);
+  for (const auto& [pass, of] : stages) {
+    EXPECT_EQ(names_of(of), (std::set<std::string>{"Binning", "Render", pass == "main" ? "StoreColor" : "StoreDepth"}))
+        << pass;
+    // The tiles of the pass, by their own slices.
+    double first = 1e9, last = 0;
+    for (const json& e : trace["traceEvents"])
+      if (e["ph"] == "X" && e["name"].get<std::string>().starts_with(pass + ": tile ")) {
+        first = std::min(first, e["ts"].get<double>());
+        last = std::max(last, e["ts"].get<double>() + e["dur"].get<double>());
+      }
+    EXPECT_EQ(of.at("Render").begin, first) << pass;
+    EXPECT_LE(of.at("Render").end, last) << pass;
+    EXPECT_EQ(of.at(pass == "main" ? "StoreColor" : "StoreDepth").end, last) << pass;
+    EXPECT_LT(of.at("Binning").begin, of.at("Render").begin) << pass;
+  }
+}
+
+// A partial render stores colours and depths, and loads them again.
+TEST(Trace, PartialRendersLoadAndStoreColorsAndDepths) {
+  const Stages whole = stages_of(trace_of(capture("serpent"), {})),
+               partial = stages_of(trace_of(capture("serpent"), {"parameter_buffer.bytes=2048"}));
+  EXPECT_EQ(names_of(whole.at("main")), (std::set<std::string>{"Binning", "Render", "StoreColor"}));
+  EXPECT_EQ(names_of(partial.at("main")),
+            (std::set<std::string>{"Binning", "LoadColor", "LoadDepth", "Render", "StoreColor", "StoreDepth"}));
+  const auto& stages = partial.at("main");
+  EXPECT_GT(stages.at("LoadColor").begin, stages.at("StoreColor").begin) << "what is loaded was stored before";
+}
+
 // Every tile has its slice, from when its core took it; none hides another.
 TEST(Trace, ShowsAllTilesOfACoreAndWhereTheyAre) {
   const test::TemporaryFolder out;

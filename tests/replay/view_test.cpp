@@ -242,6 +242,80 @@ TEST(View, OnlyWhatIsKeptIsInTheHistory) {
   EXPECT_EQ(history[1]["summary"], session->result()->summary);
 }
 
+// ViewSession::left_out() once it is in one of these phases.
+json left_out_when(ViewSession& session, const std::set<std::string>& phases) {
+  json now;
+  for (int k = 0; k < 6000; ++k) {
+    now = session.left_out();
+    if (phases.contains(now.value("phase", ""))) return now;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  ADD_FAILURE() << now;
+  return now;
+}
+
+// VWS5: rows are those of `replay --without` for the result's command line, most saved first.
+TEST(View, MeasuresTheFrameWithoutEachDrawable) {
+  Session session("eggs", {"shader.lanes=48"});
+  const auto result = session.after({{"frame", 4}, {"tile.width", 16}});
+  EXPECT_EQ(session->left_out(), json::object());
+  session->measure_without(json::object());
+  const json measured = left_out_when(*session, {"done"});
+  EXPECT_EQ(measured["revision"], result->revision);
+  EXPECT_EQ(measured["done"], measured["all"]);
+  const test::TemporaryFolder out;
+  std::istringstream words(result->command);
+  std::vector<std::string> arguments{std::istream_iterator<std::string>(words), {}};
+  arguments.erase(arguments.begin());
+  for (const char* more : {"--quiet", "--no-report", "--without", "all", "--out"}) arguments.emplace_back(more);
+  arguments.push_back(out.path().string());
+  ASSERT_EQ(run_tessera(arguments).status, 0);
+  const json expected = json::parse(test::read_text(out / "stats.json"))["frames"][0]["without"]["drawables"];
+  EXPECT_GT(expected.size(), 1u);
+  EXPECT_EQ(measured["rows"], expected);
+  // One of them alone is the same row.
+  session->measure_without({{"node", expected[1]["node"]}, {"material", expected[1]["material"]}});
+  EXPECT_EQ(left_out_when(*session, {"done"})["rows"], json::array({expected[1]}));
+  EXPECT_EQ(session->result()->revision, result->revision) << "the result stays";
+}
+
+TEST(View, AMeasurementEndsWhereItIsCancelledOrTheFrameIsAnother) {  // VWS5
+  Session session("garden", {}, "640x360");
+  session->measure_without(json::object());
+  session->cancel_measuring();
+  EXPECT_EQ(left_out_when(*session, {"cancelled", "done"})["phase"], "cancelled");
+  session->measure_without(json::object());
+  for (int k = 0; k < 6000 && session->left_out()["done"] == 0; ++k)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  const json some = session->left_out();
+  EXPECT_GT(some["done"], 0);
+  EXPECT_LT(some["done"], some["all"]);
+  EXPECT_EQ(some["rows"].size(), some["done"].get<std::size_t>()) << "as it goes";
+  const auto start = std::chrono::steady_clock::now();
+  const auto timed = session.after({{"clock.mhz", 600}});
+  EXPECT_EQ(session->left_out()["phase"], "cancelled");
+  EXPECT_FALSE(timed->rendered);
+  RecordProperty("seconds",
+                 std::to_string(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()));
+}
+
+TEST(View, WhatCannotBeLeftOutIsSaid) {
+  Session session;
+  const auto fault = [&](const json& part) -> std::string {
+    try {
+      session->measure_without(part);
+    } catch (const UsageError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(fault({{"node", "no such"}, {"material", "m"}}), HasSubstr("the frame draws no no such / m"));
+  EXPECT_THAT(fault({{"node", "ground"}}), HasSubstr("material"));
+  EXPECT_THAT(fault({{"node", 1}, {"material", "m"}}), HasSubstr("node"));
+  EXPECT_THAT(fault(json::array()), HasSubstr("expected"));
+  EXPECT_EQ(session->left_out(), json::object()) << "what is refused measures nothing";
+}
+
 TEST(View, WordsOfACommandLineAreQuotedForAShell) {
   EXPECT_EQ(shell_word("captures/eggs.glb"), "captures/eggs.glb");
   EXPECT_EQ(shell_word("my eggs.glb"), "'my eggs.glb'");
@@ -429,6 +503,51 @@ TEST_F(ViewInBrowser, APressOnTheHistoryGoesBack) {
   EXPECT_EQ(page_->evaluate("Object.keys(data.stats).length > 0 && document.querySelector('#view .error').textContent"),
             "");
   expect_no_errors();
+}
+
+TEST_F(ViewInBrowser, APressMeasuresTheFrameWithoutEachDrawable) {
+  open({"--size", "96x54"});
+  EXPECT_EQ(page_->evaluate("document.querySelectorAll('#view .without table').length"), 0);
+  page_->evaluate("document.querySelector('#view .measure').click()");
+  ASSERT_TRUE(page_->wait_for("document.querySelector('#view .without > div').dataset.phase === 'done'"));
+  const int drawables =
+      page_->evaluate("data.stats.frames[0].drawables.filter((row) => row.node || row.material).length");
+  EXPECT_GT(drawables, 1);
+  EXPECT_EQ(page_->evaluate("document.querySelectorAll('#view .without tbody tr').length"), drawables);
+  const json saved = page_->evaluate(
+      "[...document.querySelectorAll('#view .without tbody tr')].map((row) => "
+      "parseFloat(row.cells[1].textContent.replace('\u2212', '-')))");
+  EXPECT_TRUE(std::is_sorted(saved.begin(), saved.end(), [](const json& a, const json& b) { return a > b; })) << saved;
+  EXPECT_EQ(page_->evaluate("document.querySelector('#view .cancel').disabled"), true);
+  // The selected one alone.
+  page_->evaluate(
+      "{ const which = document.querySelector('#view select[aria-label^=Drawable]'); which.selectedIndex = 1; "
+      "document.querySelector('#view .measure').click(); }");
+  EXPECT_TRUE(page_->wait_for("document.querySelectorAll('#view .without tbody tr').length === 1"));
+  // Another frame: figures of the one before are not shown beside it.
+  seconds_of([&] {
+    page_->evaluate(
+        "{ const frame = document.querySelector('#view input[aria-label=Frame]'); frame.value = '16'; "
+        "frame.dispatchEvent(new "
+        "Event('change')); }");
+  });
+  EXPECT_TRUE(page_->wait_for("document.querySelectorAll('#view .without table').length === 0"));
+  expect_no_errors();
+}
+
+TEST_F(ViewInBrowser, AMeasurementIsCancelledAndWhatIsRefusedIsSaid) {
+  open({"--size", "1280x720", "--set", "sampling.samples_per_pixel=64"});
+  page_->evaluate("document.querySelector('#view .measure').click()");
+  ASSERT_TRUE(page_->wait_for("!document.querySelector('#view .cancel').disabled"));
+  page_->evaluate("document.querySelector('#view .cancel').click()");
+  ASSERT_TRUE(page_->wait_for("document.querySelector('#view .without > div').dataset.phase === 'cancelled'"));
+  EXPECT_EQ(page_->evaluate("document.querySelector('#view .measure').disabled"), false);
+  const json reply = page_->evaluate(
+      "fetch('without', { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: "
+      "JSON.stringify({ node: 'no such', material: '' }) }).then(async (reply) => [reply.status, (await "
+      "reply.json()).error])");
+  EXPECT_EQ(reply[0], 400);
+  EXPECT_THAT(reply[1].get<std::string>(), HasSubstr("the frame draws no no such"));
 }
 
 TEST_F(ViewInBrowser, FetchesFromItsOwnAddressAlone) {

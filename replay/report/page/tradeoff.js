@@ -1,6 +1,7 @@
 // The report of a tradeoff: data.tradeoff as tradeoff.json has it (replay/tradeoff/tradeoff.h).
 
 const kTradeoffCosts = { ms: 'ms', dram_bytes: 'DRAM bytes', mj: 'energy, mJ', seconds: 'host seconds, median', processor_seconds: 'processor seconds, median' };
+const kFrontNames = { ms: 'ms', dram_bytes: 'DRAM', mj: 'mJ', seconds: 'host', processor_seconds: 'CPU' };
 const kTradeoffErrors = { flip: 'mean FLIP', mse: 'mean square error (from PSNR)', dissimilarity: '1 - SSIM', max_error: 'largest difference' };
 
 function tradeoffReport() {
@@ -76,7 +77,7 @@ function timedColumns() {
 function tradeoffColumns(knob) {
   return [{ title: 'setting', of: (row) => (row.base ? `${row.label} (as asked)` : row.label) }, { title: 'PSNR, dB', of: (row) => (row.error.psnr_db === null ? 'equal' : Number(row.error.psnr_db.toFixed(2))) },
     { title: 'SSIM', of: (row) => Number(row.error.ssim.toFixed(5)) }, { title: 'FLIP', of: (row) => Number(row.error.flip.toFixed(5)) }, { title: 'largest', of: (row) => Number(row.error.max_error.toFixed(4)) },
-    { title: 'front', of: (row) => Object.keys(kTradeoffCosts).filter((cost) => (cost.endsWith('seconds') ? row.host['front_' + cost] : row.front[cost])).map((cost) => kTradeoffCosts[cost].split(',')[0]).join(', '), wide: true },
+    { title: 'front', of: (row) => Object.keys(kTradeoffCosts).filter((cost) => (cost.endsWith('seconds') ? row.host['front_' + cost] : row.front[cost])).map((cost) => kFrontNames[cost]).join(', ') },
     { title: 'ms', of: (row) => (row.ms === null ? '' : Number(row.ms.toPrecision(4))) }, { title: 'cycles', of: (row) => row.cycles ?? '' }, { title: 'DRAM bytes', of: (row) => row.dram_bytes ?? '' },
     { title: 'energy, mJ', of: (row) => (row.energy_nj === null ? '' : Number((row.energy_nj * 1e-6).toPrecision(4))) },
     ...(knob.watched ? [{ title: knob.watched_as, of: (row) => row.watched ?? '' }] : []),
@@ -124,14 +125,20 @@ function knobSection(knob, errorOf, costOf) {
     return;
   }
   if (knob.context) part.append(make('p', { class: 'note' }, `With ${knob.context}.`));
-  part.append(make('ul', {}, ...knob.settings.map((row) => make('li', {}, row.says))));
   if (knob.timed) {
-    part.append(table(timedColumns(), knob.settings));
+    part.append(make('ul', {}, ...knob.settings.map((row) => make('li', {}, row.says))), table(timedColumns(), knob.settings));
     return;
   }
-  const points = () => markFront(knob.settings.filter((row) => row.ms !== null).map((row, index) => ({ index, x: costOf(row, 'ms'), y: errorOf(row, 'flip'), series: row.label, says: row.says })));
+  // Settings that others beat decide nothing: they are folded.
+  const deciding = knob.settings.filter((row) => row.base || row.front.ms !== false), beaten = knob.settings.length - deciding.length;
+  // Of many settings a legend says only which decide.
+  const many = knob.settings.length > 20, series = (row) => (!many ? row.label : deciding.includes(row) ? 'decides' : 'beaten');
+  const points = () => markFront(knob.settings.filter((row) => row.ms !== null).map((row, index) => ({ index, x: costOf(row, 'ms'), y: errorOf(row, 'flip'), series: series(row), says: row.says })));
   plot(part, `${knob.title}: mean FLIP against time, one point per setting`, () => scatter(points(), { x: 'ms', y: 'mean FLIP', series: 'setting' }));
-  part.append(table(tradeoffColumns(knob), knob.settings), make('details', {}, make('summary', {}, 'As arguments'), table([{ title: 'setting', of: (row) => row.label }, { title: 'arguments', of: (row) => row.arguments || '(as asked for)', wide: true }], knob.settings)));
+  part.append(make('p', { class: 'note' }, beaten > 0 ? `The ${deciding.length} settings that no other beats in mean FLIP and ms, and the one that was asked for; the other ${beaten} are folded.` : 'No setting is beaten in mean FLIP and ms.'),
+    table(tradeoffColumns(knob), deciding, { sort: knob.name === 'joint' || knob.name === 'search' ? 6 : -1, label: `Settings of ${knob.title} that decide` }));
+  if (beaten > 0) part.append(make('details', {}, make('summary', {}, `All ${knob.settings.length} settings`), table(tradeoffColumns(knob), knob.settings)));
+  part.append(make('details', {}, make('summary', {}, 'In words'), make('ul', {}, ...knob.settings.map((row) => make('li', {}, row.says)))), make('details', {}, make('summary', {}, 'As arguments'), table([{ title: 'setting', of: (row) => row.label }, { title: 'arguments', of: (row) => row.arguments || '(as asked for)', wide: true }], knob.settings)));
 }
 
 function convergenceSection(reference) {

@@ -1,5 +1,6 @@
 // The page of `tessera view`: a panel that changes settings and numbers of the machine, above the report of the newest
-// result. data.view: {keys: rows of `tessera describe` with "start" and "timing", frames: [first, count], result, history, state}.
+// result. data.view: {keys: rows of `tessera describe` with "start" and "timing", frames: [first, count], result, history, state,
+// without: ViewSession::left_out()}.
 
 const viewReport = (() => {
 // What is latest at first, most asked first; any other key can be added.
@@ -111,6 +112,52 @@ function keyRow(key, ask) {
   return { key, line, show: follow };
 }
 
+// ---- Leave-one-out ------------------------------------------------------------------------------------------------
+
+// What the frame takes without each drawable, or without one: measured by the program when it is asked. `frameOf`: the
+// newest frame of stats.json. show(state) follows ViewSession::left_out(); reset() follows a new result.
+function leaveOneOut(frameOf) {
+  const holder = make('div'), state = make('p', { class: 'state', 'aria-live': 'polite' }), fault = make('p', { class: 'error', role: 'alert' });
+  const which = make('select', { 'aria-label': 'Drawable that is left out' });
+  const post = async (path, body) => {
+    try {
+      const answer = await (await fetch(path, { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify(body) })).json();
+      fault.textContent = answer.error || '';
+    } catch (error) {
+      fault.textContent = 'tessera view does not answer: it has ended, or the machine is very busy';
+    }
+  };
+  const measure = make('button', { type: 'button', class: 'measure', click: () => post('without', which.value === '' ? {} : JSON.parse(which.value)) }, 'Measure');
+  const cancel = make('button', { type: 'button', class: 'cancel', disabled: true, click: () => post('cancel', {}) }, 'Cancel');
+  const nameOf = (row) => [row.node, row.material].filter(Boolean).join(' · ');
+  let known = '';
+  function reset() {
+    const drawables = frameOf().drawables.filter((row) => row.node || row.material), names = JSON.stringify(drawables.map(nameOf));
+    if (names === known) return;
+    known = names;
+    which.replaceChildren(make('option', { value: '' }, `each of ${drawables.length} drawables`), ...drawables.map((row) => make('option', { value: JSON.stringify({ node: row.node, material: row.material }) }, nameOf(row))));
+  }
+  function show(now) {
+    if (!now.phase) return;
+    const measuring = now.phase === 'measuring', frame = frameOf(), { cycles, time_ms: ms } = frame.timing, energy = frame.energy.total_nj;
+    cancel.disabled = !measuring;
+    measure.disabled = measuring;
+    const count = now.all ? ` ${now.done} of ${now.all}` : '', current = now.revision === Number(document.body.dataset.revision);
+    state.textContent = measuring ? `rendering without each${count}\u2026` : now.phase === 'cancelled' ? `cancelled after${count || ' 0'}` : now.phase === 'done' ? `measured${count}` : '';
+    fault.textContent = now.error || '';
+    holder.dataset.phase = now.phase;
+    // Figures of another result than the shown one say nothing beside it.
+    if (!current) { state.textContent += now.rows.length > 0 ? `; for no. ${now.revision}, which is not shown` : ''; holder.replaceChildren(); return; }
+    const attributed = new Map(frame.drawables.map((row) => [nameOf(row), row.cycles]));
+    if (now.rows.length === 0) { holder.replaceChildren(); return; }
+    holder.replaceChildren(table([{ title: 'without', of: nameOf, wide: true }, { title: 'saves, ms', of: (row) => ms * (1 - row.cycles / cycles), show: (value) => value.toPrecision(3), bar: true }, { title: 'saves', of: (row) => 1 - row.cycles / cycles, show: (value) => percent(value) },
+      { title: 'attributed', of: (row) => (attributed.get(nameOf(row)) ?? 0) / cycles, show: (value) => percent(value) }, { title: 'ms without', of: (row) => ms * row.cycles / cycles, show: (value) => value.toPrecision(4) },
+      { title: 'saves energy', of: (row) => 1 - row.energy_nj / energy, show: (value) => percent(value) }, { title: 'DRAM bytes without', of: (row) => row.dram_bytes }], now.rows, { label: 'What the frame takes without each drawable' }));
+  }
+  return { parts: [make('h3', {}, 'Without each drawable'), make('p', { class: 'note' }, 'Renders and times the frame again without a drawable, as tessera replay --without does: the frame then draws what it hid. A change of the settings ends it.'),
+    make('div', { class: 'controls' }, which, measure, cancel), state, fault, make('div', { class: 'without' }, holder)], show, reset };
+}
+
 // ---- The panel ----------------------------------------------------------------------------------------------------
 
 function viewReport() {
@@ -118,10 +165,10 @@ function viewReport() {
   const part = section('view', 'What if');
   const cards = make('div', { class: 'cards', 'aria-live': 'polite' }), notice = make('p', { class: 'note' }), state = make('p', { class: 'state', 'aria-live': 'polite' }), fault = make('p', { class: 'error', role: 'alert' });
   const list = make('div', { class: 'keys' }), image = make('img', { alt: 'the frame' });
-  const command = make('pre', { class: 'command' }), tried = make('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'What was tried' });
+  const command = make('pre', { class: 'command' }), without = leaveOneOut(() => latestStats.frames[0]), tried = make('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'What was tried' });
   const asking = asker((text) => { fault.textContent = text; if (text) follow(latest); });
   const rows = new Map();
-  let latest = view.result, history = view.history;
+  let latest = view.result, history = view.history, latestStats = data.stats, measured = view.without;
 
   const add = (name) => {
     if (!keys[name] || rows.has(name)) return;
@@ -146,7 +193,7 @@ function viewReport() {
   const copy = make('button', { type: 'button', click: () => navigator.clipboard.writeText(command.textContent).then(() => { copy.textContent = 'Copied'; setTimeout(() => { copy.textContent = 'Copy'; }, 1500); }) }, 'Copy');
 
   part.append(cards, state, notice, fault, make('div', { class: 'sides' }, make('div', {}, list, more, make('div', { class: 'controls' }, make('label', {}, `Frame (${view.frames[1] > 1 ? `${view.frames[0]} to ${view.frames[0] + view.frames[1] - 1}` : `${view.frames[0]}, the only one`})`, frame), all)), image),
-    make('h3', {}, 'As a command line'), make('div', { class: 'controls' }, copy), command, make('h3', {}, 'What was tried'), tried);
+    make('h3', {}, 'As a command line'), make('div', { class: 'controls' }, copy), command, make('h3', {}, 'What was tried'), tried, ...without.parts);
 
   function fillCards() {
     const start = history[0].summary;
@@ -192,6 +239,9 @@ function viewReport() {
     }
     document.body.dataset.revision = String(latest.revision);
     document.body.dataset.rendered = String(latest.rendered);
+    latestStats = stats;
+    without.reset();
+    without.show(measured);
   }
   data.runs = [{ label: '', stats: data.stats, views: data.views }];
   learnMaps(data.views);
@@ -211,6 +261,7 @@ function viewReport() {
     if (!again) redrawReport(news.stats, news.views);
   });
   told('state', sayState);
+  told('without', (now) => { measured = now; without.show(now); });
   events.addEventListener('error', () => { state.textContent = 'tessera view does not answer'; document.body.dataset.phase = 'lost'; });
   return steps;
 }
