@@ -122,6 +122,7 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::Observed
 void BaselineObserver::view_rendered(const gpu::RenderedView& view) {
   tilecore::TileJob job = view.job;
   job.resolve = nullptr;  // every scheme shades all pixels
+  job.pixel_ids = false;
   last_ = {};
   works_ = {};
   last_[SchemeId::kTessera] = measure_patch_machine(job, view.gpu, view.records, view.result.counters, view.record);

@@ -567,7 +567,8 @@ void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
   }
   store_colors(job, tile, job.actions, open, targets);
   if (targets.auxiliary) shader_.write_auxiliary(samples_, state, targets);
-  if (job.pixel_ids) write_pixel_ids(samples_, state, shader_.pixel_invocations(), targets.region, targets.ids);
+  if (!targets.ids.values.empty())
+    write_pixel_ids(samples_, state, shader_.pixel_invocations(), targets.region, targets.ids);
   if (!targets.coarse_depth.farthest.empty()) store_coarse_depth(state, targets.coarse_depth);
 }
 
