@@ -184,6 +184,7 @@ std::string timeline_member(const FrameTimeline& timeline) {
                         rounded(round.bound_end), rounded(round.bin_begin), rounded(round.bin_end));
   text += "],\n";
   text += column(timeline, "tile", [](const TileTrack& tile) { return tile.tile; });
+  text += column(timeline, "pass", [&](const TileTrack& tile) { return timeline.geometry[tile.round].pass; });
   text += column(timeline, "core", [](const TileTrack& tile) { return tile.core; });
   text += column(timeline, "slot", [](const TileTrack& tile) { return tile.slot; });
   text += column(timeline, "begin", [](const TileTrack& tile) { return rounded(tile.begin); });

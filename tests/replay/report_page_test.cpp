@@ -150,6 +150,68 @@ TEST_F(ReportPageInBrowser, APressOnTheImageNamesWhatItsPixelShows) {
   EXPECT_EQ(found(opened, "left"), "No tile is pinned.");
 }
 
+// A counter along the timeline: its windows add up to the counter of the frame, and a press takes it away again.
+TEST_F(ReportPageInBrowser, ACounterIsDrawnOverTimeAndAddsUp) {
+  const OpenedPage opened = open_with("replay", std::string(kLitTiles) + R"(
+    await settled();
+    const of = { ...(await viewOf()), timeline: (await viewOf()).tiles.timeline }, frame = frameOf(), off = [];
+    for (const [name] of seriesNames(of.tiles, frame)) {
+      const sum = seriesOf(name, of, frame).reduce((a, b) => a + b, 0), values = mapValues(of.tiles, name), all = values ? values.reduce((a, b) => a + b, 0) : frame.counters[name];
+      if (Math.abs(sum - all) > 1e-6 * Math.max(1, all)) off.push(`${name} ${sum} ${all}`);
+    }
+    document.body.dataset.off = off.join('; ');
+    document.body.dataset.names = seriesNames(of.tiles, frame).length;
+    // A count of a tile lies within that tile's time.
+    const one = { timeline: of.timeline, tiles: { ...of.tiles, maps: { box_tests: { values: of.tiles.maps.box_tests.values.map((value, tile) => (tile === of.timeline.tile[0] ? 7 : 0)) } } } };
+    const width = of.timeline.cycles / of.timeline.windows, end = of.timeline.begin[0] + of.timeline.spans.slice(0, 8).reduce((a, b) => a + b, 0);
+    document.body.dataset.outside = seriesOf('box_tests', one, frame).filter((value, w) => value > 0 && ((w + 1) * width < of.timeline.begin[0] || w * width > end)).length;
+    const picker = document.querySelector('#timeline select'), canvas = document.querySelector('#timeline canvas'), before = canvas.height;
+    picker.value = 'pixel_shader_invocations';
+    picker.dispatchEvent(new Event('change', { bubbles: true }));
+    await settled();
+    document.body.dataset.taller = canvas.height > before;
+    document.querySelector('#timeline .chosen-series button').click();
+    await settled();
+    document.body.dataset.back = canvas.height === before;)");
+  EXPECT_EQ(found(opened, "off"), "");
+  EXPECT_GT(std::stoi(found(opened, "names")), 30);
+  EXPECT_EQ(found(opened, "outside"), "0");
+  EXPECT_EQ(found(opened, "taller"), "true");
+  EXPECT_EQ(found(opened, "back"), "true");
+}
+
+// What passes leave for each other: the graph says the bytes of stats.json, in words as well.
+TEST_F(ReportPageInBrowser, AGraphOfPassesHasTheBytesOnItsEdges) {
+  const json passes = json::parse(test::read_text(path("passes/stats.json")))["frames"][0]["passes"];
+  ASSERT_GT(passes.size(), 1u);
+  const OpenedPage opened = open_with("passes", R"(
+    repaintAll();
+    const graph = document.querySelector('#passes svg');
+    document.body.dataset.said = graph.getAttribute('aria-label');
+    document.body.dataset.arrows = graph.querySelectorAll('path').length;
+    document.body.dataset.cut = [...graph.querySelectorAll('text')].filter((text) => { const box = text.getBBox(); return box.x < 0 || box.x + box.width > graph.viewBox.baseVal.width; }).length;
+    document.body.dataset.exact = frameOf().passes.map((pass) => quantity(passBytes(pass, 'written_bytes', 'shadow_map') || passBytes(pass, 'read_bytes', 'shadow_map'), 'bytes')).join(';');
+    document.body.dataset.rows = document.querySelectorAll('#passes tbody tr').length;)");
+  std::size_t edges = 0;
+  const std::string said = found(opened, "said");
+  for (const json& pass : passes) {
+    EXPECT_THAT(said, HasSubstr(pass["name"].get<std::string>()));
+    std::map<std::string, std::pair<bool, bool>> moved;
+    for (const json& row : pass["dram"])
+      for (const char* image : {"shadow_map", "frame_buffer", "attachment", "scene_color", "history", "coarse_depth"})
+        if (row["purpose"] == image) {
+          moved[image].first |= row["read_bytes"].get<std::uint64_t>() > 0;
+          moved[image].second |= row["written_bytes"].get<std::uint64_t>() > 0;
+        }
+    for (const auto& [image, ways] : moved) edges += (ways.first ? 1u : 0u) + (ways.second ? 1u : 0u);
+  }
+  EXPECT_EQ(found(opened, "arrows"), std::to_string(edges));
+  EXPECT_EQ(found(opened, "rows"), std::to_string(passes.size()));
+  EXPECT_EQ(found(opened, "cut"), "0");
+  std::istringstream exact(found(opened, "exact"));
+  for (std::string bytes; std::getline(exact, bytes, ';');) EXPECT_THAT(said, HasSubstr(bytes));
+}
+
 TEST_F(ReportPageInBrowser, RunsOfPixelsCoverTheImage) {
   const json pixels = tiles(0)["pixels"];
   EXPECT_EQ(pixels["region"], json({0, 0, 320, 180}));
@@ -191,7 +253,8 @@ TEST_F(ReportPageInBrowser, TilesAreChosenByKeysAndFramesByButtons) {
     document.body.dataset.unreachable = [...document.querySelectorAll('a, button, select, input, summary, canvas.gantt, .unit, .browser')].filter((element) => element.tabIndex < 0).length;
     document.body.dataset.unnamed = [...document.querySelectorAll('select, input, canvas.gantt, .unit, .browser')].filter((element) => !(element.labels && element.labels.length) && !element.getAttribute('aria-label')).length;)");
   EXPECT_EQ(found(opened, "frame"), "1");
-  EXPECT_THAT(found(opened, "said"), testing::StartsWith("Tile 3, 2"));
+  EXPECT_THAT(found(opened, "said"), HasSubstr("Tile 3, 2"));
+  EXPECT_THAT(found(opened, "said"), testing::StartsWith("Pixel 112, 80")) << "the middle of the tile";
   const auto entries = of["maps"]["entries"]["values"][static_cast<std::size_t>(2 * columns + 3)].get<std::uint64_t>();
   EXPECT_THAT(found(opened, "rows"), HasSubstr(fmt::format(";entries={};", entries)));
   EXPECT_EQ(found(opened, "unreachable"), "0");

@@ -20,6 +20,8 @@ class Report : public testing::Test {
     run({"report", path("replay"), path("other")});
     run({"replay", test::shipped_capture("eggs").string(), "--size", "96x54", "--region", "10,8,70,40", "--out",
          path("frame")});
+    run({"replay", test::shipped_capture("city_evening").string(), "--frames", "0:1", "--size", "96x54", "--out",
+         path("passes")});
     const nlohmann::json axes = {{{"keys", {"tile.width", "tile.height"}}, {"values", {16, 20, 32}}},
                                  {{"key", "frontend.split_pixels"}, {"values", {16, 64}}}};
     // A text that would end the script it stands in, if it could.

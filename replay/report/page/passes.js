@@ -10,7 +10,7 @@ function passSection() {
   const holder = make('div');
   part.append(holder);
   const entry = follow(part, ['run', 'frame'], () => paint());
-  new ResizeObserver(() => paint()).observe(part);
+  new ResizeObserver(() => requestAnimationFrame(paint)).observe(part);
   let drawn = '';
   function paint() {
     const frame = frameOf(), passes = frame.passes || [], key = [shown.run, shown.frame, part.clientWidth].join();
@@ -24,7 +24,7 @@ function passSection() {
 // Passes at the left, images at the right, each with a line of text for every arrow, so that no label lies on another.
 function passGraph(passes, wide) {
   const images = kPassImages.filter((image) => passes.some((pass) => passBytes(pass, 'written_bytes', image) + passBytes(pass, 'read_bytes', image) > 0));
-  const width = Math.max(300, Math.min(wide, 760)), left = Math.min(300, width * 0.47), right = Math.min(200, width * 0.33), line = 18, arrows = [];
+  const width = Math.max(340, Math.min(wide, 760)), left = Math.max(196, Math.min(300, width * 0.45)), right = Math.max(116, Math.min(200, width * 0.3)), line = 18, arrows = [];
   const nodes = passes.map((pass) => ({ title: pass.name, lines: images.flatMap((image) => [['reads', 'read_bytes'], ['writes', 'written_bytes']].map(([verb, way]) => ({ image, verb, bytes: passBytes(pass, way, image) }))).filter((of) => of.bytes > 0) }));
   let y = 2;
   for (const node of nodes) { node.y = y; node.height = 8 + line * (1 + node.lines.length); y += node.height + 8; }

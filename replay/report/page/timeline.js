@@ -17,7 +17,7 @@ function timelineSection() {
     make('div', { class: 'controls' }, picker.label, chosen), canvas, says, missing, make('p', { class: 'note', id: 'series-note' }, 'A counter of tiles lies where the clock placed the phase of the tile that counts it, evenly over that phase; one of the front end or the binner, over their spans. Counters that no tile keeps by itself are in the table below.'));
   function pickers() {
     if (parts.length === 0 || !parts[0].tiles) return;
-    const names = seriesNames(parts[0].tiles, frameOf(parts[0].at).counters);
+    const names = seriesNames(parts[0].tiles, frameOf(parts[0].at));
     picker.select.replaceChildren(make('option', { value: '' }, 'none'), ...names.filter(([name]) => !series.includes(name)).map(([name, title]) => make('option', { value: name }, title)));
     chosen.replaceChildren(...series.map((name) => make('button', { type: 'button', 'aria-label': `Take ${seriesTitle(name)} away`, click: () => { series = series.filter((other) => other !== name); pickers(); paint(); } }, `${seriesTitle(name)} ×`)));
   }
@@ -144,7 +144,7 @@ function timelineSection() {
         const y = row.y + 2 + timeline.slot[t] * row.slot;
         let at = timeline.begin[t];
         for (let k = 0; k < 8; ++k) { const end = at + timeline.spans[8 * t + k]; bar(pen, row.of, at, end, y, row.slot - 1, kPhaseColors[kSpans[k][0]]); at = end; }
-        if (timeline.tile[t] === shown.tile && alike(row.of)) {
+        if (timeline.tile[t] === shown.tile && alike(row.of) && !mapOfTile(timeline, frameOf(row.of.at).passes, t)) {
           pen.strokeStyle = ink;
           pen.lineWidth = 2;
           pen.strokeRect(xOf(row.of, timeline.begin[t]), y, Math.max(3, xOf(row.of, at) - xOf(row.of, timeline.begin[t])), row.slot - 1);
@@ -183,7 +183,7 @@ function timelineSection() {
       scaleLabel(pen, row, quantity(most, 'bytes'), ink);
     },
     series: (pen, row, ink) => {
-      const { timeline, at } = row.of, values = seriesOf(row.name, row.of, frameOf(at).counters), width = timeline.cycles / timeline.windows, most = Math.max(1e-9, ...parts.flatMap((of) => seriesOf(row.name, of, frameOf(of.at).counters)));
+      const { timeline, at } = row.of, values = seriesOf(row.name, row.of, frameOf(at)), width = timeline.cycles / timeline.windows, most = Math.max(1e-9, ...parts.flatMap((of) => seriesOf(row.name, of, frameOf(of.at))));
       pen.fillStyle = kPhaseColors.visibility;
       values.forEach((value, w) => { const x = xOf(row.of, w * width), h = row.height * value / most; pen.fillRect(x, row.y + row.height - h, xOf(row.of, (w + 1) * width) - x + 0.3, h); });
       scaleLabel(pen, row, `${seriesAmount(row.name, most)} in ${quantity(milliseconds(width, at), 'ms')}`, ink);
@@ -217,7 +217,7 @@ function timelineSection() {
     const w = Math.max(0, Math.min(timeline.windows - 1, Math.floor(cycle / timeline.cycles * timeline.windows)));
     if (row.kind === 'busy') return { lines: [words(row.unit), `busy ${percent(timeline.busy[row.unit][w] / 100)} at ${when}`] };
     if (row.kind === 'lists') return { lines: ['live list memory', `${quantity(timeline.list_bytes[w], 'bytes')} at ${when}`] };
-    if (row.kind === 'series') { const values = seriesOf(row.name, row.of, frameOf(at).counters); return { lines: [row.title, `${seriesAmount(row.name, values[w])} in ${quantity(milliseconds(timeline.cycles / timeline.windows, at), 'ms')} at ${when}`, `${seriesAmount(row.name, values.reduce((a, b) => a + b, 0))} in all`] }; }
+    if (row.kind === 'series') { const values = seriesOf(row.name, row.of, frameOf(at)); return { lines: [row.title, `${seriesAmount(row.name, values[w])} in ${quantity(milliseconds(timeline.cycles / timeline.windows, at), 'ms')} at ${when}`, `${seriesAmount(row.name, values.reduce((a, b) => a + b, 0))} in all`] }; }
     if (row.kind === 'bandwidth') {
       const width = timeline.cycles / timeline.windows;
       return { lines: [`memory at ${when}`, ...Object.entries(timeline.bytes).filter(([, of]) => of[w] > 0).map(([name, of]) => `${name}: ${quantity(of[w] / width * clockOf(at) * 1e-3, 'GB/s')}`)] };
@@ -228,8 +228,8 @@ function timelineSection() {
       if (timeline.core[t] !== row.core || timeline.slot[t] !== slot || cycle < timeline.begin[t]) continue;
       const spans = timeline.spans.slice(8 * t, 8 * t + 8), length = spans.reduce((a, b) => a + b, 0);
       if (cycle >= timeline.begin[t] + length) continue;
-      const tile = timeline.tile[t];
-      return { tile: alike(row.of) ? tile : undefined, lines: [`Tile ${tile % tiles.grid[0]}, ${Math.floor(tile / tiles.grid[0])}: ${quantity(milliseconds(length, at), 'ms')}`, ...kSpans.map(([, text], k) => (spans[k] > 0 ? `${text}: ${number(spans[k])} cycles` : null)).filter(Boolean)] };
+      const tile = timeline.tile[t], map = mapOfTile(timeline, frameOf(at).passes, t);
+      return { tile: alike(row.of) && !map ? tile : undefined, lines: [`${map ? `Tile ${tile} of ${map}` : `Tile ${tile % tiles.grid[0]}, ${Math.floor(tile / tiles.grid[0])}`}: ${quantity(milliseconds(length, at), 'ms')}`, ...kSpans.map(([, text], k) => (spans[k] > 0 ? `${text}: ${number(spans[k])} cycles` : null)).filter(Boolean)] };
     }
     return null;
   }
