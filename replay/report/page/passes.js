@@ -24,7 +24,7 @@ function passSection() {
 // Passes at the left, images at the right, each with a line of text for every arrow, so that no label lies on another.
 function passGraph(passes, wide) {
   const images = kPassImages.filter((image) => passes.some((pass) => passBytes(pass, 'written_bytes', image) + passBytes(pass, 'read_bytes', image) > 0));
-  const width = Math.max(340, Math.min(wide, 760)), left = Math.max(196, Math.min(300, width * 0.45)), right = Math.max(116, Math.min(200, width * 0.3)), line = 18, arrows = [];
+  const width = Math.max(340, Math.min(wide, 760)), left = Math.max(212, Math.min(300, width * 0.45)), right = Math.max(116, Math.min(200, width * 0.3)), line = 18, arrows = [];
   const nodes = passes.map((pass) => ({ title: pass.name, lines: images.flatMap((image) => [['reads', 'read_bytes'], ['writes', 'written_bytes']].map(([verb, way]) => ({ image, verb, bytes: passBytes(pass, way, image) }))).filter((of) => of.bytes > 0) }));
   let y = 2;
   for (const node of nodes) { node.y = y; node.height = 8 + line * (1 + node.lines.length); y += node.height + 8; }
@@ -35,7 +35,7 @@ function passGraph(passes, wide) {
   for (const node of nodes) {
     svg.append(draw('rect', { x: 1, y: node.y, width: left, height: node.height, rx: 4, class: 'box' }), text(9, node.y + 17, node.title, true));
     node.lines.forEach((of, k) => {
-      const at = node.y + 8 + line * (k + 1) + line / 2, to = places.get(of.image), x = width - right, half = (left + x) / 2;
+      const at = node.y + line * (k + 1) + 13, to = places.get(of.image), x = width - right, half = (left + x) / 2;
       svg.append(text(9, at + 4, `${of.verb} ${purposeName(of.image)} ${quantity(of.bytes, 'bytes')}`));
       arrows.push(draw('path', { d: `M${left + 1},${at} C${half},${at} ${half},${to} ${x},${to}`, fill: 'none', stroke: purposeColor(of.image), 'stroke-width': 1 + 5 * of.bytes / most, 'stroke-dasharray': of.verb === 'reads' ? '6 4' : null, opacity: 0.8 }));
     });
