@@ -71,7 +71,8 @@ Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfigu
       texture_memory_(scene_.assembly.materials, gpu.line_bytes(), shader_images(behind_, prepared_->capture),
                       shadow_passes_.maps()),
       displacement_memory_(scene_.assembly.materials, gpu.line_bytes(), texture_memory_.lines()),
-      patch_table_(scene_.assembly, gpu.line_bytes(), displacement_memory_.end()),
+      patch_table_(scene_.assembly, gpu.line_bytes(), displacement_memory_.end(),
+                   tilecore::light_table_bytes(scene_.assembly, settings.shading.light_lists)),
       camera_(request.camera ? frame_camera(*request.camera, settings)
                              : frame_camera(prepared_->capture, settings, request.width, request.height)),
       resolve_(resolve_settings(settings, behind_.level_count() > 0)),

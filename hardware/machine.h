@@ -37,6 +37,8 @@ struct PixelShader {
   double operations = 160;
   double surface_operations = 130;
   double background_operations = 46;
+  // Of a place or a light on one lane, where tiles have light lists. [assumed] as docs/passes.md derives them
+  static constexpr double kLightOperations = 45;
 };
 
 // Texture caches of the cores, and the L2 that they share; l2_bytes 0: none.

@@ -9,6 +9,7 @@
 #include "tilecore/resolve/resolve_unit.h"
 #include "tilecore/resolve/tile_store.h"
 #include "tilecore/shading/deferred_shader.h"
+#include "tilecore/shading/light_lists.h"
 #include "tilecore/shading/transmission.h"
 #include "tilecore/visibility/visibility_method.h"
 
@@ -44,6 +45,7 @@ struct CoreCounters {
   RayCounters rays;
   SamplingCounters sampling;
   ShadingCounters shading;
+  LightListCounters lights;
   TextureCounters texture;
   DesamplingCounters desampling;
   HistoryCounters history;
@@ -61,6 +63,7 @@ void for_each_unit(A& a, B& b, const Visit& visit) {
   visit(a.rays, b.rays);
   visit(a.sampling, b.sampling);
   visit(a.shading, b.shading);
+  visit(a.lights, b.lights);
   visit(a.texture, b.texture);
   visit(a.desampling, b.desampling);
   visit(a.history, b.history);

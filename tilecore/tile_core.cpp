@@ -174,6 +174,8 @@ TileResult TileCore::take_result() {
   counters.rays = visibility_.take_ray_counters();
   counters.sampling = sampler_.take_counters();
   counters.shading = shader_.take_counters();
+  counters.lights = shader_.take_light_counters();
+  result_.light_records = counters.lights.lists > 0;
   if (const std::uint64_t places = resolve_.take_places(); !parameters_) {
     counters.shading.places_found += places;
     counters.tilecore.triangle_table_bytes += TriangleTable::kRecordBytes * counters.shading.pixel_shader_invocations +
