@@ -284,6 +284,9 @@ double Machine::operations(Event event) const {
     case Event::kLightTests:
     case Event::kLightLanes:
       return PixelShader::kLightOperations;
+    case Event::kImageTexels:
+    case Event::kImageLanes:
+      return PixelShader::kImageOperations;
     case Event::kShaderInvocations:
     case Event::kShaderLanes:
       return shader.operations;

@@ -63,8 +63,7 @@ void add_rectangle(Geometry& g, Vec3 at, Vec3 u, Vec3 v, int nu, int nv) {
     return Corner{at + u * s.x + v * s.y, {s.x * glm::length(u) / kBay, s.y * glm::length(v) / kBay}};
   };
   for (int j = 0; j < nv; ++j)
-    for (int i = 0; i < nu; ++i)
-      add_patch(g, {corner(i, j), corner(i + 1, j), corner(i, j + 1), corner(i + 1, j + 1)});
+    for (int i = 0; i < nu; ++i) add_patch(g, {corner(i, j), corner(i + 1, j), corner(i, j + 1), corner(i + 1, j + 1)});
   g.colors.clear();
 }
 
@@ -115,8 +114,8 @@ Neon add_neon(Asset& asset, Vec3 color, float candela, float range, float glow) 
       {{"emissiveFactor", array_of(color)},
        {"extensions", {{"KHR_materials_emissive_strength", {{"emissiveStrength", glow}}}}},
        {"pbrMetallicRoughness", {{"baseColorFactor", {0.0, 0.0, 0.0, 1.0}}, {"metallicFactor", 0.0}}}});
-  const int light = asset.add_light(
-      {{"type", "point"}, {"color", array_of(color)}, {"intensity", candela}, {"range", range}});
+  const int light =
+      asset.add_light({{"type", "point"}, {"color", array_of(color)}, {"intensity", candela}, {"range", range}});
   return {color, light, asset.add_mesh(tube(), material)};
 }
 
@@ -135,10 +134,10 @@ void add_tube(Asset& asset, const Neon& neon, Vec3 at, Vec3 way, float length, V
 }
 
 void add_tubes(Asset& asset) {
-  const Neon white = add_neon(asset, {1.0f, 0.80f, 0.58f}, 1.3f, 2.7f, 4.0f);
+  const Neon white = add_neon(asset, {1.0f, 0.80f, 0.58f}, 1.3f, 2.7f, 9.0f);
   const std::array<Neon, 4> colors = {
-      add_neon(asset, {0.10f, 0.62f, 1.0f}, 1.1f, 1.9f, 3.0f), add_neon(asset, {1.0f, 0.13f, 0.42f}, 1.2f, 1.9f, 3.0f),
-      add_neon(asset, {1.0f, 0.46f, 0.08f}, 1.1f, 1.9f, 3.0f), add_neon(asset, {0.16f, 1.0f, 0.48f}, 0.9f, 1.9f, 3.0f)};
+      add_neon(asset, {0.10f, 0.62f, 1.0f}, 1.1f, 1.9f, 7.0f), add_neon(asset, {1.0f, 0.13f, 0.42f}, 1.2f, 1.9f, 7.0f),
+      add_neon(asset, {1.0f, 0.46f, 0.08f}, 1.1f, 1.9f, 7.0f), add_neon(asset, {0.16f, 1.0f, 0.48f}, 0.9f, 1.9f, 7.0f)};
   for (int bay = 0; bay < kBays; ++bay) {
     const float z = kNearEnd - kBay * (static_cast<float>(bay) + 0.5f);
     for (const float side : {-1.0f, 1.0f}) {
@@ -162,7 +161,8 @@ void add_panes(Asset& asset) {
     glass["alphaMode"] = "BLEND", glass["doubleSided"] = true;
     Geometry pane, frame;
     add_rectangle(pane, {low, 0.06f, z}, {high - low, 0, 0}, {0, 2.3f, 0}, 1, 2);
-    for (const float x : {low, high - 0.06f}) add_box(frame, {x, 0, z - 0.04f}, {x + 0.06f, 2.42f, z + 0.04f}, kAllFaces, 1);
+    for (const float x : {low, high - 0.06f})
+      add_box(frame, {x, 0, z - 0.04f}, {x + 0.06f, 2.42f, z + 0.04f}, kAllFaces, 1);
     for (const float y : {0.0f, 2.36f}) add_box(frame, {low, y, z - 0.04f}, {high, y + 0.06f, z + 0.04f}, kAllFaces, 1);
     frame.colors.clear();
     asset.add_node({{"name", "pane"}, {"mesh", asset.add_mesh({{frame, steel}, {pane, asset.add_material(glass)}})}});
@@ -177,8 +177,9 @@ void add_shown(Asset& asset) {
   Geometry block;
   add_box(block, {-0.24f, 0, -0.24f}, {0.24f, 0.8f, 0.24f}, kNoBottom, 1.0f);
   block.colors.clear();
-  const Geometry vase = revolve(smooth_profile({{0.0f, 0.0f}, {0.12f, 0.0f}, {0.21f, 0.22f}, {0.14f, 0.42f}, {0.07f, 0.52f},
-                                                {0.11f, 0.62f}}, true, false)),
+  const Geometry vase = revolve(smooth_profile(
+                     {{0.0f, 0.0f}, {0.12f, 0.0f}, {0.21f, 0.22f}, {0.14f, 0.42f}, {0.07f, 0.52f}, {0.11f, 0.62f}},
+                     true, false)),
                  ball = revolve(smooth_profile({{0.0f, 0.0f}, {0.2f, 0.1f}, {0.25f, 0.25f}, {0.2f, 0.4f}, {0.0f, 0.5f}},
                                                true, true));
   const std::array<int, 2> things = {asset.add_mesh(vase, glaze), asset.add_mesh(ball, brass)};
@@ -222,6 +223,16 @@ void add_corridor_view(Asset& asset) {
   settings["frames"] = {{"first", 0}, {"count", 24}};
 }
 
+// The tubes glow around themselves: a bloom over six levels, and a tone map that adds it.
+void add_passes(Asset& asset) {
+  json& settings = asset.capture_settings();
+  settings["attachments"] = {{"lit", {{"format", "rgba16f"}}},
+                             {"glow", {{"format", "r11g11b10f"}, {"scale", 0.5}, {"levels", 6}}}};
+  settings["passes"] = {{{"name", "main"}, {"draw", "all"}, {"shader", "forward"}, {"write", {"lit"}}},
+                        {{"name", "bloom"}, {"shader", "bloom"}, {"sample", {"lit"}}, {"write", {"glow"}}},
+                        {{"name", "final"}, {"shader", "tonemap"}, {"sample", {"lit", "glow"}}, {"write", {"frame"}}}};
+}
+
 }  // namespace
 
 void make_corridor(const std::filesystem::path& folder) {
@@ -231,6 +242,7 @@ void make_corridor(const std::filesystem::path& folder) {
   add_panes(asset);
   add_shown(asset);
   add_corridor_view(asset);
+  add_passes(asset);
   asset.write(folder);
 }
 

@@ -71,8 +71,8 @@ struct Hall {
       const auto near = [&](double low, double high) {
         return static_cast<double>(random.uniform(static_cast<float>(low), static_cast<float>(high)));
       };
-      lamps.push_back(add_lamp(capture, point(random.uniform(0.6f, 1.8f)),
-                               at + DVec3(near(-3, 3), near(0.3, 1.2), near(-20, 1))));
+      lamps.push_back(
+          add_lamp(capture, point(random.uniform(0.6f, 1.8f)), at + DVec3(near(-3, 3), near(0.3, 1.2), near(-20, 1))));
     }
     capture.settings.environment = 0.05f;
     capture.settings.frame_rate = 1;
@@ -88,7 +88,7 @@ FrameResult frame_of(const Capture& capture, const Keys& keys, IntRect region = 
 
 // What is no number is no number in both.
 bool same_bits(const FrameResult& a, const FrameResult& b) {
-  const std::vector<float> &left = a.targets.color.values, &right = b.targets.color.values;
+  const std::vector<float>&left = a.targets.color.values, &right = b.targets.color.values;
   return left.size() == right.size() && std::memcmp(left.data(), right.data(), left.size() * sizeof(float)) == 0;
 }
 
@@ -156,7 +156,10 @@ INSTANTIATE_TEST_SUITE_P(
                add_lamp(hall.capture, point(std::numeric_limits<float>::infinity()), {1, 2, -4});
                add_lamp(hall.capture, point(1e-30f), {0, 0.01, 0});
              }},
-        Case{"directional", [](Hall& hall) { add_lamp(hall.capture, Light(), {0, 0, 0}, {1, -1, -1}); }},
+        Case{"directional",
+             [](Hall& hall) {
+               add_lamp(hall.capture, Light(), {0, 0, 0}, {1, -1, -1});
+             }},
         Case{"behind_the_camera",
              [](Hall& hall) {
                for (int k = 0; k < 5; ++k) add_lamp(hall.capture, point(2.5f), {0.5 * k, 1, 4});
@@ -265,8 +268,8 @@ std::uint64_t lit_outside(double factor, std::uint64_t& left_out) {
     ++left_out;
     for (const Vec3& place : places)
       for (const float t : {0.0f, 0.3f, 1.0f}) {
-        const auto state = lit.frame.moving_lights ? shaders::light_state<float>(open, close, t)
-                                                   : shaders::light_state<float>(open);
+        const auto state =
+            lit.frame.moving_lights ? shaders::light_state<float>(open, close, t) : shaders::light_state<float>(open);
         const auto in = shaders::incident<float>(open.type, open.range > 0, state, {place.x, place.y, place.z});
         wrong += in.irradiance.x != 0.0f || in.irradiance.y != 0.0f || in.irradiance.z != 0.0f;
       }
@@ -280,6 +283,23 @@ TEST(LightLists, NoPlaceInABoxGetsLightFromALightThatIsLeftOut) {  // LL1
   EXPECT_GT(left_out, 1000u);
   EXPECT_GT(lit_outside(0.97, more), 0u) << "bounds that are 3 % too tight are noticed";
   EXPECT_GT(more, left_out);
+}
+
+TEST(LightLists, HaveTheOrderOfTheFrame) {  // LL2
+  LitFrame lit;
+  for (int k = 0; k < 50; ++k) {
+    Light light = point(1.5f);
+    light.position = Vec3(k % 7, k % 5, k % 3);
+    for (std::vector<Light>& lights : lit.frame.lights) lights.push_back(light);
+  }
+  tilecore::LightList list;
+  list.begin(Vec3(0, 0, -1));
+  list.add(Vec3(1, 1, 1)), list.add(Vec3(2, 1, 0));
+  list.find(lit.frame);
+  const auto numbers = list.numbers();
+  EXPECT_TRUE(std::is_sorted(numbers.begin(), numbers.end()));
+  EXPECT_GT(numbers.size(), 3u);
+  EXPECT_LT(numbers.size(), 50u);
 }
 
 TEST(LightLists, PlacesThatAreNoNumbersMeetEveryLight) {

@@ -626,7 +626,7 @@ TEST(Desampling, CompressionChangesTrafficNotImages) {
 
 TEST(Desampling, ScaledCubicStencilsBeatBilinearOnEveryShippedCaptureAtHalfRate) {
   for (const char* name :
-       {"eggs", "vases", "serpent", "flyby", "stroll", "workshop", "city", "garden", "city_evening", "garden_lamps", "corridor"}) {
+       {"eggs", "vases", "serpent", "flyby", "stroll", "workshop", "city", "garden", "city_evening", "garden_lamps"}) {
     const Capture capture = shipped(name);
     const int frame = capture.settings.first_frame;
     Machine p = plain().set("shadows.size=256");

@@ -107,8 +107,8 @@ class ShippedCapture : public testing::TestWithParam<const char*> {
   int frame = capture.settings.first_frame;
   // Procedures, many small objects and many patches take long; their frames are small.
   bool small =
-      std::set<std::string_view>{"workshop", "stroll", "city", "garden", "city_evening", "garden_lamps", "corridor"}.contains(
-          GetParam());
+      std::set<std::string_view>{"workshop", "stroll", "city", "garden", "city_evening", "garden_lamps", "corridor"}
+          .contains(GetParam());
   gpu::RenderRequest size = small ? whole(80, 45) : whole(160, 90);
   Prepared prepared = std::make_shared<const gpu::PreparedCapture>(capture);
   gpu::FrameResult shown(const Variant& variant) const { return render(prepared, variant, frame, size); }

@@ -77,8 +77,8 @@ LightBound LightBound::of(const FrameGeometry& frame, std::size_t light) {
   if (!finite) return out;
   out.center = 0.5 * (low + high);
   if (limited)
-    out.radius = 0.5 * glm::length(high - low) + range * (1 + kRangeMargin) +
-                 kPlaceMargin * (largest(low) + largest(high));
+    out.radius =
+        0.5 * glm::length(high - low) + range * (1 + kRangeMargin) + kPlaceMargin * (largest(low) + largest(high));
   const DVec3 direction(first.direction);
   const double length = glm::length(direction);
   if (first.type != Light::Type::kSpot || !still || !(std::abs(length - 1) < 1e-3)) return out;

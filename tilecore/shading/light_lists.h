@@ -104,25 +104,25 @@ template <>
 inline constexpr bool kAbsentWhenIdle<tilecore::LightListCounters> = true;
 
 template <>
-inline constexpr auto kCounterFields<tilecore::LightListCounters> =
-    std::to_array<CounterField<tilecore::LightListCounters>>({
-        {"lights.lists", &tilecore::LightListCounters::lists, Combine::kSum, "lists",
-         "Light lists that cores made: one for each tile that shades a lit surface, a second one where desampling shades "
-         "skipped pixels after all.",
-         ""},
-        {"lights.places", &tilecore::LightListCounters::places, Combine::kSum, "places",
-         "Pixel-shader invocations whose places lists were made for.", ""},
-        {"lights.tests", &tilecore::LightListCounters::tests, Combine::kSum, "tests",
-         "Lights whose reach was compared with the surfaces of a tile.", ""},
-        {"lights.listed", &tilecore::LightListCounters::listed, Combine::kSum, "entries",
-         "Entries of the lists: lights that reach the surfaces of a tile.", ""},
-        {"lights.warps", &tilecore::LightListCounters::warps, Combine::kSum, "warps",
-         "Warps that made the lists, beside those of the pixel shader.", ""},
-        {"lights.tile_bytes", &tilecore::LightListCounters::tile_bytes, Combine::kSum, "bytes",
-         "Bytes of the tile memory that making and reading lists moved: the corners of triangles that places lie in, and "
-         "records of listed lights, written once and read by every warp.",
-         ""},
-    });
+inline constexpr auto kCounterFields<tilecore::LightListCounters> = std::to_array<
+    CounterField<tilecore::LightListCounters>>({
+    {"lights.lists", &tilecore::LightListCounters::lists, Combine::kSum, "lists",
+     "Light lists that cores made: one for each tile that shades a lit surface, a second one where desampling shades "
+     "skipped pixels after all.",
+     ""},
+    {"lights.places", &tilecore::LightListCounters::places, Combine::kSum, "places",
+     "Pixel-shader invocations whose places lists were made for.", ""},
+    {"lights.tests", &tilecore::LightListCounters::tests, Combine::kSum, "tests",
+     "Lights whose reach was compared with the surfaces of a tile.", ""},
+    {"lights.listed", &tilecore::LightListCounters::listed, Combine::kSum, "entries",
+     "Entries of the lists: lights that reach the surfaces of a tile.", ""},
+    {"lights.warps", &tilecore::LightListCounters::warps, Combine::kSum, "warps",
+     "Warps that made the lists, beside those of the pixel shader.", ""},
+    {"lights.tile_bytes", &tilecore::LightListCounters::tile_bytes, Combine::kSum, "bytes",
+     "Bytes of the tile memory that making and reading lists moved: the corners of triangles that places lie in, and "
+     "records of listed lights, written once and read by every warp.",
+     ""},
+});
 TESSERA_COUNTERS_COVER(tilecore::LightListCounters);
 
 }  // namespace tessera

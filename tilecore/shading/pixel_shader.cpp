@@ -328,16 +328,15 @@ PixelShader::Draw PixelShader::draw_of(const FrameGeometry& shutter, std::span<c
   const bool quads = leader.partner_x != 0;
   cut_warps(invocations, order, quads, warp_lanes);
   // The reference renderer asks for places of a patch that are of no triangle, for all of a draw.
-  const bool interpolates =
-      interpolates_surface(frame, drawable) && leader.at.triangle != SurfaceLocation::kWholePatch;
+  const bool interpolates = interpolates_surface(frame, drawable) && leader.at.triangle != SurfaceLocation::kWholePatch;
   while (draw_vertices_.size() <= number) draw_vertices_.emplace_back();
-  return {frame,        drawable, light_segment(shutter, leader.light_time), quads,
-          interpolates, order,    draw_vertices_[number]};
+  return {
+      frame, drawable, light_segment(shutter, leader.light_time), quads, interpolates, order, draw_vertices_[number]};
 }
 
 void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& lighting,
-                                std::span<const Invocation> invocations, const Draw& of,
-                                std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes) {
+                                std::span<const Invocation> invocations, const Draw& of, std::span<ShadedPoint> points,
+                                TextureUnit* textures, std::size_t warp_lanes) {
   const FrameGeometry& frame = of.frame;
   const scene::PosedDrawable& drawable = of.drawable;
   const int lights_in = of.lights_in;
@@ -457,6 +456,7 @@ void PixelShader::add_places(const FrameGeometry& shutter, std::span<const Invoc
   }
   // Where invocations evaluate their patch again, so does this.
   timing::WarpItem item = place_warp(of.drawable.moving);
+  item.drawable = static_cast<std::uint32_t>(&of.drawable - of.frame.drawables.data()) + 1;
   if (has_grid(of.drawable) && !of.interpolates)
     item.clocks += static_cast<std::uint32_t>(hardware::lane_clocks(place_cost(of.drawable)));
   light_counters_.tile_bytes += of.order.size() * 3 * sizeof(Vec3) * (of.drawable.moving ? 2 : 1);
@@ -478,8 +478,8 @@ void PixelShader::list_lights(const FrameGeometry& shutter, std::span<const Invo
   // Vertices of all draws come first, then places between them.
   for (const bool places : {false, true})
     for (std::size_t d = 0; d < draws_.size(); ++d) {
-      const Draw draw = draw_of(shutter, invocations, std::span(order_).subspan(draws_[d].first, draws_[d].count), d,
-                                warp_lanes);
+      const Draw draw =
+          draw_of(shutter, invocations, std::span(order_).subspan(draws_[d].first, draws_[d].count), d, warp_lanes);
       if (!takes_list(draw.drawable)) continue;
       if (places)
         add_places(shutter, invocations, draw);

@@ -11,8 +11,7 @@ namespace tessera::tilecore::HWY_NAMESPACE {
 
 #include "tilecore/shading/shade_draw.inc"
 
-void PlaceDraw(const DrawConstants& draw, const LaneArrays& in, std::size_t count,
-               const std::array<float*, 3>& place) {
+void PlaceDraw(const DrawConstants& draw, const LaneArrays& in, std::size_t count, const std::array<float*, 3>& place) {
   for (std::size_t i = 0; i < count; i += FloatLanes::count()) {
     LaneInputs<FloatLanes> lanes = load_lanes(draw, in, i);
     const Vector3<FloatLanes> at = lane_surface(draw, lanes).position;

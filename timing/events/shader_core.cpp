@@ -13,6 +13,7 @@ ShaderCore::Rates ShaderCore::rates_of(const hardware::Machine& gpu) {
           gpu.shader.surface_operations,
           gpu.shader.background_operations,
           gpu.operations(Event::kLightLanes),
+          gpu.operations(Event::kImageLanes),
           static_cast<double>(gpu.shader.lanes),
           static_cast<std::uint32_t>(gpu.shader.warp_lanes),
           gpu.per_clk(Event::kTexels),
@@ -69,6 +70,7 @@ double ShaderCore::cycles(std::uint32_t warp, bool first_part) const {
   const double constant = item.kind == WarpItem::kVertices     ? rates_.surface_operations
                           : item.kind == WarpItem::kBackground ? rates_.background_operations
                           : item.makes_lights()                ? rates_.light_operations
+                          : item.kind == WarpItem::kImage      ? rates_.image_operations
                           : item.kind == WarpItem::kEvaluating ? rates_.operations + rates_.surface_operations
                                                                : rates_.operations,
                operations = rates_.compiled ? item.clocks * rates_.compiled_clk : constant,
