@@ -29,10 +29,11 @@ std::uint64_t scaled(std::uint64_t whole, std::uint64_t count, std::uint64_t of)
 
 // Events that every scheme has as the machine has them: of what is visible, and of the finished frame.
 void add_shading(const TileWork& from, TileWork& to) {
-  for (const Event event : {Event::kAlphaTests, Event::kCompactedSamples, Event::kPlacesFound,
-                            Event::kShaderInvocations, Event::kShaderLanes, Event::kBackgroundSamples,
-                            Event::kBackgroundLanes, Event::kTexels, Event::kDecodedTexels, Event::kBlendedLayers,
-                            Event::kPixels, Event::kResolveOperations, Event::kCodedPixels, Event::kCompressedPixels})
+  for (const Event event :
+       {Event::kAlphaTests, Event::kCompactedSamples, Event::kPlacesFound, Event::kShaderInvocations,
+        Event::kShaderLanes, Event::kBackgroundSamples, Event::kBackgroundLanes, Event::kLightTests, Event::kLightLanes,
+        Event::kTexels, Event::kDecodedTexels, Event::kBlendedLayers, Event::kPixels, Event::kResolveOperations,
+        Event::kCodedPixels, Event::kCompressedPixels})
     to.events[event] += from.events[event];
   // Vertices that the machine's pixels interpolate are packed into warps as well; schemes shade theirs before.
   to.events[Event::kCompactedSamples] -= from.events[Event::kVertexOutputs];

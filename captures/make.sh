@@ -11,7 +11,7 @@ trap 'rm -rf "$sources"' EXIT
 for name in eggs vases serpent flyby stroll workshop city garden; do
   "$build/tessera" pack "$sources/$name.gltf" "$out/$name.glb"
 done
-for name in city_evening garden_lamps; do
+for name in city_evening garden_lamps corridor; do
   "$build/tessera" pack "$sources/$name.gltf" "$out/$name.glb" --webp 85
 done
 mkdir -p "$out/studies"

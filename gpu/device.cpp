@@ -64,14 +64,15 @@ Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfigu
       gpu_(with_tile_memory(gpu, settings)),
       settings_(settings),
       request_(request),
-      graph_(prepared_->capture, gpu_, settings, request.region),
+      graph_(prepared_->capture, gpu_, settings, request.region, {request.width, request.height}),
       behind_(image_behind(scene_.assembly, request)),
       cores_(std::make_shared<PerThread<tilecore::TileCore>>()),
       shadow_passes_(scene_.assembly, scene_.pyramids, gpu_, settings_, cores_),
       texture_memory_(scene_.assembly.materials, gpu.line_bytes(), shader_images(behind_, prepared_->capture),
                       shadow_passes_.maps()),
       displacement_memory_(scene_.assembly.materials, gpu.line_bytes(), texture_memory_.lines()),
-      patch_table_(scene_.assembly, gpu.line_bytes(), displacement_memory_.end()),
+      patch_table_(scene_.assembly, gpu.line_bytes(), displacement_memory_.end(),
+                   tilecore::light_table_bytes(scene_.assembly, settings.shading.light_lists)),
       camera_(request.camera ? frame_camera(*request.camera, settings)
                              : frame_camera(prepared_->capture, settings, request.width, request.height)),
       resolve_(resolve_settings(settings, behind_.level_count() > 0)),
@@ -308,6 +309,8 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
               gpu_.tile.rendering_elimination ? &eye.inputs : nullptr};
   run.pass = graph_.name();
   run.copies = graph_.copies();
+  run.bloom = graph_.bloom();
+  run.bloom_strength = static_cast<float>(settings_.post.bloom);
   run.waits = !shadow_passes_.any_pass();
   pipeline_.render(run, {guesses, guess ? &*guess : nullptr});
   for (const tilecore::DepthMaps* maps : shadow_passes_.stored()) recorder.stored(texture_memory_.range(*maps));

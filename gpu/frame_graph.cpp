@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/json_text.h"
 #include "base/round_up.h"
+#include "gpu/tile_memory.h"
 #include "gpu/view_inputs.h"
 #include "scene/pass_graph.h"
 
@@ -48,11 +49,14 @@ bool draws(const Pass& pass) {
 // Walks the passes in the order in which they run.
 class FrameGraph::Reader {
  public:
-  Reader(const scene::Capture& capture, const GpuConfiguration& gpu, const RunSettings& settings, IntRect region)
+  Reader(const scene::Capture& capture, const GpuConfiguration& gpu, const RunSettings& settings, IntRect region,
+         const std::array<int, 2>& frame)
       : capture_(capture),
         graph_(*capture.settings.graph),
         gpu_(gpu),
         settings_(settings),
+        frame_(frame),
+        whole_(region == IntRect{0, 0, frame[0], frame[1]}),
         pixels_(static_cast<std::uint64_t>(region.width()) * static_cast<std::uint64_t>(region.height())) {}
 
   void read(FrameGraph& out) {
@@ -62,6 +66,8 @@ class FrameGraph::Reader {
       pass_ = static_cast<std::size_t>(number);
       if (draws(pass()))
         draw(out);
+      else if (pass().subpasses[0].shader == PassShader::kBloom)
+        bloom(out);
       else
         copy(out);
     }
@@ -84,11 +90,16 @@ class FrameGraph::Reader {
   }
 
   void check_tile(std::size_t number) const {
-    const auto bytes = static_cast<std::uint64_t>(tile_bytes_per_sample(
+    constexpr std::uint64_t kGeneralBytes = 20, kDepthBytes = 4, kColorBytes = 8;
+    auto bytes = static_cast<std::uint64_t>(tile_bytes_per_sample(
         graph_, graph_.passes[number], static_cast<int>(8 * frame_pixel_bytes(gpu_.frame_buffer.format))));
-    const std::uint64_t needed = static_cast<std::uint64_t>(gpu_.tile.width) *
-                                 static_cast<std::uint64_t>(gpu_.tile.height) *
-                                 static_cast<std::uint64_t>(settings_.sampling.samples_per_pixel) * bytes;
+    const std::uint64_t samples = static_cast<std::uint64_t>(gpu_.tile.width) *
+                                  static_cast<std::uint64_t>(gpu_.tile.height) *
+                                  static_cast<std::uint64_t>(settings_.sampling.samples_per_pixel);
+    // Colours lie in the place of the visibility record, which is smaller where weights have few bits.
+    if (bytes == kGeneralBytes)
+      bytes = std::max(tile_sample_bytes(gpu_, settings_) / samples, kDepthBytes + kColorBytes);
+    const std::uint64_t needed = samples * bytes;
     if (needed > static_cast<std::uint64_t>(gpu_.cores.memory_bytes))
       fault(number, "",
             fmt::format("needs {} bytes of tile memory a sample: a tile of {}x{} pixels with {} samples takes {}, "
@@ -103,6 +114,10 @@ class FrameGraph::Reader {
     std::vector<DrawFilter> drawn;
     for (std::size_t s = 0; s < pass().subpasses.size(); ++s) {
       const Subpass& one = pass().subpasses[s];
+      if (s > 0 && s + 1 == pass().subpasses.size() && one.shader == PassShader::kTonemap) {
+        map_on_chip(s);
+        break;
+      }
       if (one.shader != PassShader::kForward) refuse_shader(s, "a pass that draws runs forward");
       drawn.push_back(one.draw);
       check_target(s);
@@ -116,6 +131,53 @@ class FrameGraph::Reader {
     if (const auto load = action_of(pass().load, depth); load.value_or(LoadAction::kClear) != LoadAction::kClear)
       refuse("/load" + pointer_step(depth), "does not clear the depths: the frame would be another one");
     store_depth(out.actions_, depth);
+  }
+
+  // The tone map is what the store of the frame does. Colours of the subpasses before do not leave the chip.
+  void map_on_chip(std::size_t number) {
+    const Subpass& one = pass().subpasses[number];
+    const std::string below = subpass(number);
+    if (one.input != std::vector{colors_} || !one.sample.empty())
+      refuse(below + "/input", "is not {} alone, as before in this pass", in_quotes(colors_));
+    if (one.write != std::vector<std::string>{std::string(scene::kFrameAttachment)})
+      refuse(below + "/write", "is not the frame, into which a tone map on chip goes");
+    for (std::size_t other = 0; other < graph_.passes.size(); ++other)
+      for (const Subpass& reader : graph_.passes[other].subpasses)
+        if (std::ranges::find(reader.sample, colors_) != reader.sample.end())
+          refuse(below + "/input", "is {}, which pass {} samples: map it in a pass of its own", in_quotes(colors_),
+                 other);
+    if (action_of(pass().store, colors_).value_or(StoreAction::kDiscard) != StoreAction::kDiscard ||
+        action_of(pass().load, colors_).value_or(LoadAction::kClear) == LoadAction::kLoad)
+      refuse("/store" + pointer_step(colors_), "is moved, though a tone map on chip reads it alone");
+    colors_ = scene::kFrameAttachment;
+  }
+
+  void bloom(FrameGraph& out) {
+    if (!last_) refuse("", "runs before a pass has stored colours");
+    if (!out.copies_.empty()) refuse("", "runs behind a copy: this machine blooms what the pass that draws left");
+    const Subpass& one = pass().subpasses[0];
+    if (pass().subpasses.size() > 1) refuse("/subpasses/1", "follows a bloom in its pass: it has passes of its own");
+    if (one.sample.size() != 1 || one.sample[0] != colors_)
+      refuse(subpass(0) + "/sample", "is not {}, where the pass before left its colours", in_quotes(colors_));
+    if (!glow_.empty()) refuse("", "is a second bloom: this machine runs one");
+    const std::string below = subpass(0) + "/write";
+    const Attachment* target = one.write.size() == 1 ? graph_.find(one.write[0]) : nullptr;
+    if (target == nullptr) refuse(below, "is not one attachment of its own");
+    if (target->format != AttachmentFormat::kRgba16F && target->format != AttachmentFormat::kR11G11B10F)
+      refuse(below, "is {} with {}: a bloom fills rgba16f or r11g11b10f", in_quotes(target->name),
+             scene::kAttachmentFormatNames[static_cast<std::size_t>(target->format)]);
+    if (target->size || target->scale > 1 || target->samples > 1 || target->layers != 1)
+      refuse(below, "is {}, which has a size, samples, layers or more pixels than the frame", in_quotes(target->name));
+    if (!pass().load.empty() || !pass().store.empty()) refuse("", "overrides what a bloom loads and stores");
+    glow_ = target->name;
+    if (settings_.post.bloom == 0) return;
+    if (!whole_) throw UsageError("a region of the frame: any of its pixels may get light by the bloom of the capture");
+    if (gpu_.tile.rendering_elimination)
+      throw UsageError("a bloom needs all pixels of a frame: set tile.rendering_elimination=false, or post.bloom=0");
+    const int levels = settings_.post.bloom_levels > 0 ? settings_.post.bloom_levels : target->levels;
+    out.bloom_.emplace(pass().name, *last_, target->format, target->scale, levels, frame_[0], frame_[1]);
+    out.bloom_->set_base(end_);
+    end_ += out.bloom_->bytes(static_cast<std::uint64_t>(gpu_.memory.burst_bytes));
   }
 
   void store_depth(tilecore::AttachmentActions& actions, const std::string& depth) {
@@ -134,12 +196,17 @@ class FrameGraph::Reader {
     const Subpass& one = pass().subpasses[0];
     if (pass().subpasses.size() > 1)
       refuse("/subpasses/1", "runs over an image that was copied: copies have a pass each");
-    if (one.shader != PassShader::kCopy) refuse_shader(0, "a pass over an image runs copy");
-    if (one.sample.size() != 1 || one.sample[0] != colors_)
-      refuse(subpass(0) + "/sample", "is not {}, where the pass before left its colours", in_quotes(colors_));
+    const bool maps = one.shader == PassShader::kTonemap;
+    if (one.shader != PassShader::kCopy && !maps) refuse_shader(0, "a pass over an image runs bloom, tonemap or copy");
+    const bool adds = maps && one.sample.size() == 2 && !glow_.empty() && one.sample[1] == glow_;
+    if (one.sample.empty() || one.sample[0] != colors_ || (one.sample.size() != 1 && !adds))
+      refuse(subpass(0) + "/sample", "is not {}, where the pass before left its colours{}", in_quotes(colors_),
+             maps ? ", and a bloom" : "");
     const tilecore::ColorAttachment source = *last_;
     check_target(0);
-    out.copies_.push_back({pass().name, source, target_actions()});
+    if (maps && colors_ != scene::kFrameAttachment)
+      refuse(subpass(0) + "/write", "is not the frame: a tone map is last");
+    out.copies_.push_back({pass().name, source, target_actions(), adds && out.bloom_.has_value()});
   }
 
   // Sets colors_ to the one colour that a subpass writes; all subpasses of its pass write the same.
@@ -209,6 +276,9 @@ class FrameGraph::Reader {
   const scene::PassGraph& graph_;
   const GpuConfiguration& gpu_;
   const RunSettings& settings_;
+  std::array<int, 2> frame_;
+  bool whole_;        // all of the frame is rendered
+  std::string glow_;  // what a bloom fills; empty: none has run
   std::uint64_t pixels_, end_ = 0;
   std::size_t pass_ = 0;
   std::string colors_;                             // where the last pass left them; empty: none has drawn
@@ -221,8 +291,8 @@ bool FrameGraph::loads_frame() const {
 }
 
 FrameGraph::FrameGraph(const scene::Capture& capture, const GpuConfiguration& gpu, const RunSettings& settings,
-                       IntRect region) {
-  if (capture.settings.graph) Reader(capture, gpu, settings, region).read(*this);
+                       IntRect region, const std::array<int, 2>& frame) {
+  if (capture.settings.graph) Reader(capture, gpu, settings, region, frame).read(*this);
 }
 
 }  // namespace tessera::gpu

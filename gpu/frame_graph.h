@@ -1,11 +1,14 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "base/rect.h"
+#include "gpu/bloom.h"
 #include "gpu/configuration.h"
 #include "gpu/settings.h"
 #include "scene/capture.h"
@@ -18,10 +21,13 @@ struct CopyPass {
   std::string name;
   tilecore::ColorAttachment source;
   tilecore::AttachmentActions actions;  // what it loads and stores
+  bool adds_bloom = false;              // of the graph, on the way
 };
 
-// The passes that a capture describes, as this machine renders them: one that draws all surfaces, and copies that bring
-// its colours into the frame. A capture without passes has one, `main`, that draws into the frame. Shadows, transmission
+// The passes that a capture describes, as this machine renders them: one that draws all surfaces, a bloom of its colours, and
+// copies that bring them into the frame, with or without the bloom. A copy into the frame may be called a tone map: the store
+// maps colours where the frame's format holds codes, whichever pass they come from. In the pass that draws, a tone map is
+// the store. A capture without passes has one, `main`, that draws into the frame. Shadows, transmission
 // and the resolve unit add passes of their own where they are needed.
 //
 // Invariants (cited by the tests):
@@ -30,18 +36,24 @@ struct CopyPass {
 //   GRA2  Loads and stores that a capture asks for change bytes and cycles alone.
 //   GRA3  An attachment that is loaded or stored moves width x height x bytes of a pixel, rounded up to bursts as a whole.
 //         `frame` moves the bursts in which the rows or, compressed, the blocks of a tile lie, as they are in memory.
+//   GRA4  A tone map that is the last subpass of the pass that draws moves nothing: image, bytes and cycles are those of a
+//         capture without passes.
 class FrameGraph {
  public:
   // `region`: of the frame, which attachments cover. Throws InputError with the place in the capture's file: for a pass
   // that no tile of the machine holds, for passes and actions that this machine does not render, and for actions that
-  // would change the image. Throws UsageError for desampling with copies.
-  FrameGraph(const scene::Capture& capture, const GpuConfiguration& gpu, const RunSettings& settings, IntRect region);
+  // would change the image. Throws UsageError for desampling with copies, and for what leaves out pixels that a bloom
+  // needs: `region` against `frame`, its size, and rendering elimination.
+  FrameGraph(const scene::Capture& capture, const GpuConfiguration& gpu, const RunSettings& settings, IntRect region,
+             const std::array<int, 2>& frame);
 
   // The name of the pass that draws.
   const std::string& name() const { return name_; }
   const tilecore::AttachmentActions& actions() const { return actions_; }
   // In the order in which they run, after the pass that draws.
   std::span<const CopyPass> copies() const { return copies_; }
+  // Between the pass that draws and the copies; nullptr: none.
+  const Bloom* bloom() const { return bloom_ ? &*bloom_ : nullptr; }
   // Whether a pass loads what the frame before left in the frame buffer.
   bool loads_frame() const;
   // Whether it moves anything that a capture without passes does not move.
@@ -53,6 +65,7 @@ class FrameGraph {
   std::string name_ = "main";
   tilecore::AttachmentActions actions_;
   std::vector<CopyPass> copies_;
+  std::optional<Bloom> bloom_;
 };
 
 }  // namespace tessera::gpu

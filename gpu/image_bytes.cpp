@@ -16,8 +16,12 @@ std::uint64_t image_bytes(const RenderRequest& request, const RunSettings& setti
   const bool transmits = std::any_of(capture.materials.begin(), capture.materials.end(), [](const scene::Material& m) {
     return m.has(scene::MaterialEffect::kTransmission);
   });
+  const std::optional<scene::PassGraph>& graph = capture.settings.graph;
+  const bool blooms = graph && std::ranges::any_of(graph->passes, [](const scene::Pass& pass) {
+                        return pass.subpasses[0].shader == scene::PassShader::kBloom;
+                      });
   return static_cast<std::uint64_t>(request.region.width()) * static_cast<std::uint64_t>(request.region.height()) *
-         (per_pixel * (stereo ? 2 : 1) + (transmits ? 16u : 0u));
+         (per_pixel * (stereo ? 2 : 1) + (transmits ? 16u : 0u) + (blooms ? 16u : 0u));
 }
 
 }  // namespace tessera::gpu

@@ -2,6 +2,7 @@
 
 #include "base/parallel.h"
 #include "base/round_up.h"
+#include "shaders_cpp/bloom.h"
 
 namespace tessera::gpu {
 
@@ -54,11 +55,79 @@ ImagePass stencil_pass(const ViewRun& run) {
   return pass;
 }
 
-ImagePass copy_pass(const ViewRun& run, const CopyPass& copy) {
+namespace {
+
+// [assumed] Clocks of a lane: places of lookups and their weighted sum, on the way up the mean with its own level; the bloom
+// mixed into a pixel. 4 pack the result.
+constexpr tilecore::ImageShader kDown{.lookups = shaders::kBloomDownLookups, .clocks = 2 + 8 + 15 + 4, .registers = 16},
+    kUp{.lookups = shaders::kBloomUpLookups, .clocks = 2 + 16 + 24 + 6 + 4, .registers = 16},
+    kMix{.lookups = 1, .clocks = 2 + 6 + 4, .registers = 8};
+
+std::uint64_t texels_in(IntRect part) {
+  return static_cast<std::uint64_t>(part.width()) * static_cast<std::uint64_t>(part.height());
+}
+
+// Tiles read or write their parts of a level of the bloom.
+void move_level(WorkRecorder::Round& round, const OrderedTiles& tiles, const ViewRun& run, std::size_t level,
+                bool write) {
+  const Bloom& bloom = *run.bloom;
+  const TileArray texels{write ? memory::Unit::kResolve : memory::Unit::kTilecore, memory::Purpose::kAttachment, write,
+                         bloom.base(level, run.job.burst_bytes())};
+  tiles.move(
+      round, texels,
+      [&](IntRect pixels) { return bloom.texel_bytes() * texels_in(bloom.part(bloom.size(level), pixels)); },
+      [](binner::TileIndex) { return true; });
+}
+
+// Adds the bloom to the pixels of a tile.
+void add_bloom(const ViewRun& run, IntRect pixels, const Image& bloom) {
+  tilecore::FrameTargets& targets = run.result.targets;
+  const IntRect all = targets.region;
+  for (int y = pixels.y0; y < pixels.y1; ++y)
+    for (int x = pixels.x0; x < pixels.x1; ++x) {
+      const auto pixel = targets.color.at(x - all.x0, y - all.y0);
+      const float u = (static_cast<float>(x) + 0.5f) / static_cast<float>(all.width()),
+                  v = (static_cast<float>(y) + 0.5f) / static_cast<float>(all.height());
+      const Vec3 mixed =
+          with_bloom({pixel[0], pixel[1], pixel[2]}, shaders::bloom_lookup(bloom, u, v), run.bloom_strength);
+      for (std::size_t c = 0; c < 3; ++c) pixel[c] = mixed[static_cast<int>(c)];
+    }
+}
+
+}  // namespace
+
+ImagePass bloom_pass(const ViewRun& run, const OrderedTiles& tiles, const BloomStep& step, std::vector<Image>& images) {
+  const Bloom& bloom = *run.bloom;
+  ImagePass pass{.name = step.name, .stage = "bloom"};
+  pass.begin = [&run, &bloom, &step, &images] { bloom.run(step, run.result.targets.color, images); };
+  pass.work = [&run, &bloom, &step, tiles](TileCore& core, binner::TileIndex tile) {
+    core.run_image_shader(run.job, texels_in(bloom.part(bloom.size(step.level), tiles.grid.pixels(tile))),
+                          step.up ? kUp : kDown);
+  };
+  pass.loads = !step.up && step.level == 0 ? &bloom.source() : nullptr;
+  pass.share = [&run, &step, tiles](WorkRecorder::Round& round) {
+    if (step.up) {
+      move_level(round, tiles, run, step.level + 1, false);
+      move_level(round, tiles, run, step.level, false);
+    } else if (step.level > 0) {
+      move_level(round, tiles, run, step.level - 1, false);
+    }
+    move_level(round, tiles, run, step.level, true);
+  };
+  return pass;
+}
+
+ImagePass copy_pass(const ViewRun& run, const OrderedTiles& tiles, const CopyPass& copy, const Image* bloom) {
   ImagePass pass{.name = copy.name, .stage = "copy", .copy = &copy};
-  pass.work = [&run, &copy](TileCore& core, binner::TileIndex tile) {
+  pass.work = [&run, &copy, tiles, bloom](TileCore& core, binner::TileIndex tile) {
+    if (bloom != nullptr) {
+      add_bloom(run, tiles.grid.pixels(tile), *bloom);
+      core.run_image_shader(run.job, texels_in(tiles.grid.pixels(tile)), kMix);
+    }
     core.copy(run.job, tile, copy.actions, run.result.targets);
   };
+  if (bloom != nullptr)
+    pass.share = [&run, tiles](WorkRecorder::Round& round) { move_level(round, tiles, run, 0, false); };
   return pass;
 }
 

@@ -12,7 +12,9 @@ void move_scene_color(WorkRecorder::Round& round, const OrderedTiles& tiles, con
 ImagePass reduce_pass(const ViewRun& run, const OrderedTiles& tiles);
 // Fills what resolve stencils that reach into neighbouring tiles left open.
 ImagePass stencil_pass(const ViewRun& run);
-// Copies an attachment. `copy` must outlive it.
-ImagePass copy_pass(const ViewRun& run, const CopyPass& copy);
+// Runs a step of the view's bloom, whose levels are `images`; all of them must outlive it.
+ImagePass bloom_pass(const ViewRun& run, const OrderedTiles& tiles, const BloomStep& step, std::vector<Image>& images);
+// Copies an attachment, and adds the bloom whose largest level is `bloom`; nullptr: none. All of them must outlive it.
+ImagePass copy_pass(const ViewRun& run, const OrderedTiles& tiles, const CopyPass& copy, const Image* bloom);
 
 }  // namespace tessera::gpu

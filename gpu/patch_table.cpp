@@ -20,7 +20,8 @@ bool may_deform(const scene::Assembly& assembly, const std::vector<int>& animate
 
 }  // namespace
 
-PatchTable::PatchTable(const scene::Assembly& assembly, std::int64_t line_bytes, std::uint64_t first_line)
+PatchTable::PatchTable(const scene::Assembly& assembly, std::int64_t line_bytes, std::uint64_t first_line,
+                       std::uint64_t light_bytes)
     : assembly_(assembly), line_bytes_(static_cast<std::uint64_t>(line_bytes)), first_line_(first_line) {
   offsets_.reserve(std::size_t{assembly.record_count} + 1);
   offsets_.push_back(0);
@@ -35,7 +36,9 @@ PatchTable::PatchTable(const scene::Assembly& assembly, std::int64_t line_bytes,
       offsets_.push_back(offsets_.back() + frontend::patch_record_bytes(assembly, p, deforming) +
                          frontend::patch_attribute_bytes(assembly, p, deforming));
   }
-  end_ = first_line_ + (offsets_.back() + instances * frontend::kInstanceRecordBytes + line_bytes_ - 1) / line_bytes_;
+  const auto lines_of = [&](std::uint64_t bytes) { return (bytes + line_bytes_ - 1) / line_bytes_; };
+  first_light_line_ = first_line_ + lines_of(offsets_.back() + instances * frontend::kInstanceRecordBytes);
+  end_ = first_light_line_ + lines_of(light_bytes);
   if (end_ >= kCellsAt) throw LimitError("textures and base patches have more cache lines than 3/4 of 2^32");
 }
 
@@ -111,6 +114,11 @@ PatchTable::Lines PatchTable::of_instance(std::uint32_t patch) const {
   const std::uint64_t begin =
       offsets_.back() + instance_of_[assembly_.patch_drawable[patch]] * frontend::kInstanceRecordBytes;
   return lines(begin, begin + frontend::kInstanceRecordBytes);
+}
+
+PatchTable::Lines PatchTable::of_lights(std::uint64_t bytes) const {
+  const std::uint64_t begin = (first_light_line_ - first_line_) * line_bytes_;
+  return lines(begin, begin + bytes);
 }
 
 }  // namespace tessera::gpu

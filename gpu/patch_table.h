@@ -15,8 +15,10 @@ namespace tessera::gpu {
 // it: its whole record, and that of its instance.
 class PatchTable {
  public:
-  // `first_line`: the first that is free. Throws LimitError where lines cannot be numbered below kCellsAt.
-  PatchTable(const scene::Assembly& assembly, std::int64_t line_bytes, std::uint64_t first_line);
+  // `first_line`: the first that is free. `light_bytes`: of records of lights, behind those of patches. Throws LimitError
+  // where lines cannot be numbered below kCellsAt.
+  PatchTable(const scene::Assembly& assembly, std::int64_t line_bytes, std::uint64_t first_line,
+             std::uint64_t light_bytes = 0);
 
   std::uint64_t first_line() const { return first_line_; }
   // One line behind the last.
@@ -46,12 +48,14 @@ class PatchTable {
   Lines of_cell(std::uint32_t cell, std::uint64_t cell_bytes) const;
   // Empty where the patch's drawable has no instances.
   Lines of_instance(std::uint32_t patch) const;
+  // The first `bytes` of the records of lights.
+  Lines of_lights(std::uint64_t bytes) const;
 
  private:
   Lines lines(std::uint64_t begin, std::uint64_t end) const;
 
   const scene::Assembly& assembly_;
-  std::uint64_t line_bytes_, first_line_, end_;
+  std::uint64_t line_bytes_, first_line_, first_light_line_, end_;
   std::vector<std::uint64_t> offsets_;      // bytes, by record, and their end
   std::vector<std::uint32_t> instance_of_;  // by drawable: which instance's record, where it has one
 };

@@ -7,6 +7,7 @@
 #include "base/former_keys.h"
 #include "base/text.h"
 #include "gpu/relative_value.h"
+#include "scene/pass_graph.h"
 
 namespace tessera::gpu {
 
@@ -44,6 +45,16 @@ Keys<StereoSettings> stereo_keys() {
   };
 }
 
+Keys<PostSettings> post_keys() {
+  using S = PostSettings;
+  return {
+      {"post.bloom", &S::bloom, "", 0, 1,
+       "Share of a pixel's light that the bloom of a capture spreads around it; 0 leaves the passes of the bloom out."},
+      {"post.bloom_levels", &S::bloom_levels, "", 0, scene::Attachment::kMaxLevels,
+       "Levels of a bloom; 0 takes as many as the capture's attachment has."},
+  };
+}
+
 Keys<OutputSettings> output_keys() {
   using S = OutputSettings;
   return {
@@ -68,6 +79,7 @@ const KeyTable<RunSettings>& settings_keys() {
                                                .add(&RunSettings::procedures, tilecore::procedure_keys())
                                                .add(&RunSettings::resolve, tilecore::resolve_keys())
                                                .add(&RunSettings::stereo, stereo_keys())
+                                               .add(&RunSettings::post, post_keys())
                                                .add(&RunSettings::output, output_keys()));
   return table;
 }

@@ -41,6 +41,12 @@ struct StereoSettings {
   double far_depth = 10;
 };
 
+// Keys post.*.
+struct PostSettings {
+  double bloom = 0.15;   // share of a pixel's light that a bloom spreads
+  int bloom_levels = 0;  // 0: the capture's
+};
+
 // Keys output.*.
 struct OutputSettings {
   bool machine_model = true;
@@ -58,6 +64,7 @@ struct RunSettings {
   tilecore::ProcedureSettings procedures;
   tilecore::ResolveSettings resolve;
   StereoSettings stereo;
+  PostSettings post;
   OutputSettings output;
 };
 

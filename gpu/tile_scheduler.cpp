@@ -284,7 +284,8 @@ void TileScheduler::render(const ImagePass& pass) {
     WorkRecorder::Tile work = round.tile(t, core);
     pass.work(core, static_cast<binner::TileIndex>(t));
     tilecore::TileResult result = core.take_result();
-    shared[t].began = shared[t].finished = pass.copy != nullptr;
+    shared[t].began = pass.copy != nullptr || pass.loads != nullptr;
+    shared[t].finished = pass.copy != nullptr;
     shared[t].stored = result.stored;
     work.end(run_.job, result, shared[t].finished);
     count_work(result.counters, run_.result.maps.tiles[t]);
@@ -293,6 +294,7 @@ void TileScheduler::render(const ImagePass& pass) {
     load(round, shared, pass.copy->source);
     share_stores(round, shared, pass.copy->actions);
   }
+  if (pass.loads != nullptr) load(round, shared, *pass.loads);
   if (pass.share) pass.share(round);
   pass_end_(pass.name);
 }

@@ -33,6 +33,8 @@ struct ViewRun {
   std::uint32_t first_tile = 0;       // WorkRecorder::begin_view()
   bool waits = true;                  // the geometry of its first pass does, for the tiles of all passes before
   std::span<const CopyPass> copies{};
+  const Bloom* bloom = nullptr;  // before them; nullptr: none
+  float bloom_strength = 0;
 };
 
 // The tiles of a view in the machine's order, in which they take their pieces of arrays.
@@ -68,7 +70,8 @@ struct ImagePass {
   const char* stage;  // of StageTimer
   bool waits = true;
   const CopyPass* copy = nullptr;  // what it moves; it leaves out tiles that rendering elimination left out
-  std::function<void()> begin{};   // on the host, before any tile
+  const tilecore::ColorAttachment* loads = nullptr;  // what its tiles load; nullptr: nothing, or what `copy` says
+  std::function<void()> begin{};                     // on the host, before any tile
   std::function<void(tilecore::TileCore&, binner::TileIndex)> work{};
   std::function<void(WorkRecorder::Round&)> share{};  // arrays that tiles share, after the last one
 };

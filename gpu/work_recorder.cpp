@@ -211,6 +211,7 @@ void WorkRecorder::Tile::end(const tilecore::TileJob& job, tilecore::TileResult&
   slot_.patches_read = std::move(result.patches_read);
   slot_.history_lines = std::move(result.history_lines);
   slot_.work.extra_bytes = result.extra_bytes;
+  slot_.light_records = result.light_records;
 
   timing::TileWork& work = slot_.work;
   work.events = tilecore::count_events(result.counters, job.warp_lanes());
@@ -405,6 +406,11 @@ void WorkRecorder::share_shading(Slot& slot) {
       share_lines(slot, read, Phase::kShading, Purpose::kAttributes);
       keep_lines(slot, read);
     }
+  }
+  if (slot.light_records) {
+    const PatchTable::Lines read = records_.of_lights(tilecore::light_record_bytes(*frame_));
+    share_lines(slot, read, Phase::kShading, Purpose::kAttributes);
+    keep_lines(slot, read);
   }
   slot.items.shading_lines = static_cast<std::uint32_t>(slot.items.lines.size() - lines);
   for (; next < misses.size(); ++next) share_line(slot, misses[next], Phase::kShading);

@@ -143,6 +143,7 @@ class WorkRecorder {
     // From the tile's result:
     std::vector<std::uint32_t> texture_misses, patches_read, history_lines;
     std::size_t visibility_misses = 0;
+    bool light_records = false;
     memory::AccessLog log;
   };
   std::uint64_t share(binner::TileIndex tile, const SharedRequests& use, SharedCaches caches);

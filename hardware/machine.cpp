@@ -281,6 +281,12 @@ double Machine::operations(Event event) const {
     case Event::kBackgroundSamples:
     case Event::kBackgroundLanes:
       return shader.background_operations;
+    case Event::kLightTests:
+    case Event::kLightLanes:
+      return PixelShader::kLightOperations;
+    case Event::kImageTexels:
+    case Event::kImageLanes:
+      return PixelShader::kImageOperations;
     case Event::kShaderInvocations:
     case Event::kShaderLanes:
       return shader.operations;

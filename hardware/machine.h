@@ -37,6 +37,10 @@ struct PixelShader {
   double operations = 160;
   double surface_operations = 130;
   double background_operations = 46;
+  // Of a place or a light on one lane, where tiles have light lists. [assumed] as docs/passes.md derives them
+  static constexpr double kLightOperations = 45;
+  // Of a texel of a pass over an image on one lane. [assumed] likewise, the mean of a bloom's steps
+  static constexpr double kImageOperations = 40;
 };
 
 // Texture caches of the cores, and the L2 that they share; l2_bytes 0: none.

@@ -26,7 +26,7 @@ std::string_view meaning(Purpose purpose) {
       "pixels of neighbouring tiles that stencils reach into, in a second pass",
       "parameter map and rate map of procedures",
       "records of base patches and what else materials read of their vertices, for the pixel shader, by lines of the "
-      "L2",
+      "L2; records of lights, where tiles have light lists",
       "farthest depths of blocks, which the next frame's front end guesses by, and what it deferred",
       "signatures of tiles, of their colours or of what they are rendered from",
       "what is behind surfaces that transmit, and its smaller levels, when it is made; they are read as a texture",

@@ -9,6 +9,7 @@
 #include "tilecore/resolve/resolve_unit.h"
 #include "tilecore/resolve/tile_store.h"
 #include "tilecore/shading/deferred_shader.h"
+#include "tilecore/shading/light_lists.h"
 #include "tilecore/shading/transmission.h"
 #include "tilecore/visibility/visibility_method.h"
 
@@ -37,6 +38,13 @@ struct ShadowCounters {
   std::uint64_t tiles_cleared = 0;
 };
 
+// Shaders of passes over images.
+struct ImagePassCounters {
+  std::uint64_t texels = 0;
+  std::uint64_t lookups = 0;
+  std::uint64_t warps = 0;
+};
+
 // All that the units of a core count.
 struct CoreCounters {
   TileCoreCounters tilecore;
@@ -44,6 +52,7 @@ struct CoreCounters {
   RayCounters rays;
   SamplingCounters sampling;
   ShadingCounters shading;
+  LightListCounters lights;
   TextureCounters texture;
   DesamplingCounters desampling;
   HistoryCounters history;
@@ -51,6 +60,7 @@ struct CoreCounters {
   StoreCounters store;
   TransmissionCounters transmission;
   ShadowCounters shadows;
+  ImagePassCounters post;
 };
 
 // Calls visit(a's, b's) for each of its counter structs.
@@ -61,6 +71,7 @@ void for_each_unit(A& a, B& b, const Visit& visit) {
   visit(a.rays, b.rays);
   visit(a.sampling, b.sampling);
   visit(a.shading, b.shading);
+  visit(a.lights, b.lights);
   visit(a.texture, b.texture);
   visit(a.desampling, b.desampling);
   visit(a.history, b.history);
@@ -68,6 +79,7 @@ void for_each_unit(A& a, B& b, const Visit& visit) {
   visit(a.store, b.store);
   visit(a.transmission, b.transmission);
   visit(a.shadows, b.shadows);
+  visit(a.post, b.post);
 }
 inline void merge(CoreCounters& into, const CoreCounters& from) {
   for_each_unit(into, from, [](auto& to, const auto& of) { tessera::merge(to, of); });
@@ -158,5 +170,19 @@ inline constexpr auto kCounterFields<tilecore::ShadowCounters> = std::to_array<C
      "Tiles of maps in which nothing casts: a flag is stored, no texel.", ""},
 });
 TESSERA_COUNTERS_COVER(tilecore::ShadowCounters);
+
+template <>
+inline constexpr bool kAbsentWhenIdle<tilecore::ImagePassCounters> = true;
+
+template <>
+inline constexpr auto kCounterFields<tilecore::ImagePassCounters> =
+    std::to_array<CounterField<tilecore::ImagePassCounters>>({
+        {"post.texels", &tilecore::ImagePassCounters::texels, Combine::kSum, "texels",
+         "Texels that shaders of passes over images made: levels of a bloom, and pixels that it is added to.", ""},
+        {"post.lookups", &tilecore::ImagePassCounters::lookups, Combine::kSum, "texels",
+         "Bilinear lookups that they took; also in texture.texels.", ""},
+        {"post.warps", &tilecore::ImagePassCounters::warps, Combine::kSum, "warps", "Warps that they took.", ""},
+    });
+TESSERA_COUNTERS_COVER(tilecore::ImagePassCounters);
 
 }  // namespace tessera

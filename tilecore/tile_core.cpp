@@ -174,6 +174,8 @@ TileResult TileCore::take_result() {
   counters.rays = visibility_.take_ray_counters();
   counters.sampling = sampler_.take_counters();
   counters.shading = shader_.take_counters();
+  counters.lights = shader_.take_light_counters();
+  result_.light_records = counters.lights.lists > 0;
   if (const std::uint64_t places = resolve_.take_places(); !parameters_) {
     counters.shading.places_found += places;
     counters.tilecore.triangle_table_bytes += TriangleTable::kRecordBytes * counters.shading.pixel_shader_invocations +
@@ -181,6 +183,7 @@ TileResult TileCore::take_result() {
   }
   result_.extra_bytes += shader_.take_vertex_bytes();
   counters.texture = shader_.textures().take_counters();
+  counters.texture.texels += std::exchange(image_lookups_, 0);
   counters.desampling = resolve_.take_counters();
   counters.history = resolve_.take_history_counters();
   counters.store = store_.take_counters();
@@ -190,6 +193,8 @@ TileResult TileCore::take_result() {
   result_.history_lines = resolve_.take_lines();
   if (keep_items_) {
     result_.warps = shader_.take_warp_items();
+    result_.warps.insert(result_.warps.end(), image_warps_.begin(), image_warps_.end());
+    image_warps_.clear();
     result_.texture_requests = shader_.textures().take_requests();
   }
   return std::exchange(result_, {});
@@ -596,6 +601,24 @@ void TileCore::copy(const TileJob& job, binner::TileIndex tile, const Attachment
                     FrameTargets& targets) {
   if (actions.load_color && !actions.color) load_frame(job, tile);
   store_colors(job, tile, actions, false, targets);
+}
+
+void TileCore::run_image_shader(const TileJob& job, std::uint64_t texels, const ImageShader& shader) {
+  ImagePassCounters& counters = result_.counters.post;
+  const std::uint64_t lanes = job.warp_lanes();
+  counters.texels += texels;
+  counters.lookups += texels * shader.lookups;
+  counters.warps += (texels + lanes - 1) / lanes;
+  image_lookups_ += texels * shader.lookups;
+  if (!keep_items_) return;
+  for (std::uint64_t left = texels; left > 0;) {
+    timing::WarpItem& item = image_warps_.emplace_back();
+    item.kind = timing::WarpItem::kImage;
+    item.lanes = static_cast<std::uint32_t>(std::min(left, lanes));
+    item.clocks = shader.clocks, item.registers = shader.registers;
+    item.texels = item.lanes * shader.lookups;
+    left -= item.lanes;
+  }
 }
 
 }  // namespace tessera::tilecore

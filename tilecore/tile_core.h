@@ -21,6 +21,11 @@
 
 namespace tessera::tilecore {
 
+// What a pass over an image does for a texel: bilinear lookups; clocks of a lane and registers.
+struct ImageShader {
+  std::uint32_t lookups = 0, clocks = 0, registers = 0;
+};
+
 // One tile core: renders tile after tile with its own scratch memory. One instance per thread.
 //
 //   entries of -> order    -> cull what -> tessellate -> moving -> raster or -> visible
@@ -48,6 +53,8 @@ class TileCore {
   void load_frame(const TileJob& job, binner::TileIndex tile);
   // Stores the finished colours of a tile anew: `actions` of a pass that copies them.
   void copy(const TileJob& job, binner::TileIndex tile, const AttachmentActions& actions, FrameTargets& targets);
+  // Charges the tile for a shader that makes so many texels of an image.
+  void run_image_shader(const TileJob& job, std::uint64_t texels, const ImageShader& shader);
 
   // Makes room in the history that all tiles write. With job.resolve; called once, before any tile.
   static void begin_resolve(const TileJob& job);
@@ -142,6 +149,8 @@ class TileCore {
   CoreTotals totals_;
   std::vector<TimeRange> leaf_times_;
   bool keep_items_ = false;
+  std::uint64_t image_lookups_ = 0;  // of passes over images, for the tile in hand
+  std::vector<timing::WarpItem> image_warps_;
   bool parameters_ = false;  // SampleLayout::parameters of the frame in hand
 };
 

@@ -32,8 +32,10 @@ struct TileResult {
   std::size_t visibility_misses = 0;          // of these, the first so many before shading
   std::uint64_t visibility_texels = 0;        // lookups before shading
   std::vector<std::uint32_t> history_lines;   // lines of previous frames, as ResolveUnit::take_lines()
-  std::uint64_t extra_bytes = 0;              // of blended layers, tables of triangles and vertices that the tile kept
-  bool stored = false;                        // its pixels were written
+  // Of blended layers, tables of triangles, vertices and listed lights that the tile kept.
+  std::uint64_t extra_bytes = 0;
+  bool light_records = false;  // it read the records of the frame's lights
+  bool stored = false;         // its pixels were written
   // With items alone (TileCore::keep_items()):
   std::vector<timing::SubPatchItem> sub_patches;
   std::vector<timing::WarpItem> warps;

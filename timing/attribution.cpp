@@ -22,6 +22,8 @@ bool compiled(const hardware::Machine& gpu) {
 double constant_operations(const hardware::Machine& gpu, const WarpItem& item) {
   if (item.kind == WarpItem::kBackground) return gpu.operations(Event::kBackgroundLanes);
   if (item.kind == WarpItem::kVertices) return gpu.operations(Event::kVertexOutputLanes);
+  if (item.makes_lights()) return gpu.operations(Event::kLightLanes);
+  if (item.kind == WarpItem::kImage) return gpu.operations(Event::kImageLanes);
   return gpu.operations(Event::kShaderLanes) +
          (item.kind == WarpItem::kEvaluating ? gpu.operations(Event::kSurfaceLanes) : 0);
 }
@@ -64,13 +66,13 @@ TileParts parts_of(const hardware::Machine& gpu, const TileItems& items) {
     TilePart& part = parts[item.drawable];
     Weights& w = part.weights;
     const double lanes = item.lanes;
-    of(w, Stage::kCompaction) += lanes;
+    if (item.is_packed()) of(w, Stage::kCompaction) += lanes;
     of(w, Stage::kShader) += lanes * (compiled(gpu) ? item.clocks : constant_operations(gpu, item));
     of(w, Stage::kTexture) += item.texels;
     w[kLines] += item.texel_lines;
     part.lines += item.texel_lines;
     bytes(part, Phase::kShading) += item.texel_lines;
-    if (item.kind == WarpItem::kBackground || item.kind == WarpItem::kVertices) continue;
+    if (item.kind == WarpItem::kBackground || item.kind == WarpItem::kVertices || !item.is_packed()) continue;
     of(w, Stage::kBlend) += lanes;
     of(w, Stage::kResolve) += lanes;
     part.invocations += item.lanes;

@@ -31,12 +31,14 @@ struct SubPatchItem {
   }
 };
 
-// One warp, in the order in which they are packed: of the pixel shader, of samples that see the environment, or of
-// vertices.
+// One warp, in the order in which they are packed: of the pixel shader, of samples that see the environment, of vertices, or
+// of what a light list is made from.
 struct WarpItem {
   // kEvaluating: invocations that evaluate their patch again. kVertices: vertices that the pixels behind them interpolate,
-  // which wait for them.
-  static constexpr std::uint32_t kPixels = 0, kEvaluating = 1, kBackground = 2, kVertices = 3;
+  // which wait for them. kPlaces, kLightTests: warps that make a tile's light list, which wait for vertices and for each
+  // other; pixels wait for them. kImage: texels of a pass over an image.
+  static constexpr std::uint32_t kPixels = 0, kEvaluating = 1, kBackground = 2, kVertices = 3, kPlaces = 4,
+                                 kLightTests = 5, kImage = 6;
 
   std::uint32_t lanes = 0;  // with an invocation, or with such a sample or vertex
   std::uint32_t kind = kPixels;
@@ -45,6 +47,15 @@ struct WarpItem {
   std::uint32_t texels = 0;       // bilinear lookups of all lanes
   std::uint32_t texel_lines = 0;  // TileItems::texel_lines
   std::uint32_t drawable = 0;     // as SubPatchItem::drawable
+
+  bool makes_lights() const { return kind == kPlaces || kind == kLightTests; }
+  // Whether the core packs its lanes together from what a tile sees.
+  bool is_packed() const { return !makes_lights() && kind != kImage; }
+  // Warps wait for those of lower steps that were packed before them.
+  static constexpr std::uint32_t kSteps = 4;
+  std::uint32_t step() const {
+    return kind == kVertices ? 0 : kind == kPlaces ? 1 : kind == kLightTests ? 2 : kSteps - 1;
+  }
 };
 
 // The work of one tile, item by item. Each takes the next so many of the lists of lines.

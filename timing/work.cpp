@@ -42,8 +42,8 @@ std::uint64_t compiled_clocks(const hardware::Machine& gpu, const FrameWork& wor
 }
 
 void take_compiled(const hardware::Machine& gpu, std::uint64_t clocks, EventCounts& counts) {
-  for (const Event event :
-       {Event::kShaderInvocations, Event::kSurfaceEvaluations, Event::kBackgroundSamples, Event::kVertexOutputs})
+  for (const Event event : {Event::kShaderInvocations, Event::kSurfaceEvaluations, Event::kBackgroundSamples,
+                            Event::kVertexOutputs, Event::kLightTests, Event::kImageTexels})
     counts[event] = 0;
   if (gpu.shades_on_lanes()) counts[Event::kVertices] = 0;
   counts[Event::kShaderClocks] += clocks;

@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
     tessera::captures::make_garden(argv[1]);
     tessera::captures::make_city_evening(argv[1]);
     tessera::captures::make_garden_lamps(argv[1]);
+    tessera::captures::make_corridor(argv[1]);
     for (const int layers : {1, 4, 16}) tessera::captures::make_wall(argv[1], layers, true);
     tessera::captures::make_wall(argv[1], 4, false);
   } catch (const std::exception& error) {

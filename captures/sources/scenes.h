@@ -17,6 +17,8 @@ void make_garden(const std::filesystem::path& folder);    // leaves, flowers and
 void make_city_evening(const std::filesystem::path& folder);  // a low sun, long thin shadows, cars that drive
 void make_garden_lamps(const std::filesystem::path& folder);  // eight spot lights at night, two of them swing
 
+void make_corridor(const std::filesystem::path& folder);  // 128 lights of short range, four that cast, tubes that glow
+
 // wall_LAYERS, of the study docs/when_it_pays.md: displaced patches that cover every pixel LAYERS times, at rest and moving
 // by 8 and by 32 pixels in its three frames. Without attributes (wall_LAYERS_plain) its pixel shader reads the normal alone.
 void make_wall(const std::filesystem::path& folder, int layers, bool attributes);

@@ -17,6 +17,8 @@ for name in city garden garden_lamps; do
 done
 "$root/tessera" replay "$root/captures/city_evening.glb" --frames 0:1 --size 480x270 --spp 16 --quiet --out "$out/city_evening"
 cp "$out"/city_evening/frame_*.png "$here/city_evening.png"
+"$root/tessera" replay "$root/captures/corridor.glb" --frames 0:1 --size 480x270 --spp 16 --quiet --out "$out/corridor"
+cp "$out"/corridor/frame_*.png "$here/corridor.png"
 "$root/tessera" replay "$root/captures/workshop.glb" --size 960x540 --spp 64 --quiet --out "$out/workshop"
 cp "$out"/workshop/frame_*.png "$here/workshop.png"
 "$root/tessera" replay "$root/captures/workshop.glb" --size 960x540 --spp 16 --set procedures.style=lines --quiet --out "$out/lines"

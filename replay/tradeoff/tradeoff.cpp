@@ -82,7 +82,10 @@ class Tradeoff {
     const gpu::PreparedCapture& prepared = *captures.original();
     place(prepared.capture);
     // Refuses passes that the machine does not render, before anything is done.
-    (void)gpu::FrameGraph(prepared.capture, options_.gpu, options_.settings, {0, 0, options_.width, options_.height});
+    const gpu::FrameGraph graph(prepared.capture, options_.gpu, options_.settings,
+                                {0, 0, options_.width, options_.height}, {options_.width, options_.height});
+    if (graph.bloom() != nullptr)
+      throw UsageError("the reference has no bloom, by which every image would differ from it: set post.bloom=0");
     if (options_.effects) return run_effects(captures);
     std::vector<Block> blocks = plan(prepared);
     // Models of timing draw nothing.

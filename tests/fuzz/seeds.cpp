@@ -181,8 +181,8 @@ std::vector<std::string> small_captures() {
                                   wire_capture(),
                                   casting_capture(false),
                                   casting_capture(true)};
-  for (const char* name :
-       {"city", "city_evening", "eggs", "flyby", "garden", "garden_lamps", "serpent", "stroll", "vases", "workshop"})
+  for (const char* name : {"city", "city_evening", "corridor", "eggs", "flyby", "garden", "garden_lamps", "serpent",
+                           "stroll", "vases", "workshop"})
     all.push_back(without_buffers(test::read_text(test::shipped_capture(name))));
   for (const shaders::StageDeclaration& shape : shaders::shape_declarations())
     all.push_back(procedure_capture({{"shape", shape.name}}));

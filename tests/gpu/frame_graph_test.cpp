@@ -275,7 +275,9 @@ const std::vector<Refused> kRefused = {
     {"Shader", [](PassGraph& g) { g.passes[0].subpasses[0].shader = PassShader::kGbuffer; },
      "/passes/0/shader: is gbuffer: a pass that draws runs forward on this machine"},
     {"Bloom", [](PassGraph& g) { g.passes[1].subpasses[0].shader = PassShader::kBloom; },
-     "/passes/1/shader: is bloom: a pass over an image runs copy on this machine"},
+     "/passes/1/write: is not one attachment of its own"},
+    {"Reduce", [](PassGraph& g) { g.passes[1].subpasses[0].shader = PassShader::kReduce; },
+     "/passes/1/shader: is reduce: a pass over an image runs bloom, tonemap or copy on this machine"},
     {"SecondDraw", [](PassGraph& g) { g.passes[1] = drawing("frame"), g.passes[1].name = "more"; },
      "/passes/1: draws after another pass has drawn"},
     {"RightEye", [](PassGraph& g) { g.passes[0].view = scene::PassView::kRight; },
@@ -314,7 +316,7 @@ const std::vector<Refused> kRefused = {
      "/passes/0/write: is 'frame' before the last pass"},
     {"NoTile",
      [](PassGraph&) {},
-     "/passes/0: needs 20 bytes of tile memory a sample: a tile of 64x64 pixels with 16 samples takes 1310720, "
+     "/passes/0: needs 12 bytes of tile memory a sample: a tile of 64x64 pixels with 16 samples takes 786432, "
      "tilecore.memory_bytes is ",
      {"tile.width=64", "tile.height=64", "sampling.samples_per_pixel=16"}},
 };
@@ -328,7 +330,7 @@ TEST_P(RefusedGraph, IsOneLineWithItsPlace) {
   GetParam().change(*capture.settings.graph);
   const Machine machine = machine_of(GetParam().keys);
   try {
-    const FrameGraph graph(capture, machine.gpu, machine.settings, {0, 0, kWidth, kHeight});
+    const FrameGraph graph(capture, machine.gpu, machine.settings, {0, 0, kWidth, kHeight}, {kWidth, kHeight});
     FAIL() << "not refused";
   } catch (const InputError& error) {
     const std::string text = error.what();

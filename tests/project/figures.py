@@ -160,7 +160,7 @@ class Pages(unittest.TestCase):
             made = subprocess.run([ROOT / "captures/make.sh", out], env=os.environ | {"TESSERA_BUILD": build}, capture_output=True, text=True)
             self.assertEqual(made.returncode, 0, made.stderr)
             sizes = []
-            for name in ("eggs", "vases", "serpent", "flyby", "stroll", "workshop", "city", "garden", "city_evening", "garden_lamps"):
+            for name in ("eggs", "vases", "serpent", "flyby", "stroll", "workshop", "city", "garden", "city_evening", "garden_lamps", "corridor"):
                 shipped = Path(capture(name)).read_bytes()
                 self.assertTrue(Path(out, f"{name}.glb").read_bytes() == shipped, f"{name} differs: run captures/make.sh")
                 sizes.append(len(shipped))

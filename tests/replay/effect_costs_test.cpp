@@ -62,7 +62,7 @@ TEST(EffectCosts, CountersOfAbsentEffectsAreZero) {  // EFC2
       }
   };
   for (const char* name : {"eggs", "vases", "stroll", "flyby", "serpent", "city", "garden", "workshop"}) check(name);
-  for (const char* name : {"city_evening", "garden_lamps"}) check(name, {"shadows.size=128"});
+  for (const char* name : {"city_evening", "garden_lamps", "corridor"}) check(name, {"shadows.size=128"});
   check("stroll", {"resolve.desampling=adaptive", "resolve.foveation_r1=0.3", "resolve.foveation_r0=0.1"}, 1);
   check("vases", {"stereo.eye_separation=0.06", "frame_buffer.compression=none"});
   for (const char* effect : {"motion", "defocus", "displacement", "alpha_test", "procedures",

@@ -107,8 +107,8 @@ class ShippedCapture : public testing::TestWithParam<const char*> {
   int frame = capture.settings.first_frame;
   // Procedures, many small objects and many patches take long; their frames are small.
   bool small =
-      std::set<std::string_view>{"workshop", "stroll", "city", "garden", "city_evening", "garden_lamps"}.contains(
-          GetParam());
+      std::set<std::string_view>{"workshop", "stroll", "city", "garden", "city_evening", "garden_lamps", "corridor"}
+          .contains(GetParam());
   gpu::RenderRequest size = small ? whole(80, 45) : whole(160, 90);
   Prepared prepared = std::make_shared<const gpu::PreparedCapture>(capture);
   gpu::FrameResult shown(const Variant& variant) const { return render(prepared, variant, frame, size); }
@@ -326,7 +326,7 @@ TEST_P(ShippedCapture, FramesAreIndependentOfWhatWasRenderedBefore) {
 
 INSTANTIATE_TEST_SUITE_P(Captures, ShippedCapture,
                          testing::Values("eggs", "vases", "serpent", "flyby", "workshop", "stroll", "city", "garden",
-                                         "city_evening", "garden_lamps"),
+                                         "city_evening", "garden_lamps", "corridor"),
                          [](const auto& param_info) { return std::string(param_info.param); });
 
 TEST(PartialRender, IsCountedAndLosesNothing) {  // M6

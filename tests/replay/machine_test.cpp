@@ -256,7 +256,7 @@ TEST_P(MachineOf, TwiceTheCoresAreNotSlowerAndHalfTheBandwidthIsNotFaster) {
 
 INSTANTIATE_TEST_SUITE_P(Captures, MachineOf,
                          testing::Values("eggs", "vases", "serpent", "flyby", "workshop", "city", "garden",
-                                         "city_evening", "garden_lamps"),
+                                         "city_evening", "garden_lamps", "corridor"),
                          [](const auto& p) { return std::string(p.param); });
 
 // Lines of all tiles together, each once.

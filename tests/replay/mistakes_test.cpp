@@ -387,5 +387,14 @@ TEST_F(Outputs, AReplayEndsWithSixLines) {
   EXPECT_THAT(r.output, HasSubstr("stats.json, stats.csv, 2 frames\n"));
 }
 
+TEST(Mistakes, ATradeoffOfABloomNamesTheKeyThatLeavesItOut) {
+  const test::TemporaryFolder folder;
+  const ProcessResult r = run_tessera({"tradeoff", test::shipped_capture("corridor").string(), "--out",
+                                       (folder / "a").string(), "--size", "64x36", "--knobs", "samples", "--quiet"});
+  EXPECT_EQ(r.status, 2);
+  EXPECT_THAT(r.errors, testing::HasSubstr("set post.bloom=0"));
+  EXPECT_TRUE(one_line(r.errors)) << r.errors;
+}
+
 }  // namespace
 }  // namespace tessera::replay::mistakes_test

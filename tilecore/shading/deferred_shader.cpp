@@ -21,6 +21,17 @@ bool sees_opaque(const std::uint32_t* patch, int spp) {
   return all != TileState::kNoPatch;
 }
 
+// The way from the viewer through the middle of some pixels at shutter open, in world space.
+Vec3 axis_through(const scene::FrameGeometry& frame, const IntRect& pixels) {
+  const DMat4& to_world = frame.views[0].camera_to_world;
+  const scene::Projection& projection = frame.projection;
+  DVec3 way(0, 0, -1);
+  if (!projection.orthographic)
+    way = {(0.5 * (pixels.x0 + pixels.x1) - projection.center_x) / projection.scale,
+           (projection.center_y - 0.5 * (pixels.y0 + pixels.y1)) / projection.scale, -1};
+  return Vec3(DMat3(to_world) * way);
+}
+
 }  // namespace
 
 void DeferredShader::begin(const TileJob& job, const TileSamples& samples, std::span<const std::uint8_t> rates) {
@@ -49,7 +60,7 @@ void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileS
   collect_opaque(job, samples, state);
   opaque_ = invocations_.size();
   collect_layers(job, samples, state);
-  run_warps(job);
+  run_warps(job, samples.pixels);
   color_samples(job, samples);
   if (behind != nullptr) keep_behind(samples, *behind);
   blend_layers(job, state);
@@ -78,7 +89,7 @@ void DeferredShader::shade_opaque(const TileJob& job, const TileSamples& samples
   begin(job, samples, {});
   collect_opaque(job, samples, state);
   opaque_ = invocations_.size();
-  run_warps(job);
+  run_warps(job, samples.pixels);
   color_samples(job, samples);
   keep_behind(samples, behind);
 }
@@ -112,10 +123,12 @@ std::uint32_t DeferredShader::ask_for(const TileJob& job, const Invocation& invo
   return static_cast<std::uint32_t>(kept_ + invocations_.size() - 1);
 }
 
-void DeferredShader::run_warps(const TileJob& job) {
+void DeferredShader::run_warps(const TileJob& job, const IntRect& pixels) {
   points_.resize(kept_ + invocations_.size());
+  const bool lists = has_light_lists(*job.frame, job.shading.light_lists);
+  const Vec3 axis = lists ? axis_through(*job.frame, pixels) : Vec3(0.0f);
   pixel_shader_.shade(*job.frame, job.lighting, invocations_, std::span(points_).subspan(kept_), &textures_,
-                      job.warp_lanes());
+                      job.warp_lanes(), lists ? &axis : nullptr);
   counters_.warps += pixel_shader_.take_warps();
   const PixelShader::SurfaceWork again = pixel_shader_.take_surface_work();
   counters_.surface_warps += again.warps;

@@ -103,6 +103,7 @@ class DeferredShader {
   std::uint64_t take_vertex_bytes() { return std::exchange(vertex_bytes_, 0); }
 
   ShadingCounters take_counters() { return std::exchange(counters_, {}); }
+  LightListCounters take_light_counters() { return pixel_shader_.take_light_counters(); }
   // From now on, warps and lines that they ask for are kept. False: no more.
   void keep_items(bool keep) { pixel_shader_.keep_warps(keep), textures_.keep_requests(keep); }
   std::vector<timing::WarpItem> take_warp_items() { return pixel_shader_.take_warp_items(); }
@@ -149,7 +150,7 @@ class DeferredShader {
   // Those of behind_ that look through segment `segment` of the shutter.
   void color_background(const TileJob& job, const TileSamples& samples, int segment);
   void collect_layers(const TileJob& job, const TileSamples& samples, TileState& state);
-  void run_warps(const TileJob& job);
+  void run_warps(const TileJob& job, const IntRect& pixels);
   void color_samples(const TileJob& job, const TileSamples& samples);
   void blend_layers(const TileJob& job, const TileState& state);
   // Which invocations the layers of a pixel share, in shared_layers_ and shared_of_.

@@ -12,6 +12,7 @@
 #include "tilecore/procedural/procedure_costs.h"
 #include "tilecore/procedural/procedure_surface.h"
 #include "tilecore/shading/pixel_shader_kernel.h"
+#include "tilecore/shading/place_kernel.h"
 #include "tilecore/shading/scalar_lanes.h"
 #include "tilecore/shading/shader_features.h"
 
@@ -116,6 +117,14 @@ std::vector<shaders::ShadowView> views_of_shares(const KnownShadows& known, cons
   return views;
 }
 
+// Whether a drawable's pixels loop over the lights of a list: procedures shade with all of them.
+bool takes_list(const scene::PosedDrawable& drawable) {
+  return drawable.procedure == nullptr && !drawable.material->unlit;
+}
+
+// Bytes of a listed light in the tile memory.
+std::uint64_t light_bytes_of(const FrameGeometry& frame) { return kLightRecordBytes * (frame.moving_lights ? 2 : 1); }
+
 // Whether a material's shader looks at an image of what lies all around.
 bool looks_around(const Lighting& lighting, const Material& material) {
   return lighting.environment.surroundings().kind == shaders::Surroundings::Kind::kImage && !material.unlit;
@@ -129,7 +138,7 @@ std::uint32_t height_lookups(const scene::PosedDrawable& drawable) {
 }
 
 timing::WarpItem warp_item(const FrameGeometry& frame, const scene::PosedDrawable& drawable, const Lighting& lighting,
-                           bool quads, bool evaluates) {
+                           bool quads, bool evaluates, const std::span<const std::uint32_t>* listed) {
   hardware::ShaderFeatures features = draw_features(frame, drawable, quads, adds_height_normals(frame, drawable));
   using In = hardware::ShaderFeatures::Surface;
   evaluates = evaluates && has_grid(drawable) && !interpolates_surface(frame, drawable);
@@ -138,7 +147,8 @@ timing::WarpItem warp_item(const FrameGeometry& frame, const scene::PosedDrawabl
       has_vertex_tangents(*drawable.material))
     features.normals = hardware::ShaderFeatures::Normals::kMappedAlongTangents;
   features.environment_image = looks_around(lighting, *drawable.material);
-  if (lighting.shadows != nullptr) add_shadows(*lighting.shadows, frame, features);
+  if (listed != nullptr) keep_lights(frame, *listed, features);
+  if (lighting.shadows != nullptr) add_shadows(*lighting.shadows, frame, listed, features);
   hardware::ShaderCost cost = hardware::shader_cost(features);
   if (drawable.procedure != nullptr)
     cost.vector_operations +=
@@ -218,17 +228,25 @@ ShadedPoint shade_point(const FrameGeometry& shutter, const Lighting& lighting, 
 }
 
 void PixelShader::shade(const FrameGeometry& shutter, const Lighting& lighting, std::span<const Invocation> invocations,
-                        std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes) {
+                        std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes,
+                        const Vec3* axis) {
   TESSERA_CHECK(points.size() == invocations.size() && warp_lanes >= 4 && warp_lanes <= kBatch,
                 "a point for each invocation, warps of 4 lanes up to a batch");
   if (textures != nullptr && !textures->active()) textures = nullptr;
   sort_invocations(shutter, invocations);
+  draws_.clear();
   for (std::size_t begin = 0, end = 0; begin < rank_.size(); begin = end) {
     const Bucket& leader = buckets_[rank_[begin]];
     std::size_t count = 0;
     for (; end < rank_.size() && buckets_[rank_[end]].draw == leader.draw; ++end) count += buckets_[rank_[end]].count;
-    shade_draw_of(shutter, lighting, invocations, std::span(order_).subspan(leader.first, count), points, textures,
-                  warp_lanes);
+    draws_.push_back({leader.first, count});
+  }
+  listed_ = false;
+  if (axis != nullptr) list_lights(shutter, invocations, *axis, textures != nullptr, warp_lanes);
+  for (std::size_t d = 0; d < draws_.size(); ++d) {
+    const Draw draw = draw_of(shutter, invocations, std::span(order_).subspan(draws_[d].first, draws_[d].count),
+                              listed_ ? d : 0, warp_lanes);
+    shade_draw_of(shutter, lighting, invocations, draw, points, textures, warp_lanes);
   }
 }
 
@@ -302,21 +320,30 @@ void PixelShader::cut_warps(std::span<const Invocation> invocations, std::span<s
   warp_ends_.push_back(order.size());
 }
 
-// All of `order`, which are of one draw.
-void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& lighting,
-                                std::span<const Invocation> invocations, std::span<std::uint32_t> order,
-                                std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes) {
+PixelShader::Draw PixelShader::draw_of(const FrameGeometry& shutter, std::span<const Invocation> invocations,
+                                       std::span<std::uint32_t> order, std::size_t number, std::size_t warp_lanes) {
   const Invocation& leader = invocations[order.front()];
   const FrameGeometry& frame = shutter.moment(leader.at.patch, leader.at.t).frame;
   const scene::PosedDrawable& drawable = frame.drawable_of(leader.at.patch);
-  const int lights_in = light_segment(shutter, leader.light_time);
   const bool quads = leader.partner_x != 0;
   cut_warps(invocations, order, quads, warp_lanes);
-  warps_ += warp_ends_.size();
   // The reference renderer asks for places of a patch that are of no triangle, for all of a draw.
-  const bool interpolates = interpolates_surface(frame, drawable) &&
-                            invocations[order.front()].at.triangle != SurfaceLocation::kWholePatch,
-             evaluates = has_grid(drawable) && !interpolates;
+  const bool interpolates = interpolates_surface(frame, drawable) && leader.at.triangle != SurfaceLocation::kWholePatch;
+  while (draw_vertices_.size() <= number) draw_vertices_.emplace_back();
+  return {
+      frame, drawable, light_segment(shutter, leader.light_time), quads, interpolates, order, draw_vertices_[number]};
+}
+
+void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& lighting,
+                                std::span<const Invocation> invocations, const Draw& of, std::span<ShadedPoint> points,
+                                TextureUnit* textures, std::size_t warp_lanes) {
+  const FrameGeometry& frame = of.frame;
+  const scene::PosedDrawable& drawable = of.drawable;
+  const int lights_in = of.lights_in;
+  const bool quads = of.quads, interpolates = of.interpolates;
+  const std::span<std::uint32_t> order = of.order;
+  const bool evaluates = has_grid(drawable) && !interpolates;
+  warps_ += warp_ends_.size();
   if (evaluates) surface_work_.warps += warp_ends_.size(), surface_work_.evaluations += order.size();
   const bool turned = interpolates && adds_height_normals(frame, drawable);
   const std::uint32_t heights = textures == nullptr ? 0
@@ -324,9 +351,13 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
                                 : turned            ? kGradientLookups
                                                     : 0;
   surface_work_.height_lookups += order.size() * heights;
-  timing::WarpItem item = keep_warps_ ? warp_item(frame, drawable, lighting, quads) : timing::WarpItem();
+  const bool listed = listed_ && takes_list(drawable);
+  const std::span<const std::uint32_t> numbers = light_list_.numbers();
+  timing::WarpItem item =
+      keep_warps_ ? warp_item(frame, drawable, lighting, quads, true, listed ? &numbers : nullptr) : timing::WarpItem();
   item.texels = heights;  // of a lane
-  if (interpolates) take_vertices(frame, drawable, invocations, order, textures != nullptr, warp_lanes);
+  if (listed) light_counters_.tile_bytes += warp_ends_.size() * numbers.size() * light_bytes_of(shutter);
+  if (interpolates && !listed) take_vertices(invocations, of, textures != nullptr, warp_lanes);
   const shaders::ShadowView* shadows = shadows_of(lighting, frame);
   if (drawable.procedure != nullptr) {
     LookupArrays lookups;
@@ -335,7 +366,7 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
            textures->memory()->layout(lighting.environment.surroundings().image->radiance), lookups);
     if (textures != nullptr) tell_procedure_textures(*drawable.material, *textures, lookups);
     if (textures != nullptr && lighting.shadows != nullptr && !drawable.material->unlit)
-      tell_shadows(lighting.shadows->of(frame), *lighting.shadows, *textures, lookups);
+      tell_shadows(lighting.shadows->of(frame), *lighting.shadows, false, *textures, lookups);
     shade_batches(order.size(), item, lookups, textures, [&](std::size_t first, std::size_t count) {
       // Not every model of shading looks anything up.
       for (std::size_t slot = 0; slot < kLookupSlots; ++slot)
@@ -346,48 +377,24 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
       for (std::size_t lane = 0; lane < count; ++lane) {
         const std::uint32_t i = order[first + lane];
         const std::array<std::int32_t, 3> corner =
-            interpolates ? corners_[first + lane] : std::array<std::int32_t, 3>{};
+            interpolates ? of.vertices.corners[first + lane] : std::array<std::int32_t, 3>{};
         points[i] = shade_procedure_point(shutter, lighting, invocations[i], shadows,
-                                          interpolates ? &vertex_outputs_ : nullptr, corner, lookups, lane);
+                                          interpolates ? &of.vertices.outputs : nullptr, corner, lookups, lane);
       }
     });
     return;
   }
 
   DrawConstants draw = lit_draw(shutter, frame, lights_in, drawable, lighting, shadows, quads);
-  if (interpolates) vertex_outputs_.set_mesh(draw);
-  LaneArrays in;
-  for (std::size_t k = 0; k < 3; ++k) in.vertex[k] = vertex_[k].data();
-  in.triangle = vertex_[3].data();
-  in.p = input_[0].data(), in.q = input_[1].data(), in.t = input_[2].data(), in.light_t = input_[3].data();
-  in.lod = input_[4].data(), in.step_x = input_[5].data(), in.step_y = input_[6].data();
+  if (interpolates) of.vertices.outputs.set_mesh(draw);
+  if (listed) take_listed(draw);
+  const LaneArrays in = lane_arrays();
   ShadedArrays out;
   for (std::size_t c = 0; c < 3; ++c) out.color[c] = output_[c].data(), out.normal[c] = output_[3 + c].data();
   out.alpha = output_[6].data();
-  const LookupArrays lookups = textures != nullptr ? lookups_of(draw, lighting, *textures) : LookupArrays();
+  const LookupArrays lookups = textures != nullptr ? lookups_of(draw, lighting, listed, *textures) : LookupArrays();
   shade_batches(order.size(), item, lookups, textures, [&](std::size_t first, std::size_t count) {
-    for (std::size_t lane = 0; lane < count; ++lane) {
-      const Invocation& v = invocations[order[first + lane]];
-      SurfaceLocation at = v.at;
-      if (&frame != &shutter) at.t = frame.part.local(at.t);
-      one_lane::LaneInputs<float> at_lane{};
-      if (interpolates)
-        at_lane.p = at.b1, at_lane.q = at.b2;
-      else
-        at_lane = lane_inputs(frame, drawable, at);
-      for (std::size_t k = 0; k < 3; ++k)
-        vertex_[k][lane] = interpolates ? corners_[first + lane][k] : at_lane.vertex[k];
-      vertex_[3][lane] = at_lane.triangle;
-      input_[0][lane] = at_lane.p, input_[1][lane] = at_lane.q, input_[2][lane] = at.t;
-      input_[3][lane] = light_time(shutter, lights_in, v.light_time);
-      input_[4][lane] = at_lane.lod;
-      input_[5][lane] = static_cast<float>(v.partner_x), input_[6][lane] = static_cast<float>(v.partner_y);
-    }
-    // Lanes up to the next multiple of the widest vector.
-    for (std::size_t lane = count; lane % 16 != 0; ++lane) {
-      for (auto& values : vertex_) values[lane] = values[count - 1];
-      for (auto& values : input_) values[lane] = values[count - 1];
-    }
+    fill_lanes(shutter, invocations, of, first, count);
     forget_shadows(lookups, count);
     if (lighting.known_shadows != nullptr) take_shares(*lighting.known_shadows, order.subspan(first, count));
     shade_draw(draw, in, count, lookups, out);
@@ -400,14 +407,123 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
   });
 }
 
-void PixelShader::take_vertices(const FrameGeometry& frame, const scene::PosedDrawable& drawable,
-                                std::span<const Invocation> invocations, std::span<const std::uint32_t> order,
-                                bool heights, std::size_t warp_lanes) {
-  vertex_outputs_.begin(frame, drawable);
-  corners_.clear();
+LaneArrays PixelShader::lane_arrays() const {
+  LaneArrays in;
+  for (std::size_t k = 0; k < 3; ++k) in.vertex[k] = vertex_[k].data();
+  in.triangle = vertex_[3].data();
+  in.p = input_[0].data(), in.q = input_[1].data(), in.t = input_[2].data(), in.light_t = input_[3].data();
+  in.lod = input_[4].data(), in.step_x = input_[5].data(), in.step_y = input_[6].data();
+  return in;
+}
+
+void PixelShader::fill_lanes(const FrameGeometry& shutter, std::span<const Invocation> invocations, const Draw& of,
+                             std::size_t first, std::size_t count) {
+  for (std::size_t lane = 0; lane < count; ++lane) {
+    const Invocation& v = invocations[of.order[first + lane]];
+    SurfaceLocation at = v.at;
+    if (&of.frame != &shutter) at.t = of.frame.part.local(at.t);
+    one_lane::LaneInputs<float> at_lane{};
+    if (of.interpolates)
+      at_lane.p = at.b1, at_lane.q = at.b2;
+    else
+      at_lane = lane_inputs(of.frame, of.drawable, at);
+    for (std::size_t k = 0; k < 3; ++k)
+      vertex_[k][lane] = of.interpolates ? of.vertices.corners[first + lane][k] : at_lane.vertex[k];
+    vertex_[3][lane] = at_lane.triangle;
+    input_[0][lane] = at_lane.p, input_[1][lane] = at_lane.q, input_[2][lane] = at.t;
+    input_[3][lane] = light_time(shutter, of.lights_in, v.light_time);
+    input_[4][lane] = at_lane.lod;
+    input_[5][lane] = static_cast<float>(v.partner_x), input_[6][lane] = static_cast<float>(v.partner_y);
+  }
+  // Lanes up to the next multiple of the widest vector.
+  for (std::size_t lane = count; lane % 16 != 0; ++lane) {
+    for (auto& values : vertex_) values[lane] = values[count - 1];
+    for (auto& values : input_) values[lane] = values[count - 1];
+  }
+}
+
+void PixelShader::add_places(const FrameGeometry& shutter, std::span<const Invocation> invocations, const Draw& of) {
+  DrawConstants draw = draw_constants(of.frame, of.drawable);
+  draw.quads = of.quads;
+  if (of.interpolates) of.vertices.outputs.set_mesh(draw);
+  const std::array<float*, 3> place{output_[0].data(), output_[1].data(), output_[2].data()};
+  for (std::size_t first = 0; first < of.order.size(); first += kBatch) {
+    const std::size_t count = std::min(kBatch, of.order.size() - first);
+    fill_lanes(shutter, invocations, of, first, count);
+    place_draw(draw, lane_arrays(), count, place);
+    for (std::size_t lane = 0; lane < count; ++lane)
+      light_list_.add({output_[0][lane], output_[1][lane], output_[2][lane]});
+  }
+  // Where invocations evaluate their patch again, so does this.
+  timing::WarpItem item = place_warp(of.drawable.moving);
+  item.drawable = static_cast<std::uint32_t>(&of.drawable - of.frame.drawables.data()) + 1;
+  if (has_grid(of.drawable) && !of.interpolates)
+    item.clocks += static_cast<std::uint32_t>(hardware::lane_clocks(place_cost(of.drawable)));
+  light_counters_.tile_bytes += of.order.size() * 3 * sizeof(Vec3) * (of.drawable.moving ? 2 : 1);
+  keep_light_warps(item, of.order.size(), warp_ends_.size());
+}
+
+void PixelShader::keep_light_warps(timing::WarpItem item, std::uint64_t lanes, std::size_t warps) {
+  light_counters_.warps += warps;
+  if (!keep_warps_) return;
+  for (std::size_t w = 0; w < warps; ++w) {
+    item.lanes = static_cast<std::uint32_t>(lanes * (w + 1) / warps - lanes * w / warps);
+    warp_items_.push_back(item);
+  }
+}
+
+void PixelShader::list_lights(const FrameGeometry& shutter, std::span<const Invocation> invocations, const Vec3& axis,
+                              bool heights, std::size_t warp_lanes) {
+  light_list_.begin(axis);
+  // Vertices of all draws come first, then places between them.
+  for (const bool places : {false, true})
+    for (std::size_t d = 0; d < draws_.size(); ++d) {
+      const Draw draw =
+          draw_of(shutter, invocations, std::span(order_).subspan(draws_[d].first, draws_[d].count), d, warp_lanes);
+      if (!takes_list(draw.drawable)) continue;
+      if (places)
+        add_places(shutter, invocations, draw);
+      else if (draw.interpolates)
+        take_vertices(invocations, draw, heights, warp_lanes);
+    }
+  if (light_list_.places() == 0) return;
+  listed_ = true;
+  light_list_.find(shutter);
+  const std::size_t lights = shutter.lights[0].size(), listed = light_list_.numbers().size();
+  ++light_counters_.lists;
+  light_counters_.places += light_list_.places();
+  light_counters_.tests += lights;
+  light_counters_.listed += listed;
+  light_counters_.tile_bytes += listed * light_bytes_of(shutter);
+  surface_work_.vertex_bytes += listed * light_bytes_of(shutter);
+  keep_light_warps(light_test_warp(), lights, (lights + warp_lanes - 1) / warp_lanes);
+}
+
+void PixelShader::take_listed(DrawConstants& draw) {
+  listed_open_.clear(), listed_close_.clear(), listed_views_.clear();
+  const auto times = static_cast<std::size_t>(draw.shadow_times);
+  for (const std::uint32_t number : light_list_.numbers()) {
+    listed_open_.push_back(draw.lights.open[number]);
+    if (!draw.lights.close.empty()) listed_close_.push_back(draw.lights.close[number]);
+    if (draw.shadows == nullptr) continue;
+    const shaders::ShadowView* views = draw.shadows + number * times;
+    listed_views_.insert(listed_views_.end(), views, views + times);
+  }
+  draw.lights.open = listed_open_, draw.lights.close = listed_close_;
+  if (draw.shadows != nullptr) draw.shadows = listed_views_.data();
+}
+
+void PixelShader::take_vertices(std::span<const Invocation> invocations, const Draw& of, bool heights,
+                                std::size_t warp_lanes) {
+  const FrameGeometry& frame = of.frame;
+  const scene::PosedDrawable& drawable = of.drawable;
+  const std::span<const std::uint32_t> order = of.order;
+  DrawVertices& made = of.vertices;
+  made.outputs.begin(frame, drawable);
+  made.corners.clear();
   for (const std::uint32_t i : order)
-    corners_.push_back(vertex_outputs_.triangle(invocations[i].at.patch, invocations[i].at.triangle));
-  const std::uint64_t vertices = vertex_outputs_.count(), bytes = vertex_output_bytes(frame, drawable);
+    made.corners.push_back(made.outputs.triangle(invocations[i].at.patch, invocations[i].at.triangle));
+  const std::uint64_t vertices = made.outputs.count(), bytes = vertex_output_bytes(frame, drawable);
   surface_work_.vertices += vertices;
   surface_work_.vertex_warps += (vertices + warp_lanes - 1) / warp_lanes;
   surface_work_.vertex_bytes += vertices * bytes;
@@ -446,14 +562,17 @@ void PixelShader::take_shares(const KnownShadows& known, std::span<const std::ui
   }
 }
 
-void PixelShader::tell_shadows(const shaders::ShadowView* views, const FrameShadows& shadows,
+void PixelShader::tell_shadows(const shaders::ShadowView* views, const FrameShadows& shadows, bool listed,
                                const TextureUnit& textures, LookupArrays& lookups) {
-  shadow_lines_.resize(shadows.views());
-  shadow_lookups_.assign(shadows.views(), {});
-  for (std::size_t k = 0; k < shadows.views(); ++k) {
+  const std::size_t count = listed ? listed_views_.size() : shadows.views(),
+                    times = static_cast<std::size_t>(shadows.times());
+  shadow_lines_.resize(std::max(shadow_lines_.size(), count));
+  shadow_lookups_.assign(count, {});
+  for (std::size_t k = 0; k < count; ++k) {
     if (!views[k].casts()) continue;
     ShadowLookups& told = shadow_lookups_[k];
-    told.layout = &textures.memory()->layout(*shadows.maps(k));
+    const std::size_t of_frame = listed ? light_list_.numbers()[k / times] * times + k % times : k;
+    told.layout = &textures.memory()->layout(*shadows.maps(of_frame));
     told.texels = views[k].filter == shaders::ShadowFilter::k3x3 ? 4 : 1;
     for (std::size_t line = 0; line < kShadowLines; ++line) told.line[line] = shadow_lines_[k][line].data();
   }
@@ -477,7 +596,8 @@ void PixelShader::tell_procedure_textures(const Material& material, const Textur
   }
 }
 
-LookupArrays PixelShader::lookups_of(const DrawConstants& draw, const Lighting& lighting, const TextureUnit& textures) {
+LookupArrays PixelShader::lookups_of(const DrawConstants& draw, const Lighting& lighting, bool listed,
+                                     const TextureUnit& textures) {
   LookupArrays lookups;
   const auto slots = draw.material->slots();
   for (std::size_t slot = 0; slot < kTextureSlots; ++slot)
@@ -489,7 +609,7 @@ LookupArrays PixelShader::lookups_of(const DrawConstants& draw, const Lighting& 
   };
   if (draw.behind.levels > 0) tell_behind(draw.behind);
   if (draw.shadows != nullptr && lighting.shadows != nullptr)
-    tell_shadows(draw.shadows, *lighting.shadows, textures, lookups);
+    tell_shadows(draw.shadows, *lighting.shadows, listed, textures, lookups);
   if (!looks_around(lighting, *draw.material)) return lookups;
   const shaders::RadianceView& around = draw.surroundings.image->radiance;
   tell(slot_of(ImageLookup::kMirrored), textures.memory()->layout(around), lookups);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <span>
 #include <utility>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "shaders_cpp/radiance_image.h"
 #include "tilecore/shading/draw_inputs.h"
 #include "tilecore/shading/frame_shadows.h"
+#include "tilecore/shading/light_lists.h"
 #include "tilecore/shading/surface.h"
 #include "tilecore/shading/texture_unit.h"
 #include "tilecore/shading/vertex_outputs.h"
@@ -78,9 +80,11 @@ ShadedPoint shade_point(const scene::FrameGeometry& frame, const Lighting& light
 class PixelShader {
  public:
   // Shades invocations[i] to points[i]. `textures`, unless null, is told of every lookup, warp by warp of `warp_lanes`
-  // lanes (at least 4).
+  // lanes (at least 4). `axis`, unless null, asks for a light list (light_lists.h) of all invocations on surfaces that are
+  // lit, but for procedures; it is that of the list's box.
   void shade(const scene::FrameGeometry& frame, const Lighting& lighting, std::span<const Invocation> invocations,
-             std::span<ShadedPoint> points, TextureUnit* textures = nullptr, std::size_t warp_lanes = 32);
+             std::span<ShadedPoint> points, TextureUnit* textures = nullptr, std::size_t warp_lanes = 32,
+             const Vec3* axis = nullptr);
 
   // Packs `count` samples that see the environment into warps, which are copies of `item`, and tells `textures` of what
   // they look up in the slot kMirrored, if anything; how many warps they are.
@@ -94,12 +98,15 @@ class PixelShader {
   // Warps that shade() took since the last call.
   std::uint64_t take_warps() { return std::exchange(warps_, 0); }
   // How many of these hold invocations that evaluate a patch again, and those invocations. Vertices that are evaluated for
-  // pixels to interpolate them, their warps (beside the others), the bytes that they take, and bytes written and read there.
+  // pixels to interpolate them, their warps (beside the others), the bytes that they and listed lights take, and bytes of
+  // vertices written and read there.
   struct SurfaceWork {
     std::uint64_t warps = 0, evaluations = 0, height_lookups = 0;
     std::uint64_t vertices = 0, vertex_warps = 0, vertex_bytes = 0, vertex_bytes_moved = 0;
   };
   SurfaceWork take_surface_work() { return std::exchange(surface_work_, {}); }
+  // What light lists took since the last call.
+  LightListCounters take_light_counters() { return std::exchange(light_counters_, {}); }
 
  private:
   // The invocations of a patch of a draw: in order_[first ... first + count).
@@ -116,27 +123,53 @@ class PixelShader {
   // Puts quads together in the `order` of a draw and says in warp_ends_ where each warp ends.
   void cut_warps(std::span<const Invocation> invocations, std::span<std::uint32_t> order, bool quads,
                  std::size_t warp_lanes);
+  // Vertices of a draw, and those of each of its invocations, by place in its `order`.
+  struct DrawVertices {
+    VertexOutputs outputs;
+    std::vector<std::array<std::int32_t, 3>> corners;
+  };
+  // Invocations of one draw: a drawable in one segment of its motion, lit by one segment of the lights' motion.
+  struct Draw {
+    const scene::FrameGeometry& frame;
+    const scene::PosedDrawable& drawable;
+    int lights_in;
+    bool quads, interpolates;
+    std::span<std::uint32_t> order;  // of the invocations
+    DrawVertices& vertices;          // where it interpolates
+  };
+  Draw draw_of(const scene::FrameGeometry& shutter, std::span<const Invocation> invocations,
+               std::span<std::uint32_t> order, std::size_t number, std::size_t warp_lanes);
   void shade_draw_of(const scene::FrameGeometry& frame, const Lighting& lighting,
-                     std::span<const Invocation> invocations, std::span<std::uint32_t> order,
-                     std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes);
-  // Evaluates the vertices that the invocations interpolate between, in warps of their own. Numbers of vertices: corners_,
-  // by place in `order`.
-  void take_vertices(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
-                     std::span<const Invocation> invocations, std::span<const std::uint32_t> order, bool heights,
-                     std::size_t warp_lanes);
+                     std::span<const Invocation> invocations, const Draw& of, std::span<ShadedPoint> points,
+                     TextureUnit* textures, std::size_t warp_lanes);
+  // Fills the inputs of lanes with invocations [first, first + count) of a draw.
+  void fill_lanes(const scene::FrameGeometry& frame, std::span<const Invocation> invocations, const Draw& of,
+                  std::size_t first, std::size_t count);
+  LaneArrays lane_arrays() const;
+  // Makes the list of the lights that reach the invocations of all draws.
+  void list_lights(const scene::FrameGeometry& frame, std::span<const Invocation> invocations, const Vec3& axis,
+                   bool heights, std::size_t warp_lanes);
+  void add_places(const scene::FrameGeometry& frame, std::span<const Invocation> invocations, const Draw& of);
+  // Warps that are copies of `item`; the lanes are shared out among them.
+  void keep_light_warps(timing::WarpItem item, std::uint64_t lanes, std::size_t warps);
+  // Leaves the lights of the list in a draw's constants.
+  void take_listed(DrawConstants& draw);
+  // Evaluates the vertices that the invocations interpolate between, in warps of their own.
+  void take_vertices(std::span<const Invocation> invocations, const Draw& of, bool heights, std::size_t warp_lanes);
   // The shadows of a draw: the frame's maps, or shares that take_shares() fills; null where no light casts any.
   const shaders::ShadowView* shadows_of(const Lighting& lighting, const scene::FrameGeometry& segment);
   void take_shares(const KnownShadows& known, std::span<const std::uint32_t> invocations);
-  // Where what lanes look up of shadows is told; `views`: those of the frame. Lanes that a light does not reach tell nothing,
-  // so lanes forget what earlier ones told.
-  void tell_shadows(const shaders::ShadowView* views, const FrameShadows& shadows, const TextureUnit& textures,
-                    LookupArrays& lookups);
+  // Where what lanes look up of shadows is told; `views`: those of the frame or, `listed`, of the list's lights. Lanes that
+  // a light does not reach tell nothing, so lanes forget what earlier ones told.
+  void tell_shadows(const shaders::ShadowView* views, const FrameShadows& shadows, bool listed,
+                    const TextureUnit& textures, LookupArrays& lookups);
   static void forget_shadows(const LookupArrays& lookups, std::size_t count);
   // Where what lanes look up in a slot is told.
   void tell(std::size_t slot, const TextureLayoutView& layout, LookupArrays& lookups);
   // Those that shade_procedure() reads.
   void tell_procedure_textures(const scene::Material& material, const TextureUnit& textures, LookupArrays& lookups);
-  LookupArrays lookups_of(const DrawConstants& draw, const Lighting& lighting, const TextureUnit& textures);
+  LookupArrays lookups_of(const DrawConstants& draw, const Lighting& lighting, bool listed,
+                          const TextureUnit& textures);
   // Calls shade_batch(first, count) for whole warps of the draw, as many as there is room for, and finishes them.
   template <class Shade>
   void shade_batches(std::size_t count_of_draw, const timing::WarpItem& item, const LookupArrays& lookups,
@@ -151,8 +184,16 @@ class PixelShader {
   std::vector<std::uint32_t> bucket_, rank_;  // of each invocation; sorted buckets
   std::vector<std::uint32_t> order_;
   std::vector<std::size_t> warp_ends_;
-  VertexOutputs vertex_outputs_;
-  std::vector<std::array<std::int32_t, 3>> corners_;
+  std::deque<DrawVertices> draw_vertices_;  // by draw, where a light list needs all of them; else the first alone
+  struct DrawRange {
+    std::size_t first, count;  // of order_
+  };
+  std::vector<DrawRange> draws_;
+  LightList light_list_;
+  bool listed_ = false;  // the invocations in hand have a light list
+  std::vector<shaders::Light> listed_open_, listed_close_;
+  std::vector<shaders::ShadowView> listed_views_;
+  LightListCounters light_counters_;
   std::array<std::array<std::int32_t, kBatch>, 4> vertex_;
   std::array<std::array<float, kBatch>, 7> input_;
   std::array<std::array<float, kBatch>, 7> output_;
@@ -173,9 +214,11 @@ class PixelShader {
 std::uint32_t height_lookups(const scene::PosedDrawable& drawable);
 
 // The warp that every warp of a draw is a copy of (hardware/shader_costs.h). `evaluates`: patches are evaluated again for
-// each invocation; otherwise vertices have attributes, which are interpolated.
+// each invocation; otherwise vertices have attributes, which are interpolated. `listed`: the lights that it loops over;
+// nullptr: all.
 timing::WarpItem warp_item(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
-                           const Lighting& lighting, bool quads, bool evaluates = true);
+                           const Lighting& lighting, bool quads, bool evaluates = true,
+                           const std::span<const std::uint32_t>* listed = nullptr);
 
 // The same for vertices that pixels of the drawable interpolate.
 timing::WarpItem vertex_warp_item(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);

@@ -119,12 +119,20 @@ ShaderFeatures draw_features(const scene::FrameGeometry& frame, const scene::Pos
   return f;
 }
 
-void add_shadows(const FrameShadows& shadows, const scene::FrameGeometry& frame, ShaderFeatures& features) {
+void keep_lights(const scene::FrameGeometry& frame, std::span<const std::uint32_t> numbers, ShaderFeatures& features) {
+  features.lights = {};
+  for (const std::uint32_t number : numbers) ++features.lights[light_kind(frame.lights[0][number])];
+}
+
+void add_shadows(const FrameShadows& shadows, const scene::FrameGeometry& frame,
+                 const std::span<const std::uint32_t>* listed, ShaderFeatures& features) {
   if (features.unlit) return;
+  const auto times = static_cast<std::size_t>(shadows.times());
   const shaders::ShadowView* const views = shadows.of(frame);
   for (std::size_t k = 0; k < shadows.views(); ++k) {
     const shaders::ShadowView& view = views[k];
     if (!view.casts()) continue;
+    if (listed != nullptr && !std::ranges::binary_search(*listed, k / times)) continue;
     ShaderFeatures::ShadowCasters& casters = features.shadows[view.perspective ? 1 : 0];
     ++casters.lookups;
     if (view.layers > 1) ++casters.layered;

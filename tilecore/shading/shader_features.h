@@ -15,8 +15,13 @@ hardware::ShaderFeatures material_features(const scene::Material& material, bool
 hardware::ShaderFeatures draw_features(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
                                        bool quads, bool height_normals = false);
 
-// The shadows of lights that it looks up; `frame`: one of those that `shadows` has.
-void add_shadows(const FrameShadows& shadows, const scene::FrameGeometry& frame, hardware::ShaderFeatures& features);
+// Leaves in it the lights of a list alone; `numbers`: of the frame's lights.
+void keep_lights(const scene::FrameGeometry& frame, std::span<const std::uint32_t> numbers,
+                 hardware::ShaderFeatures& features);
+
+// The shadows of lights that it looks up; `frame`: one of those that `shadows` has. `listed`: the lights of a list; nullptr: all.
+void add_shadows(const FrameShadows& shadows, const scene::FrameGeometry& frame,
+                 const std::span<const std::uint32_t>* listed, hardware::ShaderFeatures& features);
 
 // The domain shader of a drawable that has vertices to shade.
 hardware::ShaderFeatures domain_features(const scene::PosedDrawable& drawable);

@@ -24,6 +24,11 @@ Keys<ShadingSettings> shading_keys() {
        "Precision of interpolated attributes (texture coordinates, colours, normals) on their way to the pixel shader: "
        "single, or half as in GLSL's mediump. Baselines that keep vertices in memory store and read 4 or 2 bytes for "
        "each component of them; positions stay single."},
+      {"shading.light_lists", &S::light_lists,
+       "Tiles find which lights reach the surfaces that they see, and pixel shaders loop over these alone: never "
+       "(off), "
+       "in frames with a point or spot light that has a range (ranged), or with any of these, whose cones are then "
+       "tested (all). Images have the same bits."},
   };
 }
 

@@ -30,6 +30,13 @@ enum class ShadingSurface : std::uint8_t {
 // Of interpolated attributes on their way to the pixel shader.
 enum class AttributePrecision : std::uint8_t { kFloat, kHalf };
 
+// Frames whose tiles have light lists (light_lists.h).
+enum class LightLists : std::uint8_t {
+  kOff,
+  kRanged,  // with a point or spot light that has a range
+  kAll,     // with any of these
+};
+
 // Keys shading.*.
 struct ShadingSettings {
   ShadingRate rate = ShadingRate::kPixel;
@@ -37,6 +44,7 @@ struct ShadingSettings {
   double cell_pixels = 1.0;
   ShadingSurface surface = ShadingSurface::kInterpolated;
   AttributePrecision attributes = AttributePrecision::kFloat;
+  LightLists light_lists = LightLists::kRanged;
 };
 Keys<ShadingSettings> shading_keys();
 
@@ -54,5 +62,7 @@ inline constexpr auto kEnumWords<tilecore::ShadingSurface> = std::to_array<std::
                                                                                               "interpolated", "frame"});
 template <>
 inline constexpr auto kEnumWords<tilecore::AttributePrecision> = std::to_array<std::string_view>({"float", "half"});
+template <>
+inline constexpr auto kEnumWords<tilecore::LightLists> = std::to_array<std::string_view>({"off", "ranged", "all"});
 
 }  // namespace tessera

@@ -12,6 +12,8 @@ ShaderCore::Rates ShaderCore::rates_of(const hardware::Machine& gpu) {
   return {gpu.shader.operations,
           gpu.shader.surface_operations,
           gpu.shader.background_operations,
+          gpu.operations(Event::kLightLanes),
+          gpu.operations(Event::kImageLanes),
           static_cast<double>(gpu.shader.lanes),
           static_cast<std::uint32_t>(gpu.shader.warp_lanes),
           gpu.per_clk(Event::kTexels),
@@ -37,7 +39,7 @@ void ShaderCore::begin(const TileItems& items, double now) {
     line += items.warps[w].texel_lines;
   }
   next_ = oldest_ = done_ = 0;
-  outputs_in_flight_ = 0;
+  steps_in_flight_ = {};
   began_ = now;
   reason_ = Stall::kNoWarp;
   if (warps_.empty())
@@ -67,6 +69,8 @@ double ShaderCore::cycles(std::uint32_t warp, bool first_part) const {
   const WarpItem& item = items_->warps[warp];
   const double constant = item.kind == WarpItem::kVertices     ? rates_.surface_operations
                           : item.kind == WarpItem::kBackground ? rates_.background_operations
+                          : item.makes_lights()                ? rates_.light_operations
+                          : item.kind == WarpItem::kImage      ? rates_.image_operations
                           : item.kind == WarpItem::kEvaluating ? rates_.operations + rates_.surface_operations
                                                                : rates_.operations,
                operations = rates_.compiled ? item.clocks * rates_.compiled_clk : constant,
@@ -123,8 +127,9 @@ bool ShaderCore::launch_vertices() {
 void ShaderCore::launch_pixels(double now) {
   packing_ = false;
   while (next_ < warps_.size() && in_flight_ < rates_.max_warps) {
-    const bool of_vertices = items_->warps[next_].kind == WarpItem::kVertices;
-    if (!of_vertices && outputs_in_flight_ > 0) break;  // their vertices are not there
+    const std::uint32_t step = items_->warps[next_].step();
+    // Their vertices or lights are not there.
+    if (std::any_of(steps_in_flight_.begin(), steps_in_flight_.begin() + step, [](auto n) { return n > 0; })) break;
     const double packed = began_ + rates_.compaction_clk * (next_ + 1);
     if (packed > now) {
       if (!packing_) events_.push(packed, Stage::kCompaction, EventKind::kWarpReady, core_);
@@ -134,7 +139,7 @@ void ShaderCore::launch_pixels(double now) {
     if (!fits(pixel_registers(next_))) break;
     ++in_flight_;
     registers_taken_ += pixel_registers(next_);
-    if (of_vertices) ++outputs_in_flight_;
+    ++steps_in_flight_[step];
     warps_[next_].state = State::kFirst;
     make_ready(kOfPixels | next_, next_);
     ++next_;
@@ -240,7 +245,7 @@ void ShaderCore::finish(std::uint32_t warp, double now) {
   warps_[warp].state = State::kDone;
   --in_flight_;
   registers_taken_ -= pixel_registers(warp);
-  if (items_->warps[warp].kind == WarpItem::kVertices) --outputs_in_flight_;
+  --steps_in_flight_[items_->warps[warp].step()];
   if (++done_ == warps_.size()) events_.push(now, Stage::kShader, EventKind::kShaded, core_);
   launch(now);
 }

@@ -31,8 +31,9 @@ class ShaderCore {
   static constexpr double kBeforeLookups = 0.25;
 
   struct Rates {
-    double operations, surface_operations, background_operations;  // of an invocation, or such a sample
-    double lanes;                                                  // of the core
+    // Of an invocation, such a sample, a place or light of a list, or a texel of a pass over an image.
+    double operations, surface_operations, background_operations, light_operations, image_operations;
+    double lanes;  // of the core
     std::uint32_t warp_lanes;
     double texels_per_clk;
     double compaction_clk;  // of a warp
@@ -118,8 +119,8 @@ class ShaderCore {
   std::uint64_t domain_order_ = 0;
   std::vector<Ready> ready_;  // heap
   std::uint32_t next_ = 0, oldest_ = 0, done_ = 0;
-  std::uint32_t outputs_in_flight_ = 0;  // warps of vertices that pixels interpolate
-  std::size_t in_flight_ = 0;            // of both kinds
+  std::array<std::uint32_t, WarpItem::kSteps> steps_in_flight_{};  // warps by WarpItem::step()
+  std::size_t in_flight_ = 0;                                      // of both kinds
   Ready on_lanes_{};
   bool issuing_ = false, packing_ = false;
   double registers_taken_ = 0;  // bytes

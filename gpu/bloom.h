@@ -1,0 +1,75 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/image.h"
+#include "base/rect.h"
+#include "scene/pass_graph.h"
+#include "tilecore/attachment_actions.h"
+
+namespace tessera::gpu {
+
+// A step of a bloom: it makes a level from the image or the level above it, or brings what the level below it holds up into
+// it. A pass of its own.
+struct BloomStep {
+  std::string name;
+  std::size_t level;  // that it writes
+  bool up;
+};
+
+// The bloom of a capture: an attachment with levels, and the steps that fill it. The last step leaves in the largest level
+// the mean of what all levels hold.
+//
+// Invariants (cited by the tests):
+//   BLP1  A step reads every texel of its sources once, each as many bytes as its format has, and writes its level once; a
+//         level that halves both sides has a quarter of the bytes of the one above. Each is rounded up to bursts.
+//   BLP2  A step down takes 5 bilinear lookups a texel, a step up 8.
+class Bloom {
+ public:
+  // `source`: the colours of a frame of `width` x `height`. The first level is `scale` times as wide and high.
+  Bloom(std::string name, const tilecore::ColorAttachment& source, scene::AttachmentFormat format, double scale,
+        int levels, int width, int height);
+
+  const std::string& name() const { return name_; }
+  const tilecore::ColorAttachment& source() const { return source_; }
+  std::span<const BloomStep> steps() const { return steps_; }
+  std::size_t levels() const { return sizes_.size(); }
+  std::array<int, 2> size(std::size_t level) const { return sizes_[level]; }
+  std::uint64_t texel_bytes() const;
+  std::uint64_t level_bytes(std::size_t level) const;
+  // Where a level begins; the first at the place that the attachment has.
+  std::uint64_t base(std::size_t level, std::uint64_t burst_bytes) const;
+  std::uint64_t bytes(std::uint64_t burst_bytes) const { return base(levels(), burst_bytes) - base_; }
+  void set_base(std::uint64_t base) { base_ = base; }
+
+  // The texels of an image of `size` that belong to some pixels of the frame; those of disjoint pixels are disjoint, and
+  // all pixels have all.
+  IntRect part(std::array<int, 2> size, IntRect pixels) const;
+
+  // Runs a step on the host. `frame`: the colours that the first step reads; `images`: of the levels.
+  void run(const BloomStep& step, const Image& frame, std::vector<Image>& images) const;
+
+ private:
+  std::string name_;
+  tilecore::ColorAttachment source_;
+  scene::AttachmentFormat format_;
+  int width_, height_;
+  std::uint64_t base_ = 0;
+  std::vector<std::array<int, 2>> sizes_;
+  std::vector<BloomStep> steps_;
+};
+
+// A colour as a format of floats holds it, to the nearest value, ties to even; what is too large becomes the largest.
+// r11g11b10f or rgba16f.
+Vec3 rounded_to(scene::AttachmentFormat format, const Vec3& light);
+
+// What a finished pixel is: its colour, with so much of it spread by the bloom.
+inline Vec3 with_bloom(const Vec3& color, const Vec3& bloom, float strength) {
+  return color * (1.0f - strength) + bloom * strength;
+}
+
+}  // namespace tessera::gpu

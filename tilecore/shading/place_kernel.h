@@ -1,0 +1,14 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "tilecore/shading/draw_inputs.h"
+
+namespace tessera::tilecore {
+
+// Places in the world of what `count` invocations of one draw see, on SIMD lanes: those that shade_draw() shades. All arrays
+// reach to the next multiple of 16.
+void place_draw(const DrawConstants& draw, const LaneArrays& in, std::size_t count, const std::array<float*, 3>& place);
+
+}  // namespace tessera::tilecore
