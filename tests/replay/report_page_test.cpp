@@ -354,10 +354,11 @@ TEST_F(ReportPageInBrowser, TilesComeOutAsTheyWentIn) {
   EXPECT_EQ(json::parse(text), expected);
 }
 
-TEST_F(ReportPageInBrowser, TwoRunsAreSideBySideWithTheKeysThatDifferFirst) {
+TEST_F(ReportPageInBrowser, TwoRunsAreSideBySideWithTheKeysThatDifferAfterTheFigures) {
   const OpenedPage opened = open_joint_with(R"(
     const part = document.getElementById('compare');
     document.body.dataset.keys = [...document.querySelectorAll('#differences tbody tr')].map((row) => [...row.children].slice(0, 3).map((cell) => cell.textContent).join('=')).join(';');
+    document.body.dataset.last = [...document.querySelectorAll('main > section')].slice(-2).map((section) => section.id).join(' ');
     document.body.dataset.cards = document.querySelectorAll('#summary .versus').length;
     const select = part.querySelector('select');
     select.value = 'difference';
@@ -366,6 +367,7 @@ TEST_F(ReportPageInBrowser, TwoRunsAreSideBySideWithTheKeysThatDifferFirst) {
     for (let k = 0; k < 100 && !part.querySelector('p.note[aria-live]').textContent; ++k) await new Promise((resolve) => setTimeout(resolve, 50));
     document.body.dataset.says = part.querySelector('p.note[aria-live]').textContent;)");
   EXPECT_EQ(found(opened, "keys"), "tile.height=32=16;tile.width=32=16");
+  EXPECT_EQ(found(opened, "last"), "differences configuration");
   EXPECT_GE(std::stoi(found(opened, "cards")), 6);
   EXPECT_THAT(found(opened, "says"), HasSubstr("Largest difference of a channel"));
 }
@@ -494,9 +496,9 @@ TEST_F(ReportPageInBrowser, ASweepOpensOnWhatVariesAndSaysOnceWhatDoesNot) {
   const OpenedPage opened = open_with("sweep", R"(
     document.body.dataset.offered = [...document.querySelectorAll('#pareto select')[0].options].length;
     document.body.dataset.constant = [...document.querySelectorAll('#study summary')].map((line) => line.textContent).join(' ');
-    document.body.dataset.lines = document.querySelectorAll('#parallel polyline').length;
-    const line = document.querySelector('#parallel polyline');
-    line.dispatchEvent(new PointerEvent('pointermove', { clientX: 10, clientY: 10, bubbles: true }));
+    document.body.dataset.lines = document.querySelector('#parallel canvas').dataset.lines;
+    const stage = document.querySelector('#parallel .stage'), grip = stage.querySelector('.grip').getBoundingClientRect();
+    stage.querySelector('svg').dispatchEvent(new PointerEvent('pointermove', { clientX: grip.left + 11, clientY: grip.bottom - 9, bubbles: true }));
     document.body.dataset.hint = document.querySelector('.hint').textContent;)");
   EXPECT_EQ(found(opened, "lines"), "4");
   EXPECT_THAT(found(opened, "constant"), HasSubstr("columns are the same at every point"));

@@ -20,13 +20,9 @@ const Tool& tool() {
   return kTool;
 }
 
-}  // namespace
-
-std::string missing_accessibility_tool() { return tool().missing; }
-
-std::vector<std::string> accessibility_findings(LivePage& page) {
-  page.evaluate(read_text(tool().script) + "; true");
-  const std::string look = read_text(TESSERA_SOURCE_DIR "/tests/support/accessibility.js");
+// The findings of a script of this folder, in light and dark.
+std::vector<std::string> findings_of(const char* script, LivePage& page) {
+  const std::string look = read_text(std::string(TESSERA_SOURCE_DIR "/tests/support/") + script);
   std::vector<std::string> findings;
   for (const bool dark : {false, true}) {
     page.prefer_dark(dark);
@@ -34,5 +30,16 @@ std::vector<std::string> accessibility_findings(LivePage& page) {
   }
   return findings;
 }
+
+}  // namespace
+
+std::string missing_accessibility_tool() { return tool().missing; }
+
+std::vector<std::string> accessibility_findings(LivePage& page) {
+  page.evaluate(read_text(tool().script) + "; true");
+  return findings_of("accessibility.js", page);
+}
+
+std::vector<std::string> layout_findings(LivePage& page) { return findings_of("layout.js", page); }
 
 }  // namespace tessera::test

@@ -15,4 +15,8 @@ std::string missing_accessibility_tool();
 // or the colours. Contrasts that axe-core leaves open, those of drawings, are computed: accessibility.js.
 std::vector<std::string> accessibility_findings(LivePage& page);
 
+// Faults of a page's layout in its window, in light and dark, a text each: scheme, kind of fault, element, text.
+// layout.js says which faults there are. It needs no tool besides the browser.
+std::vector<std::string> layout_findings(LivePage& page);
+
 }  // namespace tessera::test

@@ -115,6 +115,31 @@ void LivePage::press(const std::string& key) {
 
 void LivePage::type(const std::string& text) { call("Input.insertText", {{"text", text}}); }
 
+void LivePage::click(const std::string& selector) {
+  const json at = evaluate("(() => { const element = document.querySelector(" + json(selector).dump() + R"();
+    element.scrollIntoView({ block: 'center', inline: 'center' });
+    const box = element.getBoundingClientRect();
+    return [box.left + box.width / 2, box.top + box.height / 2];
+  })())");
+  for (const char* type : {"mouseMoved", "mousePressed", "mouseReleased"})
+    call("Input.dispatchMouseEvent",
+         {{"type", type}, {"x", at.at(0)}, {"y", at.at(1)}, {"button", "left"}, {"clickCount", 1}});
+}
+
+bool LivePage::tab_to(const std::string& selector, int most) {
+  const std::string there = "document.activeElement.matches(" + json(selector).dump() + ")";
+  for (int k = 0; k < most; ++k) {
+    if (evaluate(there) == true) return true;
+    press("Tab");
+  }
+  return false;
+}
+
+void LivePage::resize(int width, int height) {
+  call("Emulation.setDeviceMetricsOverride",
+       {{"width", width}, {"height", height}, {"deviceScaleFactor", 1}, {"mobile", width < 600}});
+}
+
 void LivePage::prefer_dark(bool dark) {
   call("Emulation.setEmulatedMedia",
        {{"features", {{{"name", "prefers-color-scheme"}, {"value", dark ? "dark" : "light"}}}}});

@@ -25,6 +25,12 @@ class LivePage {
   bool wait_for(const std::string& expression, double seconds = 60);
   // A key, pressed and let go where the focus is: "ArrowRight", "Enter".
   void press(const std::string& key);
+  // A press of the mouse on the middle of the first element that a selector finds, which is scrolled into view.
+  void click(const std::string& selector);
+  // Presses Tab until the element that a selector finds has the focus; false when `most` presses do not lead there.
+  bool tab_to(const std::string& selector, int most = 300);
+  // The window's size in CSS pixels, which may be smaller than a browser's window can be.
+  void resize(int width, int height);
   // What is typed where the focus is.
   void type(const std::string& text);
   // What the page is told of the reader's wishes, from then on.

@@ -6,7 +6,7 @@ function differences(a, b) {
   return [...new Set([...left.keys(), ...right.keys()])].filter((key) => String(left.get(key)) !== String(right.get(key))).map((key) => [key, left.get(key), right.get(key)]);
 }
 
-// Of two runs the keys that differ, before anything else.
+// Lists the keys that differ between two runs. It comes after all figures, because presets differ in very many keys.
 function differenceSection() {
   if (runs().length < 2) return;
   const part = section('differences', 'What differs'), holder = make('div');

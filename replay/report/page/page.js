@@ -49,11 +49,14 @@ function style(name) { return getComputedStyle(document.documentElement).getProp
 const darkness = window.matchMedia('(prefers-color-scheme: dark)');
 
 function chooser(label, options, chosen, change) {
-  const select = make('select', { change: () => change(select.value) });
+  const select = make('select', { pointerenter: () => named(), change: () => { named(); change(select.value); } });
+  // A list that is too narrow for its choice says all of it in its title, and when it is open.
+  const named = () => { select.title = select.selectedOptions.length > 0 ? select.selectedOptions[0].text : ''; };
   for (const option of options) {
     const [value, text] = Array.isArray(option) ? option : [option, option];
     select.append(make('option', { value, selected: String(value) === String(chosen) }, text));
   }
+  named();
   return { label: make('label', {}, label, select), select };
 }
 

@@ -36,6 +36,8 @@ function plotTheme() {
   };
 }
 
+// Plots of more marks are drawn on a canvas, which is faster; the others are drawings, which stay sharp when they are enlarged.
+const kManyMarks = 1000;
 const drawn = [];
 
 // Draws `spec()` into `holder` over its whole width; again when that changes, and when the page changes between dark and light. `says` is
@@ -55,12 +57,12 @@ function plot(holder, says, spec, press) {
     wide = place.clientWidth;
     const width = Math.max(280, Math.min((made.most || Infinity) * textSize() / 12, wide || 900));
     const { View, parse } = vega();
-    view = new View(parse({ $schema: 'https://vega.github.io/schema/vega/v5.json', padding: 5, autosize: { type: 'fit', contains: 'padding' }, ...made, most: undefined, height: made.height * textSize() / 12, width }, plotTheme()), { renderer: 'svg', container: place, hover: true });
+    view = new View(parse({ $schema: 'https://vega.github.io/schema/vega/v5.json', padding: 5, autosize: { type: 'fit', contains: 'padding' }, ...made, most: undefined, many: undefined, height: made.height * textSize() / 12, width }, plotTheme()), { renderer: made.many ? 'canvas' : 'svg', container: place, hover: true });
     if (press) view.addEventListener('click', (event, item) => { if (item && item.datum) press(item.datum); });
     // Vega gives the place a role and a name of its own, and none to what it draws.
     place.setAttribute('role', 'img');
     place.setAttribute('aria-label', says);
-    return view.runAsync().then(() => place.querySelectorAll('svg').forEach((drawing) => drawing.setAttribute('aria-hidden', 'true')));
+    return view.runAsync().then(() => place.querySelectorAll('svg, canvas').forEach((drawing) => drawing.setAttribute('aria-hidden', 'true')));
   };
   entry.signal = (name, value) => { if (view && view.getState().signals[name] !== undefined) view.signal(name, value).runAsync(); };
   entry.rows = () => (view ? view.data('rows') : []);
@@ -71,6 +73,17 @@ function plot(holder, says, spec, press) {
   return entry;
 }
 darkness.addEventListener('change', () => drawn.forEach((entry) => entry.draw()));
+
+// The legend of series and the height that a plot needs for it: beside the plot on a wide screen, below it on a narrow one. More series
+// than it could tell apart have none: points say what they are.
+const kMaxSeries = 24;
+function legendOf(names, channel, title, height, more = {}) {
+  if (!title || names.length > kMaxSeries) return { legends: [], height };
+  const wide = document.documentElement.clientWidth > 900, letters = names.reduce((most, name) => Math.max(most, String(name).length), 0);
+  const columns = wide ? 1 : Math.max(1, Math.floor((document.documentElement.clientWidth - 60) / (letters * 7 + 30))), rows = Math.ceil(names.length / columns);
+  return { legends: [{ [channel]: 'color', orient: wide ? 'right' : 'bottom', columns, title, labelLimit: wide ? 320 : document.documentElement.clientWidth - 70, ...more }], height: wide ? Math.max(height, rows * 16 + 60) : height + Math.max(0, rows - 3) * 16 };
+}
+const namesOfSeries = (rows, titles) => titles.order || [...new Set(rows.map((row) => row.series))];
 
 const tickLabels = { labels: { update: { text: { signal: 'tick(datum.value)' } } } };
 // Rows with `field` in the step of the largest, and the axis's title.
@@ -119,14 +132,13 @@ function lines(rows, titles) {
   const even = titles.even || rows.some((row) => typeof row.x !== 'number');
   const scaled = scaledRows(rows, 'y', titles.y, titles.unit || unitOfColumn(titles.y));
   return {
-    height: 280, most: 1100,
+    ...legendOf(namesOfSeries(rows, titles), 'stroke', titles.series, 280, { symbolType: 'stroke', symbolStrokeWidth: 3 }), most: 1100,
     data: [{ name: 'rows', values: scaled.rows }],
     scales: [
       even ? { name: 'x', type: 'point', domain: { data: 'rows', field: 'x' }, range: 'width', padding: 0.5 } : { name: 'x', type: 'linear', domain: { data: 'rows', field: 'x' }, range: 'width', zero: false, nice: true },
       { name: 'y', type: titles.log ? 'log' : 'linear', domain: { data: 'rows', field: 'y' }, range: 'height', nice: true, zero: !titles.log },
       { name: 'color', type: 'ordinal', domain: titles.order || { data: 'rows', field: 'series' }, range: titles.order ? titles.order.map(seriesColor) : 'category' }],
     axes: [{ orient: 'left', scale: 'y', grid: true, title: scaled.title, tickCount: 6, encode: tickLabels }, { orient: 'bottom', scale: 'x', title: titles.x, tickMinStep: titles.step }],
-    legends: titles.series ? [{ stroke: 'color', symbolType: 'stroke', symbolStrokeWidth: 3, orient: document.documentElement.clientWidth > 900 ? 'right' : 'bottom', title: titles.series }] : [],
     marks: [{ type: 'group', from: { facet: { name: 'of', data: 'rows', groupby: 'series' } }, marks: [
       { type: 'line', from: { data: 'of' }, encode: { update: { x: { scale: 'x', field: 'x' }, y: { scale: 'y', field: 'y' }, stroke: { scale: 'color', field: 'series' }, strokeWidth: { value: 2 } } } },
       { type: 'symbol', from: { data: 'of' }, encode: { update: {
@@ -142,11 +154,10 @@ function scatter(rows, titles) {
   const limits = (titles.limits || []).map((limit) => ({ ...limit, x: limit.x === undefined ? null : limit.x / across.step, y: limit.y === undefined ? null : limit.y / up.step }));
   const scale = (name, field, range) => ({ name, type: titles.log ? 'log' : 'linear', domain: { fields: [{ data: 'rows', field }, { data: 'limits', field }] }, range, nice: true, zero: false });
   return {
-    height: 380, most: 1100,
+    ...legendOf(namesOfSeries(rows, titles), 'fill', titles.series, 380), most: 1100, many: rows.length > kManyMarks,
     data: [{ name: 'rows', values: up.rows }, { name: 'limits', values: limits }, { name: 'front', source: 'rows', transform: [{ type: 'filter', expr: 'datum.front' }, { type: 'collect', sort: { field: 'x' } }] }],
     scales: [scale('x', 'x', 'width'), scale('y', 'y', 'height'), { name: 'color', type: 'ordinal', domain: titles.order || { data: 'rows', field: 'series' }, range: titles.order ? titles.order.map(seriesColor) : 'category' }],
     axes: [{ orient: 'left', scale: 'y', grid: true, title: up.title, tickCount: 6, encode: tickLabels }, { orient: 'bottom', scale: 'x', grid: true, title: across.title, tickCount: 8, encode: tickLabels }],
-    legends: [{ fill: 'color', orient: document.documentElement.clientWidth > 900 ? 'right' : 'bottom', title: titles.series }],
     marks: [
       { type: 'rule', from: { data: 'limits' }, clip: true, encode: { update: { x: { signal: "datum.x === null ? 0 : scale('x', datum.x)" }, x2: { signal: "datum.x === null ? width : scale('x', datum.x)" }, y: { signal: "datum.y === null ? 0 : scale('y', datum.y)" }, y2: { signal: "datum.y === null ? height : scale('y', datum.y)" },
         stroke: { value: style('--ink') }, strokeWidth: { value: 1.5 }, strokeDash: { value: [6, 4] }, tooltip: { field: 'says' } } } },

@@ -8,12 +8,11 @@ function replayReport() {
   if (wanted.has('tile')) shown.tile = Number(wanted.get('tile'));
   if (runs().length > 1 || wanted.has('compare')) shown.other = runs().length > 1 || last > 0 ? firstOther() : null;
   controlBar();
-  differenceSection();
   cardSection();
   rateSection();
   compareSection();
   machineSection();
-  return [() => { timelineSection(); tileSection(); }, passSection, memorySection, costSections, baselineSection, sensitivitySection, counterSection, effectSection,
+  return [() => { timelineSection(); tileSection(); }, passSection, memorySection, costSections, baselineSection, sensitivitySection, counterSection, effectSection, differenceSection,
     () => followedConfiguration()];
 }
 

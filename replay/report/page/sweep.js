@@ -10,8 +10,10 @@ function sweepReport() {
   const done = points.filter((point) => point.frames.length > 0);
   for (const point of done)
     for (const name of known) {
-      const numbers = point.frames.map((row) => row[columnIndex[name]]).filter((value) => typeof value === 'number');
-      if (numbers.length > 0) point.mean[name] = numbers.reduce((a, b) => a + b, 0) / numbers.length;
+      const column = columnIndex[name];
+      let sum = 0, count = 0;
+      for (const row of point.frames) if (typeof row[column] === 'number') { sum += row[column]; ++count; }
+      if (count > 0) point.mean[name] = sum / count;
     }
   // Reads and writes together, which the columns have apart.
   const kBoth = 'dram.read_bytes + dram.written_bytes';
@@ -20,9 +22,9 @@ function sweepReport() {
     known.push(kBoth);
   }
   // What is the same at every point is said once, and offered nowhere.
-  const varies = (name) => new Set(done.map((point) => point.mean[name])).size > 1, changing = known.filter(varies);
+  const changing = known.filter((name) => done.some((point) => point.mean[name] !== done[0].mean[name])), moving = new Set(changing);
   // Columns that the goal names stay, whatever they are.
-  const wished = sweep.goal ? goalColumns(sweep.goal) : [], stays = (name) => varies(name) || wished.includes(name);
+  const wished = sweep.goal ? goalColumns(sweep.goal) : [], stays = (name) => moving.has(name) || wished.includes(name);
   const columns = changing.length > 0 ? known.filter(stays) : known, constant = changing.length > 0 ? known.filter((name) => !stays(name)) : [];
   const varying = axes.filter((key) => new Set(points.map((point) => JSON.stringify(point.axis[key]))).size > 1);
   const says = (point) => varying.map((key) => `${key} = ${point.axis[key]}`).join(', ') || `point ${point.index}`;
@@ -40,7 +42,6 @@ function sweepReport() {
   for (const key of idle) part.append(make('p', { class: 'note' }, `${key} is without effect here: all of its values give the same columns.`));
   if (constant.length > 0) part.append(make('details', {}, make('summary', {}, `${constant.length} columns are the same at every point`), table([{ title: 'column', of: (name) => name }, { title: 'value', of: (name) => done[0].mean[name] }], constant, { label: 'Columns that do not vary' })));
 
-  let browser = null;
   const press = (datum) => {
     const point = points[datum.index];
     if (!point) return;
@@ -48,17 +49,13 @@ function sweepReport() {
     const shown = data.views.findIndex((view) => view.point === point.index);
     if (browser && shown >= 0) browser.choose(shown);
   };
-  if (done.length > 0) {
-    parallelSection(tools, press);
-    paretoSection(tools, press, detail);
-    curveSection(tools);
-    purposeSection(tools);
-  }
-  if (data.views.length > 0) browser = sweepImages();
-  const list = section('points', 'Points');
-  list.append(table([{ title: 'point', of: (row) => row[0] }, ...varying.map((key) => ({ title: key, of: (row) => points[row[0]].axis[key] })), { title: 'frame', of: (row) => (row[1] === null ? '' : row[1]) }, { title: 'status', of: (row) => row[2] },
-    ...columns.filter((name) => name in columnIndex).map((name) => ({ title: name, of: (row) => (row[columnIndex[name]] === null ? '' : row[columnIndex[name]]) }))], sweep.rows, { press: (row) => press({ index: row[0] }), limit: 200 }));
-  configurationSection([['Study', { title: sweep.title, captures: sweep.captures, frames: sweep.frames || 'those of the captures', fixed: sweep.settings }], ['Settings of the first point', sweep.first_point.settings], ['Machine of the first point', sweep.first_point.gpu]]);
+  let browser = null;
+  // The winner and the study are there first; plots and tables of thousands of points follow one by one.
+  return [...(done.length > 0 ? [() => parallelSection(tools, press), () => paretoSection(tools, press, detail), () => curveSection(tools), () => purposeSection(tools)] : []),
+    () => { if (data.views.length > 0) browser = sweepImages(); },
+    () => section('points', 'Points').append(table([{ title: 'point', of: (row) => row[0] }, ...varying.map((key) => ({ title: key, of: (row) => points[row[0]].axis[key] })), { title: 'frame', of: (row) => (row[1] === null ? '' : row[1]) }, { title: 'status', of: (row) => row[2] },
+      ...columns.filter((name) => name in columnIndex).map((name) => ({ title: name, of: (row) => (row[columnIndex[name]] === null ? '' : row[columnIndex[name]]) }))], sweep.rows, { press: (row) => press({ index: row[0] }), limit: 200 })),
+    () => configurationSection([['Study', { title: sweep.title, captures: sweep.captures, frames: sweep.frames || 'those of the captures', fixed: sweep.settings }], ['Settings of the first point', sweep.first_point.settings], ['Machine of the first point', sweep.first_point.gpu]])];
 }
 
 // The column that a goal is best by, then those that it has limits for.
