@@ -411,7 +411,7 @@ class ReplayCommand final : public Command {
       if (!(command.trace_ + command.dram_trace_ + command.record_ + command.save_history_).empty())
         make_folder(command.out_);
       if (!command.trace_.empty()) {
-        const gpu::FrameGraph graph(capture, gpu, settings, request.region);
+        const gpu::FrameGraph graph(capture, gpu, settings, request.region, {request.width, request.height});
         timeline_.emplace(command.trace_, gpu, tiles, graph.actions().depth_bytes > 0 ? graph.name() : std::string());
       }
       if (!command.record_.empty())
