@@ -192,6 +192,7 @@ class SettingsKeys(TypedDict, total=False):
     shading__cell_pixels: float  # 0.125 to 16 pixels. With shading.rate=cache: wanted width of a shading cell on screen; smaller is sharper and slower.
     shading__surface: Literal["evaluated", "interpolated", "frame"]  # Where a pixel-shader invocation gets the surface of a Bezier patch from: it evaluates the patch again; or it interpolates between vertices of the triangle that it sees, which a core evaluates once for each tile that sees them and keeps in the tile memory; or, frame, it does so with normals without the displacement and adds the gradient of the height map, of four lookups, as of a normal map made from the heights. Alpha tests, and cells of shading.rate=cache, do likewise.
     shading__attributes: Literal["float", "half"]  # Precision of interpolated attributes (texture coordinates, colours, normals) on their way to the pixel shader: single, or half as in GLSL's mediump. Baselines that keep vertices in memory store and read 4 or 2 bytes for each component of them; positions stay single.
+    shading__light_lists: Literal["off", "ranged", "all"]  # Tiles find which lights reach the surfaces that they see, and pixel shaders loop over these alone: never (off), in frames with a point or spot light that has a range (ranged), or with any of these, whose cones are then tested (all). Images have the same bits.
     effects__motion: Literal["auto", "on", "off"]  # Motion blur: what the capture asks for; the general kernels everywhere (same image); none.
     effects__defocus: Literal["auto", "on", "off"]  # Defocus blur: what the capture's lens asks for; the general kernels everywhere (same image); none.
     effects__displacement: Literal["auto", "on", "off"]  # Displacement: where the capture's maps are not zero; wherever it has maps (same image); none.
@@ -249,6 +250,8 @@ class SettingsKeys(TypedDict, total=False):
     resolve__focus_node: str  # Name of a node that the eye follows: where its origin is in the middle of the shutter; focus_x and focus_y where that is behind the camera.
     stereo__eye_separation: float  # 0 to 1e+06 scene units. Renders a second image for a right eye this far to the right of the camera, which is the left eye; 0 is one eye.
     stereo__far_depth: float  # 0 to 1e+09 scene units. With desampling the right eye takes pixels from the left where both see farther than this.
+    post__bloom: float  # 0 to 1. Share of a pixel's light that the bloom of a capture spreads around it; 0 leaves the passes of the bloom out.
+    post__bloom_levels: int  # 0 to 15. Levels of a bloom; 0 takes as many as the capture's attachment has.
     output__machine_model: bool  # Whether texture caches, cycles and energy are modelled; without, their counters and the members timing and energy are absent.
     output__exposure: float  # 0 to 1e+06. Factor on light before the PNG's tone map; 0 takes the capture's.
 

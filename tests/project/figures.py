@@ -178,7 +178,7 @@ class Pages(unittest.TestCase):
         self.assertTrue(names_no_model("a frame takes 12.5 mJ"))
         self.assertFalse(names_no_model("0.8 ms, `machine.timing=phases`, commit 0123abc"))
         self.assertFalse(names_no_model("3 MB read"))
-        current = {"README.md", "docs/shading.md", "docs/tour.md", "docs/validation.md", "docs/when_it_pays.md", "docs/timing_model.md", "docs/deviations.md",
+        current = {"README.md", "docs/shading.md", "docs/tour.md", "docs/validation.md", "docs/when_it_pays.md", "docs/passes.md", "docs/timing_model.md", "docs/deviations.md",
                    "docs/calibration.md"}
         for file in sorted({*ROOT.glob("docs/**/*.md"), *ROOT.glob("*/README.md"), ROOT / "README.md"}):
             name = str(file.relative_to(ROOT))

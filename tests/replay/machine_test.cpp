@@ -218,6 +218,8 @@ void expect_units_and_energy_add_up(const Way& way, const gpu::FrameResult& r) {
 // One frame for all laws: on every way through the machine.
 TEST_P(MachineOf, BytesEventsTimesAndEnergyAddUpWhateverItDoes) {
   for (const auto& [name, way] : ways()) {
+    // Passes of a capture's own are refused with desampling.
+    if (capture.settings.graph && way.settings.resolve.desampling != tilecore::Desampling::kOff) continue;
     SCOPED_TRACE(name);
     const gpu::FrameResult r = render(capture, with(way));
     expect_bytes_in_one_phase_and_in_the_trace(way, r);

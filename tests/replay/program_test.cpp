@@ -670,7 +670,14 @@ TEST(DescribeCommand, NamesExactlyTheCountersThatStatisticsHold) {
                          "--set", "frame_buffer.transaction_elimination=true", "--out", (out / "still").string()})
                 .status,
             0);
+  // Passes over images, and lists of lights.
+  ASSERT_EQ(run_tessera({"replay", capture("corridor"), "--size", "32x18", "--frames", "0:1", "--quiet", "--no-report",
+                         "--set", "shadows.size=64", "--out", (out / "post").string()})
+                .status,
+            0);
   std::set<std::string> described, counted;
+  const json post = stats_of(out / "post")["frames"][0];
+  for (const auto& [name, value] : post["counters"].items()) counted.insert(name);
   const json depths = stats_of(out / "depths")["frames"][1];
   for (const auto& [name, value] : depths["counters"].items()) counted.insert(name);
   const json still = stats_of(out / "still")["frames"][1];

@@ -92,8 +92,8 @@ TEST_F(Sweep, ARowPerPointAndFrameWithItsValuesAndColumns) {
 // Points share the capture, threads and memory; none of that may show.
 TEST_F(Sweep, APointHasTheCountersOfItsReplay) {
   json study = small_study();
-  study["columns"] = {"frontend.*", "binner.*",     "tilecore.*", "resolve.*", "l2.*",
-                      "texture.*",  "procedures.*", "dram.*",     "baseline.*"};
+  study["columns"] = {"frontend.*", "binner.*",  "tilecore.*",   "resolve.*", "l2.*",
+                      "lights.*",   "texture.*", "procedures.*", "dram.*",    "baseline.*"};
   study["zero_columns"] = true;
   write_study(study);
   ASSERT_EQ(sweep("out", {"--quiet", "--threads", "3"}).status, 0);
