@@ -418,7 +418,7 @@ TEST(ReportColors, TextAndDrawingsAreReadableInDarkAndLight) {
 // The image of a page: the map lies over the frame, plots have colours, nothing is blank.
 TEST_F(ReportInBrowser, ItsPhotographShowsImageMapAndPlots) {
   const auto colors = [&](const std::string& fragment) {
-    const std::string bytes = test::photograph_page(page("replay"), 1000, 1400, fragment);
+    const std::string bytes = test::photograph_page(page("replay"), 1280, 1400, fragment);
     DecodedImage image;
     std::string fault;
     EXPECT_TRUE(
@@ -435,7 +435,7 @@ TEST_F(ReportInBrowser, ItsPhotographShowsImageMapAndPlots) {
   const auto with = colors("section=frames&map=box_tests"), frame2 = colors("section=frames&map=box_tests&picture=2");
   EXPECT_GT(with.size(), 1000u);
   EXPECT_GT(colors("section=machine").at(0x009e73), 500u) << "the arrow of the frame buffer";
-  EXPECT_LT(with.at(0xffffff), 1000u * 1400u * 9 / 10) << "most of it is not blank";
+  EXPECT_LT(with.at(0xffffff), 1280u * 1400u * 9 / 10) << "most of it is not blank";
   EXPECT_NE(with, frame2);
 }
 
