@@ -46,8 +46,8 @@ class Bloom {
   std::uint64_t bytes(std::uint64_t burst_bytes) const { return base(levels(), burst_bytes) - base_; }
   void set_base(std::uint64_t base) { base_ = base; }
 
-  // The texels of an image of `size` that belong to some pixels of the frame; those of disjoint pixels are disjoint, and
-  // all pixels have all.
+  // Returns the texels of an image of `size` that `pixels` of the frame own. Every texel has one owner: disjoint pixels own
+  // disjoint texels, and the whole frame owns all.
   IntRect part(std::array<int, 2> size, IntRect pixels) const;
 
   // Runs a step on the host. `frame`: the colours that the first step reads; `images`: of the levels.
@@ -63,11 +63,10 @@ class Bloom {
   std::vector<BloomStep> steps_;
 };
 
-// A colour as a format of floats holds it, to the nearest value, ties to even; what is too large becomes the largest.
-// r11g11b10f or rgba16f.
+// Rounds a colour to the nearest value of r11g11b10f or rgba16f, ties to even; larger values become the largest one.
 Vec3 rounded_to(scene::AttachmentFormat format, const Vec3& light);
 
-// What a finished pixel is: its colour, with so much of it spread by the bloom.
+// Mixes the bloom into a finished pixel: `strength` of its light comes from the bloom.
 inline Vec3 with_bloom(const Vec3& color, const Vec3& bloom, float strength) {
   return color * (1.0f - strength) + bloom * strength;
 }

@@ -36,8 +36,8 @@ struct CopyPass {
 //   GRA2  Loads and stores that a capture asks for change bytes and cycles alone.
 //   GRA3  An attachment that is loaded or stored moves width x height x bytes of a pixel, rounded up to bursts as a whole.
 //         `frame` moves the bursts in which the rows or, compressed, the blocks of a tile lie, as they are in memory.
-//   GRA4  A tone map that is the last subpass of the pass that draws moves nothing: image, bytes and cycles are those of a
-//         capture without passes.
+//   GRA4  A tone map in the last subpass of the drawing pass moves nothing: a capture without passes has the same image,
+//         bytes and cycles.
 class FrameGraph {
  public:
   // `region`: of the frame, which attachments cover. Throws InputError with the place in the capture's file: for a pass

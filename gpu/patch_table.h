@@ -15,7 +15,7 @@ namespace tessera::gpu {
 // it: its whole record, and that of its instance.
 class PatchTable {
  public:
-  // `first_line`: the first that is free. `light_bytes`: of records of lights, behind those of patches. Throws LimitError
+  // `first_line`: the first free line. Records of lights take `light_bytes` behind the records of patches. Throws LimitError
   // where lines cannot be numbered below kCellsAt.
   PatchTable(const scene::Assembly& assembly, std::int64_t line_bytes, std::uint64_t first_line,
              std::uint64_t light_bytes = 0);

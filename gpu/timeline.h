@@ -61,7 +61,7 @@ class Timeline {
   GpuConfiguration gpu_;
   Limits limits_;
   std::string depth_pass_;
-  double start_ = 0;                                   // cycle at which the frame in hand begins
+  double start_ = 0;                                   // cycle at which the current frame begins
   std::vector<std::uint32_t> slots_;                   // by core: that have a track
   std::array<std::size_t, kRenderStageCount> rows_{};  // by stage: that have a track
 };

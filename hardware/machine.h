@@ -37,9 +37,9 @@ struct PixelShader {
   double operations = 160;
   double surface_operations = 130;
   double background_operations = 46;
-  // Of a place or a light on one lane, where tiles have light lists. [assumed] as docs/passes.md derives them
+  // A lane does so many operations for a place or a light of a light list. [assumed] docs/passes.md derives them
   static constexpr double kLightOperations = 45;
-  // Of a texel of a pass over an image on one lane. [assumed] likewise, the mean of a bloom's steps
+  // A lane does so many for a texel of a pass over an image. [assumed] The mean of a bloom's steps
   static constexpr double kImageOperations = 40;
 };
 
