@@ -320,16 +320,17 @@ TEST(LightLists, PlacesThatAreNoNumbersMeetEveryLight) {
 
 // ---- Charges -----------------------------------------------------------------------------------------------------
 
-TEST(LightLists, FramesWithoutRangesAreAsWithoutLists) {  // LL3
+TEST(LightLists, FramesOfFewRangesAreAsWithoutLists) {  // LL3
   Hall hall;
-  for (Light& light : hall.capture.lights) light.range = 0;
+  for (std::size_t k = tilecore::kFewestRangedLights - 1; k < hall.capture.lights.size(); ++k)
+    hall.capture.lights[k].range = 0;
   add_lamp(hall.capture, Light(), {0, 0, 0}, {1, -1, -1});
   const FrameResult off = frame_of(hall.capture, with({}, "off")), by_default = frame_of(hall.capture, {});
   EXPECT_EQ(counter_values(by_default.counters), counter_values(off.counters));
   EXPECT_EQ(by_default.counters.ledger.total().read_bytes, off.counters.ledger.total().read_bytes);
   EXPECT_EQ(by_default.model->timing.cycles, off.model->timing.cycles);
-  // A single range is enough.
-  hall.capture.lights[0].range = 1;
+  // One more is enough.
+  hall.capture.lights[tilecore::kFewestRangedLights - 1].range = 1;
   EXPECT_GT(frame_of(hall.capture, {}).counters.lights.lists, 0u);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 namespace tessera::tilecore {
 namespace {
@@ -29,10 +30,17 @@ bool reaches_some(const Light& light, LightLists setting) {
   return setting == LightLists::kAll || light.range > 0.0f;
 }
 
+// Whether lists are made where so many lights reach some places only.
+bool are_enough(std::ptrdiff_t lights, LightLists setting) {
+  return lights >= (setting == LightLists::kAll ? 1 : kFewestRangedLights);
+}
+
 }  // namespace
 
 bool has_light_lists(const FrameGeometry& frame, LightLists setting) {
-  return std::ranges::any_of(frame.lights[0], [&](const Light& light) { return reaches_some(light, setting); });
+  return are_enough(
+      std::ranges::count_if(frame.lights[0], [&](const Light& light) { return reaches_some(light, setting); }),
+      setting);
 }
 
 std::uint64_t light_record_bytes(const FrameGeometry& frame) {
@@ -48,14 +56,14 @@ std::uint64_t light_table_bytes(const scene::Assembly& assembly, LightLists sett
     });
   });
   std::uint64_t lights = 0;
-  bool listed = false;
+  std::ptrdiff_t reaching = 0;
   for (const scene::Node& node : capture.nodes) {
     if (node.light == scene::kNone) continue;
     ++lights;
     const Light& light = capture.lights[static_cast<std::size_t>(node.light)];
-    listed = listed || reaches_some(light, setting) || (ranges_move && light.type != Light::Type::kDirectional);
+    if (reaches_some(light, setting) || (ranges_move && light.type != Light::Type::kDirectional)) ++reaching;
   }
-  return listed ? lights * 2 * kLightRecordBytes : 0;
+  return are_enough(reaching, setting) ? lights * 2 * kLightRecordBytes : 0;
 }
 
 LightBound LightBound::of(const FrameGeometry& frame, std::size_t light) {

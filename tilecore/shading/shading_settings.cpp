@@ -27,8 +27,8 @@ Keys<ShadingSettings> shading_keys() {
       {"shading.light_lists", &S::light_lists,
        "Tiles find which lights reach the surfaces that they see, and pixel shaders loop over these alone: never "
        "(off), "
-       "in frames with a point or spot light that has a range (ranged), or with any of these, whose cones are then "
-       "tested (all). Images have the same bits."},
+       "in frames with eight point or spot lights or more that have a range (ranged), or with any of these, whose "
+       "cones are then tested (all). Images have the same bits."},
   };
 }
 

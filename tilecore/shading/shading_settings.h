@@ -33,9 +33,12 @@ enum class AttributePrecision : std::uint8_t { kFloat, kHalf };
 // Frames whose tiles have light lists (light_lists.h).
 enum class LightLists : std::uint8_t {
   kOff,
-  kRanged,  // with a point or spot light that has a range
+  kRanged,  // with at least kFewestRangedLights point or spot lights that have a range
   kAll,     // with any of these
 };
+// [measured] On mid-mobile lists cost `eggs` 5 % of its cycles, with one such light, and save `garden_lamps` 13 %, with eight
+// spots.
+inline constexpr int kFewestRangedLights = 8;
 
 // Keys shading.*.
 struct ShadingSettings {
