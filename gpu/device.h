@@ -27,7 +27,6 @@ struct RenderRequest {
   int width = 0, height = 0;
   IntRect region;  // pixels; whole frame by default
   bool auxiliary = false;
-  bool pixel_ids = false;          // FrameTargets::ids: what each pixel shows
   bool record_accesses = false;    // keep every transfer over the memory interface, by the unit that asked for it
   bool keep_transactions = false;  // MachineModel::transactions, where memory.model=banks times the frame
   bool record_items = false;       // keep every sub-patch and warp, for records; machine.timing=events does as well
@@ -35,6 +34,7 @@ struct RenderRequest {
   bool attribute = false;          // what drawables and tiles have of the frame; keeps items. With output.machine_model
   bool error = false;              // and of its error: renders every frame fully as well
   std::optional<scene::CameraChoice> camera{};  // through which frames are seen, instead of the capture's own
+  bool pixel_ids = false;                       // FrameTargets::ids: what each pixel shows
 };
 
 // The machine put together: sends frames of a capture through front end, binner, tile cores and resolve. Images and
