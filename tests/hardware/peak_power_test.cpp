@@ -1,4 +1,4 @@
-// Watts of the described machine at its peak rate of fused operations, against published ones (docs/calibration.md).
+// Watts of the described machine at its peak rate of fused operations, against published ones (docs/validation.md).
 #include <regex>
 
 #include "gpu/configuration.h"
@@ -52,13 +52,13 @@ TEST(PeakPower, IsAThirdOfWhatWholePhonesDraw) {
 }
 
 TEST(PeakPower, IsWhatThePageSays) {
-  std::ifstream page(TESSERA_SOURCE_DIR "/docs/calibration.md");
+  std::ifstream page(TESSERA_SOURCE_DIR "/docs/validation.md");
   std::string line;
   std::smatch cells;
   const std::regex row(R"(\| `mid-mobile` \| 7 \| ([0-9.]+) \| ([0-9.]+) \|.*)");
   while (std::getline(page, line) && !std::regex_match(line, cells, row)) {
   }
-  ASSERT_EQ(cells.size(), 3u) << "docs/calibration.md has no row of mid-mobile at its peak rate";
+  ASSERT_EQ(cells.size(), 3u) << "docs/validation.md has no row of mid-mobile at its peak rate";
   EXPECT_NEAR(std::stod(cells[1]), peak_gops({}), 0.05);
   EXPECT_NEAR(std::stod(cells[2]), peak_watts({}), 0.005);
 }
