@@ -13,7 +13,7 @@ Keys<Settings> settings_keys() {
        "[assumed]"},
       {"frontend.split_pixels", &Settings::split_pixels, "pixels", 1, 65536,
        "Sub-patches no wider than this on screen, at shutter open and close, are not split further.",
-       "[measured] docs/bounding.md: four tiles"},
+       "[measured] docs/bounds_and_binning.md: four tiles"},
       {"frontend.split_depth", &Settings::split_depth, "splits", 0, 12,
        "Most splits by the criterion between a base patch and a sub-patch; splits for tessellator.sub_patch_cells do "
        "not count.",

@@ -46,7 +46,7 @@ struct EffectSources {
   bool stereo, compressed;
 };
 
-// Adds to `effects`, `reasons` and `places` the effects of docs/effects.md; those of the resolve unit that `effects`
+// Adds to `effects`, `reasons` and `places` the effects of docs/shading.md; those of the resolve unit that `effects`
 // and `reasons` tell of already are left as they are.
 void report_effects(const EffectSources& from, FrameEffects& effects, EffectReasons& reasons,
                     FrameEffectPlaces& places);

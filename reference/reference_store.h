@@ -18,7 +18,7 @@ struct ReferenceSettings {
   int samples = 1024;        // per pixel, plain random ones
   double edge_pixels = 1.0;  // target edge length of its grids; 0: the machine's own grids, heights and attributes
   // Decibels of PSNR on display values at which its own noise is small enough to take no more samples; 0: it takes all.
-  // The default is 13 dB below the smallest error that a setting of the shipped captures shows (47.0 dB, docs/accuracy.md):
+  // The default is 13 dB below the smallest error that a setting of the shipped captures shows (47.0 dB, docs/accuracy_and_stability.md):
   // a twentieth of its square.
   double enough_db = 60.0;
 };

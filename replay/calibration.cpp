@@ -137,8 +137,7 @@ std::string calibration_introduction() {
       "our assumptions and measurements, and the year in which we read drivers, whose code has no date. "
       "[gpu.md](gpu.md) "
       "says what each number means,\n"
-      "[deviations.md](deviations.md) where the model differs from real GPUs. The sections behind the table are not "
-      "generated.";
+      "[validation.md](validation.md) where the model differs from real GPUs.";
   return fmt::format(kText, numbers, kDefaultPreset, published, in_part, numbers - published - in_part, kYearRead);
 }
 

@@ -127,13 +127,13 @@ const std::vector<Topic>& topics() {
        "([extensions/TESSERA_procedure.md](extensions/TESSERA_procedure.md)), generated from their declarations in\n"
        "`shaders_cpp/procedures/`, and the language of its `program`, in which the built-in shapes and textures are "
        "written\n"
-       "once more: `shaders_cpp/procedures/builtin_stages.txt`. How they are drawn: [procedural.md](procedural.md).",
+       "once more: `shaders_cpp/procedures/builtin_stages.txt`. How they are drawn: [procedures.md](procedures.md).",
        {{"name", "stage"}, {"kind", "kind"}, {"meaning", "meaning"}, {"parameters", "parameters"}}},
       {"effects",
        "Effects",
        "Tessera simulates only the effects that a scene calls for; an absent one costs less than 0.5 % of the host's "
        "instructions. `tessera tradeoff CAPTURE --out DIR --effects` prices them.\n`stats.json` says which ran "
-       "(`effects`), why (`effect_reasons`) and where (`effect_places`). What follows the table is not generated.",
+       "(`effects`), why (`effect_reasons`) and where (`effect_places`).",
        {{"name", "effect"},
         {"meaning", "meaning"},
         {"decided", "decided for each"},

@@ -37,7 +37,7 @@ class SelfCheckCommand final : public Command {
         "is "
         "shown\n"
         "as NO. Exit status 1 when the reason of one is not known; those whose reason stands beside them (and in\n"
-        "docs/validation.md) do not count. With --stability: 1 when a hard case (docs/stability.md) is beyond its "
+        "docs/validation.md) do not count. With --stability: 1 when a hard case (docs/hard_cases.md) is beyond its "
         "bound.");
   }
 

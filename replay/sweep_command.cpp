@@ -82,7 +82,7 @@ class SweepCommand final : public Command {
         "moment, killed included, the same command goes on where it was. Ctrl-C finishes the points in hand.\n\n"
         "Examples:\n"
         "  tessera sweep captures/studies/binning.json --out out/binning\n"
-        "  tessera sweep study.json --out out/study --shard 0/4     one of four machines; see docs/cluster.md\n"
+        "  tessera sweep study.json --out out/study --shard 0/4     one of four machines; see docs/studies.md\n"
         "  tessera sweep model.glb --fps 60 --watts 1 --out out/machines     which preset holds it?");
   }
 

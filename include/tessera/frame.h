@@ -134,7 +134,7 @@ class TESSERA_API Frame {
   const std::vector<TileMap>& tile_maps() const;
   // In the order in which nodes draw; what a frame does not ask anything for has zeros.
   const std::vector<DrawableCost>& drawables() const;
-  // Effects of docs/effects.md and whether they ran.
+  // Effects of docs/shading.md and whether they ran.
   const std::map<std::string, bool>& effects() const;
 
   // Time on the host; of its stages, too. "tile_threads" and "resolve_threads" are summed over threads.

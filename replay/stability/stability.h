@@ -61,7 +61,7 @@ std::string thumbnail_file(const StabilityCase& of);
 
 // A case's row of the page's table.
 std::string page_row(const StabilityResult& result, std::string_view folder);
-// The generated part of docs/stability.md, whose images are in `folder` beside the page.
+// The generated part of docs/hard_cases.md, whose images are in `folder` beside the page.
 std::string stability_page(std::span<const StabilityResult> results, std::string_view folder);
 
 }  // namespace tessera::replay::stability

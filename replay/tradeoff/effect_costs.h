@@ -10,7 +10,7 @@
 
 namespace tessera::replay {
 
-// An effect of docs/effects.md, how a frame is drawn without it, and what counts its work.
+// An effect of docs/shading.md, how a frame is drawn without it, and what counts its work.
 struct EffectCase {
   std::string name;   // as stats.json calls it
   KeyValues without;  // keys that leave it out; none: the scene is drawn without it (PackedCaptures::without)

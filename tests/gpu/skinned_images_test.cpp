@@ -119,7 +119,7 @@ TEST(SkinnedImages, AreThoseOfARigidMesh) {
         const Image rigid = render(stage(of, Carried::kByNode, mesh(), moving)),
                     skinned = render(stage(of, Carried::kBySkin, mesh(), moving));
         EXPECT_GT(brightness(rigid), 0.005);
-        // docs/stability.md: at most 0.2 % of the pixels.
+        // docs/hard_cases.md: at most 0.2 % of the pixels.
         EXPECT_LE(pixels_apart(rigid, skinned, 0.004f), kWidth * kHeight / 500);
       }
 }

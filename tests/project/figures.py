@@ -178,7 +178,7 @@ class Pages(unittest.TestCase):
         self.assertTrue(names_no_model("a frame takes 12.5 mJ"))
         self.assertFalse(names_no_model("0.8 ms, `machine.timing=phases`, commit 0123abc"))
         self.assertFalse(names_no_model("3 MB read"))
-        current = {"README.md", "docs/shading.md", "docs/tour.md", "docs/validation.md", "docs/when_it_pays.md", "docs/passes.md", "docs/timing_model.md", "docs/deviations.md",
+        current = {"README.md", "docs/shading.md", "docs/tour.md", "docs/validation.md", "docs/when_it_pays.md", "docs/passes.md", "docs/timing_model.md",
                    "docs/calibration.md"}
         for file in sorted({*ROOT.glob("docs/**/*.md"), *ROOT.glob("*/README.md"), ROOT / "README.md"}):
             name = str(file.relative_to(ROOT))
@@ -194,7 +194,7 @@ class Pages(unittest.TestCase):
             self.assertTrue(0 < float(row["flip"]) < 1, name)
             self.assertIn(f"| {name} |", credits)
             size += (folder / f"{name}.webp").stat().st_size
-        self.assertIn(table + "<!-- end models -->", page("docs/materials.md"), "run docs/images/materials/make.sh")
+        self.assertIn(table + "<!-- end models -->", page("docs/shading.md"), "run docs/images/materials/make.sh")
         self.assertLess(size, 1500000)
 
     def test_equal_costs_are_found_between_two_sizes(self):
@@ -247,14 +247,14 @@ class Pages(unittest.TestCase):
             self.assertIn(f"\n{line_of_ranges(points, scheme)}\n", text)
 
     def test_effects_shows_what_effects_cost(self):
-        text, tables, costs = page("docs/effects.md"), runpy.run_path(str(ROOT / "docs/images/effects/tables.py")), page("docs/images/effects/costs.csv")
+        text, tables, costs = page("docs/shading.md"), runpy.run_path(str(ROOT / "docs/images/effects/tables.py")), page("docs/images/effects/costs.csv")
         self.assertIn(f"<!-- costs -->\n{tables['costs_markdown'](costs)}\n<!-- end costs -->\n", text, "run docs/images/effects/make.sh")
         absent, work = tables["absent_work"](costs)
         self.assertGreater(absent, 100)
         self.assertEqual(work, 0)
 
     def test_absent_effects_cost_no_instructions(self):
-        rows, text = rows_of(ROOT / "docs/images/effects/instructions.csv"), page("docs/effects.md")
+        rows, text = rows_of(ROOT / "docs/images/effects/instructions.csv"), page("docs/shading.md")
         for row in rows:
             self.assertLessEqual(float(row["ratio"]), 1.005, row)
         without = [float(row["ratio"]) for row in rows if row["method"] == "compiled out"]
@@ -265,7 +265,7 @@ class Pages(unittest.TestCase):
         self.assertEqual({f"{ratio:.4f}" for effect, ratio in of.items() if not re.search("motion|defocus|displacement", effect)}, {"1.0000"})
 
     def test_accuracy_shows_its_tables(self):
-        tables, folder, text = runpy.run_path(str(ROOT / "docs/images/accuracy/tables.py")), ROOT / "docs/images/accuracy", page("docs/accuracy.md")
+        tables, folder, text = runpy.run_path(str(ROOT / "docs/images/accuracy/tables.py")), ROOT / "docs/images/accuracy", page("docs/accuracy_and_stability.md")
         for name in ("clock", "joint"):
             table = tables[f"{name}_markdown"](rows_of(folder / f"{name}.csv"))
             self.assertIn(f"<!-- {name} -->\n{table}\n<!-- end {name} -->\n", text, "run docs/images/accuracy/make.sh")
@@ -291,7 +291,7 @@ class Replays(unittest.TestCase):
     def test_hard_cases(self):
         with tempfile.TemporaryDirectory() as out:
             run("selfcheck", "--stability", "--out", out)
-            self.assertIn(f"<!-- cases -->\n{Path(out, 'stability.md').read_text()}<!-- end cases -->", page("docs/stability.md"),
+            self.assertIn(f"<!-- cases -->\n{Path(out, 'stability.md').read_text()}<!-- end cases -->", page("docs/hard_cases.md"),
                           "run docs/images/stability/make.sh")
             shown = {file.name: file.read_bytes() for file in (IMAGES / "stability").glob("*.webp")}
             self.assertEqual(shown, {file.name: file.read_bytes() for file in Path(out).glob("*.webp")}, "run docs/images/stability/make.sh")

@@ -1,4 +1,4 @@
-// Images of docs/materials.md are those that the program renders now; figures.py looks at its table.
+// Images of docs/shading.md are those that the program renders now; figures.py looks at its table.
 #include "base/image_codec.h"
 #include "base/image_metrics.h"
 #include "base/whole_file.h"

@@ -17,7 +17,7 @@
 
 namespace tessera::tilecore {
 
-// Sampling controller of one tile core: the render pass (US 2007/0002066, with the deviations that docs/procedural.md
+// Sampling controller of one tile core: the render pass (US 2007/0002066, with the deviations that docs/procedures.md
 // lists). Gets the cells of a tile's list in its order, leaves out the steps that cannot reach the tile, runs the
 // procedure's stages on the emulated SIMD array and scatters the samples into the tile buffer, which is the tile's
 // samples: 4x4 to the pixel at 16 samples per pixel.

@@ -26,7 +26,7 @@ Keys<VisibilityMethodSettings> visibility_keys() {
        "With rays (tilecore.traversal): the node at which the rays of 4x4 pixels start: the root; the first node with "
        "both children inside their frustum; the "
        "lowest one above all leaves inside.",
-       "[spec] US 8791945 offers both; [measured] docs/visibility_methods.md: leaf_mask"},
+       "[spec] US 8791945 offers both; [measured] docs/visibility.md: leaf_mask"},
   };
 }
 
