@@ -84,5 +84,29 @@ TEST_F(LargeStudyInBrowser, AllLinesAreOneStopAndAreChosenByKeys) {
   EXPECT_THAT(says(), HasSubstr(shown.substr(0, shown.find(':'))));
 }
 
+// The space bar marks the ends of a range of the column; Delete drops the range.
+TEST_F(LargeStudyInBrowser, ARangeIsKeptByKeys) {
+  LivePage page("file://" + ReportInBrowser::page("sweep").string(), 1280, 800);
+  ASSERT_TRUE(page.wait_for("document.body.dataset.ready === 'true'"));
+  const auto within = [&] {
+    return std::stoi(page.evaluate("document.querySelector('#parallel canvas').dataset.lines").get<std::string>());
+  };
+  const int all = within();
+  // Points of the least width of a tile, counted in the study's own data.
+  const int least = page.evaluate(R"((() => {
+    const column = data.sweep.axes.indexOf('tile.width'), values = data.sweep.points.map((point) => point.values[column]);
+    return values.filter((value) => value === Math.min(...values)).length;
+  })())");
+  ASSERT_LT(least, all);
+  ASSERT_TRUE(page.tab_to("#parallel .stage"));
+  page.press("ArrowUp");
+  page.press(" ");
+  EXPECT_EQ(within(), all) << "one end is no range";
+  page.press(" ");
+  EXPECT_EQ(within(), least);
+  page.press("Delete");
+  EXPECT_EQ(within(), all);
+}
+
 }  // namespace
 }  // namespace tessera::replay::large_study_test

@@ -252,7 +252,8 @@ TEST_F(ReportInBrowser, ATradeoffOfEffectsHasACostForEachThatRanAndAReasonForThe
                     absent = test::body_attribute(opened, "data-absent");
   int count = 0;
   for (const json& effect : all["effects"]) {
-    const std::string name = effect["name"];
+    std::string name = effect["name"];
+    std::replace(name.begin(), name.end(), '_', ' ');
     if (!effect["ran"].get<bool>()) {
       EXPECT_THAT(absent, HasSubstr(name + "|0|" + effect["reason"].get<std::string>()));
       continue;

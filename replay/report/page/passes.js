@@ -10,7 +10,7 @@ function passSection() {
   const holder = make('div');
   part.append(holder);
   const entry = follow(part, ['run', 'frame'], () => paint());
-  new ResizeObserver(() => requestAnimationFrame(paint)).observe(part);
+  whenResized(part, paint);
   let drawn = '';
   function paint() {
     const frame = frameOf(), passes = frame.passes || [], key = [shown.run, shown.frame, part.clientWidth].join();

@@ -40,7 +40,7 @@ function timelineSection() {
     });
   });
   darkness.addEventListener('change', () => parts.length > 0 && paint());
-  new ResizeObserver(() => parts.length > 0 && paint()).observe(part);
+  whenResized(part, () => parts.length > 0 && paint());
 
   const timeAt = (x) => whole * (window_[0] + (x - layout.left) / layout.width * (window_[1] - window_[0]));
   const xAt = (time) => layout.left + (time / whole - window_[0]) / (window_[1] - window_[0]) * layout.width;

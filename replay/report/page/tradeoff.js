@@ -17,7 +17,7 @@ function tradeoffReport() {
 
   const part = section('summary', 'Summary');
   if (reference) part.append(make('p', {}, `${rows.length} settings of ${knobs.length} knobs, each against a reference of ${number(reference.samples)} samples per pixel in double precision${reference.samples < reference.asked_samples ? ` (of ${number(reference.asked_samples)}: its noise is below ${reference.enough_db} dB)` : ''}, with ${reference.edge_pixels === 0 ? "the machine's own grids" : "cells of " + reference.edge_pixels + " pixels"}. ` +
-    'Errors are those of what a display shows; host times are medians of ' + tradeoff.rounds + ' runs.'));
+    'Errors are those of what a display shows; host times are ' + runsWords(tradeoff) + '.'));
   if (reference && reference.psnr_db !== null) part.append(make('p', { class: 'note' }, `The reference's own noise, from the difference of its halves: ${reference.psnr_db.toFixed(1)} dB. Errors near it mean little.`));
   if (tradeoff.stopped) part.append(make('p', { class: 'note' }, 'Stopped before its end; the same command goes on.'));
   if (tradeoff.cheapest) {
@@ -31,6 +31,8 @@ function tradeoffReport() {
   if (reference) convergenceSection(reference);
   configurationSection([['Settings that all others are varied from', tradeoff.settings], ['Machine', tradeoff.gpu]]);
 }
+
+const runsWords = ({ rounds }) => (rounds === 1 ? 'from one run' : `medians of ${rounds} runs`);
 
 // What each effect of the frame costs: the frame less the frame without it.
 function effectsReport(tradeoff) {
@@ -48,20 +50,20 @@ function effectsReport(tradeoff) {
   const change = (effect) => { const row = without(effect); return row ? (row.error.psnr_db === null ? 'the same' : Number(row.error.psnr_db.toFixed(1))) : ''; };
 
   const part = section('summary', 'Summary');
-  part.append(make('p', {}, `${ran.length} of ${tradeoff.effects.length} effects run in this frame. Each was left out once: its cost is that of the frame less that of the frame without it, and the image without it is compared with the one that has all of them. Processor seconds of the host are medians of ${tradeoff.rounds} runs.`));
+  part.append(make('p', {}, `${ran.length} of ${tradeoff.effects.length} effects run in this frame. Each was left out once: its cost is that of the frame less that of the frame without it, and the image without it is compared with the one that has all of them. Processor seconds of the host are ${runsWords(tradeoff)}.`));
   if (tradeoff.stopped) part.append(make('p', { class: 'note' }, 'Stopped before its end; the same command goes on.'));
   if (frame) {
     const present = section('effects', 'Effects that the frame calls for');
     const rows = [{ whole: true, name: 'the frame, with all of them', reason: '', tiles: '', sub_patches: '', without: '', stays: '' }, ...ran];
-    present.append(table([{ title: 'effect', of: (row) => row.name }, ...costs.map((cost) => ({ title: cost.title, of: (row) => rounded(row.whole ? cost.of(frame) : costOf(cost, row), cost.of(frame)), show: withShare(cost) })),
+    present.append(table([{ title: 'effect', of: (row) => words(row.name) }, ...costs.map((cost) => ({ title: cost.title, of: (row) => rounded(row.whole ? cost.of(frame) : costOf(cost, row), cost.of(frame)), show: withShare(cost) })),
       { title: 'image without it, dB', of: (row) => (row.whole ? '' : change(row)) }, { title: 'tiles', of: (row) => row.tiles }, { title: 'sub-patches', of: (row) => row.sub_patches }], rows, { label: 'Costs of effects' }),
       make('p', { class: 'note' }, 'In parentheses: the share of the frame. A cost below 0 saves.'),
-      make('details', {}, make('summary', {}, 'Why each runs, and how it is left out'), table([{ title: 'effect', of: (row) => row.name }, { title: 'runs because', of: (row) => row.reason, wide: true }, { title: 'left out by', of: (row) => row.stays || row.without, wide: true }], ran)),
+      make('details', {}, make('summary', {}, 'Why each runs, and how it is left out'), table([{ title: 'effect', of: (row) => words(row.name) }, { title: 'runs because', of: (row) => row.reason, wide: true }, { title: 'left out by', of: (row) => row.stays || row.without, wide: true }], ran)),
       make('details', {}, make('summary', {}, 'The frames themselves'), table(tradeoffColumns({ watched: '' }).filter((column) => column.title !== 'front'), settings)));
   }
   const missing = section('absent', 'Effects that it does not call for');
   missing.append(make('p', {}, `They cost nothing: the ${absent.reduce((sum, effect) => sum + Object.keys(effect.counters).length, 0)} counters of their work add up to ${number(absent.reduce((sum, effect) => sum + work(effect), 0))}.`),
-    table([{ title: 'effect', of: (row) => row.name }, { title: 'work counted', of: work }, { title: 'does not run because', of: (row) => row.reason, wide: true }], absent, { label: 'Absent effects' }));
+    table([{ title: 'effect', of: (row) => words(row.name) }, { title: 'work counted', of: work }, { title: 'does not run because', of: (row) => row.reason, wide: true }], absent, { label: 'Absent effects' }));
   configurationSection([['Settings of the frame', tradeoff.settings], ['Machine', tradeoff.gpu]]);
 }
 
