@@ -46,7 +46,7 @@ double psnr_of(const Bytes& a, const Bytes& b, bool alpha) {
   return sum == 0 ? 99 : 10 * std::log10(255.0 * 255.0 * count / sum);
 }
 
-// What libastcenc makes of blocks, with a decoder of its own.
+// Decodes the blocks with libastcenc, whose decoder is independent.
 Bytes by_libastcenc(const BasisLevel& level, int side, bool srgb, const Bytes& blocks) {
   astcenc_config config{};
   EXPECT_EQ(
@@ -174,7 +174,7 @@ TEST(BlockEncoder, ChannelsOfTheirOwnAreSearchedThoroughly) {
 }
 
 TEST(BlockEncoder, KeepsWhatItsBitsAllow) {
-  // Decibels: what was measured, less one.
+  // Least PSNR in decibels: the measured value less one.
   struct Floor {
     BlockFormat format;
     double gradient, noise;

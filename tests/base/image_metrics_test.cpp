@@ -97,7 +97,7 @@ TEST(Flip, OfEqualImagesIsZero) { EXPECT_EQ(mean_value(flip_map(noisy(24, 24, 1)
 
 TEST(Flip, OfBlackAndWhiteFollowsTheColourPipelineAlone) {
   // Flat images have no features and survive the filters; the error is the redistributed HyAB distance of L = 0 and
-  // 100 to the power 0.7 (published constants), with the largest distance that of green and blue.
+  // 100 to the power 0.7 (published constants). The largest distance is the one between green and blue.
   const double distance = std::pow(100.0, 0.7);
   // Hunt-adjusted CIELAB of linear green and blue, by hand from the CIE formulas.
   const auto lab = [](double x, double y, double z) {
@@ -159,7 +159,7 @@ TEST(Flip, AnEdgeThatDisappearsCountsMoreThanItsColourAlone) {
   EXPECT_GT(beside, 1.1f * map.at(4, 16)[0]);
 }
 
-// The whole of the figures is made of those of the parts; what is not covered changes none of them.
+// The figures of the whole follow from the figures of the parts; uncovered pixels change none of them.
 TEST(CoveredPixels, AloneCount) {
   const Image a = noisy(24, 16, 21), b = noisy(24, 16, 22), flip = flip_map(a, b);
   Image left(24, 16, 1), right(24, 16, 1), one(24, 16, 1);

@@ -175,7 +175,7 @@ TEST(JpegDecoder, TheBitsAreTheSameWithoutSimd) {
 
 // ---- Four channels ----------------------------------------------------------------------------------------------
 
-// What cyan, magenta, yellow and black (as stored) let through of red, green and blue.
+// RGB of cyan, magenta, yellow and black as stored; `inverted`: 255 is no ink.
 Image8 seen(const Image8& inks, bool inverted) {
   Image8 rgb(inks.width, inks.height, 3);
   for (int y = 0; y < inks.height; ++y)
@@ -210,7 +210,8 @@ TEST(JpegDecoder, InksThatAreStoredAsTheyAreAreKnownByTheMarker) {
   const std::size_t transform = segment_end(bytes, segment(bytes, kApp14)) - 1;
   ASSERT_EQ(bytes[transform], 2);
   bytes[transform] = 0;
-  // As stored: what YCCK has for this grey. Its luminance is that of the inverted inks.
+  // With this transform the stored YCCK values count as inks: Y is the luminance of the inverted inks, the chroma is
+  // 128.
   for (int y = 0; y < 16; ++y)
     for (int x = 0; x < 16; ++x) inks.at(x, y)[0] = 255 - 90, inks.at(x, y)[1] = inks.at(x, y)[2] = 128;
   const Answer adobe = decode(bytes);

@@ -1,5 +1,5 @@
 // KTX2 textures as a whole. tests/base/data has files that Basis Universal's encoder wrote from generated images, and
-// what its transcoder makes of them; tests/README.md says how.
+// the output of its transcoder for them; tests/README.md says how both were made.
 #include <rapidcheck/gtest.h>
 
 #include "base/error.h"
@@ -122,7 +122,7 @@ TEST(Ktx2, EveryModeOfUastcOccursInTheFiles) {
   EXPECT_EQ(kinds.size(), 18u);  // 4 and 7 differ in their patterns alone
 }
 
-// What the blocks in memory say, decoded one by one.
+// Decodes the blocks in memory one by one.
 std::vector<std::uint8_t> texels_of_blocks(const BasisTexture& texture, const BasisLevel& level) {
   std::vector<std::uint8_t> texels(level.texels.size());
   const int columns = (level.width + 3) / 4;

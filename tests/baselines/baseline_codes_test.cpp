@@ -1,4 +1,4 @@
-// What a machine that bins triangles writes: strips, references, lists; and the cache that all baselines share.
+// Data that a machine with triangle bins writes: strips, references, lists; and the cache that all baselines share.
 #include <list>
 
 #include "baselines/block_code.h"

@@ -1,4 +1,5 @@
-// Mesh-shader machines and the compute tessellator: what they cut, drop, store and read, by their formats' descriptions.
+// Mesh-shader machines and the compute tessellator: their meshlets, culling, stores and reads, by the descriptions of
+// their formats.
 #include "baselines/mesh_shader.h"
 
 #include "baselines/tessellated_in_memory.h"
@@ -202,7 +203,7 @@ Drawn draw(MeshletBinner& binner, MeshStorage storage, const binner::TileGrid& g
   return out;
 }
 
-// From memory alone but for what a record's place in memory says: its meshlet's number.
+// Decodes tiles from memory alone; only the address of a record comes from its meshlet's number.
 Tiles decoded(const MeshletBinner& binner, MeshStorage storage, const binner::TileGrid& grid,
               const std::vector<bool>& moving) {
   const std::span<const std::uint8_t> memory = binner.buffer().memory();

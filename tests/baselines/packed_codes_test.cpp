@@ -1,4 +1,5 @@
-// Grids of indices, places of vertices and compressed colours: back to what they were made of, and how small they are.
+// Grids of indices, places of vertices and compressed colours: decoding gives back the input, and the codes are
+// small.
 #include "baselines/block_code.h"
 #include "baselines/compressed_color.h"
 #include "memory/lru_cache.h"
@@ -193,7 +194,7 @@ TEST(CompressedColor, WhatBlendsIsMixed) {
   EXPECT_EQ(memory.colors()[1], 0u);
 }
 
-// An obvious machine: a list of what is on chip, and blocks compressed by the real encoder and kept.
+// A naive machine: LRU caches of the lines on chip, and blocks stored as the real encoder compressed them.
 struct PlainMachine {
   explicit PlainMachine(std::uint64_t capacity) : chip(capacity - capacity / 16), metadata(capacity / 16) {}
   memory::LruCache chip, metadata;

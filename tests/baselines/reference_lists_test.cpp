@@ -255,7 +255,8 @@ TEST(DeferredVertex, AGridThatOneTileHoldsTakesTwoOrThreeBytesAGroup) {
     BaselineCounters counters;
     binner.add(patch, setup.run(patch, counters));
     binner.finish();
-    // Patch 9, all of its triangles; with several groups also which, and "the same patch" for those that follow.
+    // An entry names patch 9 and all of its triangles; with several groups it also names the group, and later entries
+    // say "the same patch".
     const std::size_t bytes = n == 7 ? 2 : 4 * 3;
     EXPECT_EQ(list_of(binner.lists(), 0).size(), bytes);
     EXPECT_EQ(binner.lists().counters().queue_bytes_written, 1 + 8 + bytes + 1) << "bits, cursor, end";

@@ -72,7 +72,8 @@ struct Missed {
   int tiles = 0, times = 0;
 };
 
-// Dense sampling in double precision of random boxes, motions and lenses: what the method leaves out but is seen.
+// Samples random boxes, motions and lenses densely in double precision and counts the seen samples that the method
+// leaves out.
 Missed missed_by(const Method& method, std::uint32_t seed) {
   Random random(seed);
   Missed missed;

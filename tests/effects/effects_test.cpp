@@ -1,4 +1,4 @@
-// Only the effects that a scene calls for: forcing, elision and what is said of it, on whole frames.
+// Effects follow the scene: forced effects, elision and its reported reasons, on whole frames.
 #include "binner/binner.h"
 #include "frontend/front_end.h"
 #include "gpu/device.h"
@@ -310,7 +310,7 @@ TEST(Effects, OpaquePartsOfAMaskedMaterialAreNotTested) {
   EXPECT_EQ(image_bytes(on.targets), image_bytes(result.targets));
 }
 
-// ---- What is said of them ---------------------------------------------------------------------------------------
+// ---- Reported reasons ------------------------------------------------------------------------------------------
 
 TEST(Effects, EachHasAReasonAndPlacesInEveryFrame) {
   const gpu::FrameResult result = render(scene::read_capture(test::shipped_capture("eggs")), {}, 14);

@@ -236,7 +236,7 @@ TEST(InstanceCulling, IC3SubPatchesAreThoseOfANodeForEachInstance) {
       EXPECT_EQ(a.sub_patches[k].corners(*scene.frame), b.sub_patches[k].corners(*nodes.frame));
       EXPECT_EQ(a.sub_patches[k].effects, b.sub_patches[k].effects);
     }
-    // A patch of what was dropped would have been read, bounded once and culled.
+    // A patch of a dropped instance would have been read, bounded once and culled.
     const std::uint64_t dropped = scene.assembly.patch_count() - a.counters.base_patches;
     EXPECT_GT(dropped, 0u);
     EXPECT_EQ(b.counters.base_patches, a.counters.base_patches + dropped);

@@ -218,7 +218,7 @@ TEST(PatchCulling, PC3SubPatchesAreThoseWithoutGroups) {
   }
 }
 
-// What deforms is tested patch by patch: its groups' boxes are those of the shape at rest.
+// Deforming primitives are tested patch by patch, because boxes of groups hold the shape at rest.
 TEST(PatchCulling, WhatDeformsHasNoGroups) {
   Random random(5);
   scene::Capture capture = random_clouds(random, 3);

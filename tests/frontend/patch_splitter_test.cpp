@@ -200,7 +200,7 @@ TEST(FrontEndTraffic, ANeighbourMoreIsARecordMore) {
   // An L2 has it, as its own patch was read.
   EXPECT_EQ(front_end_reads(bounding_traffic(true, true), Purpose::kPatchData),
             front_end_reads(bounding_traffic(true, false), Purpose::kPatchData));
-  // Without displacement nobody else's vertices matter.
+  // Without displacement the vertices of other patches do not matter.
   EXPECT_EQ(front_end_reads(bounding_traffic(false, true), Purpose::kPatchData),
             front_end_reads(bounding_traffic(false, false), Purpose::kPatchData));
 }

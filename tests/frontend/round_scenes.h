@@ -143,7 +143,7 @@ inline RasterVertex raster_vertex(const scene::FrameGeometry& frame, const scene
   return out;
 }
 
-// Of a patch's grid.
+// Projects vertex (i, j) of a patch's grid.
 inline RasterVertex project(const scene::FrameGeometry& frame, std::uint32_t patch, int i, int j) {
   const scene::PosedDrawable& drawable = frame.drawable_of(patch);
   const scene::TessellationPattern& pattern = frame.pattern_of(patch);

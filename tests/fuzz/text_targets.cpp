@@ -112,7 +112,7 @@ void read_machine(Bytes input) {
       fits = false;
     }
     if (!fits) return;
-    // What a replay writes of its machine reads back as the same machine.
+    // The machine that a replay writes reads back as the same machine.
     write_scratch(kFile, written);
     require(gpu::gpu_json(gpu::load_gpu(kFile.string())).dump() == written, "a machine does not read back as itself");
   });
@@ -314,7 +314,7 @@ void read_point(Bytes input) {
   for (const bool timed : {false, true})
     expect_answer([&] {
       const replay::TrialResult trial = replay::read_trial(kFile, timed);
-      // What is read can be judged, and is kept as it is.
+      // A result that was read can be judged, and is written back unchanged.
       const replay::Measurement measured = replay::measurement_of(trial, "tilecore.triangles", 850);
       require(measured.wall_seconds.low <= measured.wall_seconds.median &&
                   measured.wall_seconds.median <= measured.wall_seconds.high,

@@ -1,5 +1,5 @@
-// Blooms and tone maps of captures (gpu/bloom.cpp, gpu/image_passes.cpp): images by the formulas in double precision, bytes
-// and lookups as geometric series, and what is refused.
+// Blooms and tone maps of captures (gpu/bloom.cpp, gpu/image_passes.cpp): images by the formulas in double precision,
+// bytes and lookups as geometric series, and refusals.
 #include <cmath>
 #include <limits>
 

@@ -1,5 +1,5 @@
-// What the emulated units need is charged (gpu/work_recorder.h records it): each test needs more of one thing, and pays
-// for it. Most are twins of each other: the same scene without it pays nothing.
+// The frame is charged for its use of the emulated units (gpu/work_recorder.h records it): each test needs more of
+// one resource and pays for it. Most tests are twins: the same scene without the need pays nothing.
 #include "gpu/device.h"
 #include "gpu/settings.h"
 #include "memory/ledger.h"
@@ -166,7 +166,7 @@ TEST(Charges, BlendedLayersTakeTileMemory) {
 
 TEST(Charges, CompactionAndCoarseDepthTakeTime) {
   scene::Capture capture = seen(grid_mesh(scene::kNone), {}, 0.6);  // all samples see it
-  test::add_node(capture, grid_mesh(scene::kNone), {0, 0, -0.05});  // and what is behind asks
+  test::add_node(capture, grid_mesh(scene::kNone), {0, 0, -0.05});  // and the grid behind it tests coarse depth
   const FrameResult usual = rendered(capture);
   const auto busy = [](const FrameResult& r, hardware::Stage stage) {
     return r.model->timing.busy[static_cast<std::size_t>(stage)];

@@ -77,7 +77,7 @@ void expect_same_images(const tilecore::FrameTargets& a, const tilecore::FrameTa
   EXPECT_EQ(a.patch.values, b.patch.values) << what;
 }
 
-// Tiles that were not rendered, in all frames; images are those of a machine that renders all.
+// Number of tiles that were not rendered, over all frames; the images equal the images of a machine that renders all.
 std::uint64_t eliminated(const Capture& capture, std::vector<std::string> keys, const std::string& what) {
   const auto plain = frames_of(capture, keys);
   keys.push_back(kRendering);
@@ -290,7 +290,7 @@ TEST(RenderingElimination, WhatIsHashedIsWhatIsCounted) {
     return std::pair(frame.counters.elimination.signature_bytes, frame.counters.binner);
   };
   const auto [bytes, binner] = hashed();
-  // A header of 32 bytes and 16 control points; a record of the table; what an entry takes; what a tile does.
+  // The bytes are a header of 32 bytes, 16 control points, the records of the table, the entries and the tiles.
   EXPECT_EQ(bytes, 32 + 16 * 12 + 8 * binner.table_records + 10 * binner.entries + 8 * kTiles);
   // Moving within the shutter it has control points at one key still: the transform moves.
   capture.settings.shutter_close = 1;
@@ -388,7 +388,7 @@ TEST(TransactionElimination, BothTogetherSkipWhatEitherSkips) {
 
 // ---- Against a closed form -----------------------------------------------------------------------------------------
 
-// A sphere in each tile of 32x32 pixels; those of `changing` tiles of 512 come nearer by a hair each frame.
+// A sphere in each tile of 32x32 pixels; the spheres of `changing` tiles of 512 come nearer by a hair each frame.
 Capture spheres_in_tiles(int changing) {
   Capture capture;
   const int material = test::add_material(capture);
@@ -492,8 +492,8 @@ TEST(CompressedFrames, AreNoSlowerThanRawOnes) {
           return device.render(capture.settings.first_frame);
         };
         const FrameResult raw = render("none"), packed = render("lossless");
-        // Of several cores, tiles that end in another order leave some otherwise balanced: 0.97 to 1.022 on serpent, at
-        // sizes from 320x180 to 1280x720. One core has no such luck.
+        // With several cores, tiles that end in another order can unbalance the cores: 0.97 to 1.022 on serpent, at
+        // sizes from 320x180 to 1280x720. One core has no such effect.
         const double bound = std::string_view(cores) == "1" ? 1.005 : 1.03;
         EXPECT_LE(packed.model->timing.cycles, bound * raw.model->timing.cycles)
             << name << " " << model << " " << format;

@@ -1,5 +1,5 @@
-// Passes that a capture describes (gpu/frame_graph.cpp, gpu/image_passes.cpp): what they load and store by closed forms, that images stay, and what is refused, each
-// with its place in the file.
+// Passes that a capture describes (gpu/frame_graph.cpp, gpu/image_passes.cpp): their loads and stores by closed
+// forms, unchanged images, and refusals, each with its place in the file.
 #include "gpu/device.h"
 #include "gpu/settings.h"
 #include "tests/support/tests.h"
@@ -172,7 +172,8 @@ TEST(FrameGraph, LoadsAndStoresOfArmsSampleMoveWhatTheClosedFormSays) {
   EXPECT_NEAR(575.4 / 581.7, 1.0, 0.1);
 }
 
-// A compressed frame is loaded as it lies in memory: nothing but headers at first, then what the frame before stored.
+// A compressed frame is loaded as it lies in memory: nothing but headers at first, then the bytes that the previous
+// frame stored.
 TEST(FrameGraph, ALoadOfACompressedFrameReadsWhatWasStored) {
   for (const bool copies : {false, true}) {
     PassGraph graph = copies ? by_way_of(AttachmentFormat::kRgba8) : PassGraph{{}, {drawing("frame")}};
@@ -212,7 +213,7 @@ TEST(FrameGraph, CopiesMoveAnAttachmentOnceEachWay) {  // GRA3
     }
 }
 
-// A copied frame holds what the attachment's format keeps of the colours, by the rule of the format itself.
+// A copied frame holds the colours as the attachment's format rounds them, by the rule of the format itself.
 TEST(FrameGraph, AnAttachmentRoundsColorsToItsFormat) {
   const FrameResult plain = frame_of(slope(), {});
   for (const auto& [format, stored] : {std::pair{AttachmentFormat::kRgba8, tilecore::FrameFormat::kRgba8},
@@ -248,7 +249,7 @@ TEST(FrameGraph, ChainsOfCopiesAndPartialRendersKeepImagesAndBytes) {
   EXPECT_EQ(moved(part.counters, Unit::kResolve, Purpose::kAttachment).written_bytes, 2 * bursts(8 * kPixels));
 }
 
-// What does not change is not copied again, and images stay what they are without elimination.
+// Unchanged tiles are not copied again, and the images equal those without elimination.
 TEST(FrameGraph, EliminationLeavesCopiesOut) {
   const PassGraph graph = by_way_of(AttachmentFormat::kRgba8);
   const std::vector<FrameResult> plain = frames_of(slope(), graph, {}, 2);

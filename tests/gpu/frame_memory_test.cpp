@@ -1,4 +1,4 @@
-// What a frame takes is bounded by what reading the capture left of its budget.
+// Reading the capture uses a part of the budget; the rest bounds the memory of a frame.
 #include "base/error.h"
 #include "gpu/device.h"
 #include "scene/assembly.h"

@@ -73,7 +73,7 @@ TEST(FrameStream, FS2ADeviceRendersOneFrameAheadAndEndsBeforeTheLast) {
   }
 }
 
-// Memory that is enough for one frame and not for two: found by halving what is too much.
+// Finds by bisection a memory limit that is enough for one frame and not for two.
 TEST(FrameStream, FS3FramesThatNeedAllOfTheMemoryGetIt) {
   scene::Capture capture = turning_sphere();
   const auto fits = [&](std::uint64_t bytes) {

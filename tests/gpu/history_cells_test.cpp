@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kWidth = 96, kHeight = 64;
 
-// Cells that the first frame of a new device leaves, and those of the second.
+// Cells that the first and the second frame of a new device leave.
 std::array<std::vector<std::uint16_t>, 2> cells_of(const std::shared_ptr<const PreparedCapture>& capture,
                                                    std::size_t threads) {
   RunSettings settings;

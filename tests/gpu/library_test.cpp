@@ -167,8 +167,8 @@ TEST(Library, TrafficEnergyAndMapsAddUp) {
   EXPECT_GT(maps_of_counters, 5);
 }
 
-// The area is the machine's, in which only what a core has goes with the cores; with overlapping frames one takes twice as
-// long as from one to the next.
+// The area is the machine's; the number of cores multiplies only the area of a core. With overlapping frames, one
+// frame takes twice the time from one frame to the next.
 TEST(Library, LatencyAndAreaAreThoseOfTheMachine) {
   const auto render = [](const std::map<std::string, tessera::Value>& keys) {
     tessera::Gpu gpu("small");

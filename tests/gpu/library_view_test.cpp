@@ -1,4 +1,4 @@
-// tessera::View: what the options of `tessera replay` choose, chosen through the library.
+// tessera::View chooses through the library whatever the options of `tessera replay` choose.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -115,7 +115,7 @@ TEST_F(LibraryView, WhatTheFileLacksIsRefusedAsTheCommandLineRefusesIt) {
   EXPECT_THAT(refusal(both), HasSubstr("--camera auto"));
 }
 
-// The framing is that of the frame's own shape; a camera of the file is none that was made up.
+// The automatic framing follows the frame's own shape; a camera of the file does not count as made up.
 TEST_F(LibraryView, ADeviceSaysWhetherItsCameraWasMadeUp) {
   const auto made_up = [&](const View& view) { return Device(Scene(file_, {}, view)).automatic_camera(); };
   View view;

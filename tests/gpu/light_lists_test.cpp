@@ -86,7 +86,7 @@ FrameResult frame_of(const Capture& capture, const Keys& keys, IntRect region = 
   return Device(capture, gpu, settings, {kWidth, kHeight, region}).render(0);
 }
 
-// What is no number is no number in both.
+// Compares bits, so NaN equals the same NaN.
 bool same_bits(const FrameResult& a, const FrameResult& b) {
   const std::vector<float>&left = a.targets.color.values, &right = b.targets.color.values;
   return left.size() == right.size() && std::memcmp(left.data(), right.data(), left.size() * sizeof(float)) == 0;

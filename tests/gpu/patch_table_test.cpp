@@ -33,7 +33,8 @@ TEST(PatchTable, RecordsLieOneBehindTheOther) {
   EXPECT_EQ(memory.end(), kFirst + (offset + kLine - 1) / kLine);
 }
 
-// A point of a procedure needs the numbers of its piece, not those of all, nor the points of an image.
+// A point of a procedure needs the numbers of its piece alone, neither other pieces' numbers nor the points of an
+// image.
 TEST(PatchTable, ShadingAProcedureReadsWhatAPointNeeds) {
   const scene::Capture capture = scene::read_capture(test::shipped_capture("workshop"));
   const scene::Assembly assembly = scene::assemble(capture);

@@ -1,4 +1,4 @@
-// Two-pass occlusion culling by the previous frame's depths: images, what it saves, and what it is charged.
+// Two-pass occlusion culling by the previous frame's depths: images, savings and charges.
 #include "base/parallel.h"
 #include "gpu/counter_list.h"
 #include "gpu/device.h"
@@ -118,7 +118,8 @@ class Guesses final : public ViewObserver {
   std::optional<frontend::CoarseDepth> depth_;
 };
 
-// The wall goes; what it hid is seen. SP1 and CD2, and their failing twin: whoever believes the guess draws a hole.
+// The wall goes and uncovers the sheet. SP1 and CD2, and their failing twin: a machine that believes the guess draws
+// a hole.
 TEST(PreviousDepth, AGuessThatNobodyVerifiesDrawsAWrongImage) {
   const scene::Capture capture = wall_before_sheet(DVec3(-8, 0, 0));
   Guesses guesses;

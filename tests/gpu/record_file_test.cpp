@@ -1,4 +1,4 @@
-// Records of frames: files, and what they hang on.
+// Records of frames: their files, and the keys that change them.
 #include "gpu/record_file.h"
 #include "base/error.h"
 #include "gpu/device.h"

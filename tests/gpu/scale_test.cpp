@@ -1,5 +1,5 @@
-// Scenes of ten million triangles and frames of 133 million samples: what they take of memory, and that what is not
-// seen costs little.
+// Scenes of ten million triangles and frames of 133 million samples: their memory, and the small cost of hidden
+// geometry.
 #include <sys/resource.h>
 
 #include "bench/support/timing.h"

@@ -17,7 +17,7 @@ using scene::Capture;
 using shaders::Light;
 
 constexpr int kSide = 128;
-constexpr double kHalf = 4;  // of what the camera sees, scene units
+constexpr double kHalf = 4;  // half the side of the camera's view, scene units
 
 using scene::made::looking;
 
@@ -94,7 +94,8 @@ double to_square(const DVec2& place, const DVec2& middle, double half) {
   return std::max(off.x, off.y);
 }
 
-// Pixels that are wrong, of those that are farther than `margin` scene units from the shadow's edge and are not the card's.
+// Wrong pixels among the pixels that are farther than `margin` scene units from the shadow's edge and do not show the
+// card.
 struct Wrong {
   int lit = 0, dark = 0, looked_at = 0;
 };
@@ -353,7 +354,7 @@ TEST(Shadows, WhatRestsIsRenderedAgainWhereAShadowMoves) {
   EXPECT_LT(worst, 0.05);
 }
 
-// FSH1 and AT1 where tiles of maps are beside those of the image (gpu/cost_attribution.h), by both timing models.
+// FSH1 and AT1 with tiles of shadow maps beside tiles of the image (gpu/cost_attribution.h), by both timing models.
 TEST(Shadows, SharesOfDrawablesAddUpAndTilesAreThoseOfTheImage) {
   Floor floor;
   add_light(floor.capture, {}, {0, 0, 0}, {1, -1, 0});

@@ -65,7 +65,7 @@ TEST(StillFrames, PL1HoldsForEachSeedAndRate) {
   }
 }
 
-// A list that was kept holds what the frame needs: it is not filled twice, nor read when the scene moved on.
+// A kept list holds all entries of the frame: it is not filled twice, nor read when the scene has moved on.
 TEST(StillFrames, KeepTheirLists) {
   const scene::Capture capture = spheres();
   Device device(capture, {}, {}, request());

@@ -54,7 +54,7 @@ TEST(Area, UnitsThatAMachineLacksTakeNone) {
   EXPECT_NEAR(unit - machine_area(gpu, {}).total_mm2(), 0.12, 1e-12) << "transforms are as large as one vertex";
 }
 
-// Nothing that makes a machine faster is free; what is no silicon of the GPU is.
+// Every rate and every memory of the GPU costs area; energies, external memory and the clock do not.
 TEST(Area, MoreOfAnyRateOrMemoryIsNeverSmaller) {  // AREA2
   const std::vector<std::string> larger = {"tilecore.count",
                                            "tilecore.memory_bytes",

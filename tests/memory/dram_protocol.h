@@ -79,7 +79,7 @@ class ProtocolChecker {
     if (rank && !from && to) need(a, b, "tRTW", n_.rtw);
     if (rank && from && !to)
       need(a, b, "tWTR", group ? n_.wl + n_.burst_group + n_.wtr_l : n_.wl + n_.burst + n_.wtr_s);
-    // Data of one after those of the other.
+    // The data of one command follow the data of the other on the bus.
     const DramClock first = a.clock + (from ? n_.wl : n_.rl) + n_.burst + (rank ? 0 : n_.cs);
     if (b.clock + (to ? n_.wl : n_.rl) < first)
       faults_.insert(fmt::format("data bus: {} {} clocks behind {}", name(b.kind), b.clock - a.clock, name(a.kind)));

@@ -322,7 +322,7 @@ class Replays(unittest.TestCase):
             self.assertAlmostEqual(float(millijoules), value["baseline.energy_nj"] / 1e6, delta=0.051, msg=scheme)
 
     def test_lists_are_one_to_two_orders_of_magnitude_smaller_than_those_of_triangles(self):
-        """What the project is for. Less is a fault of the binner, more means that a cost was forgotten."""
+        """The purpose of the project. A smaller ratio is a fault of the binner, a larger one means that a cost was forgotten."""
         schemes = self.readme_statistics()["baselines"]
         for counter in ("queue_bytes_written", "queue_bytes_read", "queue_bytes_peak"):
             ratio = schemes["post-tessellation"][f"baseline.{counter}"] / schemes["tessera"][f"baseline.{counter}"]
@@ -361,7 +361,7 @@ class Replays(unittest.TestCase):
             for column, counter in (("sub_patches", "frontend.sub_patches"), ("entries", "binner.entries"),
                                     ("queue_bytes_peak", "binner.queue_bytes_peak"), ("domain_evaluations", "tilecore.domain_evaluations")):
                 self.assertEqual(int(row[column]), frame["counters"][counter], f"{column}: run docs/images/studies/make.sh")
-            # Tables of heights are what the front end bounds by.
+            # The front end bounds sub-patches by its tables of heights.
             self.assertEqual(int(row["traffic_bytes"]), sum(part["read_bytes"] + part["written_bytes"] for part in frame["dram"]
                                                             if part["purpose"] != "texture" or part["unit"] == "frontend"))
 

@@ -53,7 +53,7 @@ WITH_WORDS = (*SOURCES[:3], ".def", ".js", ".py", ".sh", ".cmake", ".md")
 
 
 def project_files():
-    """Path from the root and text of every file with words, but for what is built or hidden."""
+    """Path from the root and text of every file with words, except built and hidden files."""
     files = {}
     for folder, folders, names in os.walk(ROOT):
         top = Path(folder) == ROOT
@@ -148,7 +148,7 @@ def broken_links(path, text):
 
 
 def retired_phrases():
-    """tests/project/retired_words.txt: a phrase as a regular expression and, after a tab, what is said instead. Whole words, capitals
+    """tests/project/retired_words.txt: a phrase as a regular expression and, after a tab, its replacement. Whole words, capitals
     or not. With the letters that every match begins with: searching them first saves most of the time."""
     lines = (ROOT / "tests/project/retired_words.txt").read_text().splitlines()
     return [(re.match(r"(?:[A-Za-z ](?!\?))*", phrase)[0].lower(), re.compile(r"\b(?:%s)\b" % phrase, re.I), instead)
@@ -226,7 +226,7 @@ def listed_tests(folders):
     return names
 
 
-# ---- What the program prints ----------------------------------------------------------------------------------------
+# ---- Output of the program -----------------------------------------------------------------------------------------
 
 
 def described(program, *arguments):
@@ -238,7 +238,7 @@ def stale_pages(program):
     wrong = [] if len(topics) > 4 else ["tessera describe --help names no topics"]
     for topic in topics:
         page, generated = (ROOT / f"docs/{topic}.md").read_text(), described(program, topic, "--markdown")
-        # These pages go on behind what is generated.
+        # These pages go on after the generated part.
         if not (page.startswith(generated) if topic in ("calibration", "effects") else page == generated):
             wrong.append(f"docs/{topic}.md is not what `tessera describe {topic} --markdown` prints")
     return wrong

@@ -1,4 +1,4 @@
-// Images of docs/materials.md are those that the program renders now; figures.py looks at its table.
+// The images of docs/materials.md agree with renders of the program; figures.py checks the page's table.
 #include "base/image_codec.h"
 #include "base/image_metrics.h"
 #include "base/whole_file.h"

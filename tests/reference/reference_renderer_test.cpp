@@ -127,7 +127,7 @@ TEST(Reference, CoverageOfADefocusedEdgeIsThatOfTheLensDisc) {
     double expected = 0;
     constexpr int kSteps = 2000;
     for (int k = 0; k < kSteps; ++k) {
-      // Of a unit disc, what lies beyond a chord at distance d from its middle.
+      // Area of a unit disc beyond a chord at distance d from its middle.
       const double d = std::clamp((edge - (x + (k + 0.5) / kSteps)) / radius, -1.0, 1.0);
       expected += (std::acos(d) - d * std::sqrt(1 - d * d)) / std::numbers::pi / kSteps;
     }
@@ -200,7 +200,7 @@ TEST(ReferenceTree, FindsWhatAllTrianglesOneByOneGive) {  // REF2
     ReferenceScene scene(*posed.frame);
     const std::vector<RayPacket> packets = packets_over(scene, 60, 5);
     EXPECT_EQ(differences(scene, packets), 0) << name;
-    // The twin: boxes that forget a part of what they hold.
+    // The twin: boxes that contain only a part of their children.
     for (ReferenceScene::Node& node : scene.nodes)
       for (ReferenceScene::Box& box : node.box) box.high[0] = 0.5f * (box.low[0] + box.high[0]);
     EXPECT_GT(differences(scene, packets), 0) << name;
@@ -293,7 +293,7 @@ TEST(Reference, WithTheMachinesSamplesDiffersByItsArithmeticAlone) {
   }
 }
 
-// A ball of glass before a board of two colours: the same image of what is behind it, but for half precision.
+// A ball of glass before a board of two colours: the same image of the board, within half precision.
 TEST(Reference, ShowsWhatIsBehindGlassAsTheMachineDoes) {
   for (const float roughness : {0.0f, 0.5f}) {
     Capture capture;
@@ -422,7 +422,7 @@ TEST(ReferenceStore, EndsWhereItsNoiseIsSmallEnough) {
   EXPECT_EQ(all.info.samples, 512);
   EXPECT_EQ(all.info.enough_db, std::nullopt);
   ASSERT_TRUE(all.info.psnr_db);
-  // What four times as many samples give less 6 dB, a quarter of them has.
+  // A quarter of the samples has 6 dB less.
   const double enough = *all.info.psnr_db - 5;
   const Reference ended = made(512, enough);
   EXPECT_EQ(ended.info.asked_samples, 512);

@@ -1,4 +1,5 @@
-// What the reference leaves out of its scenes: nothing that a sample sees (SRG1), and enough to keep to its memory.
+// Parts of a scene that the reference leaves out: nothing that a sample sees (SRG1), and enough to keep to its
+// memory.
 #include "reference/sample_region.h"
 #include "gpu/device.h"
 #include "gpu/view_inputs.h"

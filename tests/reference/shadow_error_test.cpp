@@ -1,4 +1,4 @@
-// The machine's shadows beside those of the reference: what filters leave of an edge.
+// The machine's shadows beside the reference's shadows: errors of the filters at an edge.
 #include "base/image_metrics.h"
 #include "gpu/device.h"
 #include "gpu/settings.h"

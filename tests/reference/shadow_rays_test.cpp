@@ -65,7 +65,7 @@ double to_square(const DVec2& place, const DVec2& middle, double half) {
   return std::max(off.x, off.y);
 }
 
-// Pixels that are wrong, of those that the edge of a square shadow does not cross and that are not the card's.
+// Wrong pixels among the pixels that the edge of a square shadow does not cross and that do not show the card.
 struct Wrong {
   int lit = 0, dark = 0, looked_at = 0;
 };
@@ -155,8 +155,8 @@ TEST(ShadowRays, ASpheresShadowHasTheAreaOfAnEllipse) {
   }
 }
 
-// A caster moves while the shutter is open: at every place of the floor the share of the time at which its shadow is not
-// there. The twin's shadow is that of shutter open.
+// A caster moves while the shutter is open: every place of the floor has the share of the time at which its shadow is
+// elsewhere. The twin has the shadow of shutter open.
 TEST(ShadowRays, AMovingCastersShadowIsTheMeanOverTheShutter) {
   constexpr int kSamples = 256;
   constexpr double kHalf = 0.75, kFrom = -1, kWay = 2;  // the middle of the shadow at shutter open, and its way
@@ -540,7 +540,7 @@ TEST(ShadowRays, FindWhatAllTrianglesOneByOneGive) {  // SHR1
       return count;
     };
     EXPECT_EQ(different(300), 0) << seed;
-    // The twin: boxes that forget a part of what they hold.
+    // The twin: boxes that contain only a part of their children.
     for (ReferenceScene::Node& node : casters.nodes)
       for (ReferenceScene::Box& box : node.box) box.high[0] = 0.5f * (box.low[0] + box.high[0]);
     different_twin += different(100);

@@ -77,7 +77,7 @@ const std::vector<Planted>& planted_causes() {
       {"eggs", key("tile.width=64"), "tile.width 32 -> 64"},
       {"eggs", key("l2.bytes=32768"), "l2.bytes"},
       {"eggs", key("effects.motion=off"), "effects.motion auto -> off"},
-      // What is drawn.
+      // Changes of the drawn image and scene.
       {"eggs", [](Rendering& s) { s.resize(320, 180); }, "size of the image: 160x90 -> 320x180"},
       {"eggs", [](Rendering& s) { node_of(s.capture, "ground").mesh = scene::kNone; }, "ground / cobbles is not drawn"},
       {"vases", [](Rendering& s) { s.capture.nodes[1].instances.assign(2, {}); }, "base patches"},
@@ -192,7 +192,8 @@ TEST(Causes, WhatCameStandsBeforeWhatGrew) {
   EXPECT_THAT(why.parts[0].parts[0].text, HasSubstr("motion does not run"));
 }
 
-// Of two captures the figures that tell them apart are named, then where the cycles and bytes went, as of two runs of one.
+// Two captures are told apart by their named figures, then by the places of the cycles and bytes, as two runs of one
+// capture are.
 TEST(Causes, TwoCapturesAreToldApartByTheirFigures) {
   const test::TemporaryFolder out;
   Rendering vases, garden;

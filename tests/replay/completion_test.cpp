@@ -20,7 +20,7 @@ std::set<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-// What bash offers for these words, the last one unfinished: split as bash splits a line.
+// Completions that bash offers for these words, the last one unfinished; bash itself splits the line.
 class BashCompletion : public testing::Test {
  protected:
   static constexpr const char* kBash = "/bin/bash";

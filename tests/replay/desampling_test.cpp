@@ -65,7 +65,7 @@ TEST(Desampling, PixelsThatAreShadedAreThoseOfThePlainImage) {  // RU3
   }
 }
 
-// DS2 of the shader, with what is skipped.
+// DS2 of the shader, skipped samples included.
 TEST(Desampling, EverySampleIsShadedSharedOrSkippedAndWhatIsSavedIsWhatFullShadingWouldTake) {
   for (const char* rate : {"pixel", "sample", "cache"}) {
     const Capture capture = shipped("eggs");
@@ -171,8 +171,8 @@ TEST(Desampling, WithStencilsThatReachNeighboursTilesDoNotShow) {
   EXPECT_GT(read_across_tiles(small[2]), read_across_tiles(large[2]));
 }
 
-// Any tile, either reach, with back and forth error compensation and without. Where stencils stop at the tile's border,
-// what is fast would tell of it: there everything is slow, or shaded.
+// Images are the same for any size of tiles, for either reach, with back and forth error compensation and without.
+// Where stencils stop at the tile's border, fast blocks would show it: there all blocks are slow, or fully shaded.
 TEST(Desampling, TilesDoNotShowInWhatIsReprojected) {  // RU1, RU2
   const Capture capture = shipped("stroll");
   for (const char* reach : {"tile", "neighbours"})
@@ -483,7 +483,7 @@ TEST(Desampling, SupersamplingShadesEdgesTwice) {
   EXPECT_EQ(counters(once[1]).blocks_rate_32, 0u);
   EXPECT_GT(counters(twice[1]).blocks_rate_32, 0u);
   EXPECT_GT(twice[1].counters.shading.pixel_shader_invocations, once[1].counters.shading.pixel_shader_invocations);
-  // Closer to a run per sample, which is what it stands for.
+  // The image is closer to one invocation per sample, which it approximates.
   const gpu::FrameResult samples = plain().set("shading.rate=sample").renderer(capture).render(30);
   EXPECT_LT(rmse(twice[0].targets.color, samples.targets.color), rmse(once[0].targets.color, samples.targets.color));
 }
@@ -506,7 +506,7 @@ TEST(Desampling, FoveationSavesOutsideAndKeepsTheFocus) {
     }
 }
 
-// What is seen before nothing has no depth; it is made from what is beside it all the same.
+// Glass before the background has no depth; it is reconstructed from its neighbours all the same.
 TEST(Desampling, GlassBeforeNothingIsReconstructed) {
   const Slide glass(0.0, 64, true, 0.5);
   Machine m;
@@ -542,8 +542,8 @@ TEST(Desampling, TheRightEyeTakesWhatIsFarFromTheLeft) {
   EXPECT_EQ(far.targets.color.values, full.targets.color.values);
 }
 
-// What is at rest may not be copied from the right eye's own history when a light has changed, nor from the left eye as
-// if it had no parallax.
+// After a change of a light, blocks at rest may be copied neither from the right eye's own history nor from the left
+// eye without its parallax.
 TEST(Desampling, TheRightEyeSeesALightThatChanged) {
   Capture capture = shipped("vases");
   for (std::size_t n = 0; n < capture.nodes.size(); ++n)

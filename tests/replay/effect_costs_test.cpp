@@ -120,7 +120,7 @@ TEST_F(EffectCostsCommand, WithoutAnEffectTheFrameIsThatOfAReplayWithoutIt) {  /
   EXPECT_EQ(run(eggs, {"--effects", "--knobs", "samples"}).status, 2);
 }
 
-// Layers of materials are left out of the scene, and with a layer those that need it.
+// Layers of materials are left out of the scene, and with a layer all layers that need it.
 TEST_F(EffectCostsCommand, LayersAreLeftOutOfTheMaterials) {
   test::GltfAsset asset;
   const std::vector<float> positions = {-1, -1, 0, 1, -1, 0, -1, 1, 0, 1, 1, 0};

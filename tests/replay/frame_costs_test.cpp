@@ -1,4 +1,4 @@
-// What drawables, materials and tiles cost, in the folder of a replay.
+// Costs of drawables, materials and tiles in the folder of a replay.
 #include "replay/frame_costs.h"
 #include "tests/support/tests.h"
 
@@ -25,7 +25,7 @@ double sum(const json& values) {
                          [](double all, const json& value) { return all + value.get<double>(); });
 }
 
-// What of the frame the rows do not add up to.
+// Figures of the frame that the rows do not add up to.
 std::vector<std::string> missing(const json& frame, const char* rows) {
   std::vector<std::string> out;
   const auto differs = [](double a, double b, double tolerance) {
@@ -125,7 +125,7 @@ TEST(FrameCosts, WithEventsBoundsOfTilesAreEstimated) {
   EXPECT_GT(right, 0.9 * cycles);
 }
 
-// FSH1: what tiles move, purpose by purpose, is what the ledger has of their units.
+// FSH1: the bytes that tiles move for each purpose equal the bytes that the ledger has for their units.
 std::map<std::string, double> bytes_off(const json& frame, const json& tiles) {
   std::map<std::string, double> off;
   for (const auto& [purpose, values] : tiles["costs"]["dram"].items()) off[purpose] += sum(values);
@@ -173,7 +173,8 @@ TEST(FrameCosts, ListsOfTilesNameWhatTheTilesDraw) {
   for (const auto& [row, count] : invocations) EXPECT_EQ(frame["drawables"][row]["invocations"], count) << row;
 }
 
-// More than are named: the rest has one row, and tiles' lists are cut with those that are seen most first.
+// With more drawables than are named, the rest has one row, and the lists of tiles are cut after the drawables that
+// are seen most.
 TEST(FrameCosts, OfManyDrawablesTheRestIsOneRow) {
   json head = {{"drawables", json::array()}};
   gpu::CostAttribution shares;

@@ -59,7 +59,7 @@ class Rules {
       fault("the chunk has {} bytes, its buffer says {}", binary_.size(), length);
   }
 
-  // Ranges are of what is stored: of integers, also of normalised ones, they are integers.
+  // Ranges hold stored values: the ranges of integers are integers, also where they are normalised.
   void range(std::size_t number) {
     const json& accessor = list_of(d_, "accessors")[number];
     if (accessor["componentType"] == 5126) return;

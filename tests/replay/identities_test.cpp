@@ -1,5 +1,6 @@
-// What must add up, and figures that follow from a definition: sizes of frame buffers and lists, tiles per frame, record
-// ratios, memory rates, and on a small scene the ledger, work, cycles, energy and DRAM trace of one frame.
+// Sums that must add up, and figures that follow from a definition: sizes of frame buffers and lists, tiles per
+// frame, record ratios, memory rates, and on a small scene the ledger, work, cycles, energy and DRAM trace of one
+// frame.
 #include "frontend/front_end.h"
 #include "gpu/configuration.h"
 #include "gpu/device.h"

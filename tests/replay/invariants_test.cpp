@@ -150,7 +150,7 @@ TEST_P(ShippedCapture, CoverageTimesAndQueueLevelsNeverChangeTheImage) {  // M1
   for (const Variant& v : binning_variants()) {
     const gpu::FrameResult result = shown(v);
     EXPECT_EQ(image_bytes(result.targets), image_bytes(expected.targets)) << v.name;
-    // A search limited by the samples' depth hits more where a partial render comes before what is nearer.
+    // A search limited by the samples' depth hits more where a partial render comes before nearer geometry.
     if (result.counters.binner.partial_renders == 0) {
       EXPECT_EQ(result.counters.tilecore.sample_hits, expected.counters.tilecore.sample_hits) << v.name;
     }
@@ -181,7 +181,7 @@ std::vector<Variant> front_end_variants() {
   return variants;
 }
 
-// Also invariant 1, and zero false culls: what is dropped could not have been seen.
+// Also invariant 1, and zero false culls: dropped geometry could not have been seen.
 TEST_P(ShippedCapture, BoundingSplittingAndCullingNeverChangeTheImage) {  // M1
   Variant plain;
   plain.gpu.frontend.bound_method = frontend::BoundMethod::kObb;
@@ -245,7 +245,8 @@ struct Combinations {
   }
 };
 
-// All rows give the image of the machine as it is, and those of one method and size of tiles the same counters.
+// All rows give the image of the machine as it is, and the rows of one method and size of tiles give the same
+// counters.
 void expect_the_same_bits(const Prepared& capture, int frame, const std::vector<test::Choices>& rows) {
   const gpu::RenderRequest request = whole(80, 45);
   const gpu::FrameResult expected = render(capture, {}, frame, request);
@@ -343,7 +344,7 @@ TEST(PartialRender, IsCountedAndLosesNothing) {  // M6
   EXPECT_EQ(partial.counters.tilecore.entries_fetched, whole_frame.counters.binner.entries);
   const auto& state = partial.counters.ledger.traffic(memory::Unit::kTilecore, memory::Purpose::kTileState);
   EXPECT_GT(state.written_bytes, 0u);
-  EXPECT_EQ(state.written_bytes, state.read_bytes);  // what was stored was loaded again
+  EXPECT_EQ(state.written_bytes, state.read_bytes);  // the stored state was loaded again
   tiny.gpu.parameter_buffer.full_policy = binner::FullPolicy::kSpill;
   const gpu::FrameResult spilled = render(capture, tiny, 14);
   EXPECT_EQ(spilled.counters.binner.partial_renders, 0u);
@@ -556,7 +557,8 @@ scene::Primitive fine_sheet() {
   return test::triangles(positions, indices, scene::kNone);
 }
 
-// A wall leaves the crowd and a fine sheet, which hides half of it: what it hid in one frame is seen in the next.
+// A wall leaves the crowd and a fine sheet, which hides half of it: geometry that it hid in one frame is seen in the
+// next.
 TEST(Crowd, ThePreviousFramesDepthCullsWithoutChangingAImage) {
   for (const bool tiny_buffer : {false, true}) {
     Capture capture = crowd(false, 0.0f);

@@ -1,4 +1,4 @@
-// What a frame takes without a part of it (--without), against scenes that lack the part.
+// Costs of a frame without a part of it (--without), against scenes that lack the part.
 #include "replay/left_out.h"
 
 #include "gpu/device.h"

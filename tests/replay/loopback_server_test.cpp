@@ -1,4 +1,4 @@
-// What a page of this machine alone lets in, asked over plain sockets.
+// Requests that the server of a local page accepts and refuses, sent over plain sockets.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <poll.h>

@@ -57,8 +57,9 @@ std::map<std::string, Way> ways() {
   return all;
 }
 
-// Maps of shadows are small, as the frames are. Desampling, which is one of the ways, works on frames that passes of the
-// capture do not copy; their bytes, warps and pixels are those of tests/gpu/frame_graph_test.cpp and bloom_test.cpp.
+// Maps of shadows are small, as the frames are. Desampling, which is one of the ways, works on frames that passes of
+// the capture do not copy; tests/gpu/frame_graph_test.cpp and bloom_test.cpp check the bytes, warps and pixels of
+// such passes.
 Capture shipped(const char* name) {
   Capture capture = scene::read_capture(test::shipped_capture(name));
   capture.settings.graph.reset();
@@ -92,7 +93,7 @@ TEST_P(MachineOf, CyclesEnergyAndBurstsAreTheSameForAnyNumberOfThreads) {
   }
 }
 
-// Every byte of the ledger is moved in one phase, and what the banks are asked for is what the model counts.
+// Every byte of the ledger is moved in one phase, and the requests to the banks are the bytes that the model counts.
 void expect_bytes_in_one_phase_and_in_the_trace(const Way& way, const gpu::FrameResult& r) {
   const memory::Traffic total = r.counters.ledger.total();
   EXPECT_EQ(r.model->record.work.dram_bytes(), bytes_of(total));
@@ -186,7 +187,7 @@ std::uint64_t read_from_nowhere(const gpu::FrameRecord& record, std::uint64_t bu
 void expect_bytes_written_before_they_are_read(const Way& way, const gpu::FrameResult& r) {
   const auto burst = static_cast<std::uint64_t>(way.gpu.memory.burst_bytes);
   EXPECT_EQ(read_from_nowhere(r.model->record, burst), 0u);
-  // A binner that forgets what it wrote is caught.
+  // A binner that forgets its writes is caught.
   gpu::FrameRecord forgetful = r.model->record;
   for (auto& round : forgetful.accesses) round.geometry.clear();
   if (r.counters.binner.entries > 0) {

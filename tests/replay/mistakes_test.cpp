@@ -1,4 +1,4 @@
-// What people get wrong: each mistake is answered by one line that names the remedy, and nothing is destroyed.
+// Mistakes of users: each is answered by one line that names the remedy, and nothing is destroyed.
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -34,7 +34,7 @@ json stats_of(const fs::path& folder) { return json::parse(test::read_text(folde
 
 struct Mistake {
   const char* name;
-  std::vector<std::string> arguments;  // files are those of the fixture's folder
+  std::vector<std::string> arguments;  // files lie in the fixture's folder
   int status;
   const char* remedy;
 };

@@ -1,4 +1,4 @@
-// Where results go: files, streams, and what must never be replaced. Rules are those of base/output_file.h.
+// Places of results: files, streams, and targets that must never be replaced, by the rules of base/output_file.h.
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
@@ -70,8 +70,8 @@ class Output : public testing::TestWithParam<NamedOutput> {
   test::TemporaryFolder inputs_, folder_;  // folder_: where outputs are named
 };
 
-// The device of numbers 1, `minor` in a folder of its own, or, where that takes rights that nobody has here, the one of
-// the system, which then cannot be replaced either. Nothing when there is neither.
+// A device of numbers 1, `minor` in a folder of its own. Without the rights for that, it is the system's device,
+// which then cannot be replaced either. Without either there is nothing.
 std::optional<fs::path> device(const test::TemporaryFolder& folder, const char* name, unsigned minor) {
   if (::geteuid() != 0) return fs::path("/dev") / name;
   if (::mknod((folder / name).c_str(), S_IFCHR | 0666, makedev(1, minor)) != 0) return std::nullopt;
@@ -235,7 +235,7 @@ class OutputFolder : public testing::TestWithParam<FolderOutput> {
     arguments.push_back(out.string());
     return run_tessera(arguments);
   }
-  // A report is made of what a replay left.
+  // A report needs a replay's folder.
   void prepare(const fs::path& out) const {
     if (GetParam().arguments[0] != "report") return;
     ASSERT_EQ(

@@ -148,7 +148,7 @@ GltfSource large_grid() {
   return s;
 }
 
-// Of each cluster its triangles and the half diagonal of its box, summed over all.
+// Number of clusters and the half diagonals of their boxes, summed.
 struct ClusterQuality {
   std::size_t clusters = 0;
   double size = 0;

@@ -1,4 +1,4 @@
-// What pack writes is what it was given, for every type of every attribute and every codec.
+// pack writes back its input unchanged, for every type of every attribute and every codec.
 #include "base/png_codec.h"
 #include "scene/capture_reader.h"
 #include "tests/replay/glb_rules.h"
@@ -425,7 +425,7 @@ TEST(PackFaithful, AnImageThatNothingSamplesIsAPixelWithANotice) {
 
 // ---- The Khronos validator --------------------------------------------------------------------------------------
 
-// What the validator calls an error in each of these files: file, code, pointer and message.
+// Errors of the validator in these files: file, code, pointer and message.
 std::vector<std::string> validator_errors(const fs::path& folder, const std::vector<fs::path>& files,
                                           std::string& why_not) {
   std::vector<std::string> command = {"/usr/bin/env", "bash",

@@ -1,4 +1,4 @@
-// tessera pack: what a packed capture keeps, what it changes and by how much, and what it refuses.
+// tessera pack: properties that a packed capture keeps, changes with their sizes, and refusals.
 #include "base/error.h"
 #include "base/image_metrics.h"
 #include "base/parallel.h"

@@ -25,7 +25,7 @@ TEST(Progress, OfWorkWithoutStepsIsSaidOnceItTakesASecond) {
   EXPECT_EQ(said_by(std::chrono::milliseconds(1200), true), "");
 }
 
-// What `work` says on standard error while that is a terminal.
+// Output of `work` on standard error while that is a terminal.
 template <class Work>
 std::string said_on_a_terminal(const Work& work) {
   int master = -1, terminal = -1;

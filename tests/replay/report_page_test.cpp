@@ -1,4 +1,4 @@
-// What the page of a replay answers, and with how many presses.
+// Questions that the page of a replay answers, and the presses that each takes.
 #include "tests/replay/report_pages.h"
 #include "tests/support/tests.h"
 
@@ -29,7 +29,7 @@ class ReportPageInBrowser : public ReportInBrowser {
   }
 };
 
-// Tiles that are not dark, of the overlay: what a highlight leaves.
+// Tiles of the overlay that a highlight leaves lit.
 constexpr const char* kLitTiles = R"(
   const settled = async () => { await viewOf(); await new Promise((resolve) => setTimeout(resolve, 50)); };
   const litTiles = async () => {
@@ -108,7 +108,7 @@ TEST_F(ReportPageInBrowser, TheSlowestTileIsAPressAwayAndSaysWhatBoundsIt) {
   EXPECT_THAT(said, HasSubstr("frame buffer")) << "bytes by purpose";
 }
 
-// What does this pixel show? A press on the image; Shift and the arrow keys go on from there.
+// Question: which surface does this pixel show? A press on the image; Shift and the arrow keys go on from there.
 TEST_F(ReportPageInBrowser, APressOnTheImageNamesWhatItsPixelShows) {
   const json of = tiles(0), pixels = of["pixels"], rows = stats()["frames"][0]["drawables"];
   // The runs by themselves.
@@ -180,7 +180,7 @@ TEST_F(ReportPageInBrowser, ACounterIsDrawnOverTimeAndAddsUp) {
   EXPECT_EQ(found(opened, "back"), "true");
 }
 
-// What passes leave for each other: the graph says the bytes of stats.json, in words as well.
+// The graph of passes shows the bytes that passes leave for each other, equal to stats.json, in words as well.
 TEST_F(ReportPageInBrowser, AGraphOfPassesHasTheBytesOnItsEdges) {
   const json passes = json::parse(test::read_text(path("passes/stats.json")))["frames"][0]["passes"];
   ASSERT_GT(passes.size(), 1u);
@@ -336,7 +336,7 @@ TEST_F(ReportPageInBrowser, MapsOfZerosAreNotOfferedAndScalesStayOverFrames) {
   EXPECT_EQ(found(opened, "same"), "true");
 }
 
-// What the page holds of tiles is what is in the folder.
+// The page holds the same tiles as the folder.
 TEST_F(ReportPageInBrowser, TilesComeOutAsTheyWentIn) {
   json expected = tiles(2);
   std::erase_if(expected["maps"].get_ref<json::object_t&>(), [](const auto& map) {
@@ -372,7 +372,7 @@ TEST_F(ReportPageInBrowser, TwoRunsAreSideBySideWithTheKeysThatDifferAfterTheFig
   EXPECT_THAT(found(opened, "says"), HasSubstr("Largest difference of a channel"));
 }
 
-// The sum of arrows is what a frame moves: of memory and from the L2.
+// The arrows add up to the bytes that a frame moves: of memory and from the L2.
 TEST_F(ReportPageInBrowser, ArrowsOfTwoRunsAreSideBySide) {
   const OpenedPage opened = open_joint_with(R"(
     const sum = (side) => [...document.querySelectorAll(`#machine .flow[data-side=${side}]`)].reduce((all, arrow) => all + Number(arrow.dataset.bytes), 0);
@@ -526,7 +526,7 @@ TEST_F(ReportPageInBrowser, ATypedTargetSaysWhetherFramesMeetItAndAtWhatPower) {
   EXPECT_THAT(found(opened, "before"), HasSubstr("3 of 3 frames meet it."));
   EXPECT_THAT(found(opened, "after"), HasSubstr("1 of 3 frames meet it."));
   EXPECT_THAT(found(opened, "after"), testing::StartsWith(ms[0] == sorted[0] ? "Meets" : "Misses"));
-  // The page's formula is that of the program.
+  // The page computes power as the program does.
   EXPECT_NEAR(std::stod(found(opened, "watts")), frames[0]["energy"]["power_w"].get<double>(), 1e-5);
 }
 
@@ -555,7 +555,7 @@ TEST_F(ReportPageInBrowser, BaselinesEndInAVerdict) {
   EXPECT_EQ(found(opened, "kinds"), "This machine|What a product does|What no product is known to do");
 }
 
-// What does an object cost? What the frame saves without it comes before its share.
+// Question: how much does an object cost? The saving of the frame without it comes before its share.
 TEST_F(ReportPageInBrowser, ObjectsAreOrderedByWhatTheFrameSavesWithoutThem) {
   run({"replay", test::shipped_capture("eggs").string(), "--frames", "5:6", "--size", "96x54", "--without", "all",
        "--out", path("without")});

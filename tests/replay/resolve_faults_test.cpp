@@ -12,7 +12,7 @@ using scene::Capture;
 
 constexpr int kWidth = DesampledComparison::kWidth, kHeight = DesampledComparison::kHeight;
 
-// ---- What is still ----------------------------------------------------------------------------------------------
+// ---- Blocks at rest ----------------------------------------------------------------------------------------------
 
 TEST(ResolveFaults, NormalsThatMorphAreShadedAnew) {  // MF3
   const DesampledComparison c(test::turning_normals(), 3, 8);
@@ -36,7 +36,7 @@ TEST(ResolveFaults, ACutIsShadedFullyAndSoIsWhatFollows) {  // RU7
   const Capture capture = test::walk_with_a_cut();
   const DesampledComparison c(capture, 27, 33);
   EXPECT_GE(c.worst_psnr(0), 50);
-  // The failing twin: what is fast may be coarse although nobody has followed it, or knows its contrast.
+  // The failing twin: a fast block may be coarse although it was not followed and its contrast is unknown.
   EXPECT_LT(DesampledComparison(capture, 27, 33, {"resolve.cut_speed=0", "resolve.pattern_error=0"}).worst_psnr(0), 40);
 }
 
@@ -52,7 +52,7 @@ TEST(ResolveFaults, WhatStopsIsNotWhatWasReconstructedBefore) {  // RU7
   }
 }
 
-// Two rockets of `flyby` come across half of the frame and are sharp in the next one: what is not blurred shows its
+// Two rockets of `flyby` come across half of the frame and are sharp in the next one: a sharp surface shows its
 // pattern, however far it came.
 TEST(ResolveFaults, WhatIsSharpIsNotCoarseHoweverFarItCame) {
   const DesampledComparison c(scene::read_capture(test::shipped_capture("flyby")), 0, 6);

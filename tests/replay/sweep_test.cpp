@@ -121,8 +121,8 @@ TEST_F(Sweep, APointHasTheCountersOfItsReplay) {
   }
 }
 
-// Any member of stats.json is a column; of those that a pattern names, or none at all, the ones that are 0 in all rows
-// are left out.
+// Any member of stats.json is a column. Columns that a pattern names, or all columns where none is named, are left
+// out if they are 0 in all rows.
 TEST_F(Sweep, ColumnsThatSayNothingAreLeftOutUnlessTheyAreNamed) {
   json study = small_study();
   study["captures"] = {test::shipped_capture("eggs").string()};
@@ -154,7 +154,7 @@ TEST_F(Sweep, ColumnsThatSayNothingAreLeftOutUnlessTheyAreNamed) {
   EXPECT_THAT(head({"effects.*"}), HasSubstr("effects.stereo"));
 }
 
-// Cycles of the other schemes are those of the point's own machine: no record has them.
+// No record has the cycles of the other schemes: they depend on the point's own machine.
 TEST_F(Sweep, PointsWithBaselinesAreAllRendered) {
   json study = small_study();
   study["captures"] = {test::shipped_capture("vases").string()};
@@ -321,7 +321,7 @@ TEST_F(Sweep, ShardsJoinToTheWhole) {
   ASSERT_EQ(sweep("shards", {"--quiet", "--shard", "2/3"}).status, 0);
   ASSERT_EQ(sweep("shards", {"--quiet", "--shard", "0/3"}).status, 0);
   EXPECT_FALSE(fs::exists(folder_ / "shards" / "sweep.csv"));
-  // Some shards early: what is there, and what is missing.
+  // With some shards done early, the report says which points are there and which are missing.
   const ProcessResult early = run_tessera({"report", (folder_ / "shards").string()});
   EXPECT_EQ(early.status, 0);
   EXPECT_THAT(early.errors, HasSubstr("4 of 12 points are not done yet"));

@@ -63,7 +63,7 @@ TEST_F(Time, IsThatOfAReplayOnTheOtherMachine) {
   expect_same(times(), stats);
 }
 
-// "What would 30 % more bandwidth give?" One key, against what the record's machine has.
+// Question: how much do 30 % more bandwidth give? One key multiplies the value of the record's machine.
 TEST_F(Time, ANumberIsSetAsAMultipleOfWhatTheMachineHas) {
   const json stats = replay("eggs", {"clock.mhz=500", "memory.model=fluid"}, "plain");
   const auto cycles = [&](const std::vector<std::string>& sets) {
@@ -112,7 +112,7 @@ TEST_F(Time, RefusesKeysThatChangeTheWork) {
   EXPECT_EQ(time("plain", {"clock.hz=3"}).status, 2);
 }
 
-// What a number at twice its value changes is what a replay on that machine says.
+// The change by a doubled number equals the change of a replay on that machine.
 TEST_F(Time, SensitivityIsWhatAReplayOnTheOtherMachineSays) {
   const json stats = replay("eggs", {}, "plain"), faster = replay("eggs", {"shader.lanes=64"}, "faster");
   const ProcessResult done =
@@ -132,7 +132,7 @@ TEST_F(Time, SensitivityIsWhatAReplayOnTheOtherMachineSays) {
   EXPECT_TRUE(found);
 }
 
-// Each split of a frame adds up to it, and names what the capture has.
+// Each split of a frame adds up to it, and names parts of the capture.
 TEST_F(Time, SplitsAFrame) {
   replay("garden", {}, "plain");
   const auto split = [&](const std::string& by) {
@@ -264,7 +264,7 @@ TEST_F(Time, AMachineThatCannotBeBuiltIsRefused) {
   EXPECT_EQ(time("plain", {"energy.leakage_mw=3"}).status, 2);
 }
 
-// More samples than a preset's tile memory holds: the machine has what it needs, and says so.
+// The samples need more than a preset's tile memory: the machine has the memory that they need, and says so.
 TEST_F(Time, AReplayOfMoreSamplesHasTheTileMemoryThatItNeeds) {
   const ProcessResult done =
       run_tessera({"replay", test::shipped_capture("eggs").string(), "--size", "96x64", "--spp", "16", "--frames",
@@ -329,7 +329,7 @@ std::string frame_alone(const std::shared_ptr<const gpu::PreparedCapture>& eggs,
   }
 }
 
-// Files of machines that differ in a key of timing are points that are timed: with what a replay on that machine has.
+// Machine files that differ in a key of timing are timed points: each equals a replay on that machine.
 TEST_F(Time, PointsOfEveryTimingKeyAndOfFilesAreTimed) {
   const std::vector<std::pair<std::string, json>> changed = timing_keys();
   ASSERT_GT(changed.size(), 90u);
@@ -368,7 +368,7 @@ TEST_F(Time, PointsOfEveryTimingKeyAndOfFilesAreTimed) {
   EXPECT_LT(refused, 10);
 }
 
-// Points that differ in timing keys only are one render; each has what it has alone.
+// Points that differ in timing keys only are one render; each has the result that it has alone.
 TEST_F(Time, SweepsRenderOncePerFunctionalPoint) {
   const auto study = [](const json& axes) {
     return json{{"title", "clocks"},

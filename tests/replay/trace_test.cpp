@@ -263,7 +263,7 @@ TEST(DramTrace, HoldsWhatTheModelMovesInTheFormsOfBothMemorySimulators) {
   }
 }
 
-// Nobody has to tell `tessera dram` what the trace counts in and what memory it was asked of: it ends with the frame.
+// `tessera dram` reads the trace's unit and memory from the trace itself: it ends with the frame.
 TEST(DramTrace, DescribesItselfAndEndsWithItsFrame) {
   const test::TemporaryFolder out;
   const std::string file = (out / "d.trace").string();

@@ -290,7 +290,7 @@ class TrialFile : public testing::Test {
                         {"tilecore.triangles", std::uint64_t{3}}},
             .host = {{0.1, 0.2}, {0.3, 0.4}}};
   }
-  // What a file with this text is refused for; "" when it is read.
+  // Message of the refusal of a file with this text, or "" when it is read.
   std::string refusal(const std::string& text, bool timed = false) {
     test::write_text(file_, text);
     try {
@@ -390,7 +390,7 @@ TEST(Knobs, HaveKeysThatExistValuesThatFitAndColumnsThatAreCounted) {
   EXPECT_THROW(knob_named("smaples"), UsageError);
 }
 
-// The settings that the others are compared with are the machine's defaults, but for what the knob's context says.
+// The settings that the others are compared with are the machine's defaults, except for the knob's context.
 TEST(Knobs, CompareWithTheDefaults) {
   for (const Knob& knob : knobs()) {
     if (knob.name.starts_with("reconstruction")) continue;  // with exact weights
@@ -444,7 +444,7 @@ TEST(Knobs, ModelsOfTimingAddNoSilicon) {
     }
 }
 
-// ---- What is shown ----------------------------------------------------------------------------------------------
+// ---- Printed tables ----------------------------------------------------------------------------------------------
 
 TEST(Table, ShowsWhatDecides) {
   TradeoffResult result;
@@ -507,7 +507,7 @@ class TradeoffCommand : public testing::Test {
     return run_tessera(arguments);
   }
   json result(const std::string& out) { return json::parse(test::read_text(folder_ / out / "tradeoff.json")); }
-  // Without what the host's clock says.
+  // The result without times of the host's clock.
   static json timeless(json value) {
     if (value.is_object()) {
       value.erase("host");
@@ -611,7 +611,7 @@ TEST_F(TradeoffCommand, PrintsArgumentsThatReplayTakes) {
 }
 
 TEST_F(TradeoffCommand, BitsOfAttributesCostBytesAndBuyAccuracy) {
-  // A rough sheet, not compressed: pack leaves alone what is.
+  // A rough sheet, not compressed: pack leaves compressed meshes alone.
   constexpr int kSide = 40;
   test::Random random(7);
   std::vector<float> positions;
@@ -730,7 +730,8 @@ TEST_F(TradeoffCommand, CtrlCStopsAmongTheRoundsOfAKnobAndTheNextRunGoesOn) {
   EXPECT_EQ(result("a").at("knobs").at(0).at("settings").size(), 5u);
 }
 
-// Models of timing look at one record: each gives what a replay with its keys gives, and errors are of the finest.
+// Models of timing look at one record: each equals a replay with its keys, and errors are relative to the finest
+// model.
 TEST_F(TradeoffCommand, ModelsOfTimingTimeOneRecord) {
   const ProcessResult r = run("a", {"--knobs", "samples,timing,requests", "--reference-samples", "1",
                                     "--reference-edge", "0", "--max-flip", "1"});
@@ -768,7 +769,7 @@ TEST_F(TradeoffCommand, ModelsOfTimingTimeOneRecord) {
   EXPECT_TRUE(fs::exists(folder_ / "a" / "reference"));
 }
 
-// Models of timing alone draw nothing: no reference is rendered, and the trials are those that a mix of knobs has.
+// Models of timing alone draw nothing: no reference is rendered, and the trials equal the trials of a mix of knobs.
 TEST_F(TradeoffCommand, ModelsOfTimingNeedNoReference) {
   const std::vector<std::string> knobs = {"--knobs", "timing,memory_model,shader_costs,warps,requests"};
   const ProcessResult r = run("a", knobs);

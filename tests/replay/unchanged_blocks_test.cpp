@@ -1,5 +1,5 @@
-// What the resolve unit moves for the next frame: blocks that stay as they are, colours in the frame buffer's format,
-// lines that tiles share, vertices of the frame before.
+// Data that the resolve unit moves for the next frame: unchanged blocks, colours in the frame buffer's format, lines
+// that tiles share, vertices of the previous frame.
 #include "base/simd_targets.h"
 #include "tests/replay/desampling_replays.h"
 #include "tests/support/tests.h"
@@ -69,7 +69,7 @@ TEST(UnchangedBlocks, OfAWallAtRestNothingMovesButStatesAndSignatures) {
   }
 }
 
-// Whatever moves, whatever the tile, whoever renders a tile twice: the image is that of the plain form.
+// Whatever moves, whatever the tile, whoever renders a tile twice: the image equals the plain form's image.
 TEST(UnchangedBlocks, ImagesAreThoseOfThePlainForm) {
   for (const std::vector<const char*>& sets : {std::vector<const char*>{},
                                                {"frame_buffer.compression=lossless"},
@@ -105,7 +105,7 @@ TEST(UnchangedBlocks, CostNothingWhereTheCameraMoves) {
     EXPECT_EQ(counters_json(kept[f].counters), counters_json(plain_form[f].counters));
 }
 
-// The failing twin of a signature: four bits, and a history that is not what was shown.
+// The failing twin of a signature: with four bits, the history differs from the shown image.
 TEST(UnchangedBlocks, SignaturesOfFewBitsShowWhatIsNotThere) {
   const Capture capture = wall();
   Machine m;
@@ -204,7 +204,7 @@ Capture deforming(bool grid, bool deforms) {
   return capture;
 }
 
-// Bytes besides what the counters of the history say.
+// Bytes besides the bytes that the history's counters count.
 std::uint64_t vertex_bytes(const Capture& capture, int side, int burst) {
   Machine m;
   m.request = {side, side, {0, 0, side, side}};

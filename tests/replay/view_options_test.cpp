@@ -1,4 +1,4 @@
-// --scene, --camera, --animation, --orbit, --lens and --shutter: what of a file is drawn and how it is looked at.
+// --scene, --camera, --animation, --orbit, --lens and --shutter: the drawn part of a file and its camera.
 #include "replay/view_options.h"
 #include "base/error.h"
 #include "scene/pose.h"
@@ -139,7 +139,7 @@ TEST_F(ViewOptions, WordsThatAreNoNumbersAreRefused) {
   for (const char* word : {"", "1", "1:0", "-2:0", "0:3"}) EXPECT_TRUE(refused(&ViewChoices::shutter, word)) << word;
 }
 
-// What a shell makes of it is what was given.
+// A shell parses the text back into the given arguments.
 TEST_F(ViewOptions, ArgumentsAreThoseOfTheCommandLine) {
   ViewChoices view;
   view.selection.camera = "it's";
@@ -188,7 +188,7 @@ TEST_F(ViewOptions, ReplaysOfOtherCamerasDifferAndStatisticsSayHow) {
   EXPECT_FALSE(capture("usual").contains("view"));
 }
 
-// A packed view is the view: the file itself asks for what the command line chose.
+// A packed view is the view: the file itself asks for the choices of the command line.
 TEST_F(ViewOptions, PackStoresWhatWasChosen) {
   const std::vector<std::vector<std::string>> choices = {
       {"--camera", "far"},     {"--camera", "auto"}, {"--scene", "other"}, {"--animation", "sink"},
@@ -201,7 +201,7 @@ TEST_F(ViewOptions, PackStoresWhatWasChosen) {
     pack.insert(pack.end(), choice.begin(), choice.end());
     const ProcessResult r = run_tessera(pack);
     ASSERT_EQ(r.status, 0) << r.errors;
-    // The frames that pack declares are those that automatic framing looks at.
+    // Automatic framing looks at the frames that pack declares.
     const std::string plain = (folder_ / fmt::format("{}_plain.glb", number)).string();
     ASSERT_EQ(
         run_tessera({"pack", file_.string(), plain, "--method", "none", "--size", "64x36", "--frames", "0:2"}).status,

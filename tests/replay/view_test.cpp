@@ -36,7 +36,7 @@ class Session {
 
   ViewSession& operator*() { return session_; }
   ViewSession* operator->() { return &session_; }
-  // What comes of a change in the end.
+  // The final result of a change.
   std::shared_ptr<const ViewResult> after(const json& changes) {
     const std::uint64_t revision = session_.request(changes, true);
     std::unique_lock lock(mutex_);
@@ -184,7 +184,7 @@ TEST(View, CachesOfEventsAreTimedFirstAndRenderedThen) {
   EXPECT_TRUE(results[1]->stale);
   EXPECT_EQ(results[1]->revision, last->revision);
   json timed = results[1]->stats["total"]["timing"], rendered = last->stats["total"]["timing"];
-  // The coarse model counts what the caches of the emulated order missed, as counters do.
+  // The coarse model counts the misses of the caches in the emulated order, as counters do.
   for (json* timing : {&timed, &rendered}) timing->erase("coarse_cycles");
   EXPECT_EQ(timed, rendered);
   EXPECT_EQ(results[1]->stats["total"]["counters"], results[0]->stats["total"]["counters"]);
@@ -234,7 +234,7 @@ TEST(View, OnlyWhatIsKeptIsInTheHistory) {
   wait(session->request({{"clock.mhz", 500}}, false));
   wait(session->request({{"clock.mhz", 550}}, false));
   EXPECT_EQ(session->history().size(), 1u);
-  // Let go where it is: what is there is kept as it is.
+  // Let go at the same place, the slider keeps the result as it is.
   EXPECT_EQ(session->request({{"clock.mhz", 550}}, true), 3u);
   const json history = session->history();
   ASSERT_EQ(history.size(), 2u);
@@ -254,7 +254,7 @@ json left_out_when(ViewSession& session, const std::set<std::string>& phases) {
   return now;
 }
 
-// VWS5: rows are those of `replay --without` for the result's command line, most saved first.
+// VWS5: rows equal the rows of `replay --without` for the result's command line, largest saving first.
 TEST(View, MeasuresTheFrameWithoutEachDrawable) {
   Session session("eggs", {"shader.lanes=48"});
   const auto result = session.after({{"frame", 4}, {"tile.width", 16}});
@@ -398,7 +398,7 @@ class ViewInBrowser : public testing::Test {
     return page_->evaluate("document.querySelector('" + selector + "').textContent");
   }
   void focus(const std::string& selector) { page_->evaluate("document.querySelector('" + selector + "').focus()"); }
-  // Seconds until the page shows a result that answers what is done by `act`.
+  // Seconds until the page shows a result that answers `act`.
   template <class Act>
   double seconds_of(const Act& act) {
     const std::string before = page_->evaluate("document.body.dataset.revision");
@@ -418,7 +418,7 @@ class ViewInBrowser : public testing::Test {
   std::unique_ptr<LivePage> page_;
 };
 
-// What would a clock faster by 30 % give? Six keys on the slider, five per cent each.
+// Question: how much does a clock faster by 30 % give? Six keys on the slider, five per cent each.
 TEST_F(ViewInBrowser, AFasterClockIsTimedAtOnce) {
   open({"--size", "1280x720"});
   const std::string source = page_->evaluate("document.querySelector('.sides img').src");
@@ -437,7 +437,7 @@ TEST_F(ViewInBrowser, AFasterClockIsTimedAtOnce) {
   EXPECT_EQ(page_->evaluate("document.querySelector('.sides img').src"), source) << "nothing was rendered";
   // The report below follows: its configuration has the new number.
   EXPECT_TRUE(page_->wait_for("document.querySelector('#configuration pre').textContent.includes('1105')"));
-  // And it is what a replay says.
+  // A replay gives the same number.
   const test::TemporaryFolder out;
   ASSERT_EQ(run_tessera({"replay", test::shipped_capture("eggs").string(), "--set", "clock.mhz=1105", "--quiet",
                          "--no-report", "--out", out.path().string()})

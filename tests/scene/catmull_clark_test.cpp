@@ -364,7 +364,7 @@ TEST(CatmullClark, MorphTargetsConvertLikeThePositionsThatTheyAreAddedTo) {
 
 TEST(CatmullClark, WeightsOfEveryControlPointSumToOne) {  // LM4
   for (Cage cage : closed_cages()) {
-    // What moves every point of the cage alike moves every control point alike.
+    // An equal motion of every point of the cage moves every control point equally.
     MorphTarget target;
     target.positions.assign(cage.primitive.vertices.count(), Vec3(1, 2, -4));
     cage.primitive.vertices.morph_targets = {target};
@@ -423,7 +423,7 @@ TEST(CatmullClark, ColoursAreThoseOfTheFacesCorners) {
     EXPECT_NEAR(patches.vertices.colors[16 * p].x, patches.vertices.texcoords[1][16 * p].x, 1e-5f);
 }
 
-// ---- What is refused --------------------------------------------------------------------------------------------
+// ---- Refused cages -----------------------------------------------------------------------------------------------
 
 std::string fault_of(const Cage& cage) {
   try {

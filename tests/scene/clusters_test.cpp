@@ -1,4 +1,4 @@
-// Clusters, also those that are cut off triangles in the order of clusters.
+// Clusters, also clusters that are cut off triangles in the order of clusters.
 #include "scene/clusters.h"
 #include "scene/limits.h"
 #include "tests/support/captures.h"

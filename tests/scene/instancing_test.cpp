@@ -1,4 +1,4 @@
-// Instances of a node's mesh: numbering, what they share, where they are.
+// Instances of a node's mesh: their numbers, shared data and places.
 #include <tessera/error.h>
 
 #include "scene/frame_geometry.h"

@@ -1,4 +1,4 @@
-// Frames that follow others: poses are kept where nothing differs, and are those that a fresh start would make.
+// Frames that follow others: poses are kept where nothing differs, and equal the poses of a fresh start.
 #include "scene/frame_geometry.h"
 #include "scene/view.h"
 #include "tests/support/tests.h"

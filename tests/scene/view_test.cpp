@@ -113,7 +113,7 @@ TEST(ChooseCamera, AutomaticFramingHoldsForAllFrames) {
   const Covered all = covered(capture, choose_camera(capture, 640, 480), 640, 480, {0, 0.31, 0.5, 1});
   EXPECT_NEAR(all.top, 60, 0.01);
   EXPECT_NEAR(all.bottom, 420, 0.01);
-  // Of a file that declares its frames those alone count: the first tenth of the motion.
+  // Where a file declares its frames, automatic framing looks at these alone: the first tenth of the motion.
   capture.settings.declared = true;
   capture.settings.frame_rate = 10;
   capture.settings.frame_count = 2;
@@ -125,7 +125,7 @@ TEST(ChooseCamera, AutomaticFramingHoldsForAllFrames) {
   EXPECT_EQ(framed_times(capture), std::vector<double>{0});
 }
 
-// Whatever nobody sees, far away from a ball: each is a mistake that people make, or a way to hide something.
+// Objects far away from a ball that no camera sees: each is a mistake that people make, or a way to hide something.
 struct NotDrawn {
   const char* name;
   std::function<void(Capture&)> add;

@@ -1,4 +1,4 @@
-// Images of what lies all around against closed forms and integrals in double precision.
+// Environment images against closed forms and integrals in double precision.
 #include "shaders_cpp/environment_image.h"
 #include "base/half_float.h"
 #include "base/parallel.h"
@@ -84,7 +84,7 @@ TEST(EnvironmentImage, DirectionsAreThoseOfThreeJs) {
   }
 }
 
-// Counterclockwise seen from above: what was at +z is at +x after a quarter of the circle.
+// The rotation is counterclockwise seen from above: after a quarter of the circle, the direction +z is at +x.
 TEST(EnvironmentImage, RotationTurnsItAboutTheVerticalAxis) {
   const Light light = [](const DVec3& d) { return DVec3(0.5 + 0.5 * d.x, 0.5 + 0.5 * d.y, 0.5 + 0.5 * d.z); };
   for (const double angle : {0.5 * kPiDouble, 0.3, -2.0, 40.0}) {
@@ -212,7 +212,7 @@ TEST(EnvironmentImage, LevelsAreTheIntegralsOfTheirLobes) {
   }
 }
 
-// Half of what the mixture of two neighbouring lobes and the true one between them differ by.
+// Half the difference between the mixture of two neighbouring lobes and the true lobe between them.
 TEST(EnvironmentImage, LobesBetweenLevelsDifferFromTheirMixtureAsStated) {
   constexpr int kAngles = 4000;
   std::vector<double> angles, solid_angles;

@@ -16,7 +16,7 @@ struct OpenedPage {
 // Whether there is a Chromium to open pages with; tests skip without it.
 bool has_browser();
 
-// Opens a file. `fragment` follows the "#"; `dark` is what the page is told of the reader's wishes.
+// Opens a file. `fragment` follows the "#"; `dark` sets the page's preferred color scheme.
 OpenedPage open_page(const std::filesystem::path& file, const std::string& fragment = "", bool dark = false);
 
 // An image of the page's upper left, as PNG bytes.

@@ -54,7 +54,7 @@ struct EmbreeRay {
   float time;
 };
 
-// What a sample sees according to one of the two.
+// Surface that a sample sees according to Tessera or Embree.
 struct Claim {
   static constexpr std::uint32_t kNothing = 0xFFFFFFFFu;
   std::uint32_t patch = kNothing, triangle = kNothing;
@@ -62,9 +62,9 @@ struct Claim {
   bool operator==(const Claim& o) const { return patch == o.patch && triangle == o.triangle; }
 };
 
-// Ties: two claims may differ where the sample lies within `edge_pixels` of an edge of a claimed triangle, or where the
-// two surfaces, or a surface and the near or far plane, have the same depth: up to `relative_depth`, plus what the
-// surface's slope changes over `edge_pixels`.
+// Ties: two claims may differ where the sample lies within `edge_pixels` of an edge of a claimed triangle, or where
+// the two surfaces, or a surface and the near or far plane, have the same depth: up to `relative_depth`, plus the
+// change of the surface's depth over `edge_pixels`.
 struct Tolerance {
   double edge_pixels = 0x1p-14;
   double relative_depth = 2e-6;
@@ -101,7 +101,7 @@ class EmbreeScene {
   float far() const { return far_; }
 
   Claim trace(const EmbreeRay& ray) const;
-  // What a hit of Embree's says in Tessera's numbers.
+  // Claim in Tessera's numbers for a hit of Embree's.
   Claim claim(std::uint32_t geometry, std::uint32_t primitive, float u, float v, float z) const;
 
   // Judges one sample; index_triangles() comes first.

@@ -19,7 +19,8 @@ class LivePage {
   explicit LivePage(const std::string& url, int width = 1280, int height = 1600,
                     const std::vector<std::string>& flags = {});
 
-  // Value of an expression; of a promise once it is kept. Throws std::runtime_error with what the page threw.
+  // Value of an expression; for a promise, its value once it is kept. Throws std::runtime_error with the error of the
+  // page.
   nlohmann::json evaluate(const std::string& expression);
   // Waits until an expression is true; false when it is not in time.
   bool wait_for(const std::string& expression, double seconds = 60);
@@ -31,11 +32,11 @@ class LivePage {
   bool tab_to(const std::string& selector, int most = 300);
   // The window's size in CSS pixels, which may be smaller than a browser's window can be.
   void resize(int width, int height);
-  // What is typed where the focus is.
+  // Types text where the focus is.
   void type(const std::string& text);
-  // What the page is told of the reader's wishes, from then on.
+  // Sets the page's preferred color scheme, from then on.
   void prefer_dark(bool dark);
-  // An image of what is in the window, as PNG bytes.
+  // An image of the window, as PNG bytes.
   std::string photograph();
   // Errors that scripts and the browser wrote to the console so far.
   const std::vector<std::string>& errors() const { return errors_; }

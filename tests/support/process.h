@@ -7,7 +7,7 @@
 
 namespace tessera::test {
 
-// How a process ended and what it printed.
+// End of a process and its output.
 struct ProcessResult {
   int status = -1;  // exit status, or -1 when a signal ended it
   int signal = 0;

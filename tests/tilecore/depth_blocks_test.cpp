@@ -34,7 +34,7 @@ TEST(DepthBlocks, HZ1FarthestIsThatOfAllSamples) {
   }
 }
 
-// Of the samples in the blocks that some pixels are in.
+// farthest() of some pixels is the farthest depth of the samples in the blocks that hold these pixels.
 TEST(DepthBlocks, HZ1FarthestOfSomePixelsIsThatOfTheirBlocks) {
   constexpr int kWidth = 37, kHeight = 21, kSpp = 2;
   constexpr std::size_t kSamples = kWidth * kHeight * kSpp;

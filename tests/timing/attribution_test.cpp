@@ -74,8 +74,8 @@ TEST(Attribution, SplitsUnitsByWhoKeptThemBusy) {
   EXPECT_TRUE(adds_up(shares, work, timing, energy.total_nj()));
 }
 
-// Bytes of geometry go by list entries, those before shading by entries and lines, those of textures by lines, pixels by
-// invocations; what no tile asked for is nobody's.
+// Bytes of geometry go by list entries, bytes before shading by entries and lines, bytes of textures by lines, and
+// pixels by invocations; bytes that no tile asked for are not attributed.
 TEST(Attribution, SplitsBytesByWhoAskedForThem) {
   const Machine gpu = test::coarse_machine();
   FrameWork work = two_drawables();

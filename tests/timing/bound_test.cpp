@@ -1,4 +1,4 @@
-// What bounds a frame, of doublings whose gains are known.
+// The bound of a frame, found from doublings whose gains are known.
 #include <rapidcheck/gtest.h>
 #include <atomic>
 

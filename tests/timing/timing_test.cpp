@@ -10,7 +10,7 @@
 namespace tessera::timing::timing_test {
 namespace {
 
-// A machine in which everything is so fast that only what a test slows down takes time.
+// A machine in which everything is so fast that only the part that a test slows down takes time.
 hardware::Machine instant_machine(std::int64_t cores = 1) {
   hardware::Machine gpu = test::coarse_machine();
   gpu.cores.count = cores;

@@ -145,7 +145,7 @@ RC_GTEST_PROP(WorkCode, RefusesWhatIsNone, (std::uint32_t seed)) {  // WC2
   else
     bytes[at] = static_cast<char>(random.integer(0, 255));
   try {
-    // What can be read is the work of exactly these bytes.
+    // Work that can be read encodes to exactly these bytes.
     RC_ASSERT(encode(decode(bytes)) == bytes);
   } catch (const BadWork& bad) {
     RC_ASSERT(std::string(bad.reason) != "");

@@ -1,4 +1,4 @@
-// KHR_animation_pointer and KHR_node_visibility: what channels move, and what a frame takes of it.
+// KHR_animation_pointer and KHR_node_visibility: the values that channels move, and their effect on a frame.
 #include "base/error.h"
 #include "scene/animation.h"
 #include "scene/assembly.h"

@@ -50,8 +50,8 @@ nlohmann::json capture_rows(const std::string& file);
 // Writes the capture that a row says.
 std::filesystem::path put_row(const std::filesystem::path& folder, const nlohmann::json& row);
 
-// All of them. What the document alone makes broken is in broken_captures.json, by class: `place` and `fault` are parts
-// of the message; without a place it names the value that was set.
+// All broken captures. broken_captures.json has the captures that the document alone breaks, by class: `place` and
+// `fault` are parts of the message; without a place it names the value that was set.
 std::vector<BrokenClass> broken_captures();
 std::vector<BrokenClass> broken_containers();   // GLB, JSON, URIs
 std::vector<BrokenClass> broken_contents();     // values in buffers, Draco streams, images

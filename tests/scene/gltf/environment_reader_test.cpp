@@ -1,4 +1,4 @@
-// TESSERA_capture.environment: its forms, where its image may lie, and what is no such image.
+// TESSERA_capture.environment: its forms, the places of its image, and refused images.
 #include "base/error.h"
 #include "base/exr_file.h"
 #include "scene/capture_reader.h"

@@ -115,7 +115,8 @@ TEST(DataUri, RefusesWhatIsNeither) {
 
 // ---- Draco streams ----------------------------------------------------------------------------------------------
 
-// A damaged stream that still decodes gives what a sound one could: indices of existing points and finite numbers.
+// A damaged stream that still decodes gives a result that a sound one could: indices of existing points and finite
+// numbers.
 void expect_sound_or_refused(const GltfAsset& asset, const fs::path& file, const std::string& what) {
   test::write_text(file, asset.glb());
   try {

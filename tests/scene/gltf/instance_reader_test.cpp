@@ -32,7 +32,7 @@ GltfAsset instanced_asset() {
   return asset;
 }
 
-// What is said of the asset with one member replaced.
+// Message of the refusal of the asset with one member replaced.
 std::string refusal(const std::string& pointer, const json& value) {
   GltfAsset asset = instanced_asset();
   asset.document[json::json_pointer(pointer)] = value;

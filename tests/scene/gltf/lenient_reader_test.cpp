@@ -1,4 +1,4 @@
-// What writers of files erred in, where the meaning is clear: read as it is meant, with a note.
+// Mistakes of exporters whose meaning is clear: they are read as they are meant, with a note.
 #include "base/error.h"
 #include "scene/assembly.h"
 #include "scene/capture_reader.h"
@@ -92,7 +92,7 @@ TEST(RegisteredExtensions, HoldWhateverIsSupportedButTesserasOwn) {
   EXPECT_EQ(read, supported);
 }
 
-// ---- What is drawn ----------------------------------------------------------------------------------------------
+// ---- Drawn nodes ------------------------------------------------------------------------------------------------
 
 TEST(LenientReader, AListedNodeThatIsNoRootIsDrawnWhereItsParentsPutIt) {
   // Node 3 is the child of node 2; neither 2 nor 0 is listed.

@@ -216,7 +216,7 @@ TEST(MaterialEffects, StrengthAndFactorOfEmissionMoveApart) {
 
 // ---- Assembly ---------------------------------------------------------------------------------------------------
 
-// Nobody can say in which direction a surface without tangents and texture coordinates is rough.
+// Without tangents and texture coordinates a surface has no direction of roughness.
 TEST(MaterialEffects, AnisotropyNeedsADirection) {
   for (const bool coordinates : {false, true}) {
     Capture capture;

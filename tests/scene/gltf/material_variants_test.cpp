@@ -101,7 +101,7 @@ TEST(MaterialVariants, EmptyNamesAndEmptyListsAreVariantsToo) {
   EXPECT_THAT(materials_of(test::read_asset(asset, {.variant = ""})), ElementsAre(0, 0, 0, kNone));
 }
 
-// What the chosen material reads must be there; what others read need not.
+// Textures of the chosen material must exist; textures of other materials need not.
 TEST(MaterialVariants, NotesAreAboutTheMaterialsThatAreDrawn) {
   GltfAsset asset = cups();
   asset.document["textures"] = json::array({json::object()});

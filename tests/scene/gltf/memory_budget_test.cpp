@@ -16,7 +16,7 @@ namespace {
 using captures::encode_jpeg;
 using scene::CaptureLimits;
 
-// What no file decides: the rules of the schema, buffers of streams, messages.
+// Bytes that no file decides: the rules of the schema, buffers of streams, messages.
 constexpr std::int64_t kConstantBytes = 512 << 10;
 
 CaptureLimits memory_limit(std::uint64_t bytes) {
@@ -252,7 +252,8 @@ TEST(MemoryBudget, RefusesWhatUnpacksToMoreBeforeUnpackingIt) {
     const TemporaryFolder folder;
     const fs::path file = folder / sized.name;
     write_text(file, sized.contents());
-    EXPECT_THROW(scene::read_capture(file, memory_limit(kLimit)), LimitError) << sized.name;  // makes what is made once
+    EXPECT_THROW(scene::read_capture(file, memory_limit(kLimit)), LimitError)
+        << sized.name;  // allocates the objects that are made once
     const HeapMeter meter;
     EXPECT_THROW(scene::read_capture(file, memory_limit(kLimit)), LimitError) << sized.name;
     EXPECT_LE(meter.peak_bytes(), static_cast<std::int64_t>(kLimit) + kConstantBytes) << sized.name;

@@ -1,4 +1,4 @@
-// Compressed buffer views inside captures: whatever reads them reads what the plain views hold.
+// Compressed buffer views inside captures: every reader reads the data of the plain views.
 #include "scene/gltf/meshopt_reader.h"
 #include "base/webp_codec.h"
 #include "replay/pack/meshopt_encoder.h"
@@ -99,7 +99,7 @@ TEST(MeshoptViews, AreChargedBeforeTheyAreAllocated) {
   EXPECT_EQ(gltf::read_meshopt(extension, stream, enough, place), std::vector<std::uint8_t>(kCount * 4, 0));
 }
 
-// What gltfpack -c writes: 16-bit positions, bytes for normals, shorts for rotations, each with its filter.
+// Views of gltfpack -c: 16-bit positions, bytes for normals, shorts for rotations, each with its filter.
 TEST(MeshoptViews, FiltersAndQuantisedTypesGoTogether) {
   GltfAsset asset;
   const std::vector<std::int8_t> octahedra = {127, 0, 127, 0, 0, -127, 127, 0, 0, 0, 127, 0};

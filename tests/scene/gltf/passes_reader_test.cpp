@@ -1,5 +1,5 @@
-// TESSERA_capture.attachments and .passes: what is read, the places and words of every fault, the order of passes and the
-// tile memory that they need. A fuzzer starts from these captures, too.
+// TESSERA_capture.attachments and .passes: their values, the places and words of every fault, the order of passes and
+// the tile memory that they need. A fuzzer starts from these captures, too.
 #include "scene/capture_reader.h"
 #include "tests/support/gltf_asset.h"
 #include "tests/support/pass_assets.h"

@@ -1,4 +1,4 @@
-// TESSERA_procedure in captures: what is read, what is refused and where.
+// TESSERA_procedure in captures: values that are read, and refusals with their places.
 #include "base/error.h"
 #include "scene/animation.h"
 #include "scene/assembly.h"

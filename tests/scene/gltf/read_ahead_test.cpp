@@ -1,4 +1,4 @@
-// Streams and images that are decoded ahead: nothing that can be seen depends on it, or on how many threads there are.
+// Streams and images that are decoded ahead: no result depends on it, or on the number of threads.
 #include <atomic>
 
 #include "base/error.h"
@@ -124,7 +124,7 @@ std::vector<Named> assets() {
   return {{"plain", plain_meshes()}, {"meshopt", meshopt_meshes()}, {"draco", draco_meshes()}, {"images", textured()}};
 }
 
-// What reading gives: all that is in the capture, or the refusal.
+// Outcome of reading: the whole capture, or the refusal.
 struct Outcome {
   std::optional<Capture> capture;
   std::string error;
@@ -200,7 +200,7 @@ TEST(ReadAhead, GivesWhatReadingInOrderGives) {  // RA1
   }
 }
 
-// The twin of what is tested here: something is on the shelves, for otherwise equal outcomes would say nothing.
+// The twin of these tests: something is on the shelves, for otherwise equal outcomes would say nothing.
 TEST(ReadAhead, DecodesStreamsAndImagesBeforeTheyAreAskedFor) {  // RA1, RA2
   const ThreadLimit threads(4);
   for (const Named& named : assets()) {

@@ -1,4 +1,4 @@
-// TESSERA_capture.shadows: what is read, and the places and words of its faults. Malformed values are rows of
+// TESSERA_capture.shadows: its values, and the places and words of its faults. Malformed values are rows of
 // broken_captures.json.
 #include "scene/capture_reader.h"
 #include "tests/support/gltf_asset.h"

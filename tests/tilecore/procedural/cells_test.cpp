@@ -19,7 +19,7 @@ bool enough(const CellReach& r, int u, int v, double most, double flat) {
   return along_x <= most * (1 + 1e-12) && along_y <= most * (1 + 1e-12) && bend <= flat * (1 + 1e-12);
 }
 
-// What is wrong with the steps that were chosen for a reach: nothing, or which rule they break.
+// Fault of the steps that were chosen for a reach: nothing, or the rule that they break.
 std::optional<std::string> fault(const CellReach& r, double most, double flat, const CellSteps& steps) {
   if (!enough(r, steps.u, steps.v, most, flat)) return "CEL1: a footprint is too large";
   for (int u = 1; u <= CellSteps::kMax; ++u)

@@ -29,7 +29,7 @@ ProcedureSettings style(ProcedureSettings::Style s) {
 const ProcedureSettings kSurfaceStyle = style(ProcedureSettings::Style::kSurface),
                         kLineStyle = style(ProcedureSettings::Style::kLines);
 
-// What a sample point sees, and where it looks.
+// Surface that a sample point sees, and the point's place, time and lens point.
 struct Sample {
   std::uint32_t patch, triangle;
   float z, u, v;  // of the patch
@@ -112,8 +112,8 @@ TestFrame sphere(const scene::Camera& camera, const DVec3& way = DVec3(0.0)) {
   return scene;
 }
 
-// Parameters of the piece, position on screen and depth of what a sample sees, at its time and through its point of the
-// lens, in double precision.
+// Parameters of the piece, position on screen and depth of the surface that a sample sees, at its time and through
+// its point of the lens, in double precision.
 struct Seen {
   double u, v, x, y, z;
 };
@@ -210,7 +210,7 @@ TEST(Lines, EveryStrokeShowsAPointOfAParameterLineNoFartherThanItIsWide) {
   EXPECT_LT(surface.at_depth, surface.all / 2);
 }
 
-// What moves, is out of focus, or both, has lines where its surface is at each sample's time and lens point.
+// Lines of moving and defocused surfaces lie where the surface is at each sample's time and lens point.
 TEST(Lines, MoveWithTheirSurfaceAndAreOutOfFocusWhereItIs) {
   scene::Camera pinhole, lens, orthographic;
   lens.lens = {0.1f, 3.0f};
@@ -371,7 +371,7 @@ TEST(Lines, HaveTheirWidthAllAlongAndNoGaps) {
   EXPECT_GT(wrong_samples(image, *scene.frame, spacing / 2, kHalfWidth), 0u);
 }
 
-// ---- What they follow from --------------------------------------------------------------------------------------
+// ---- Inputs of the lines ----------------------------------------------------------------------------------------
 
 TEST(Lines, FollowFromTheSceneAloneWhateverTheTiles) {  // SC1
   Random random(4);
@@ -403,7 +403,7 @@ TEST(Lines, HaveTheSameBitsOnEveryInstructionSet) {
   }
 }
 
-// ---- What is counted --------------------------------------------------------------------------------------------
+// ---- Counters ---------------------------------------------------------------------------------------------------
 
 // Steps of a cell times the lines that run through it.
 std::uint64_t lines_of(const ParameterCell& cell) {

@@ -174,7 +174,7 @@ TEST(Advection, TheClampKeepsABicubicFetchFromOvershooting) {
   EXPECT_EQ(frames.advect(11, 12, {Fetch::kBicubic, false, true}).color.x, 0.0f);
 }
 
-// ---- What is refused ------------------------------------------------------------------------------------------------
+// ---- Refusals -------------------------------------------------------------------------------------------------------
 
 TEST(Advection, APlaceOutsideOfTheFrameIsRefusedHoweverFar) {
   for (const AdvectionSettings& settings : kEverySetting)
@@ -294,8 +294,8 @@ TEST(Advection, BackAndForthIsSecondOrderWhereTheVelocityIsThatOfAnInstant) {
   EXPECT_NEAR(miss(true, 0.1, instant(0.1)) / miss(true, 0.05, instant(0.05)), 8, 1);
 }
 
-// Velocities from the vertices of both frames are displacements: the way back is exact without a correction, which then
-// takes it away by half of what the velocity changes in one step.
+// Velocities from the vertices of both frames are displacements: the way back is exact without a correction; the
+// correction then takes away half of the change of the velocity in one step.
 TEST(Advection, BackAndForthHarmsWhereTheVelocityIsTheExactDisplacement) {
   for (const double angle : {0.1, 0.05}) {
     const auto displacement = [&](double x, double y) {

@@ -1,4 +1,4 @@
-// Highlights in windows of stencils: no colour outside of the range of what is around, and none below zero.
+// Highlights in windows of stencils: no colour outside of the range of its surroundings, and none below zero.
 #include "tilecore/resolve/bright_window.h"
 #include "tests/support/tests.h"
 #include "tilecore/resolve/cubic_stencil.h"

@@ -96,7 +96,7 @@ std::vector<double> met(const std::vector<DVec3>& taps, std::vector<std::vector<
   return weights;
 }
 
-// Those that give ramps back, and on a straight border have its spread; the plain ones where none hold.
+// Weights that give ramps back, and on a straight border have its spread; the plain weights where no others hold.
 std::vector<double> ramp_weights(const std::vector<DVec3>& taps, double& margin) {
   double plain = 0;
   DVec2 low(0.0), high(0.0);
@@ -401,8 +401,8 @@ RC_GTEST_PROP(CubicStencil, MirroredPatternsShareTheirStencils, (std::uint32_t s
   }
 }
 
-// Lines on a tile's border leave no missing pixel outside of what is rendered around it: ramps come back, wherever a
-// tile ends. Without the lines, quarters are wrong there.
+// Lines on a tile's border leave no missing pixel outside of the rendered pixels around it: ramps come back, wherever
+// a tile ends. Without the lines, quarters are wrong there.
 TEST(CubicStencil, ARampComesBackAtEveryBorder) {  // TLB1
   const auto ramp = [](int x, int y) {
     return Vec4(0.5f + 0.03f * static_cast<float>(x) - 0.02f * static_cast<float>(y));

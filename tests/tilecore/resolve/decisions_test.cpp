@@ -1,5 +1,5 @@
-// What the resolve unit decides before anything is shaded: edges, rates, foveation; afterwards: discrepancy, the mean
-// of samples.
+// Decisions of the resolve unit before shading: edges, rates, foveation; and after it: discrepancy, the mean of
+// samples.
 #include <random>
 
 #include "base/simd_targets.h"
@@ -280,8 +280,8 @@ TEST(RateSelector, FoveationIsTheSmallerRate) {
   }
 }
 
-// What foveation filled from some of a block's pixels is no history: the block stays in that regime, slow and seen well
-// as it may be, and does not alternate between it and taking over what was filled.
+// Colours that foveation filled from some of a block's pixels are no history: the block stays in that regime, however
+// slow it is and well seen, and does not alternate between it and taking over the filled colours.
 TEST(RateSelector, AFoveatedBlockThatWasFilledIsNotTakenOver) {
   RateSettings settings;
   BlockEvidence block;
@@ -305,7 +305,7 @@ TEST(RateSelector, AFoveatedBlockThatWasFilledIsNotTakenOver) {
       EXPECT_TRUE(select_rate(settings, block).advect) << "that was shaded";
     }
   }
-  // Without foveation a block that was fast takes over what it has as soon as it is slow.
+  // Without foveation a block that was fast takes over its colours as soon as it is slow.
   block.max_samples = 32;
   block.last_samples = 4;
   EXPECT_TRUE(select_rate(settings, block).advect);

@@ -27,7 +27,7 @@ TEST(FrameFormat, WhatIsReadOfAStoredPixelHasItsCodesAgain) {  // FF1
       const PixelCoder coder(format, exposure);
       test::Random random(5);
       for (int trial = 0; trial < 20000; ++trial) {
-        // From black, over colours of which one channel is nothing, to twenty times what is white.
+        // Colours from black, over colours of which one channel is nothing, to twenty times white.
         const float most = trial % 2 == 0 ? 0.75f : 20.0f;
         Vec4 color(0.0f);
         for (int c = 0; c < 3; ++c) color[c] = std::max(0.0f, random.uniform(-0.2f, 1.0f)) * most / exposure;
@@ -67,7 +67,7 @@ TEST(FrameFormat, ACodeIsTheNearestOnTheCurveOfADisplay) {  // FF2
                    exact = (x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055) * largest;
       const PixelCode code = coder.code({light, light, light, 1.0f});
       EXPECT_LE(std::abs(static_cast<double>(code[1]) - exact), 0.5 + 1e-3);
-      // What is read is off by half a step of the curve, which is a share of the light.
+      // The value read is off by half a step of the curve, which is a share of the light.
       const Vec3 read = shaders::tone_map(Vec3(coder.stored({light, light, light, 1.0f})) * 2.0f);
       EXPECT_NEAR(linear_to_srgb(read.y), exact / largest, 0.51 / largest);
     }

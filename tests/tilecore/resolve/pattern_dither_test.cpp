@@ -69,7 +69,7 @@ TEST(PatternDither, SeedsDecideAndAreRepeatable) {
   EXPECT_GT(differ, 32);
 }
 
-// Of squares every second row has none.
+// With squares every second row has no witness.
 TEST(PatternDither, WitnessesAreOneInEachRowAndColumnAndOnceInFourFramesEach) {  // PD1, PD2
   for (const DitherSettings& settings : {kCounted, kSeeded})
     for (const std::uint32_t frame : kFrames) {

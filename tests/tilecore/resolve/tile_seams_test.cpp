@@ -32,7 +32,7 @@ Shown noise(float cell) {
   });
 }
 
-// Root mean square error within two pixels of a border between tiles, over that of the others.
+// Root mean square error within two pixels of a border between tiles, over the error of the other pixels.
 double seam(const Shown& image, BlockMask pattern, int tile, bool lines) {
   const auto rendered = [&](int x, int y, const IntRect& inside) {
     if (x < inside.x0 || y < inside.y0 || x >= inside.x1 || y >= inside.y1) return false;

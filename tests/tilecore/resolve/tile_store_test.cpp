@@ -1,4 +1,4 @@
-// What tile cores bring into the frame buffer, and what of it is not needed.
+// Bytes that tile cores write to the frame buffer, and bytes that need not be written.
 #include "tilecore/resolve/tile_store.h"
 #include "tests/support/tests.h"
 #include "tilecore/resolve/frame_compression.h"

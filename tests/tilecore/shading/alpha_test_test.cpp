@@ -1,4 +1,4 @@
-// The alpha of points on patches: what interpolation gives, and what it costs.
+// The alpha of points on patches: its interpolation and its cost.
 #include "tilecore/shading/alpha_test.h"
 #include "tests/support/tests.h"
 #include "tests/tilecore/support.h"

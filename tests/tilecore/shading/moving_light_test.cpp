@@ -1,4 +1,4 @@
-// What moves during the shutter besides geometry: lights, what is behind everything, and the pattern of times itself.
+// Motion during the shutter besides geometry: lights, the environment, and the pattern of times itself.
 #include "base/image_metrics.h"
 #include "base/simd_targets.h"
 #include "shaders_cpp/environment.h"

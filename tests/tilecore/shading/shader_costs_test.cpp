@@ -1,5 +1,5 @@
-// Costs of shaders: the table against the compiler, sums of its rows against shaders compiled whole, and what shipped
-// captures ask of it.
+// Costs of shaders: the table against the compiler, sums of its rows against shaders compiled whole, and the rows
+// that shipped captures need.
 #include "hardware/shader_costs.h"
 #include "scene/capture_reader.h"
 #include "tests/support/tests.h"
@@ -350,7 +350,8 @@ struct DriverCount {
   std::int32_t vector_instructions = 0, texture_instructions = 0;
 };
 
-// What Mesa's compiler makes of glsl/material.frag with the given definitions, or nothing, with the reason.
+// Counts of the code that Mesa's compiler makes of glsl/material.frag with the given definitions, or nothing, with
+// the reason.
 std::optional<DriverCount> counted_by_driver(const std::vector<std::string>& definitions, std::string& reason) {
 #ifdef TESSERA_DRIVER_CODE
   const std::string sources = TESSERA_SOURCE_DIR "/tests/tilecore/shading/glsl/material";

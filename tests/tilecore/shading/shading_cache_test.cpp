@@ -134,7 +134,7 @@ ShadingCell numbered(std::uint32_t n) {
   return cell;
 }
 
-// Hits of a stream of lookups in a list that is searched from the front; `refresh` moves what is found to the front.
+// Hits of a stream of lookups in a list that is searched from the front; `refresh` moves a found entry to the front.
 std::vector<bool> hits_in_list(const std::vector<std::uint32_t>& stream, std::size_t capacity, bool refresh) {
   std::deque<std::uint32_t> list;
   std::vector<bool> hits;
@@ -310,10 +310,10 @@ scene::Material waves(int texels) {
 
 TEST(ShadingRateCache, ComesCloseToShadingPerPixelOnATexturedWall) {
   // Per pixel, one colour stands for the pixel; its point lies within half a pixel of the middle in x and y. Through
-  // the cache, the colour of a sample is that of its cell's middle, evenly spread within half a cell, which is at most
-  // sqrt(2) pixels: along an axis rms 0.5 / sqrt(3) = 0.29 and 0.71 / sqrt(3) = 0.41 pixels. A sine of amplitude a and
-  // wave length w changes by at most 2 pi a / (w sqrt(2)) rms a pixel; texels of 8 bits add less than 0.003. Averaging
-  // only helps.
+  // the cache, a sample has the colour of its cell's middle, evenly spread within half a cell, which is at most
+  // sqrt(2) pixels: along an axis rms 0.5 / sqrt(3) = 0.29 and 0.71 / sqrt(3) = 0.41 pixels. A sine of amplitude a
+  // and wave length w changes by at most 2 pi a / (w sqrt(2)) rms a pixel; texels of 8 bits add less than 0.003.
+  // Averaging only helps.
   const double slope = 2 * std::numbers::pi * kAmplitude / (kWave * std::numbers::sqrt2),
                bound = slope * (0.29 + 0.41) + 0.003;
   const double least_psnr = -20 * std::log10(bound);

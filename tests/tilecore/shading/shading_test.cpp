@@ -306,7 +306,7 @@ TEST(TileCore, SamplesOutsideTheTimesOfAnEntryAreNotTestedAgainstIt) {
     e.t0 = 100;
     both.push_back(e);
   }
-  // The shutter in two parts sees what the whole sees, with the same tests; one part alone is caught.
+  // The shutter in two parts sees the same as the whole, with the same tests; one part alone is caught.
   const Rendered parts = render(scene, both, 1), part = render(scene, early, 1);
   EXPECT_EQ(parts.targets.color.values, expected.targets.color.values);
   EXPECT_EQ(parts.shading.samples_visible, expected.shading.samples_visible);

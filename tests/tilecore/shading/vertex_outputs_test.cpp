@@ -1,4 +1,5 @@
-// Vertices that pixels interpolate: what they are, how often they are evaluated, how near the surface is to the patch.
+// Vertices that pixels interpolate: their values, the number of their evaluations, the distance of the surface from
+// the patch.
 #include "tilecore/shading/vertex_outputs.h"
 #include "base/simd_targets.h"
 #include "tests/support/procedures.h"
@@ -213,7 +214,7 @@ std::array<double, 2> errors(double edge) {
 
 // Linear interpolation.
 TEST(VertexOutputs, TheErrorFallsWithTheSquareOfTheEdge) {
-  // Factors are whole: over eight times the edge, 64 times the error, what they are rounded to is little.
+  // Factors are whole: over eight times the edge, 64 times the error, rounding them changes little.
   const std::array<double, 2> coarse = errors(24), fine = errors(3);
   for (std::size_t k = 0; k < 2; ++k) {
     EXPECT_GT(coarse[k] / fine[k], 64 / 1.6) << (k == 0 ? "place" : "normal");
@@ -374,7 +375,7 @@ TEST(VertexOutputs, BytesAreThoseOfWhatIsRead) {
 }
 
 // The normal map of a coat reads along one coordinate and anisotropy runs along another: pixels derive both frames of
-// tangents, that of the anisotropy from coordinates at which no texture is read.
+// tangents, anisotropy's frame from coordinates at which no texture is read.
 TEST(VertexOutputs, CoordinatesThatPixelsDeriveTangentsFromAreThere) {
   const BentPatches scene(0);
   scene::Material material = *scene.drawable().material;

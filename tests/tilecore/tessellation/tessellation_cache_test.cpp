@@ -106,7 +106,7 @@ TEST(TessellationCache, WhatWouldLeaveFirstIsNotKept) {
 }
 
 TEST(TessellationCache, TilesThatBeginAnewAreComparedAgain) {
-  // By what the first round left, neither a nor b would come back, and a was used longer ago.
+  // By the order that the first round left, neither a nor b would come back, and a was used longer ago.
   Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline);
   const auto a = request(1, {group(0, {0, 0, 2, 1})}, 9), b = request(2, {group(0, {3, 1, 4, 2})}, 9),
              c = request(3, {group(0, {0, 0, 2, 1})}, 9);
@@ -135,7 +135,7 @@ TEST(TessellationCache, ATileNeedsOnlyTheGroupsThatItTouches) {
   EXPECT_EQ(m.use(1, {a}), 0u);
   EXPECT_EQ(m.cache.counters().group_tests, 2u);
 
-  // Room for two groups: what a tile does not touch need not come back.
+  // Room for two groups: groups that a tile does not touch need not come back.
   Machine small(4, 2, TileSequence::kRows, 2 * kLine + 4 * kOutline);
   small.use(0, {a});
   EXPECT_EQ(small.use(0, {request(2, {group(0, kAll)})}), 64u);  // the first group leaves
@@ -241,7 +241,7 @@ std::uint64_t misses_of(const std::vector<std::uint32_t>& uses, std::size_t line
   return misses;
 }
 
-// When what is used last leaves first or is not kept (Belady).
+// Misses of a cache in which the patch that is used last leaves first or is not kept (Belady).
 std::uint64_t optimal_misses(const Scene& scene, std::size_t lines) {
   const std::vector<std::uint32_t> uses = uses_of(scene);
   return misses_of(uses, lines, [&](std::vector<std::uint32_t>& kept, std::size_t k) {

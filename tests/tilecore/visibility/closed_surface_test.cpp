@@ -133,7 +133,7 @@ TEST(ClosedSurface, ACellLeftOutIsCaught) {
 
 // ---- Through the camera -----------------------------------------------------------------------------------------
 
-// What hits the samples of a single tile: depths by sample.
+// Depths of the hits on the samples of a single tile, by sample.
 class DepthSink final : public HitSink {
  public:
   std::multimap<std::uint32_t, float> depths;

@@ -164,7 +164,7 @@ TEST(BundleFrustum, DropsTheDepthPlanesOnlyWhenNothingCrossesThem) {
   box.low[1][2] = box.low[0][2] = 4;
   box.high[1][2] = box.high[0][2] = 5;
   EXPECT_TRUE(frustum.outside(box));
-  // A box that starts right at the plane may still tie with what is seen there.
+  // A box that starts right at the plane may still tie with a surface that is seen there.
   box.low[1][2] = box.low[0][2] = 3;
   EXPECT_FALSE(frustum.outside(box));
 }
