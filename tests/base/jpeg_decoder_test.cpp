@@ -16,8 +16,8 @@ using Bytes = std::vector<std::uint8_t>;
 
 // ---- Images and their files -----------------------------------------------------------------------------------
 
-// Channels rise linearly along x and y, by less than two steps a pixel: what halved chroma planes give back between
-// their samples.
+// Channels rise linearly along x and y, by less than two steps a pixel: halved chroma planes give such values back
+// between their samples.
 std::uint8_t ramp(int x, int y, int c) {
   return static_cast<std::uint8_t>(c == 0 ? 20 + x + y : c == 1 ? 230 - 2 * x : c == 2 ? 60 + 2 * y : 255 - x);
 }

@@ -107,7 +107,7 @@ TEST(Ktx2, UastcBecomesTheAstcBlocksOfTheReferenceTranscoder) {
 
 TEST(Ktx2, EveryModeOfUastcOccursInTheFiles) {
   const Bytes file = file_bytes("uastc_modes");
-  std::set<std::string> kinds;  // what tells modes apart once they are read
+  std::set<std::string> kinds;  // fields that differ between modes after parsing
   for (std::size_t at = file.size() - 19 * 32 * 16; at < file.size(); at += 16) {
     AstcBytes bytes;
     std::copy_n(file.begin() + static_cast<std::ptrdiff_t>(at), 16, bytes.begin());
@@ -213,7 +213,7 @@ TEST(Ktx2, TextureDoesNotDependOnTheNumberOfThreads) {  // KT4
       EXPECT_EQ(hash_of(many, &BasisLevel::texels), hash_of(alone, &BasisLevel::texels));
       EXPECT_EQ(hash_of(many, &BasisLevel::blocks), hash_of(alone, &BasisLevel::blocks));
     }
-  // Its twin: what does depend on something is told apart.
+  // Its twin: outputs that depend on the target do differ.
   EXPECT_NE(hash_of(texture_of("uastc_disc_32", BasisTarget::kRgba32), &BasisLevel::texels),
             hash_of(texture_of("uastc_disc_32", BasisTarget::kAstc4x4), &BasisLevel::texels));
 }
@@ -231,7 +231,7 @@ TEST(Ktx2, EveryTruncatedFileIsRefused) {
   }
 }
 
-// Decodes bytes of which nothing is known and checks what KT3 says.
+// Decodes arbitrary bytes and checks KT3.
 void expect_within_charge(const Bytes& file, BasisTarget target) {
   constexpr std::int64_t kSlack = 1 << 20;  // of messages, threads and of the test
   const ImageLimits limits{.max_side = 256, .max_pixels = 1 << 15};

@@ -1,4 +1,4 @@
-// Images of radiance in memory: what their bytes mean, and what no such bytes are.
+// Images of radiance in memory: the meaning of their bytes, and refusals of other bytes.
 #include "base/radiance_codec.h"
 #include "base/error.h"
 #include "base/exr_file.h"

@@ -299,8 +299,8 @@ TEST(MeshShader, BytesOfATinySceneAreThoseOfTheFormats) {
     EXPECT_EQ(c.entries, 1u);
     // Reference: meshlet 0, "all"; its end; the list's cursor, a byte of bits.
     EXPECT_EQ(c.queue_bytes_written, record + 2 + 1 + 8 + 1);
-    // To bin: 16 bursts of positions, 98 * 16 bytes of indices. In the tile all but what no triangle has: in the ring 26
-    // triangles (of 98 * 16 bytes the last burst is half full).
+    // To bin: 16 bursts of positions, 98 * 16 bytes of indices. In the tile everything but unused room: in the ring
+    // 26 triangles (of 98 * 16 bytes the last burst is half full).
     const std::uint64_t bin = ring ? 64 * (16 + 25) : 0, bursts = ring ? 64 * 48 / 64 + 25 : (record + 63) / 64;
     EXPECT_EQ(binner.read_to_bin_bytes(), bin);
     EXPECT_EQ(binner.copy_instructions(), ring ? 64u * 8 : 0u);

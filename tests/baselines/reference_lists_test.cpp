@@ -1,4 +1,4 @@
-// Machines whose lists hold references: decoded back to triangles, and what shading them again takes.
+// Machines whose lists hold references: lists decoded back to triangles, and the cost of shading them again.
 #include <list>
 
 #include "baselines/control_list.h"

@@ -9,7 +9,7 @@ namespace {
 
 using hardware::Event;
 
-// So many lanes that what shaders compute before tiles takes no time either.
+// A machine with so many lanes that shaders before tiles take no time either.
 gpu::GpuConfiguration endless() {
   auto gpu = test::endless_machine<gpu::GpuConfiguration>();
   gpu.shader.lanes = std::int64_t{1} << 60;

@@ -1,5 +1,5 @@
-// Invariant 3 for the binner: no tile and no time at which a moving, defocused box is seen is ever left out, and what
-// can be left out is.
+// Invariant 3 for the binner: no tile and no time at which a moving, defocused box is seen is ever left out, and
+// other tiles and times are.
 #include "binner/coverage.h"
 #include "binner/tile_coverage.h"
 #include "binner/time_segments.h"
@@ -209,7 +209,7 @@ TEST(TimeIntervalsTwin, CornersThatMoveOnTheirOwnLinesMissADeformingBoxThatTurns
   EXPECT_GT(missed.tiles + missed.times, 0);
 }
 
-// ---- What can be left out is ------------------------------------------------------------------------------------
+// ---- Tiles that are left out -------------------------------------------------------------------------------------
 
 // An orthographic box (w = 1) between two points of the screen at each key, without thickness.
 MovingBody segment_between(const std::array<std::array<double, 2>, 4>& ends) {

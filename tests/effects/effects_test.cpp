@@ -157,7 +157,7 @@ TEST(Effects, TilesThatTheMovingObjectDoesNotTouchDoTheWorkOfAStillScene) {
   EXPECT_EQ(moving.effect_reasons.at("motion"), "1 of 2 drawables move on screen");
 }
 
-// The twin of forcing: when what moves is taken for still, the image is another.
+// The twin of forcing: taking a moving sub-patch for still changes the image.
 TEST(Effects, AMovingSubPatchThatRanWithoutMotionWouldBeNoticed) {
   const auto capture = test::one_moving_ball({0.5, 0.1, 0});
   const scene::Assembly assembly = scene::assemble(*capture);

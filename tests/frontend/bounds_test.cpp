@@ -13,7 +13,7 @@ namespace {
 
 shaders::ScalarTexture random_texture(Random& random, int width, int height) {
   std::vector<float> values(static_cast<std::size_t>(width * height));
-  // Noise, or a ramp, whose coarse levels differ from what lies nearby.
+  // Noise, or a ramp, whose coarse levels differ from nearby texels.
   const bool ramp = random.coin();
   for (std::size_t i = 0; i < values.size(); ++i)
     values[i] = ramp ? static_cast<float>(i) * 0.01f : random.uniform(-1, 1);

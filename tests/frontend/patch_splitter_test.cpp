@@ -156,7 +156,7 @@ TEST(FrontEnd, IsTheSameForAnyNumberOfThreadsAndRefusesUnknownNames) {
   for (std::size_t k = 0; k < a.sub_patches.size(); ++k) EXPECT_EQ(a.sub_patches[k].range, b.sub_patches[k].range);
 }
 
-// ---- What bounding reads ----------------------------------------------------------------------------------------
+// ---- Reads of bounding -------------------------------------------------------------------------------------------
 
 // Displaced patches in rows, apart from each other but for the last, which may touch the first: more than
 // kCachedRecords lie between.

@@ -1,4 +1,4 @@
-// Enclosures of procedural shapes: what intervals say against what floats and doubles compute.
+// Enclosures of procedural shapes: intervals against results in floats and doubles.
 #include "frontend/bounds/enclosure_functions.h"
 #include "shaders_cpp/procedures/procedures.h"
 #include "tests/support/programs.h"

@@ -42,7 +42,7 @@ std::size_t mutate_bytes(std::uint8_t* data, std::size_t size, std::size_t max_s
 // Ends the program with a message when something that was accepted is not sound.
 void require(bool holds, const char* what);
 
-// Runs what may refuse its input: UsageError, InputError and LimitError are answers.
+// Runs work that may refuse its input: UsageError, InputError and LimitError are answers.
 template <class Work>
 void expect_answer(const Work& work) {
   try {
@@ -59,7 +59,7 @@ const std::filesystem::path& scratch_folder();
 void write_scratch(const std::filesystem::path& file, Bytes bytes);
 void write_scratch(const std::filesystem::path& file, std::string_view text);
 
-// Targets, by the file that has them.
+// The targets, with the file that defines them.
 extern const Target kCaptureTarget, kDracoTarget, kMeshoptTarget, kReplayTarget;               // a file each
 extern const Target kStudyTarget, kMachineTarget, kOptionTarget, kResultTarget, kPointTarget;  // text_targets.cpp
 extern const Target kImageTarget, kWebpTarget, kExrTarget, kRadianceTarget, kHistoryTarget;    // image_targets.cpp

@@ -70,7 +70,7 @@ std::string cage_capture() {
   return asset.glb();
 }
 
-// A moving, displaced patch in front of a lens: what everything_asset() has, small enough to render.
+// A moving, displaced patch in front of a lens: everything_asset(), small enough to render.
 std::string moving_capture() {
   test::GltfAsset asset = test::everything_asset();
   asset.document["extensions"]["TESSERA_capture"]["shutter"] = {0, 20};

@@ -295,7 +295,7 @@ std::size_t mutate_results(std::uint8_t* data, std::size_t size, std::size_t max
   if (size < 2) return mutate_bytes(data, size, max_size);
   std::uint8_t* const cut = std::find(data, data + size, '\n');
   if (cut == data + size) return 1 + mutate_json(data + 1, size - 1, max_size - 1, random);
-  // One of the two documents; the one in front is put together with what comes behind it.
+  // Mutates one of the two documents; the first one is joined with the rest of the input.
   const std::size_t second = static_cast<std::size_t>(cut - data) + 1;
   if (second < 2) return mutate_bytes(data, size, max_size);  // the first byte is no choice but the end of a line
   if (random() % 2 == 0) return second + mutate_json(data + second, size - second, max_size - second, random);

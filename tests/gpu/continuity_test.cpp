@@ -164,7 +164,7 @@ TEST(Continuity, ALensThatOpensALittleDefocusesALittle) {
 }
 
 // A threshold of the resolve unit moves blocks from one regime to the next one by one: no step of it changes the
-// image by more than a share of what all of it does, and never by more than the regimes differ.
+// image by more than a share of the whole change, and never by more than the regimes differ.
 TEST(Continuity, ThresholdsOfTheResolveUnitChangeBlocksOneByOne) {
   Capture capture = scene();
   const auto image = [&](double speed) {

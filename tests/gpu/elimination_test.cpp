@@ -274,7 +274,7 @@ TEST(RenderingElimination, ATileThatIsNotRenderedDoesNoWork) {  // IS2
   EXPECT_EQ(got[1].counters.ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer).written_bytes, 0u);
   EXPECT_EQ(got[1].counters.shading.pixel_shader_invocations, 0u);
   EXPECT_LT(got[1].model->timing.cycles, plain[1].model->timing.cycles / 4);
-  // The first frame costs what its signatures cost.
+  // The first frame costs its signatures alone.
   EXPECT_EQ(got[0].counters.ledger.total().written_bytes, plain[0].counters.ledger.total().written_bytes + kTiles * 8);
   EXPECT_EQ(got[0].counters.ledger.total().read_bytes, plain[0].counters.ledger.total().read_bytes);
 }
@@ -322,7 +322,7 @@ TEST(TransactionElimination, ImagesStayAndTrafficGoes) {
   for (const char* key :
        {"frame_buffer.format=rgba16f", "frame_buffer.format=rgba8", "frame_buffer.compression=lossless",
         "resolve.desampling=adaptive", "frontend.previous_depth_culling=true", "stereo.eye_separation=0.3"}) {
-    // Else what rests is not written without transactions either.
+    // Otherwise blocks at rest are not written without transactions either.
     RunSettings all_written;
     all_written.resolve.skip_unchanged = false;
     const auto plain = frames_of(still.capture, {key}, 0, kFrames, all_written),

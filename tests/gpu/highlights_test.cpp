@@ -10,8 +10,8 @@ namespace {
 
 constexpr int kWidth = 160, kHeight = 96, kFrames = 5;
 
-// A bumpy sheet below lamps, which moves by some pixels each frame: its highlights stay where they are, so that what
-// was there before tells little.
+// A bumpy sheet below lamps, which moves by some pixels each frame: its highlights stay where they are, so that the
+// previous colours of a place tell little.
 scene::Capture bumps() {
   scene::Capture capture;
   capture.settings.frame_rate = 8;

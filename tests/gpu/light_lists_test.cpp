@@ -1,4 +1,4 @@
-// Light lists: images keep their bits, whatever lights and surfaces do; what making the lists costs is charged.
+// Light lists: images keep their bits for any lights and surfaces; making the lists is charged.
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -349,7 +349,7 @@ TEST(LightLists, AreChargedForPlacesTestsRecordsAndWhatTheyKeep) {
     return frame.counters.ledger.traffic(memory::Unit::kTilecore, memory::Purpose::kAttributes).read_bytes;
   };
   EXPECT_EQ(attributes(on) - attributes(off), kLamps * tilecore::kLightRecordBytes / 64 * 64);
-  // Corners of places, and records written; the rest is what warps read of these.
+  // Corners of places, and written records; the rest are reads of the records by warps.
   const std::uint64_t least = 36 * c.places + tilecore::kLightRecordBytes * c.listed;
   EXPECT_GT(c.tile_bytes, least);
   EXPECT_EQ((c.tile_bytes - least) % tilecore::kLightRecordBytes, 0u);

@@ -1,4 +1,4 @@
-// Motion along curves: what turns, bends or zooms within the shutter, in pieces of linear motion.
+// Motion along curves: objects that turn, bend or zoom within the shutter, in pieces of linear motion.
 #include "base/image_metrics.h"
 #include "gpu/counter_list.h"
 #include "gpu/device.h"
@@ -172,7 +172,7 @@ TEST(MotionSegments, LinearMotionKeepsOneSegmentItsBitsAndItsCounters) {
   }
 }
 
-// Animations that keep lamp, camera and things where they are cost what no animation costs.
+// Animations that keep lamp, camera and objects in place cost nothing.
 TEST(MotionSegments, WhatIsAnimatedAndStandsStillCostsNothing) {
   const auto stage = [](bool animated) {
     Capture capture;

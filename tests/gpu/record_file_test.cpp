@@ -29,7 +29,7 @@ timing::FrameWork record(const scene::Capture& capture, const GpuConfiguration& 
   return std::move(device.render(frame).model->record.work);
 }
 
-// The record hangs on no key of timing. (What its other keys change is theirs.)
+// The record depends on no key of timing.
 TEST(Record, TimingKeysLeaveItAlone) {
   const scene::Capture capture = small_scene();
   const std::string bytes = timing::encode(record(capture, {}));

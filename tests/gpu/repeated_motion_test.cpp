@@ -267,7 +267,7 @@ TEST(RepeatedMotion, IsBlurredHoweverOftenItRepeats) {
 // Mean squared errors of the frames of several seeds against the truth.
 struct Noise {
   double of_one = 0;  // of a frame
-  double bias = 0;    // of what no number of frames takes away
+  double bias = 0;    // the part that no number of frames averages out
   double random = 0;  // of a frame whose samples have independent times: c (1 - c) / n where a pixel is covered for c
 };
 Noise noise_of(const Capture& capture, const std::vector<std::string>& keys, const Image& truth, int samples) {

@@ -1,5 +1,4 @@
-// Shadows of lights from their maps: closed forms of where they fall, what looking them up without a bias does, what their
-// passes cost.
+// Shadows of lights from their maps: closed forms of their places, lookups without a bias, the cost of their passes.
 #include "base/error.h"
 #include "base/parallel.h"
 #include "gpu/device.h"
@@ -283,8 +282,8 @@ TEST(Shadows, AMapStoresItsTexelsAndClearedTilesAreAFlag) {
   EXPECT_GT(frame.passes[1].counters.ledger.traffic(Unit::kTilecore, Purpose::kShadowMap).read_bytes, 0u);
 }
 
-// Known answer: what storing an image of 4 bytes a pixel moves at 60 Hz. Arm's sample of render passes on a Mali-G71 shows
-// 554.8 MiB/s (581.7 MB/s) for it.
+// Known answer: traffic of storing an image of 4 bytes a pixel at 60 Hz. Arm's sample of render passes on a Mali-G71
+// shows 554.8 MiB/s (581.7 MB/s) for it.
 TEST(Shadows, StoringAnImageOfArmsSampleMovesWhatTheClosedFormSays) {
   Floor floor;
   floor.capture.settings.background = Vec3(0.1f, 0.2f, 0.3f);
@@ -300,7 +299,8 @@ TEST(Shadows, StoringAnImageOfArmsSampleMovesWhatTheClosedFormSays) {
   EXPECT_NEAR(megabytes / 581.7, 1.0, 0.1);
 }
 
-// A still map in the second frame costs nothing, by elimination alone; what looks it up does not change either.
+// A still map in the second frame costs nothing, by elimination alone; the tiles that look it up do not change
+// either.
 TEST(Shadows, AStillMapIsNotRenderedAgain) {
   Floor floor;
   add_light(floor.capture, {}, {0, 0, 0}, {1, -1, 0});

@@ -1,4 +1,5 @@
-// Frames of a scene at rest: the host keeps what front end and binner made, the emulated machine does it again.
+// Frames of a scene at rest: the host keeps the results of front end and binner, the emulated machine makes them
+// again.
 #include "gpu/counter_list.h"
 #include "gpu/device.h"
 #include "gpu/settings.h"

@@ -105,7 +105,7 @@ TEST(Transmission, APaneDimsWhatIsBehindItByItsReflectance) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c] / sum_behind[c], passes, 0.005f);
 }
 
-// Beer's law: a pane of thickness d leaves colour^(d / distance) of what passes a clear one.
+// Beer's law: a pane of thickness d leaves colour^(d / distance) of the light that a clear one passes.
 TEST(Transmission, AVolumeAbsorbsByBeersLaw) {
   scene::Material clear = glass(), tinted = glass();
   for (scene::Material* m : {&clear, &tinted}) {

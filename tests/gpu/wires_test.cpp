@@ -109,8 +109,8 @@ TEST(WiresInTheMachine, TheImageDoesNotDependOnTheTiles) {
   }
 }
 
-// A camera that moves sideways by as many pixels as the shutter is open smears a point over as many: what each pixel
-// sees adds up to the point's area, and is the same on the way.
+// A camera that moves sideways by some pixels while the shutter is open smears a point over as many pixels: the
+// pixels add up to the point's area, and are equal along the way.
 TEST(WiresInTheMachine, AMovingCameraSmearsAPoint) {
   Capture capture = stage(DVec3(0.5, 0, 1));
   test::add_node(capture, test::points({at(24, 10.5f)}, white(capture)));

@@ -86,7 +86,7 @@ TEST(EnergyOfAnInstruction, IsAQuarterOfThePublishedOneAndItsRangeHoldsBothPubli
     EXPECT_LT(at_45nm * by_transistors, value) << name;
     EXPECT_LT(value, at_45nm * by_arithmetic) << name;
     EXPECT_LT(at_45nm * by_arithmetic, key->ends->high) << name;
-    // If what surrounds the operation were Volta's own, at 12 nm.
+    // The bound if the logic around the operation were Volta's own, at 12 nm.
     EXPECT_LT((kFetchDecodeOperands + 1.5) * k7nm.at(0.8) / k16nm.at(0.9), key->ends->high) << name;
   }
 }

@@ -47,7 +47,7 @@ struct Request {
   bool write = false;
 };
 
-// Requests at clock 0, number n as id n, and what became of them.
+// Plays requests at clock 0, number n as id n, and returns their completions.
 Played run_at_once(const DramSpec& spec, const std::vector<Request>& requests) {
   DramBanks dram(spec);
   Played run;

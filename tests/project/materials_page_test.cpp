@@ -26,7 +26,7 @@ Image gallery_part(const fs::path& file, int x0) {
   return out;
 }
 
-// Ours is the left one of each image, but for what WebP loses.
+// The left half of each image equals our render, within the loss of WebP.
 TEST(MaterialsPage, ItsImagesAreThoseOfReplays) {
   const auto assets = test::assets_folder();
   const fs::path models = assets ? assets->parent_path() / "materials" : fs::path();

@@ -12,8 +12,8 @@ namespace {
 
 using scene::Capture;
 
-// How far apart the means of both are, in standard errors of what 64 random samples a pixel give. That is estimated from
-// 16 independent references, so it has Student's distribution with 15 degrees of freedom.
+// Distance of the two means in standard errors of 64 random samples a pixel. The standard error is estimated from 16
+// independent references, so the distance has Student's distribution with 15 degrees of freedom.
 struct Deviation {
   std::array<double, 3> image{};   // of the whole image's mean, by channel
   double pixels_beyond_three = 0;  // share of the pixels that have any noise
@@ -55,7 +55,7 @@ Deviation compare(const Image& seen, const std::vector<Image>& references) {
 }
 
 struct Bias {
-  Deviation machine, random;  // the second: of one more reference, what noise alone looks like
+  Deviation machine, random;  // random: one more reference, which has noise alone
 };
 
 // `of_machine`: keys of the machine's frame alone, for twins.

@@ -263,7 +263,7 @@ Image machine_image(const Capture& capture, int width, int height, int frame, st
 
 double shown_psnr(const Image& a, const Image& b) { return psnr(display_values(a, 1.0f), display_values(b, 1.0f)); }
 
-// At the same samples what differs is arithmetic alone: single precision and the grid of 1/256 pixel.
+// At the same samples only arithmetic differs: single precision and the grid of 1/256 pixel.
 TEST(Reference, WithTheMachinesSamplesDiffersByItsArithmeticAlone) {
   for (const auto& [name, number] : {std::pair<const char*, int>{"eggs", 14},
                                      {"flyby", 0},

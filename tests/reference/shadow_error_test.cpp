@@ -36,7 +36,8 @@ Image reference_image(const Capture& capture, const std::vector<std::string>& ke
   return render_machines_samples(scene::assemble(capture), gpu, settings, kSide, kSide, 0);
 }
 
-// A floor under a sun at 45 degrees; the shadow of a card that is not in the image covers what lies left of x = `edge`.
+// A floor under a sun at 45 degrees; the shadow of a card that is not in the image covers the floor left of x =
+// `edge`.
 Capture straight_edge(double edge, int size) {
   FloorScene scene;
   const double height = 6;

@@ -169,7 +169,7 @@ TEST(ShadowRays, AMovingCastersShadowIsTheMeanOverTheShutter) {
   const std::vector<double> shares = lit_shares(scene.capture, kSamples);
   double worst_twin = 0;
   for (int x = 0; x < kSide; ++x) {
-    // The card hides what lies left of it.
+    // The card hides the floor left of its edge.
     if (floor_place(x, 0, kSide).x < kFrom - 2 + kWay + kHalf) continue;
     double sum = 0, expected = 0, at_open = 0;
     int rows = 0;

@@ -178,7 +178,7 @@ TEST_P(Baselines, TheSmallestBufferIsJustLargeEnough) {
   EXPECT_EQ(render(capture, gpu, 0, false).counters.binner.partial_renders, 0u);
   gpu.parameter_buffer.bytes -= 64;
   EXPECT_EQ(render(capture, gpu, 0, false).counters.binner.partial_renders, 1u);
-  // Half the room behind what every list has from the start.
+  // Half of the room beyond the fixed part of the lists.
   const binner::TileLists::Layout layout{15, 32, 64, 64};
   gpu.parameter_buffer.bytes =
       static_cast<std::int64_t>(layout.end() + (pre.smallest_buffer_bytes - layout.end()) / 128 * 64);
@@ -766,7 +766,7 @@ TEST(BaselinesOption, ACaptureWithoutAnythingToDrawIsMeasuredToo) {
   EXPECT_THAT(baseline_verdict_text(*r.baselines, 850, 1), HasSubstr("> tessera"));
 }
 
-// The best of each kind in each measure, and what tessera takes of it.
+// The best scheme of each kind in each measure, and tessera's ratio to it.
 TEST(BaselinesVerdict, NamesWhoWinsWhatByHowMuch) {
   BaselineSet set;
   for (std::size_t s = 0; s < baselines::kSchemeCount; ++s) {

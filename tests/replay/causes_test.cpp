@@ -28,7 +28,7 @@ struct Rendering {
   }
 };
 
-// A change, and the words by which the first part of what changed has to name it.
+// A change, and the words by which the first named cause has to name it.
 struct Planted {
   const char* capture;
   std::function<void(Rendering&)> plant;
@@ -178,7 +178,7 @@ TEST(Causes, EqualRunsHaveNone) {
   EXPECT_THAT(why.parts[0].parts[0].text, HasSubstr("nothing"));
 }
 
-// The failing twin: what grew does not stand before what came.
+// The failing twin: a counter that grew does not stand before a part that is new.
 TEST(Causes, WhatCameStandsBeforeWhatGrew) {
   const test::TemporaryFolder out;
   const Planted both = {"eggs",

@@ -9,7 +9,7 @@
 namespace tessera::replay::desampling_test {
 namespace {
 
-// ---- What desampling leaves alone -------------------------------------------------------------------------------
+// ---- Unaffected by desampling -----------------------------------------------------------------------------------
 
 TEST(Desampling, OffLeavesNoTraceInImageOrStatistics) {
   const gpu::FrameResult off = plain().renderer(shipped("serpent")).render(12);
@@ -159,7 +159,7 @@ TEST(Desampling, WithStencilsThatReachNeighboursTilesDoNotShow) {
     EXPECT_EQ(counters(small[f]).blocks_rate_8, counters(large[f]).blocks_rate_8);
     EXPECT_EQ(counters(small[f]).pixels_advected, counters(large[f]).pixels_advected);
   }
-  // Nor in what contrast decides.
+  // Nor do they show in decisions by contrast.
   EXPECT_EQ(images("neighbours", 8, "0.008")[2].targets.color.values,
             images("neighbours", 64, "0.008")[2].targets.color.values);
   const auto local_small = images("tile", 8), local_large = images("tile", 64);

@@ -1,4 +1,4 @@
-// `tessera tradeoff --effects`: what each effect of a frame costs, and that an absent one costs nothing.
+// `tessera tradeoff --effects`: the cost of each effect of a frame; an absent one costs nothing.
 #include "replay/tradeoff/effect_costs.h"
 
 #include "gpu/device.h"

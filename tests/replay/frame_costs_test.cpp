@@ -99,8 +99,8 @@ TEST(FrameCosts, AreThoseOfTheRecord) {
   }
 }
 
-// Doubling takes too long with events: the path of a tile says what bounds it. Nearly all cycles are in tiles of which it
-// says what doubling says.
+// Doubling takes too long with events: the path of a tile estimates its bound. For nearly all cycles the estimate
+// agrees with doubling.
 TEST(FrameCosts, WithEventsBoundsOfTilesAreEstimated) {
   double cycles = 0, right = 0;
   for (const char* name : {"vases", "eggs", "flyby"}) {

@@ -39,7 +39,8 @@ gpu::FrameResult render(const Capture& capture, const Variant& variant, int fram
   return render(std::make_shared<const gpu::PreparedCapture>(capture), variant, frame, request);
 }
 
-// Rectangles, no times, one queue per tile: what every other way of binning is compared with.
+// The plainest binning, with rectangles, no times and one queue per tile: every other way of binning is compared with
+// it.
 Variant plainest_binning(Variant v) {
   v.gpu.binner.coverage = binner::CoverageMethod::kRectangle;
   v.gpu.binner.time_intervals = false;
@@ -143,7 +144,8 @@ TEST_P(ShippedCapture, TilesQueuesAndBuffersNeverChangeTheImage) {  // M1
   for (const Variant& v : variants) EXPECT_EQ(image_bytes(shown(v).targets), image_bytes(expected.targets)) << v.name;
 }
 
-// Also invariant 1: coverage, time intervals, segments and levels of queues leave out only what no sample can see.
+// Also invariant 1: coverage, time intervals, segments and levels of queues leave out only geometry that no sample
+// can see.
 TEST_P(ShippedCapture, CoverageTimesAndQueueLevelsNeverChangeTheImage) {  // M1
   const gpu::FrameResult expected = shown(plainest_binning({}));
   std::map<int, std::uint64_t> overlaps;  // by the side of a tile

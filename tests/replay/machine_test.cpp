@@ -155,8 +155,8 @@ void expect_events_of_tiles_add_up(const gpu::FrameResult& r) {
   EXPECT_EQ(sum.events[Event::kL2Lines], r.counters.l2.requests + r.counters.l2.misses);
 }
 
-// Bytes that were read though nothing had written them: of lists, of the sub-patch table and of tile states. What else is
-// read belongs to the capture.
+// Bytes that were read although nothing had written them: bytes of lists, of the sub-patch table and of tile states.
+// All other reads are reads of the capture.
 std::uint64_t read_from_nowhere(const gpu::FrameRecord& record, std::uint64_t burst) {
   std::uint64_t wrong = 0;
   std::set<std::tuple<Purpose, std::uint64_t, std::uint64_t>>

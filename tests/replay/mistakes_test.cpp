@@ -41,7 +41,7 @@ struct Mistake {
 
 std::ostream& operator<<(std::ostream& out, const Mistake& mistake) { return out << mistake.name; }
 
-// The folder of a user: a capture, and what else may lie there.
+// The folder of a user: a capture, and other files.
 class Mistakes : public testing::TestWithParam<Mistake> {
  protected:
   static void SetUpTestSuite() {

@@ -21,7 +21,7 @@ bool one_line(const std::string& text) { return std::count(text.begin(), text.en
 
 std::string capture(const char* name) { return test::shipped_capture(name).string(); }
 
-// An option that names one file, and what follows from the inputs alone is written there.
+// An option that names one file; the text written there follows from the inputs alone.
 struct NamedOutput {
   const char* name;
   std::vector<std::string> before, after;  // arguments

@@ -222,7 +222,7 @@ TEST_F(ReportPageInBrowser, RunsOfPixelsCoverTheImage) {
   }
 }
 
-// With machine.timing=events a replay estimates what bounds a tile; tessera time --split tiles simulates it.
+// With machine.timing=events a replay estimates the bound of a tile; tessera time --split tiles simulates it.
 TEST_F(ReportPageInBrowser, ABoundThatIsEstimatedSaysSo) {
   const OpenedPage opened = open_with("replay", std::string(kLitTiles) + R"(
     const verdict = async (estimated) => { show({ tile: -1 }); await settled(); (await viewOf()).tiles.costs.estimated = estimated; [...document.querySelectorAll('#frames button')].find((button) => button.textContent === 'Slowest tile').click(); await settled(); return document.querySelector('#frames .tile .verdict').textContent; };

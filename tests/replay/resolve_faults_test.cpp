@@ -30,7 +30,7 @@ TEST(ResolveFaults, MaterialsThatChangeAreShadedAnewAndTheirNeighboursAreNot) { 
   EXPECT_LT(share, 0.4);
 }
 
-// ---- Cuts and what stops ----------------------------------------------------------------------------------------
+// ---- Cuts and stops ---------------------------------------------------------------------------------------------
 
 TEST(ResolveFaults, ACutIsShadedFullyAndSoIsWhatFollows) {  // RU7
   const Capture capture = test::walk_with_a_cut();

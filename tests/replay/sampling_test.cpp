@@ -385,7 +385,7 @@ TEST_F(Search, KilledAndStartedAgainGivesTheSameBytes) {
   EXPECT_NE(contents("other")["sweep.csv"], contents("whole")["sweep.csv"]);
 }
 
-// A space of few points is searched until nothing new comes up, and what no machine can be is never the best.
+// A space of few points is searched until nothing new comes up; a point that no machine can have is never the best.
 TEST_F(Search, EndsWhereThereIsNothingNew) {
   json study = searching(500);
   study["axes"] = {{{"keys", {"tile.width", "tile.height"}}, {"values", {16, 20, 32}}},

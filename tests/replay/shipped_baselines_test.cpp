@@ -35,7 +35,7 @@ TEST_P(ShippedBaselines, UntiledDrawsPatchesAtOnceAndBinsTriangles) {
   EXPECT_LE(scheme(r, SchemeId::kImmediate).dram_bytes, scheme(of_plain, SchemeId::kImmediate).dram_bytes);
 }
 
-// A compute tessellator adds its blocks to what deferred-vertex has, and nothing where there is no patch.
+// A compute tessellator adds its blocks to the bytes of deferred-vertex, and nothing where there is no patch.
 TEST_P(ShippedBaselines, ATessellatorInMemoryAddsPointsAndIndices) {
   const Compared r = render(capture, {});
   const BaselineCounters &deferred = scheme(r, SchemeId::kDeferredVertex),

@@ -72,8 +72,8 @@ KnobResult random_knob(test::Random& random) {
   return knob;
 }
 
-// Settings whose member of a front is not what TO2 says of it: one that is beaten and on it, or beaten by none and off
-// it, or judged by a cost that it does not have.
+// Settings whose membership of a front breaks TO2: a setting that is beaten and on it, or beaten by none and off it,
+// or judged by a cost that it does not have.
 int front_violations(const KnobResult& knob) {
   int violations = 0;
   for (const Cost cost : kCosts)
@@ -98,7 +98,7 @@ TEST(Judge, PutsOnEveryFrontWhatNoOtherSettingBeats) {  // TO2
     KnobResult knob = random_knob(random);
     judge(knob);
     EXPECT_EQ(front_violations(knob), 0) << round;
-    // The failing twin: what costs least is taken for the front, whatever it errs by.
+    // The failing twin: the cheapest setting is taken for the front, whatever its error.
     for (const Cost cost : kCosts) {
       std::optional<double> least;
       for (const SettingResult& s : knob.settings)

@@ -113,7 +113,7 @@ TEST(UnchangedBlocks, SignaturesOfFewBitsShowWhatIsNotThere) {
   const auto wrong = [&](const char* bits) {
     gpu::Device r = Machine(m).set(std::string("frame_buffer.signature_bits=") + bits).renderer(capture);
     for (int f = 0; f < 3; ++f) r.render(f);
-    History spoilt = r.history();  // by less than what makes a discrepancy
+    History spoilt = r.history();  // by less than a discrepancy needs
     test::Random random(9);
     for (Vec4& color : spoilt.color) color *= random.uniform(0.98f, 0.995f);
     r.set_history(spoilt);

@@ -1,4 +1,4 @@
-// `tessera view`: what its session gives, and its page in a browser that someone uses.
+// `tessera view`: the results of its session, and its page in a browser with a user.
 #include <condition_variable>
 #include <mutex>
 
@@ -80,7 +80,7 @@ class Session {
   ViewSession session_;
 };
 
-// VWS1: what its command line gives.
+// VWS1: a result equals the replay of its command line.
 void expect_as_replayed(const ViewResult& result) {
   const test::TemporaryFolder out;
   std::istringstream words(result.command);

@@ -1,4 +1,4 @@
-// The time left of a tradeoff: what its trials should take, and the rates at which they do.
+// The time left of a tradeoff: predicted times of its trials, and the rates at which they run.
 #include "replay/tradeoff/work_clock.h"
 
 #include "replay/tradeoff/trial.h"

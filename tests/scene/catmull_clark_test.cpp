@@ -337,7 +337,7 @@ TEST(CatmullClark, FansThatTouchInAPointAreSplitAndStillMeetThere) {  // CAGE2
   EXPECT_EQ(std::count(patches.vertices.positions.begin(), patches.vertices.positions.end(), Vec3(1, 1, 0)), 6);
 }
 
-// ---- What moves with the cage -----------------------------------------------------------------------------------
+// ---- Data that follow the cage -----------------------------------------------------------------------------------
 
 TEST(CatmullClark, MorphTargetsConvertLikeThePositionsThatTheyAreAddedTo) {
   Cage cage = test::bracket_cage();

@@ -101,7 +101,7 @@ TEST(NextPose, FG1AnythingThatIsAnimatedMakesANewPose) {
   }
 }
 
-// Both ends of a way there and back look alike, and what lies between does not.
+// Both ends of a motion there and back look alike, and the times between do not.
 TEST(NextPose, FG1CurvedMotionIsNotTakenForRest) {
   Stage stage;
   stage.play({.node = 0,
@@ -116,7 +116,7 @@ TEST(NextPose, FG1CurvedMotionIsNotTakenForRest) {
   EXPECT_TRUE(rest->segments.empty());
 }
 
-// Patterns are kept for what rests under a camera that does, and for nothing else.
+// Patterns are kept for objects at rest under a camera at rest, and for nothing else.
 TEST(NextPose, FG1PatternsAreThoseOfAFreshStart) {
   test::Random random(7);
   for (int trial = 0; trial < 40; ++trial) {

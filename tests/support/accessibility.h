@@ -7,8 +7,9 @@
 
 namespace tessera::test {
 
-// Why axe-core, the tool that looks for barriers, cannot be had here; "" once npm has installed it (axe.sh), which is
-// done once for a build. Throws std::runtime_error where installing fails for another reason than a missing registry.
+// Reason why axe-core, the tool that looks for barriers, is not available here; "" once npm has installed it
+// (axe.sh), once for a build. Throws std::runtime_error where installing fails for another reason than a missing
+// registry.
 std::string missing_accessibility_tool();
 
 // Barriers that keep a page from levels A and AA of WCAG 2.2, in light and dark, a text each: scheme, rule, selector,

@@ -20,7 +20,8 @@
     found.push(`color-contrast: ${selector(node)}: ${fgColor} on ${bgColor}, ${contrastRatio} of ${expectedContrastRatio}`);
   }
 
-  // axe takes a drawing for an image, and does not look below what lies behind a text: there the grounds are computed, and all must do.
+  // axe takes a drawing for an image, and does not look at several grounds behind a text: there the grounds are
+  // computed, and all must do.
   const { Color, flattenColors, getContrast } = axe.commons.color;
   const color = (text, alpha = 1) => {
     const out = new Color();

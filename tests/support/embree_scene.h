@@ -13,11 +13,11 @@
 
 namespace tessera::test {
 
-// Tessera's triangles in Embree's hands.
+// Tessera's triangles as triangles of Embree.
 //
-// Space: camera space (x right, y down, depth), but with every projected vertex where its snapped raster position says
-// it is: (X z, Y z, z) over the focal length, (0,0) in the middle of the image. Orthographic: (X, Y, z) over the
-// pixels per unit. In it
+// Space: camera space (x right, y down, depth), but with every projected vertex at its snapped raster position: (X z,
+// Y z, z) over the focal length, (0,0) in the middle of the image. Orthographic: (X, Y, z) over the pixels per unit.
+// In it
 //   EMB1  Tessera's moving triangle *is* Embree's: X(t) = X0 + lambda(t) (X1 - X0) with lambda = t z1 / z(t) means X(t)
 //         z(t) = (1-t) X0 z0 + t X1 z1, which is linear in t. Two time steps say it all; no snap is left to tolerate.
 //   EMB2  a sample (x, y, t, u, v) is one ray of unit depth per unit of its parameter, from the lens point (u, v, 0).
@@ -41,10 +41,10 @@ struct EmbreeOptions {
   Geometry geometry = Geometry::kTriangles;
   bool robust = true;       // Embree's watertight intersectors
   bool obey_facing = true;  // single-sided materials are seen from their front only (costs a callback per hit)
-  // Hits where a mask cuts a surface out do not count (a callback and a bilinear lookup of the finest level per hit of such a
-  // material, whose patches are triangles also with kGrids). Colours of vertices have no part.
+  // Hits where a mask cuts a surface out do not count (a callback and a bilinear lookup of the finest level per hit
+  // of such a material, whose patches are triangles also with kGrids). Colours of vertices are ignored.
   bool masks = false;
-  // For broken twins: a triangle that Embree does not get.
+  // For broken twins: the number of a triangle that Embree does not get.
   std::uint32_t missing_patch = 0xFFFFFFFFu, missing_triangle = 0xFFFFFFFFu;
 };
 

@@ -29,7 +29,7 @@ class MachineVisibility {
     tilecore::TessellationCounters tessellation;
     Stages stages;
   };
-  // `force_motion`: the ray path, though nothing moves. `kernels`: see TileJob.
+  // `force_motion` uses the ray path although nothing moves; `kernels`: see TileJob.
   Result run(const scene::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids, bool keep_tiles,
              bool force_motion = false, const tilecore::VisibilityKernels* kernels = nullptr);
 

@@ -12,7 +12,7 @@ namespace tessera::test {
 // A program that runs beside the test; it is killed with this object.
 class RunningProcess {
  public:
-  // `channel`: it also reads from descriptor 3 and writes to descriptor 4.
+  // With `channel`, the program also reads from descriptor 3 and writes to descriptor 4.
   explicit RunningProcess(const std::vector<std::string>& argv, bool channel = false);
   ~RunningProcess();
   RunningProcess(const RunningProcess&) = delete;

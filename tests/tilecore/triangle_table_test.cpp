@@ -1,4 +1,4 @@
-// Tables by which the samples of a tile name triangles, and what samples take of the tile memory.
+// Tables by which the samples of a tile name triangles, and the samples' share of the tile memory.
 #include "tilecore/triangle_table.h"
 #include "tests/support/tests.h"
 #include "tests/tilecore/pixel_scene.h"

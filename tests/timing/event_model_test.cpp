@@ -347,7 +347,7 @@ TEST(EventModel, APathWithAPartTooManyDoesNotAddUp) {  // EM4
   EXPECT_FALSE(path_adds_up(twice, out.schedule.cycles));
 }
 
-// EM5: what `tile` took, and where it went.
+// EM5: the cycles of `tile`, and their places.
 double cycles_of(const TileSchedule& tile) { return tile.phases.back().end - tile.phases.front().begin; }
 
 // With two tiles in a core, the second one waits for the lanes, which the first one has.

@@ -14,8 +14,8 @@ using test::GltfAsset;
 using testing::Contains;
 using testing::ElementsAre;
 
-// everything_asset() with one more animation, that moves what `pointer` names from the first half of `values` to the
-// second within a second.
+// everything_asset() with one more animation, which moves the value at `pointer` from the first half of `values` to
+// the second within a second.
 template <class T>
 GltfAsset animated(const std::string& pointer, const char* type, const std::vector<T>& values,
                    const json& sampler = json::object(), const json& accessor = json::object()) {

@@ -274,7 +274,7 @@ TEST(MemoryBudget, RefusesAFileBeforeReadingIt) {
   EXPECT_LE(meter.peak_bytes(), kConstantBytes);
 }
 
-// Files and claims much larger than what stands in them.
+// Files and claims much larger than their contents.
 TEST(MemoryBudget, RefusesWhatCannotFitBeforeMakingRoomForIt) {
   const TemporaryFolder folder;
   const std::string claim =

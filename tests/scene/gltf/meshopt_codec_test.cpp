@@ -423,7 +423,7 @@ TEST(MeshoptFilters, ColoursOfFullRangeComeBackExactlyAndAlphaLosesOneBit) {  //
       EXPECT_EQ(out[3], alpha * 2 + alpha % 2);
     }
   }
-  // K = 3 in 16 bits: white, half of alpha's range, and what leaves the range is clamped.
+  // K = 3 in 16 bits: white, half of alpha's range, and clamped values out of range.
   using U = std::vector<std::uint16_t>;
   EXPECT_EQ(filtered(U{7, 0, 0, 7}, 8, MeshoptFilter::kColor), (U{65535, 65535, 65535, 65535}));
   EXPECT_EQ(filtered(U{7, 1, 0, 4}, 8, MeshoptFilter::kColor), (U{65535, 65535, 56173, 0}));

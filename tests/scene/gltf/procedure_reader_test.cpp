@@ -109,7 +109,7 @@ TEST(ProcedureReader, ChainsAlongOneParameterHaveOneLength) {
 
 // ---- Animation --------------------------------------------------------------------------------------------------
 
-// A procedure and a channel that moves what `pointer` says of it from the first half of `values` to the second.
+// A procedure and a channel that moves the value at `pointer` from the first half of `values` to the second.
 test::GltfAsset animated(const json& procedure, const std::string& pointer, const char* type,
                          const std::vector<float>& values) {
   test::GltfAsset asset;

@@ -232,7 +232,7 @@ TEST(Lines, MoveWithTheirSurfaceAndAreOutOfFocusWhereItIs) {
       const Image tiled = draw(*scene.frame, kLineStyle, 16, 8);  // SC1
       EXPECT_EQ(image.samples, tiled.samples);
     }
-  // The twin: looked at as if they stood still, lines of what moves lie elsewhere.
+  // The twin: seen as if the surface stood still, lines of moving surfaces lie elsewhere.
   const TestFrame scene = sphere(pinhole, DVec3(0.5, 0.25, 0.5));
   Image image = draw(*scene.frame, kLineStyle);
   for (Sample& sample : image.samples) sample.t = 0;
@@ -480,7 +480,7 @@ TEST(Lines, CostWhatTheArrayDoesForThemAndTheSurfaceBeneathWhatItCostsWithout) {
     EXPECT_EQ(lines.counters.drawn_lines > 0, lines.counters.operations > surface.counters.operations);
     EXPECT_GE(lines.counters.footprint_tests,
               surface.counters.footprint_tests + static_cast<std::uint64_t>(drawn_lines));
-    // Lines are drawn with their piece: what lies behind them and comes later is not written.
+    // Lines are drawn with their piece: hits behind them that come later are not written.
     EXPECT_GE(lines.counters.writes, static_cast<std::uint64_t>(drawn_lines));
   }
 }

@@ -320,8 +320,7 @@ TEST(Advection, WithoutAVelocityAtTheFarEndThereIsNoCorrection) {
   EXPECT_NE(frames.advect(12, 12, {Fetch::kBilinear, true}).color, frames.color_at(10, 12));
 }
 
-// Whatever is there: what whole blocks take is what pixel by pixel would have been taken, and nothing is refused that
-// is plain.
+// For any input, whole blocks take the same colours as pixel by pixel, and no plain block is refused.
 RC_GTEST_PROP(Advection, WholeBlocksHaveTheBitsOfSinglePixels, (std::uint32_t seed)) {
   Random random(seed);
   const std::vector<std::string> targets = simd_target_names();

@@ -68,8 +68,8 @@ Reference nearest_reference(const Window& window, const UsableRows& usable, int 
   return r;
 }
 
-// Weights of taps (dx, dy, weight) that meet as many of the conditions as are told apart: each in turn is freed of what
-// those before it ask for, and then met by the least change.
+// Weights of taps (dx, dy, weight) that meet all independent conditions: each condition in turn is made independent
+// of those before it, and then met by the least change.
 std::vector<double> met(const std::vector<DVec3>& taps, std::vector<std::vector<double>> conditions, double& margin) {
   std::vector<double> weights;
   for (const DVec3& t : taps) weights.push_back(t.z);
@@ -259,7 +259,7 @@ TEST(StencilTables, SymmetricStencilsAreKeptOnce) {
   for (const Reconstruction kernel : kKernels)
     for (const Stencil& s : all_table_stencils(kernel)) ++pixels, bits_apart += packed_stencil_bits(s.count);
   const StencilTableSize size = stencil_table_size();
-  // Three quarters are missing of four patterns, half of two; less what tile_border.h adds.
+  // Three quarters of the pixels are missing in four patterns, half in two; less the pixels that tile_border.h adds.
   std::size_t missing = 0;
   for (const Reconstruction kernel : kKernels)
     for (const BlockMask pattern : kPatterns)
@@ -490,7 +490,7 @@ TEST(CubicStencil, AFlatColourUnderThePatternsIsExactToAUnitAndAPlainQuotientIsN
   EXPECT_GT(worst_plain, 1);
 }
 
-// ---- What may not be used
+// ---- Unusable pixels
 // -----------------------------------------------------------------------------------------------
 
 TEST(CubicStencil, PixelsThatAreNotUsableAreNotEvenRead) {  // CS2
@@ -649,7 +649,7 @@ TEST(CubicStencil, WhereNegativeLobesEatTheSumTheNearestPixelsStandIn) {  // CS5
   const Filled got = fill(Reconstruction::kCubicInterpolating, window.view(), missing);
   EXPECT_EQ(got.work.fallbacks, 1u);
   EXPECT_EQ(got.at(5), window.at(3, 3));
-  // The failing twin: the quotient lies far outside what entered it.
+  // The failing twin: the quotient lies far outside the range of its inputs.
   double sum = 0, weights = 0;
   for (int y = 0; y < 10; ++y)
     for (int x = 0; x < 10; ++x) {

@@ -168,7 +168,7 @@ TEST(ShadingCache, SHC1SHC2FindsWhatWasUsedLastAndNothingElse) {
       ASSERT_LE(cache.size(), capacity);
     }
     EXPECT_EQ(hits, hits_in_list(stream, capacity, true)) << capacity;
-    // The same check sees a cache that replaces what came first instead.
+    // The same check notices a cache that replaces the oldest entry instead.
     if (capacity > 1 && capacity < 4000) {
       EXPECT_NE(hits, hits_in_list(stream, capacity, false)) << capacity;
     }

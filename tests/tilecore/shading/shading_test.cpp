@@ -297,7 +297,7 @@ TEST(TileCore, TheImageDoesNotDependOnTheOrderOrDivisionOfTheEntries) {
 
 TEST(TileCore, SamplesOutsideTheTimesOfAnEntryAreNotTestedAgainstIt) {
   TileScene scene(true);
-  scene.job.forced.motion = true;  // what does not move has all times, and a raster path that knows of none
+  scene.job.forced.motion = true;  // a still patch has all times, and a raster path without times
   const Rendered expected = render(scene, scene.entries, 1);
   std::vector<binner::ListEntry> early = scene.entries, both;
   for (auto& e : early) e.t1 = 99;

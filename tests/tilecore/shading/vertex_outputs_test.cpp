@@ -222,8 +222,9 @@ TEST(VertexOutputs, TheErrorFallsWithTheSquareOfTheEdge) {
   }
 }
 
-// A flat displaced patch, scaled, turned, mirrored and moving: what its triangles lack of the normal pixels look up, so that
-// with shading.surface=frame it is exact however long edges are. Without the gradient, the twin, it is far off.
+// A flat displaced patch, scaled, turned, mirrored and moving: pixels look up the part of the normal that its
+// triangles lack, so that with shading.surface=frame it is exact for edges of any length. Without the gradient, the
+// twin, it is far off.
 TEST(VertexOutputs, VO1WithFrameFlatPatchesHaveExactNormalsInsideTriangles) {
   for (std::uint32_t seed = 0; seed < 8; ++seed) {
     Random random(seed);

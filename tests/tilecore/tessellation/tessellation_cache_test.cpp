@@ -183,7 +183,7 @@ TEST(TessellationCache, RigidVerticesAreTransformedWhenTheyAreRead) {
 
 // ---- Laws -----------------------------------------------------------------------------------------------------------
 
-// Tiles in their order, and what each asks for: sub-patches of one or two groups, over rectangles of tiles.
+// Tiles in their order, with their requests: sub-patches of one or two groups, over rectangles of tiles.
 struct Scene {
   static constexpr int kColumns = 12, kRows = 10;
   std::vector<std::pair<binner::TileIndex, std::vector<TessellationRequest>>> tiles;
@@ -225,8 +225,8 @@ std::vector<std::uint32_t> uses_of(const Scene& scene) {
   return uses;
 }
 
-// Misses of a memory with room for `lines` groups of one size, where `leaves` picks what leaves from the patches that were
-// kept, the longest unused first: after use k.
+// Misses of a memory with room for `lines` groups of one size. After use k, `leaves` picks the patch that leaves from
+// the kept patches, the longest unused first.
 template <class Leaves>
 std::uint64_t misses_of(const std::vector<std::uint32_t>& uses, std::size_t lines, const Leaves& leaves) {
   std::vector<std::uint32_t> kept;

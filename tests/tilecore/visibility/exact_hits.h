@@ -35,7 +35,7 @@ inline ExactCorner exact_corner(const MethodMesh& m, std::size_t v, std::size_t 
   return {x, y, z, 0x1p-20 * error};
 }
 
-// Where a sample is with respect to a triangle.
+// Place of a sample with respect to a triangle.
 struct ExactHit {
   enum Answer { kOutside, kInside, kTooCloseToSay } answer = kOutside;
   double z = 0, z_error = 0;

@@ -164,7 +164,7 @@ inline std::set<HitSet::Key> hits_by_class(const MethodMesh& m) {
   return sink.hits;
 }
 
-// Every method but that, some with several settings.
+// Every method but the default, some with several settings.
 inline std::vector<NamedMethod> methods_of_units() {
   using M = VisibilityMethod;
   return {{"brute", {M::kBrute}},
