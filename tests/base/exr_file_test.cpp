@@ -44,7 +44,7 @@ TEST(ExrFile, WritingIsDeterministic) {
   EXPECT_EQ(test::read_text(folder / "a.exr"), test::read_text(folder / "b.exr"));
 }
 
-TEST(ExrFile, WhatIsNotAnExrIsRefused) {
+TEST(ExrFile, OtherFilesAreRefused) {
   const test::TemporaryFolder folder;
   test::write_text(folder / "a.exr", "no image");
   EXPECT_THROW(read_exr(folder / "a.exr"), InputError);

@@ -25,7 +25,7 @@ TEST(Psnr, IsMinusTwentyLogOfAUniformDifference) {
   EXPECT_TRUE(std::isinf(psnr(noisy(9, 9, 1), noisy(9, 9, 1))));
 }
 
-TEST(Psnr, OfIndependentUniformNoiseIsThatOfASixthOfMeanSquareError) {
+TEST(Psnr, IndependentUniformNoiseHasAMeanSquareErrorOfASixth) {
   // E (a-b)^2 = 1/6 for independent uniform numbers: 7.78 dB, to the spread of 30 000 squares.
   EXPECT_NEAR(psnr(noisy(100, 100, 11), noisy(100, 100, 12)), 10 * std::log10(6.0), 0.1);
 }

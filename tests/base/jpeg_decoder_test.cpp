@@ -128,7 +128,7 @@ TEST(JpegDecoder, AnotherImageIsNotWithinQuantisation) {  // the twin of the law
   }
 }
 
-TEST(JpegDecoder, ReadsWhatAnotherEncoderWrote) {  // stb's
+TEST(JpegDecoder, ReadsFilesOfAnotherEncoder) {  // stb's
   for (const int channels : {1, 3}) {
     const Image8 image = ramps(40, 24, channels);
     const std::string text = captures::encode_jpeg(image, 100);
@@ -224,7 +224,7 @@ TEST(JpegDecoder, InksThatAreStoredAsTheyAreAreKnownByTheMarker) {
   EXPECT_LE(greatest_difference(plain.image, seen(inks, false)), 3);
 }
 
-TEST(JpegDecoder, WhatFourChannelsTakeIsCharged) {
+TEST(JpegDecoder, MemoryOfFourChannelsIsCharged) {
   DecodedImage image;
   std::string fault;
   std::uint64_t charged = 0;
@@ -319,7 +319,7 @@ TEST(JpegDecoder, TablesThatAreMissingOrDoNotFitAreRefused) {
   }
 }
 
-TEST(JpegDecoder, CodeTablesThatAreLeftOutAreThoseOfTheStandard) {  // as in Motion JPEG; the encoder writes just these
+TEST(JpegDecoder, MissingCodeTablesAreTheStandards) {  // as in Motion JPEG; the encoder writes just these
   const Bytes sound = encode(ramps(40, 24, 3), TJSAMP_444, 90);
   Bytes bare = sound;
   for (int table = 0; table < 4; ++table) remove_segment(bare, segment(bare, kHuffman));
@@ -353,7 +353,7 @@ TEST(JpegDecoder, AnImageBeyondTheLimitsIsRefusedBeforeAnythingIsAllocated) {
   }
 }
 
-TEST(JpegDecoder, WhatUnpackingTakesIsChargedBeforeItIsAllocated) {
+TEST(JpegDecoder, UnpackingIsChargedBeforeItAllocates) {
   for (const Kind& kind : kKinds) {
     const Bytes bytes = encode(ramps(100, 70, kind.channels), kind.subsampling, 90, kind.flags);
     DecodedImage image;

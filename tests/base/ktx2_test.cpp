@@ -141,7 +141,7 @@ std::vector<std::uint8_t> texels_of_blocks(const BasisTexture& texture, const Ba
   return texels;
 }
 
-TEST(Ktx2, TexelsAreWhatTheBlocksDecodeTo) {  // KT2
+TEST(Ktx2, TexelsEqualTheDecodedBlocks) {  // KT2
   for (const Expected& file : expected_files()) {
     const BasisTexture texture = texture_of(file.name, BasisTarget::kAstc4x4);
     EXPECT_EQ(texture.block_bytes, 16u);
@@ -188,7 +188,7 @@ TEST(Ktx2, BlocksAreFortyDecibelsFromRgbaUnlessTheImageIsNoise) {
         << file.name;
 }
 
-TEST(Ktx2, TheHeadSaysWhatTheTextureIs) {
+TEST(Ktx2, TheHeadDescribesTheTexture) {
   Ktx2Header header;
   std::string fault;
   ASSERT_TRUE(read_ktx2_header(file_bytes("etc1s_cloud_mips_32x20"), {}, header, fault)) << fault;
@@ -275,7 +275,7 @@ RC_GTEST_PROP(Ktx2, AnyBytesBehindASoundHeadAreAnswered, (std::uint32_t seed)) {
   expect_within_charge(file, kTargets[seed % 2]);
 }
 
-TEST(Ktx2, TheChargeIsNoMoreThanTwiceWhatIsTaken) {  // the twin of KT3: a charge that is any number would hold, too
+TEST(Ktx2, TheChargeIsAtMostTwiceTheAllocation) {  // the twin of KT3: a charge that is any number would hold, too
   const Bytes file = file_bytes("uastc_disc_mips_64");
   for (const BasisTarget target : kTargets) {
     const Answer answer = decode(file, target);

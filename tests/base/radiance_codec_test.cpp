@@ -92,7 +92,7 @@ TEST(RadianceCodec, RowsMayComeFromTheBottom) {
   EXPECT_EQ(decoded(head(1, 2, "+") + pixels).at(0, 0)[0], 1.5f);
 }
 
-TEST(RadianceCodec, ExrBytesAreThoseOfTheFile) {
+TEST(RadianceCodec, ExrBytesEqualTheFiles) {
   const test::TemporaryFolder folder;
   const Image image = steps(12, 6);
   std::vector<ExrChannel> channels;

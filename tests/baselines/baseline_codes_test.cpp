@@ -72,7 +72,7 @@ TEST(StripCode, DecodesAnyTrianglesDegenerateOnesToo) {
   }
 }
 
-TEST(StripCode, AWholeGroupTakesWhatTheHeaderSays) {
+TEST(StripCode, AWholeGroupTakesTheBytesOfTheHeader) {
   // 7x7 cells: each row begins with three vertices; along the first row all are new, later one of each cell's two
   // further ones is old.
   Random random(3);

@@ -146,7 +146,7 @@ TEST(TriangleSetup, StillTrianglesAreInExactlyTheTilesThatTheyMeet) {
   }
 }
 
-TEST(TriangleSetup, CountsWhatEachTestDrops) {  // TS2
+TEST(TriangleSetup, CountsTheTrianglesThatEachTestDrops) {  // TS2
   const binner::TileGrid grid(64, 64, 32, 32);
   scene::Projection p = projection(0);
   p.far = 5;
@@ -409,7 +409,7 @@ TEST(VertexLayout, HalfPrecisionSaves18Of52BytesOfAVertex) {
   }
 }
 
-TEST(VertexLayout, AVertexHandsOverWhatItsMaterialReads) {
+TEST(VertexLayout, AVertexHandsOverItsMaterialsInputs) {
   scene::Primitive primitive;
   scene::Material material;
   EXPECT_EQ(frontend::vertex_components(primitive, material), 6u) << "a point and a normal";
@@ -475,7 +475,7 @@ TEST(PostTessellationTwin, ATriangleForgottenInOneTileIsCaught) {
 }
 
 // One cell, one tile, bursts of 64 bytes; everything from the description of the formats.
-TEST(PostTessellation, BytesOfATinySceneAreThoseOfTheFormats) {
+TEST(PostTessellation, BytesOfATinySceneFollowTheFormats) {
   const binner::TileGrid grid(32, 32, 32, 32);
   const scene::Projection p = projection(0);
   for (const bool moving : {false, true}) {

@@ -286,7 +286,7 @@ TEST(MeshShader, RecordsAreAsLargeAsPublished) {
 }
 
 // One patch of 49 cells in one tile, bursts of 64 bytes; attributes of 20 bytes.
-TEST(MeshShader, BytesOfATinySceneAreThoseOfTheFormats) {
+TEST(MeshShader, BytesOfATinySceneFollowTheFormats) {
   const binner::TileGrid grid(200, 200, 200, 200);
   const TessellatedPatch patch = numbered_grid(7, 4, 4, 100);
   for (const MeshStorage storage : {MeshStorage::kRing, MeshStorage::kCompact}) {
@@ -384,7 +384,7 @@ std::uint32_t word_of(std::span<const std::uint8_t> bytes, std::size_t at) {
          static_cast<std::uint32_t>(bytes[at + 3]) << 24;
 }
 
-TEST(TessellatedInMemory, CT1PointsAndIndicesAreThoseOfThePatch) {
+TEST(TessellatedInMemory, CT1PointsAndIndicesEqualThePatchs) {
   const TessellatedPatch patch = numbered_grid(4, 4, 4, 100);
   const std::vector<std::uint8_t> block = encode_tessellation(patch);
   ASSERT_EQ(block.size(), 25u * 8 + 32 * 3 * 4);
@@ -423,7 +423,7 @@ TEST(TessellatedInMemory, ABlockIsWrittenOnceAndReadTwice) {
 }
 
 // A tile that holds a part of a patch reads the indices and points of that part; without a cache each tile again.
-TEST(TessellatedInMemory, TilesReadWhatTheyShade) {
+TEST(TessellatedInMemory, TilesReadTheVerticesThatTheyShade) {
   const binner::TileGrid grid(kWidth, kHeight, 32, 32);
   const scene::Projection p = projection(0);
   const TriangleSetup setup(grid, p);

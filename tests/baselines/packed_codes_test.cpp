@@ -184,7 +184,7 @@ TEST(CompressedColor, AConstantBlockTakesOneBurstAndMetadataOneInSixtyFour) {
   for (const std::uint32_t color : memory.colors()) EXPECT_EQ(color, red[0]);
 }
 
-TEST(CompressedColor, WhatBlendsIsMixed) {
+TEST(CompressedColor, BlendedColorsAreMixed) {
   CompressedColorMemory memory(1 << 20, kBurst, layout());
   const std::vector<std::uint32_t> colors = {0xFF0000FF, 0x8000FF00};
   memory.draw({0, true, false, 0, 1}, std::vector<ColorWrite>{{0x1, 0}}, colors);
@@ -248,7 +248,7 @@ struct PlainMachine {
   }
 };
 
-TEST(CompressedColor, CC1CC2WhatIsReadWasWrittenAndDecodesToTheColorsThatLeft) {
+TEST(CompressedColor, CC1CC2ReadBytesWereWrittenAndDecodeToTheColorsThatLeft) {
   for (const std::uint64_t capacity : {std::uint64_t{0}, std::uint64_t{2048}, std::uint64_t{16384}}) {
     Random random(4);
     CompressedColorMemory memory(capacity, kBurst, layout());

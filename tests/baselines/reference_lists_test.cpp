@@ -312,7 +312,7 @@ TEST(BufferPressure, ATileStoresItsStateOnceInEveryRoundThatIsNotTheLast) {
   EXPECT_EQ(partial_render_bytes(growth, 64, 464, 464, state), 0u);
 }
 
-TEST(BufferPressure, SpillsAreWhatMovesBehindHalfTheRoom) {
+TEST(BufferPressure, SpillsAreTheBytesBeyondHalfTheRoom) {
   gpu::GpuConfiguration gpu;
   gpu.parameter_buffer.chunk_bytes = 128;
   TriangleBuffer buffer(gpu, 2);  // bits, cursors and first chunks: a burst each
@@ -335,7 +335,7 @@ TEST(BufferPressure, SpillsAreWhatMovesBehindHalfTheRoom) {
   EXPECT_EQ(pressure.partial_render_bytes, 0u) << "the one tile got its first entry in the last round";
 }
 
-TEST(BufferPressure, OfPatchListsIsThatOfTheBufferThatHoldsThem) {
+TEST(BufferPressure, FollowsTheBufferThatHoldsThePatchLists) {
   gpu::GpuConfiguration gpu;  // first chunks of 32 bytes, further ones of 64
   gpu::ObservedWork record;
   record.entries.resize(4);

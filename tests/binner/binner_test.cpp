@@ -233,7 +233,7 @@ TEST(ParameterBuffer, SpillsIntoTheOverflowAreaWhenThePolicySaysSo) {
   for (TileIndex tile = 0; tile < 4; ++tile) EXPECT_EQ(numbers(buffer, tile).size(), 250u);
 }
 
-TEST(ParameterBuffer, PB3TheBurstsOfOneTileAreThoseOfItsBytes) {
+TEST(ParameterBuffer, PB3TheBurstsOfOneTileFollowFromItsBytes) {
   gpu::GpuConfiguration gpu = small_gpu();
   gpu.parameter_buffer.bytes = 1 << 16;
   gpu.binner.combining_bursts = 16;

@@ -338,7 +338,7 @@ std::map<std::uint32_t, int> uses(const ParameterBuffer& buffer, QueueIndex list
   return out;
 }
 
-TEST(ParameterBuffer, PB4WhatIsRefusedLeavesNoByteAndPB5RecordsSayHowManyListsHoldThem) {
+TEST(ParameterBuffer, PB4ARefusalLeavesNoByteAndPB5RecordsCountTheirLists) {
   Random random(9);
   int refused = 0, begun = 0, tables_of_a_length = 0;
   for (int trial = 0; trial < 60; ++trial) {

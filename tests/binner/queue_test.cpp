@@ -119,7 +119,7 @@ TEST(QueueHierarchyTwin, AnEntryForgottenDoubledShiftedOrCutShortIsCaught) {
     EXPECT_GT(misplaced(hierarchy, grid, coverage, bad), 0);
 }
 
-TEST(ListLevels, QueuesAreNumberedLevelByLevelAndThoseOfTilesAsTheTiles) {
+TEST(ListLevels, QueuesAreNumberedLevelByLevelAndQueuesOfTilesAsTheTiles) {
   const TileGrid grid(160, 96, 32, 32);  // 5 x 3 tiles, 3 x 2 groups of four, 2 x 1 of sixteen
   const ListLevels hierarchy(grid, 3);
   EXPECT_EQ(hierarchy.queue_count(), 15u + 6u + 2u);
@@ -281,7 +281,7 @@ bool traffic_agrees(std::uint32_t seed, std::int64_t burst, std::int64_t chunk, 
   return agrees;
 }
 
-TEST(QueueTraffic, PB3LI3EveryBurstIsThatOfAReplayOfTheAccesses) {
+TEST(QueueTraffic, PB3LI3EveryBurstFollowsFromAReplayOfTheAccesses) {
   std::uint32_t seed = 1;
   for (const std::int64_t burst : {16, 32, 64, 128})
     for (const std::int64_t chunk : {64, 128, 1024})

@@ -216,7 +216,7 @@ TEST(BackFaceCulling, OnlySubPatchesThatFaceAwayAreDropped) {
   EXPECT_GT(dropped, 100u);
 }
 
-TEST(BackFaceCulling, KeepsDoubleSidedMaterialsAndWhatCrossesTheNearPlane) {
+TEST(BackFaceCulling, KeepsDoubleSidedMaterialsAndPatchesAcrossTheNearPlane) {
   Random random(4);
   RoundScene scene({}, random);
   scene.assembly.materials[0].double_sided = true;

@@ -303,7 +303,7 @@ CoarseDepth depth_of_blocks(int columns, int rows) {
   return depth;
 }
 
-TEST(CoarseDepth, AViewThatDoesNotChangeKeepsTheDepthsOfAllButTheNeighboursOfWhatIsFarther) {
+TEST(CoarseDepth, AnUnchangedViewKeepsAllDepthsExceptBesideFartherBlocks) {
   CoarseDepth depth = depth_of_blocks(8, 6);
   depth.farthest[depth.blocks.index(5, 3)] = kNothingSeen;
   depth.farthest[depth.blocks.index(0, 0)] = code_not_nearer(1.0f);
@@ -318,7 +318,7 @@ TEST(CoarseDepth, AViewThatDoesNotChangeKeepsTheDepthsOfAllButTheNeighboursOfWha
     }
 }
 
-TEST(CoarseDepth, HidesWhatBeginsBehindAllBlocksThatItTouches) {
+TEST(CoarseDepth, HidesBoundsThatBeginBehindAllBlocksThatTheyTouch) {
   CoarseDepth depth = depth_of_blocks(4, 3);
   depth.farthest[depth.blocks.index(1, 0)] = code_not_nearer(3.0f);
   std::uint64_t tested = 0;
@@ -428,7 +428,7 @@ int level_violations(std::uint32_t seed, float share) {
   return violations;
 }
 
-TEST(LevelDifferences, HoldWhatTwoLevelsOfDetailDifferByAtAnyWrap) { EXPECT_EQ(level_violations(6, 1.0f), 0); }
+TEST(LevelDifferences, BoundTheDifferenceOfTwoLevelsOfDetailAtAnyWrap) { EXPECT_EQ(level_violations(6, 1.0f), 0); }
 
 TEST(LevelDifferences, HalfTheDifferenceIsCaught) { EXPECT_GT(level_violations(6, 0.5f), 0); }
 

@@ -158,7 +158,7 @@ TEST(InstanceCulling, IC1FailsForABoxWithoutMotionOrDisplacement) {
 }
 
 // Ends of an instance that is seen only because of its motion, its deformation or its displacement.
-TEST(InstanceCulling, IC1KeepsWhatMovesIntoView) {
+TEST(InstanceCulling, IC1KeepsInstancesThatMoveIntoView) {
   scene::Capture capture;
   scene::Primitive triangle = test::triangles({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0, 1, 2});
   scene::MorphTarget target;
@@ -222,7 +222,7 @@ TEST(InstanceCulling, IC2EveryTestIsCountedAndReadsOneRecord) {
   }
 }
 
-TEST(InstanceCulling, IC3SubPatchesAreThoseOfANodeForEachInstance) {
+TEST(InstanceCulling, IC3SubPatchesAreTheSameWithANodeForEachInstance) {
   Random random(6);
   for (int trial = 0; trial < 20; ++trial) {
     const Instanced scene(test::random_instanced_scene(random, 80, 6.0f)),

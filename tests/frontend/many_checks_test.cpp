@@ -134,7 +134,7 @@ TEST(HundredMillionChecks, FindNoPointOutsideItsBound) {
   EXPECT_EQ(out.violations, 0);
 }
 
-TEST(HundredMillionChecks, FindNothingInSightAmongWhatIsCulled) {
+TEST(HundredMillionChecks, FindNoCulledCellInSight) {
   const SightOutcome out = check_sights(kSights, false);
   std::printf(
       "%lld cells, %lld culled as out of view and %lld as back faces; %lld points of theirs looked at: %lld in sight\n",
@@ -150,7 +150,7 @@ TEST(ManyChecksTwin, BoundsAFiftiethTooSmallAreCaught) {
   EXPECT_GT(check_points(100'000, BoundTwin::kShrunk).violations, 0);
 }
 
-TEST(ManyChecksTwin, CullingWhatIsInSightIsCaught) { EXPECT_GT(check_sights(10'000, true).violations, 0); }
+TEST(ManyChecksTwin, CullingVisibleCellsIsCaught) { EXPECT_GT(check_sights(10'000, true).violations, 0); }
 
 }  // namespace
 }  // namespace tessera::frontend::many_checks_test

@@ -64,7 +64,7 @@ std::string criterion_name(const testing::TestParamInfo<std::size_t>& instance) 
 INSTANTIATE_TEST_SUITE_P(Criterion, EveryCriterion, testing::Range(std::size_t{0}, kEnumWords<SplitCriterion>.size()),
                          criterion_name);
 
-TEST(PatchSplitter, TheBudgetLimitsWhatTheCriterionMakes) {
+TEST(PatchSplitter, TheBudgetLimitsTheCriterionsPieces) {
   Random random(8);
   const Scene scene(Hard::kNoMotion, random);
   FrontEndSpec s = settings();
@@ -79,7 +79,7 @@ TEST(PatchSplitter, TheBudgetLimitsWhatTheCriterionMakes) {
   }
 }
 
-TEST(PatchSplitter, DepthZeroCutsOnlyWhatATileCoreCannotTake) {
+TEST(PatchSplitter, DepthZeroCutsOnlyPatchesThatATileCoreCannotTake) {
   Random random(8);
   const Scene scene(Hard::kNoMotion, random);
   FrontEndSpec s = settings();
@@ -245,7 +245,7 @@ TEST(FrontEndTraffic, RecordsAmongTheLastUsedCostNothing) {  // BFT1
 
 // ---- Area of a box ----------------------------------------------------------------------------------------------
 
-TEST(BoxArea, IsThatOfItsFacesInTheWorld) {
+TEST(BoxArea, IsTheAreaOfItsFacesInTheWorld) {
   MovingBox box = empty_box({DVec3(1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1)});
   for (std::size_t key = 0; key < 2; ++key)
     for (std::size_t axis = 0; axis < 3; ++axis)

@@ -277,7 +277,7 @@ TEST(Charges, VerticesThatPixelsInterpolateAreEvaluatedWrittenAndRead) {
       << "a mesh has its vertices";
 }
 
-TEST(Charges, PixelsOfProceduresTakeTheirOperationsAndThoseOfTheGeometryWhereTheyEvaluateIt) {
+TEST(Charges, PixelsOfProceduresTakeTheirOperationsAndTheGeometrysWhereTheyEvaluateIt) {
   scene::Capture capture;
   shaders::ShapeInput sphere;
   sphere.p = {0.5f, 0.5f, 0.5f};

@@ -55,7 +55,7 @@ TEST(Configuration, AFileHasANameADescriptionAndSources) {
   EXPECT_THROW(parse_gpu(R"({"sources": 3})", "x"), InputError);
 }
 
-TEST(Configuration, AFileChangesWhatItNamesAndKeepsItsPreset) {
+TEST(Configuration, AFileChangesItsKeysAndKeepsItsPreset) {
   const test::TemporaryFolder folder;
   test::write_text(folder / "gpu.json",
                    R"({"preset": "small", "tile": {"width": 24}, "parameter_buffer": {"full_policy": "spill"}})");
@@ -65,7 +65,7 @@ TEST(Configuration, AFileChangesWhatItNamesAndKeepsItsPreset) {
   EXPECT_EQ(gpu.parameter_buffer.full_policy, binner::FullPolicy::kSpill);
 }
 
-TEST(Configuration, WhatAReplayWritesReadsBackAsTheSameMachine) {
+TEST(Configuration, TheMachineOfAReplayReadsBackAsTheSame) {
   const test::TemporaryFolder folder;
   GpuConfiguration gpu = load_gpu("large");
   gpu.tile.width = 40;
@@ -143,7 +143,7 @@ TEST(Configuration, TheMemoryMayBeGivenInClocksOfTheGpu) {
   EXPECT_DOUBLE_EQ(file.memory.gb_per_s, 8.5);
 }
 
-TEST(Configuration, WhatReplacedAKeyIsNamed) {
+TEST(Configuration, ARemovedKeyNamesItsReplacement) {
   try {
     parse_gpu(R"({"energy": {"leakage_mw": 60}})", "x");
     FAIL();
@@ -153,7 +153,7 @@ TEST(Configuration, WhatReplacedAKeyIsNamed) {
   }
 }
 
-TEST(Configuration, AFormerKeySetsWhatItIsCalledNow) {
+TEST(Configuration, AFormerKeySetsItsSuccessor) {
   for (const FormerKey& former : former_keys()) {
     SCOPED_TRACE(former.name);
     const std::string name(former.name);

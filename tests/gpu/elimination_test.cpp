@@ -104,7 +104,7 @@ TEST(RenderingElimination, AStillSceneIsRenderedOnce) {  // IS1
   EXPECT_EQ(eliminated(still.capture, {"stereo.eye_separation=0.3"}, "stereo"), 2 * kAll);
 }
 
-TEST(RenderingElimination, WhatMovesIsRendered) {  // IS1
+TEST(RenderingElimination, MovingObjectsAreRendered) {  // IS1
   Still still;
   test::add_motion(still.capture, still.mover, {0.5, 0.2, 0.1});
   for (const char* shutter : {"shut", "open", "curved"}) {
@@ -121,7 +121,7 @@ TEST(RenderingElimination, WhatMovesIsRendered) {  // IS1
   }
 }
 
-TEST(RenderingElimination, WhatDeformsIsRendered) {  // IS1
+TEST(RenderingElimination, DeformingMeshesAreRendered) {  // IS1
   for (const float close : {0.0f, 0.7f}) {
     Still still;
     scene::Primitive square = test::triangles({{-0.5f, -0.5f, 0}, {0.5f, -0.5f, 0}, {0.5f, 0.5f, 0}, {-0.5f, 0.5f, 0}},
@@ -195,7 +195,7 @@ TEST(RenderingElimination, AnAnimatedMaterialIsRendered) {  // IS1
   animate(AnimatedPath::kTextureRotation, 0, 1, {0, 1});
 }
 
-TEST(RenderingElimination, WhatAllTilesReadIsPartOfTheirInputs) {  // IS1
+TEST(RenderingElimination, CommonInputsArePartOfEveryTilesInputs) {  // IS1
   Still lit;
   test::add_motion(lit.capture, lit.light, {2, 0, 0});
   EXPECT_EQ(eliminated(lit.capture, {}, "moving light"), 0u);
@@ -209,7 +209,7 @@ TEST(RenderingElimination, WhatAllTilesReadIsPartOfTheirInputs) {  // IS1
   EXPECT_EQ(eliminated(lens.capture, {}, "lens"), 0u);
 }
 
-TEST(RenderingElimination, WhatGoesOnFromFrameToFrameOrTileToTileIsNeverTheSame) {  // IS1
+TEST(RenderingElimination, TilesWithStateFromOtherFramesOrTilesAreNeverTheSame) {  // IS1
   Still still;
   test::add_motion(still.capture, still.mover, {0.5, 0.2, 0.1});
   for (const char* key :
@@ -279,7 +279,7 @@ TEST(RenderingElimination, ATileThatIsNotRenderedDoesNoWork) {  // IS2
   EXPECT_EQ(got[0].counters.ledger.total().read_bytes, plain[0].counters.ledger.total().read_bytes);
 }
 
-TEST(RenderingElimination, WhatIsHashedIsWhatIsCounted) {
+TEST(RenderingElimination, CountsTheHashedBytes) {
   Capture capture;
   const int node = test::add_node(
       capture, test::patches(test::flat_patch({-0.1f, -0.1f, 0}, {0.2f, 0, 0}, {0, 0.2f, 0})), {-2.0, 1.0, 0});
@@ -377,7 +377,7 @@ TEST(TransactionElimination, StencilsAcrossTilesGiveTheSamePixels) {
   }
 }
 
-TEST(TransactionElimination, BothTogetherSkipWhatEitherSkips) {
+TEST(TransactionElimination, BothTogetherSkipTheTilesOfEither) {
   Still still;
   test::add_motion(still.capture, still.mover, {0.5, 0.2, 0.1});
   const auto plain = frames_of(still.capture, {}), both = frames_of(still.capture, {kRendering, kTransactions});
@@ -408,7 +408,7 @@ Capture spheres_in_tiles(int changing) {
   return capture;
 }
 
-TEST(RenderingElimination, SpeedUpIsThatOfTheShareOfUnchangedTiles) {
+TEST(RenderingElimination, SpeedUpFollowsFromTheShareOfUnchangedTiles) {
   const auto second_frame = [](int changing, bool eliminates, const char* model) {
     RunSettings settings;
     GpuConfiguration gpu;
@@ -439,7 +439,7 @@ TEST(RenderingElimination, SpeedUpIsThatOfTheShareOfUnchangedTiles) {
 }
 
 // Hashing is work of the binner and of the tile stores, and there is none where nothing is eliminated.
-TEST(Eliminations, HashWhatTheyCompareAndTakeTheTimeOfIt) {
+TEST(Eliminations, HashTheirInputsAndTakeTheTimeOfIt) {
   const auto frame = [](const std::vector<std::string>& settings_of) {
     RunSettings settings;
     GpuConfiguration gpu;

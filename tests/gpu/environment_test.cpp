@@ -61,7 +61,7 @@ std::uint64_t texture_bytes(const FrameResult& frame) {
   return frame.counters.ledger.traffic(Unit::kTilecore, Purpose::kTexture).read_bytes;
 }
 
-TEST(Environments, WhatIsBehindEverythingIsTheImage) {
+TEST(Environments, TheBackgroundIsTheImage) {
   Capture capture = ball(metal(0.5f));
   set_image(capture, gradient(), 0.5f);
   const FrameResult frame = frame_of(capture);

@@ -174,7 +174,7 @@ TEST(FrameGraph, LoadsAndStoresOfArmsSampleMoveWhatTheClosedFormSays) {
 
 // A compressed frame is loaded as it lies in memory: nothing but headers at first, then the bytes that the previous
 // frame stored.
-TEST(FrameGraph, ALoadOfACompressedFrameReadsWhatWasStored) {
+TEST(FrameGraph, ALoadOfACompressedFrameReadsTheStoredBytes) {
   for (const bool copies : {false, true}) {
     PassGraph graph = copies ? by_way_of(AttachmentFormat::kRgba8) : PassGraph{{}, {drawing("frame")}};
     graph.passes.back().load = {{"frame", LoadAction::kLoad}};

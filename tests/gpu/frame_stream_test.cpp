@@ -39,7 +39,7 @@ void expect_same(const FrameResult& a, const FrameResult& b) {
   EXPECT_EQ(counter_values(a.counters), counter_values(b.counters)) << a.frame;
 }
 
-TEST(FrameStream, FS1FramesAreThoseOfOneDevice) {
+TEST(FrameStream, FS1FramesEqualOneDevices) {
   const scene::Capture capture = turning_sphere();
   for (const std::size_t devices : {1u, 2u, 3u})
     for (const int count : {1, 2, 7}) {

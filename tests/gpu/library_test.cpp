@@ -169,7 +169,7 @@ TEST(Library, TrafficEnergyAndMapsAddUp) {
 
 // The area is the machine's; the number of cores multiplies only the area of a core. With overlapping frames, one
 // frame takes twice the time from one frame to the next.
-TEST(Library, LatencyAndAreaAreThoseOfTheMachine) {
+TEST(Library, LatencyAndAreaFollowTheMachine) {
   const auto render = [](const std::map<std::string, tessera::Value>& keys) {
     tessera::Gpu gpu("small");
     for (const auto& [key, value] : keys) gpu.set(key, value);
@@ -278,7 +278,7 @@ TEST(Library, EveryCounterOfAFrameIsDescribed) {
   for (const auto& [name, value] : frame.counters()) EXPECT_TRUE(known.contains(name)) << name;
 }
 
-TEST(Library, SaysWhatItIs) {
+TEST(Library, StatesItsVersionAndSimdTarget) {
   EXPECT_EQ(tessera::version().substr(0, 2), "0.");
   EXPECT_FALSE(tessera::simd_target().empty());
 }

@@ -65,7 +65,7 @@ class LibraryView : public testing::Test {
   const fs::path file_ = test::view_asset().write(folder_.path());
 };
 
-TEST_F(LibraryView, FramesAreThoseOfTheCommandLineWithTheSameChoices) {
+TEST_F(LibraryView, FramesEqualTheCommandLinesWithTheSameChoices) {
   const std::vector<std::uint8_t> usual = of_library({});
   EXPECT_EQ(of_program({}), usual);
   const std::vector<std::vector<Choice>> all = {
@@ -92,7 +92,7 @@ TEST_F(LibraryView, FramesAreThoseOfTheCommandLineWithTheSameChoices) {
   }
 }
 
-TEST_F(LibraryView, WhatTheFileLacksIsRefusedAsTheCommandLineRefusesIt) {
+TEST_F(LibraryView, MissingPartsAreRefusedAsByTheCommandLine) {
   const std::vector<std::pair<Choice, const char*>> wrong = {
       {{"--scene", &View::scene, "third"}, "which has 0 'all', 1 'other'"},
       {{"--camera", &View::camera, "fra"}, "which has 0 'near', 1 'far', 2 'lost'"},

@@ -334,7 +334,7 @@ TEST(LightLists, FramesOfFewRangesAreAsWithoutLists) {  // LL3
   EXPECT_GT(frame_of(hall.capture, {}).counters.lights.lists, 0u);
 }
 
-TEST(LightLists, AreChargedForPlacesTestsRecordsAndWhatTheyKeep) {
+TEST(LightLists, AreChargedForPlacesTestsRecordsAndTileMemory) {
   Hall hall;
   const FrameResult off = frame_of(hall.capture, with({}, "off")), on = frame_of(hall.capture, {});
   const tilecore::LightListCounters& c = on.counters.lights;

@@ -173,7 +173,7 @@ TEST(MotionSegments, LinearMotionKeepsOneSegmentItsBitsAndItsCounters) {
 }
 
 // Animations that keep lamp, camera and objects in place cost nothing.
-TEST(MotionSegments, WhatIsAnimatedAndStandsStillCostsNothing) {
+TEST(MotionSegments, AnimatedObjectsThatStandStillCostNothing) {
   const auto stage = [](bool animated) {
     Capture capture;
     capture.settings.frame_rate = 1;

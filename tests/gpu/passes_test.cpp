@@ -96,7 +96,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& case_of) { return std::string(case_of.param.name); });
 
 // since() subtracts the earlier counters; a peak stays.
-TEST(FrameCountersSince, AreWhatCameAfterAndPeaksStay) {
+TEST(FrameCountersSince, SubtractEarlierCountersAndKeepPeaks) {
   FrameCounters before, now;
   before.binner.entries = 3, now.binner.entries = 10;
   before.binner.queue_bytes_peak = 100, now.binner.queue_bytes_peak = 120;
@@ -123,7 +123,7 @@ TEST(Passes, EachEyeHasItsOwn) {
 
 // The front end bins transmissive geometry while the tiles behind it are rendered. Images and counters do not depend
 // on this; a plain frame takes the same time, and lists that a partial render emptied are waited for.
-TEST(Passes, GeometryOfWhatTransmitsBeginsBeforeWhatIsBehindIsStored) {
+TEST(Passes, TransmissiveGeometryBeginsBeforeTheBackgroundIsStored) {
   const auto run = [](bool glass, Names keys, const char* overlap) {
     keys.push_back(std::string("machine.overlap=") + overlap);
     return std::move(frames_of(board(glass), keys).front());

@@ -61,7 +61,7 @@ std::vector<std::string> faults(const std::vector<PixelId>& ids, const tilecore:
 }
 
 // Captures that move, blur, test alpha and blend; and a machine whose lists do not fit.
-TEST(PixelIds, AreThoseOfTheLayersAndOfSubPatches) {
+TEST(PixelIds, EqualTheLayersAndNameSubPatches) {
   for (const char* name : {"eggs", "vases", "garden", "workshop", "flyby"}) {
     const scene::Capture capture = scene::read_capture(test::shipped_capture(name));
     const bool procedures = name == std::string("workshop");

@@ -62,7 +62,7 @@ std::uint64_t records_read(const FrameResult& frame) {
   return frame.counters.ledger.traffic(Unit::kFrontend, Purpose::kPatchData).read_bytes;
 }
 
-TEST(PreviousDepth, WhatAWallHidesIsNotRead) {
+TEST(PreviousDepth, GeometryBehindAWallIsNotRead) {
   const scene::Capture capture = wall_before_sheet(DVec3(0.0));
   const auto plain = frames(capture, {}), culling = frames(capture, {kOn});
   for (std::size_t f = 0; f < 2; ++f) EXPECT_EQ(culling[f].targets.color.values, plain[f].targets.color.values);
@@ -120,7 +120,7 @@ class Guesses final : public ViewObserver {
 
 // The wall goes and uncovers the sheet. SP1 and CD2, and their failing twin: a machine that believes the guess draws
 // a hole.
-TEST(PreviousDepth, AGuessThatNobodyVerifiesDrawsAWrongImage) {
+TEST(PreviousDepth, AnUnverifiedGuessDrawsAWrongImage) {
   const scene::Capture capture = wall_before_sheet(DVec3(-8, 0, 0));
   Guesses guesses;
   Device device(capture, {}, {}, {kWidth, kHeight, {0, 0, kWidth, kHeight}});

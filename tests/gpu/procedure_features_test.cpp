@@ -212,7 +212,7 @@ TEST(AnimatedProcedures, WithoutChannelsTheyAreTheCapturesOwn) {  // AP2
   for (const std::size_t key : {0u, 1u}) EXPECT_EQ(&posed.at(capture, 0, key), &capture.procedures[0]);
 }
 
-TEST(AnimatedProcedures, OfOneValueTheyAreThoseOfTheFile) {  // AP1
+TEST(AnimatedProcedures, WithOneValueTheyEqualTheFile) {  // AP1
   scene::Capture still = growing(0.5f, 0.5f);
   const FrameResult animated = render(still, {.spp = 4});
   still.animations.clear();

@@ -284,7 +284,7 @@ TEST(Shadows, AMapStoresItsTexelsAndClearedTilesAreAFlag) {
 
 // Known answer: traffic of storing an image of 4 bytes a pixel at 60 Hz. Arm's sample of render passes on a Mali-G71
 // shows 554.8 MiB/s (581.7 MB/s) for it.
-TEST(Shadows, StoringAnImageOfArmsSampleMovesWhatTheClosedFormSays) {
+TEST(Shadows, StoringAnImageOfArmsSampleMovesTheBytesOfTheClosedForm) {
   Floor floor;
   floor.capture.settings.background = Vec3(0.1f, 0.2f, 0.3f);
   constexpr int kWidth = 2220, kHeight = 1080;
@@ -323,7 +323,7 @@ TEST(Shadows, AStillMapIsNotRenderedAgain) {
 
 // A card that moves over a floor which rests: tiles that only its shadow reaches are rendered again, and pixels that it
 // reaches or leaves are shaded anew.
-TEST(Shadows, WhatRestsIsRenderedAgainWhereAShadowMoves) {
+TEST(Shadows, StillSurfacesAreRenderedAgainWhereAShadowMoves) {
   Floor floor({-1, 2, 0});
   add_light(floor.capture, {}, {0, 0, 0}, {1, -1, 0});
   scene::made::play(
@@ -355,7 +355,7 @@ TEST(Shadows, WhatRestsIsRenderedAgainWhereAShadowMoves) {
 }
 
 // FSH1 and AT1 with tiles of shadow maps beside tiles of the image (gpu/cost_attribution.h), by both timing models.
-TEST(Shadows, SharesOfDrawablesAddUpAndTilesAreThoseOfTheImage) {
+TEST(Shadows, SharesOfDrawablesAddUpAndTilesBelongToTheImage) {
   Floor floor;
   add_light(floor.capture, {}, {0, 0, 0}, {1, -1, 0});
   for (const char* timing : {"machine.timing=phases", "machine.timing=events"}) {

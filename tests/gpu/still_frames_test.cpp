@@ -45,7 +45,7 @@ void expect_frames_of_a_fresh_device(const GpuConfiguration& gpu, const RunSetti
   }
 }
 
-TEST(StillFrames, PL1AreThoseOfAFreshDevice) { expect_frames_of_a_fresh_device({}, {}); }
+TEST(StillFrames, PL1EqualAFreshDevices) { expect_frames_of_a_fresh_device({}, {}); }
 
 TEST(StillFrames, PL1HoldsWithPartialRenders) {
   GpuConfiguration gpu;

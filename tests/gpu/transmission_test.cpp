@@ -81,7 +81,7 @@ bool in_pane(int x, int y) { return x >= 8 && x < 30 && y > 14 && y < 50; }
 
 // A pane seen head-on passes all light that it does not reflect, single and multiple reflections included: the same
 // share of everything.
-TEST(Transmission, APaneDimsWhatIsBehindItByItsReflectance) {
+TEST(Transmission, APaneDimsItsBackgroundByItsReflectance) {
   const FrameResult with = frame_of(Window(glass()).capture), without = frame_of(Window(glass(), false).capture);
   const auto shares = shaders::layered_shares(shaders::environment_reflectance(0.0f, 1.0f), 0.04f, 1.0f);
   const float passes = 1 - shares.single - shares.multiple;
@@ -180,7 +180,7 @@ TEST(Transmission, RoughPanesBlur) {
 }
 
 // Something in front of a pane is not seen through it; something that blends, neither.
-TEST(Transmission, OnlyWhatIsOpaqueIsSeenThrough) {
+TEST(Transmission, OnlyOpaqueSurfacesAreSeenThroughGlass) {
   Window window(glass());
   scene::Material veil;
   veil.alpha_mode = scene::AlphaMode::kBlend;
@@ -238,7 +238,7 @@ TEST(Transmission, TR1TheFrameIsTheSameForAnyTiles) {
 }
 
 // The check notices a change behind the panes.
-TEST(Transmission, TR1SeesWhatIsBehindPanesChange) {
+TEST(Transmission, TR1NoticesAChangeBehindPanes) {
   Capture capture = moving_panes();
   const FrameResult expected = frame_of(capture);
   for (scene::Material& m : capture.materials)

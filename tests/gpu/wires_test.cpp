@@ -129,7 +129,7 @@ TEST(WiresInTheMachine, AMovingCameraSmearsAPoint) {
   EXPECT_NEAR(sum, 1, 0.1);
 }
 
-TEST(WiresInTheMachine, AHiddenNodeIsNobodysWork) {
+TEST(WiresInTheMachine, AHiddenNodeCausesNoWork) {
   Capture capture = stage();
   test::add_node(capture, test::triangles({{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}}, {0, 1, 2}, white(capture)));
   EXPECT_GT(render(capture).at(24, 20)[3], 0.0f);

@@ -36,7 +36,7 @@ constexpr Part kAppleM1 = {1300, 10, 1 / kPowerOf5Per7}, kAppleM1Pro = {2650, 20
 // do 12 fused operations a clock, at 900 and 1037 MHz.
 constexpr Part kKirin950 = {4 * 12 * 0.9, 2.75, kPowerOf7Per16}, kKirin960 = {8 * 12 * 1.037, 8.63, kPowerOf7Per16};
 
-TEST(PeakPower, IsWithinTwiceThatOfAGpuWithCountersOfItsOwn) {
+TEST(PeakPower, IsWithinTwiceTheMeasuredPowerOfAGpu) {
   const Machine gpu;
   for (const Part& part : {kAppleM1, kAppleM1Pro}) {
     const double ratio = peak_watts(gpu) / part.at(peak_gops(gpu));
@@ -46,13 +46,13 @@ TEST(PeakPower, IsWithinTwiceThatOfAGpuWithCountersOfItsOwn) {
 }
 
 // A phone's figure holds its processors, its memory and its regulators: an upper bound.
-TEST(PeakPower, IsAThirdOfWhatWholePhonesDraw) {
+TEST(PeakPower, IsAThirdOfThePowerOfWholePhones) {
   const Machine gpu;
   EXPECT_NEAR(kKirin950.at(peak_gops(gpu)) / peak_watts(gpu), 2.8, 0.05);
   EXPECT_NEAR(kKirin960.at(peak_gops(gpu)) / peak_watts(gpu), 3.8, 0.05);
 }
 
-TEST(PeakPower, IsWhatThePageSays) {
+TEST(PeakPower, EqualsThePage) {
   std::ifstream page(TESSERA_SOURCE_DIR "/docs/calibration.md");
   std::string line;
   std::smatch cells;

@@ -27,7 +27,7 @@ Image gallery_part(const fs::path& file, int x0) {
 }
 
 // The left half of each image equals our render, within the loss of WebP.
-TEST(MaterialsPage, ItsImagesAreThoseOfReplays) {
+TEST(MaterialsPage, ItsImagesEqualReplays) {
   const auto assets = test::assets_folder();
   const fs::path models = assets ? assets->parent_path() / "materials" : fs::path();
   if (!assets || !fs::is_directory(models)) GTEST_SKIP() << "no folder of models of materials beside TESSERA_ASSETS";

@@ -112,7 +112,7 @@ void expect_every_word_sets_what_it_says(const KeyTable<S>& table) {
     }
 }
 
-TEST(Settings, EveryWordOfEveryKeySetsWhatItSays) {
+TEST(Settings, EveryWordOfEveryKeySetsItsValue) {
   expect_every_word_sets_what_it_says(gpu::settings_keys());
   expect_every_word_sets_what_it_says(gpu::gpu_keys());
 }

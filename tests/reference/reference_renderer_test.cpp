@@ -294,7 +294,7 @@ TEST(Reference, WithTheMachinesSamplesDiffersByItsArithmeticAlone) {
 }
 
 // A ball of glass before a board of two colours: the same image of the board, within half precision.
-TEST(Reference, ShowsWhatIsBehindGlassAsTheMachineDoes) {
+TEST(Reference, ShowsTheBackgroundOfGlassAsTheMachineDoes) {
   for (const float roughness : {0.0f, 0.5f}) {
     Capture capture;
     scene::Material red, blue, glass;
@@ -375,7 +375,7 @@ Reference stored(const Capture& capture, const gpu::RunSettings& settings, const
                        {.width = 48, .height = 27, .frame = 14, .samples = 4, .edge_pixels = 0}, folder, "inputs");
 }
 
-TEST(ReferenceStore, GivesBackTheVeryImageAndWhatWasSaidOfIt) {
+TEST(ReferenceStore, GivesBackTheVeryImageAndItsInformation) {
   const test::TemporaryFolder folder;
   const Capture capture = shipped("eggs");
   const Reference made = stored(capture, {}, folder.path()), again = stored(capture, {}, folder.path());

@@ -60,7 +60,7 @@ struct Shot {
   ReferenceRequest request;
 };
 
-TEST(SampleRegion, NoRayHitsWhatIsLeftOut) {  // SRG1
+TEST(SampleRegion, NoRayHitsLeftOutGeometry) {  // SRG1
   std::size_t kept = 0, all = 0;
   int without_lens = 0, without_margin = 0;
   for (std::uint32_t seed = 1; seed <= 30; ++seed) {

@@ -204,7 +204,7 @@ void turn(Capture& capture, int node, const DVec3& from, const DVec3& to) {
 }
 
 // A light moves: the shadow is where it throws it at the time of each sample.
-TEST(ShadowRays, AMovingLightsShadowIsThatOfTheTime) {
+TEST(ShadowRays, AMovingLightsShadowFollowsTheTime) {
   constexpr double kHeight = 2, kHalf = 0.5;
   for (const bool sun : {true, false}) {
     FloorScene scene;
@@ -258,7 +258,7 @@ TEST(ShadowRays, AMovingLightsShadowIsThatOfTheTime) {
 }
 
 // Caster, receiver and camera move alike: nothing changes on screen but the light's place among them.
-TEST(ShadowRays, WhatMovesTogetherHasTheShadowOfRest) {
+TEST(ShadowRays, CastersAndReceiversThatMoveTogetherHaveTheShadowOfRest) {
   FloorScene scene;
   const int card = scene.add_card({0, 2, 0}, 0.75);
   scene::made::add_light(scene.capture, {}, {0, 0, 0}, {1, -1, 0});
@@ -304,7 +304,7 @@ double dark_area(const Capture& capture, const scene::ShadowSettings& settings =
   return area;
 }
 
-TEST(ShadowRays, CastersAreThoseOfTheMaps) {
+TEST(ShadowRays, CastersEqualTheMaps) {
   const auto area = [&](const std::function<void(scene::Material&)>& change,
                         const scene::ShadowSettings& settings = {}) {
     FloorScene scene;
@@ -329,7 +329,7 @@ TEST(ShadowRays, CastersAreThoseOfTheMaps) {
 }
 
 // The sides that a light sees, from whichever direction it comes: the nearer half of a closed box, or the farther one.
-TEST(ShadowRays, FacesAreThoseThatTheLightSees) {
+TEST(ShadowRays, FrontAndBackFacesAreJudgedFromTheLight) {
   for (const DVec3& direction :
        {DVec3(1, -0.4, 0), DVec3(-1, -0.4, 0), DVec3(0.2, -1, 0.1), DVec3(0, -0.4, 1), DVec3(0.1, -0.4, -1)})
     for (const scene::CasterFaces faces : {scene::CasterFaces::kFront, scene::CasterFaces::kBack}) {
@@ -442,7 +442,7 @@ TEST(ShadowRays, KnowNoDistance) {
   EXPECT_EQ(dark_area(scene.capture), area);
 }
 
-TEST(ShadowRays, LightsThatNobodyNamesCastOnRequest) {
+TEST(ShadowRays, UnnamedLightsCastOnRequest) {
   FloorScene scene;
   scene.add_card({0, 2, 0}, 0.75);
   scene::made::add_light(scene.capture, {}, {0, 0, 0}, {1, -1, 0});
@@ -489,7 +489,7 @@ Capture random_capture(std::uint32_t seed, bool masks) {
   return capture;
 }
 
-TEST(ShadowRays, FindWhatAllTrianglesOneByOneGive) {  // SHR1
+TEST(ShadowRays, EqualASearchOfAllTriangles) {  // SHR1
   int different_twin = 0;
   for (std::uint32_t seed = 1; seed <= 4; ++seed) {
     const Capture capture = random_capture(seed, true);

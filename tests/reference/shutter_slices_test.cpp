@@ -115,7 +115,7 @@ TEST(ShutterSlices, IntegrateTheTrueCurve) {
   }
 }
 
-TEST(ShutterSlices, VisibilityAndMaterialsAreThoseOfShutterOpen) {
+TEST(ShutterSlices, VisibilityAndMaterialsAreTakenAtShutterOpen) {
   Capture capture = zigzag(2);
   scene::AnimationChannel hidden;
   hidden.node = 0;

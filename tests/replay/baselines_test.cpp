@@ -52,7 +52,7 @@ TEST_P(Baselines, ChangeNeitherImageNorCounters) {
   EXPECT_EQ(with.counters.tilecore.triangle_tests, without.counters.tilecore.triangle_tests);
 }
 
-TEST_P(Baselines, PreTessellationIsWhatTheReplayItselfDid) {
+TEST_P(Baselines, PreTessellationHasTheCountersOfTheReplay) {
   const Compared r = render(capture, {});
   const BaselineCounters& pre = scheme(r, SchemeId::kTessera);
   EXPECT_EQ(pre.entries, r.counters.binner.entries);
@@ -131,7 +131,7 @@ TEST_P(Baselines, EveryTriangleIsKeptOrDroppedByOneTest) {
 
 // Machines that keep references shade positions once to bin, then the vertices that each tile needs; machines that
 // keep vertices shade the vertices that culling leaves, once.
-TEST_P(Baselines, EvaluationsAreThoseOfTheScheme) {
+TEST_P(Baselines, EvaluationsFollowTheScheme) {
   const Compared r = render(capture, {});
   const BaselineCounters &post = scheme(r, SchemeId::kPostTessellation), &position = scheme(r, SchemeId::kPostPosition);
   // A vertex of an indexed mesh is in several clusters, but shaded once for its draw.
@@ -156,7 +156,7 @@ TEST_P(Baselines, EvaluationsAreThoseOfTheScheme) {
   EXPECT_LE(scheme(r, SchemeId::kVisibilityStream).tile_overlaps, deferred.tile_overlaps);  // bins are larger
 }
 
-TEST_P(Baselines, MachinesWithTilesShadeWhatTheReplayShades) {
+TEST_P(Baselines, MachinesWithTilesShadeTheSamePixelsAsTheReplay) {
   const Compared r = render(capture, {});
   std::vector<SchemeId> all = tiled_schemes(capture);
   all.insert(all.end(), {SchemeId::kTessera, SchemeId::kPatchWhole});
@@ -310,7 +310,7 @@ TEST(HullStageTwin, APatchInViewThatWereDroppedWouldBeCaught) {
 }
 
 // Hierarchical depth drops nothing that is seen: in the end samples see the surfaces that the tile cores find.
-TEST_P(Baselines, DrawingInSubmissionOrderEndsWithWhatTileCoresSee) {
+TEST_P(Baselines, DrawingInSubmissionOrderEndsWithTheVisibilityOfTileCores) {
   look_at(capture, [](const gpu::RenderedView& view) {
     const baselines::ImmediateFrame drawn = baselines::draw_immediately(view.job, view.record, view.gpu);
     tilecore::TileCore core;
@@ -454,7 +454,7 @@ TEST_P(Baselines, BW3ItemsAddUpToTheWorkOfTheirTiles) {
 }
 
 // The machine that phases model: one core, with caches and a memory that never keep anybody waiting.
-TEST_P(Baselines, EventsTakeTheCyclesOfPhasesWhereThoseModelAll) {
+TEST_P(Baselines, EventsTakeTheCyclesOfPhasesWherePhasesModelAll) {
   auto phases = test::coarse_machine<gpu::GpuConfiguration>();
   phases.cores.count = 1;
   phases.memory.gb_per_s = 1e5, phases.memory.latency_ns = 0;
@@ -474,7 +474,7 @@ TEST_P(Baselines, EventsTakeTheCyclesOfPhasesWhereThoseModelAll) {
   }
 }
 
-TEST_P(Baselines, BW2TiledSchemesShadeWhatTheMachineDoes) {
+TEST_P(Baselines, BW2TiledSchemesShadeTheSamePixelsAsTheMachine) {
   const Worked w = work_of(capture);
   const hardware::EventCounts machine = timing::energy_events(w.of(SchemeId::kTessera)).counts;
   for (const SchemeId s : tiled_schemes(capture)) {
@@ -509,7 +509,7 @@ TEST_P(Baselines, BW2TiledSchemesShadeWhatTheMachineDoes) {
 }
 
 // An environment that is an image is looked up behind everything: no lookup and no byte of it is lost, whoever draws.
-TEST(SchemeTextures, WhatIsBehindEverythingIsLookedUp) {
+TEST(SchemeTextures, TheBackgroundIsLookedUp) {
   scene::Capture capture;
   capture.settings.environment_kind = shaders::Surroundings::Kind::kImage;
   capture.environment_image = test::noisy_environment(40, 5);
@@ -569,7 +569,7 @@ TEST(SchemeCycles, GeometryTakesAsLongAsItsSlowestUnit) {
 }
 
 // One model, the machine's, times all of them.
-TEST(SchemeCycles, AreThoseOfTheModelThatTimesTheMachine) {
+TEST(SchemeCycles, ComeFromTheModelThatTimesTheMachine) {
   const scene::Capture capture = scene::read_capture(test::shipped_capture("flyby"));
   const Worked phases = work_of(capture, test::coarse_machine<gpu::GpuConfiguration>()), events = work_of(capture);
   for (const Worked* w : {&phases, &events})
@@ -767,7 +767,7 @@ TEST(BaselinesOption, ACaptureWithoutAnythingToDrawIsMeasuredToo) {
 }
 
 // The best scheme of each kind in each measure, and tessera's ratio to it.
-TEST(BaselinesVerdict, NamesWhoWinsWhatByHowMuch) {
+TEST(BaselinesVerdict, NamesTheWinnerOfEachMeasureAndTheMargin) {
   BaselineSet set;
   for (std::size_t s = 0; s < baselines::kSchemeCount; ++s) {
     set.schemes[s].cycles = 2000 + s;

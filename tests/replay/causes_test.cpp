@@ -179,7 +179,7 @@ TEST(Causes, EqualRunsHaveNone) {
 }
 
 // The failing twin: a counter that grew does not stand before a part that is new.
-TEST(Causes, WhatCameStandsBeforeWhatGrew) {
+TEST(Causes, NewPartsStandBeforeGrownCounters) {
   const test::TemporaryFolder out;
   const Planted both = {"eggs",
                         [](Rendering& s) {

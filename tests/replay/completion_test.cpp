@@ -65,7 +65,7 @@ TEST_F(BashCompletion, OffersCommandsAndTheirOptions) {
   }
 }
 
-TEST_F(BashCompletion, OffersWhatAnOptionTakes) {
+TEST_F(BashCompletion, OffersTheValuesOfAnOption) {
   const auto presets = offered({"tessera", "replay", "x.glb", "--gpu", ""});
   for (const std::string& preset : gpu::preset_names()) EXPECT_THAT(presets, Contains(preset));
   EXPECT_THAT(presets, Contains("study.json"));

@@ -38,7 +38,7 @@ TEST(Desampling, FullRateEverywhereIsThePlainImageBitForBit) {
   }
 }
 
-TEST(Desampling, PixelsThatAreShadedAreThoseOfThePlainImage) {  // RU3
+TEST(Desampling, ShadedPixelsEqualThePlainImage) {  // RU3
   Machine m;
   m.request.resolve_auxiliary = true;
   for (const char* mode : {"adaptive", "fixed_8", "fixed_4", "checkerboard"}) {
@@ -66,7 +66,7 @@ TEST(Desampling, PixelsThatAreShadedAreThoseOfThePlainImage) {  // RU3
 }
 
 // DS2 of the shader, skipped samples included.
-TEST(Desampling, EverySampleIsShadedSharedOrSkippedAndWhatIsSavedIsWhatFullShadingWouldTake) {
+TEST(Desampling, EverySampleIsShadedSharedOrSkippedAndTheSavingIsAgainstFullShading) {
   for (const char* rate : {"pixel", "sample", "cache"}) {
     const Capture capture = shipped("eggs");
     Machine m;
@@ -173,7 +173,7 @@ TEST(Desampling, WithStencilsThatReachNeighboursTilesDoNotShow) {
 
 // Images are the same for any size of tiles, for either reach, with back and forth error compensation and without.
 // Where stencils stop at the tile's border, fast blocks would show it: there all blocks are slow, or fully shaded.
-TEST(Desampling, TilesDoNotShowInWhatIsReprojected) {  // RU1, RU2
+TEST(Desampling, TilesDoNotShowInReprojectedImages) {  // RU1, RU2
   const Capture capture = shipped("stroll");
   for (const char* reach : {"tile", "neighbours"})
     for (const char* bfecc : {"false", "true"}) {
@@ -516,7 +516,7 @@ TEST(Desampling, GlassBeforeNothingIsReconstructed) {
   EXPECT_LT(rmse(got.targets.color, full.targets.color), 0.05);
 }
 
-TEST(Desampling, TheRightEyeTakesWhatIsFarFromTheLeft) {
+TEST(Desampling, TheRightEyeTakesFarPixelsFromTheLeft) {
   const Capture capture = shipped("vases");
   const auto stereo = [&](const char* desampling, const char* depth) {
     return Machine()
@@ -596,7 +596,7 @@ Capture strips_behind_glass(bool glass) {
 }
 
 // The pane has a parallax of its own; that it rests for the right eye says nothing of where the left one sees it.
-TEST(Desampling, WhatIsBlendedAtRestDoesNotComeFromTheOtherEyeWithTheMotionOfWhatIsBehind) {
+TEST(Desampling, BlendedSurfacesAtRestDoNotComeFromTheOtherEyeWithTheBackgroundsMotion) {
   const auto second_frame = [](const Capture& capture, const char* desampling) {
     Machine m;
     m.set(std::string("resolve.desampling=") + desampling).set("stereo.eye_separation=0.4").set("stereo.far_depth=20");

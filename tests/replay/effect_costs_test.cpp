@@ -87,7 +87,7 @@ class EffectCostsCommand : public testing::Test {
 };
 
 // The frame without an effect is the frame that a replay draws without it.
-TEST_F(EffectCostsCommand, WithoutAnEffectTheFrameIsThatOfAReplayWithoutIt) {  // EFC3
+TEST_F(EffectCostsCommand, WithoutAnEffectTheFrameEqualsAReplayWithoutIt) {  // EFC3
   const std::filesystem::path eggs = test::shipped_capture("eggs");
   const test::ProcessResult r = run(eggs, {"--effects"});
   ASSERT_EQ(r.status, 0) << r.errors;

@@ -44,7 +44,7 @@ Extent extent_at(const Capture& capture, double time) {
   return out;
 }
 
-TEST(Exporters, WhatTheyWriteLoadsAndIsTheSameSurface) {
+TEST(Exporters, FilesLoadAndHaveTheSameSurface) {
   const auto assets = test::assets_folder();
   if (!assets) GTEST_SKIP() << "no folder of sample models: set TESSERA_ASSETS";
   const fs::path folder = fs::path(TESSERA_BINARY_DIR) / "exporters";

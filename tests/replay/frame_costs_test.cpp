@@ -76,7 +76,7 @@ TEST(FrameCosts, ARowThatIsMissingIsNoticed) {
 }
 
 // The split of the record, by another way.
-TEST(FrameCosts, AreThoseOfTheRecord) {
+TEST(FrameCosts, EqualTheRecord) {
   const test::TemporaryFolder out;
   const std::string record = (out / "r.record").string(), split = (out / "s.json").string();
   replay_into(out, "flyby", {"--record", record});
@@ -136,7 +136,7 @@ std::map<std::string, double> bytes_off(const json& frame, const json& tiles) {
   return off;
 }
 
-TEST(FrameCosts, BytesOfTilesAreThoseOfTheLedger) {
+TEST(FrameCosts, BytesOfTilesEqualTheLedger) {
   for (const auto& [name, run] : std::vector<std::pair<const char*, std::vector<std::string>>>{
            {"eggs", {}},
            {"vases", {"--set", "parameter_buffer.bytes=4096"}},
@@ -155,7 +155,7 @@ TEST(FrameCosts, BytesOfTilesAreThoseOfTheLedger) {
   }
 }
 
-TEST(FrameCosts, ListsOfTilesNameWhatTheTilesDraw) {
+TEST(FrameCosts, ListsOfTilesNameTheirDrawables) {
   const test::TemporaryFolder out;
   replay_into(out, "flyby");
   const json frame = stats_of(out)["frames"][0], tiles = json::parse(test::read_text(out / "tiles_0000.json"));
@@ -175,7 +175,7 @@ TEST(FrameCosts, ListsOfTilesNameWhatTheTilesDraw) {
 
 // With more drawables than are named, the rest has one row, and the lists of tiles are cut after the drawables that
 // are seen most.
-TEST(FrameCosts, OfManyDrawablesTheRestIsOneRow) {
+TEST(FrameCosts, TheRestOfManyDrawablesIsOneRow) {
   json head = {{"drawables", json::array()}};
   gpu::CostAttribution shares;
   shares.lists.resize(1);

@@ -82,7 +82,7 @@ TEST(Desampling, HistoryTrafficIsInTheLedger) {
 }
 
 // A record for every pixel would take 8 bytes of each.
-TEST(Desampling, PackedRecordsTakeLessThanAQuarterOfThoseOfPixels) {
+TEST(Desampling, PackedRecordsTakeLessThanAQuarterOfPixelRecords) {
   Machine m;
   m.request = {640, 360, {0, 0, 640, 360}};
   for (const gpu::FrameResult& frame : m.frames(shipped("stroll"), 10, 13))
@@ -90,7 +90,7 @@ TEST(Desampling, PackedRecordsTakeLessThanAQuarterOfThoseOfPixels) {
 }
 
 // RU6. Who does not advect reads no records; who knows no hysteresis either reads nothing at all.
-TEST(Desampling, HistoryThatNobodyReadsIsNeitherWrittenNorCharged) {
+TEST(Desampling, UnreadHistoryIsNeitherWrittenNorCharged) {
   const Capture capture = shipped("stroll");
   const auto third_frame = [&](std::initializer_list<const char*> settings) {
     Machine m;

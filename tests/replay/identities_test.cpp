@@ -55,7 +55,7 @@ TEST(Identities, FramesHaveTheTilesAndBytesThatAreKnownOfThem) {
               3.98, 0.005);
 }
 
-TEST(Identities, V3dListsAndTileStatesTakeWhatMesaReserves) {
+TEST(Identities, V3dListsAndTileStatesTakeTheBytesThatMesaReserves) {
   const std::uint64_t tiles = binner::TileGrid(1920, 1080, 64, 64).tile_count();
   EXPECT_EQ((tiles * 64 + 4095) / 4096 * 4096 + (8 << 10) + (512 << 10), 565248u);
   EXPECT_EQ(tiles * 256, 130560u);

@@ -80,7 +80,7 @@ TEST(Ktx2Captures, BlocksOfATargetThatLosesSomethingAreSeen) {
                test::image_bytes(render(capture, BasisTarget::kAstc4x4).targets));
 }
 
-TEST(Ktx2Captures, PlainTexelsCountAsThoseOfAPng) {
+TEST(Ktx2Captures, PlainTexelsCountAsTexelsOfAPng) {
   const std::string file = test::basis_file("uastc_rdo_cloud_64");
   const gpu::FrameResult basis = render(square(file, true), BasisTarget::kRgba32),
                          png = render(square(as_png(file), false), BasisTarget::kAstc4x4);

@@ -216,7 +216,7 @@ TEST_F(Loopback, LS4OnlyJsonIsPosted) {
               StartsWith("HTTP/1.1 200 "));
 }
 
-TEST_F(Loopback, WhatAHandlerThrowsIsStatus500) {
+TEST_F(Loopback, AnExceptionOfAHandlerIsStatus500) {
   const std::string reply = get(root() + "throw");
   EXPECT_THAT(reply, StartsWith("HTTP/1.1 500 "));
   EXPECT_THAT(reply, HasSubstr("what broke"));

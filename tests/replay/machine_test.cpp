@@ -389,13 +389,13 @@ TEST(Model, StatisticsHoldTimingAndEnergyOfEveryFrameAndTheirSum) {
   EXPECT_NE(csv.find(",energy.total_nj,energy.power_w"), std::string::npos);
 }
 
-TEST(SelfChecks, TheMemoryMovesWhatItsStandardSays) {
+TEST(SelfChecks, TheMemoryMovesTheBytesOfItsStandard) {
   const std::vector<SelfCheck> checks = check_memory_rates();
   EXPECT_EQ(checks.size(), 3u);
   for (const SelfCheck& check : checks) EXPECT_TRUE(check.passed) << check.name << ": " << check.got;
 }
 
-TEST(SelfChecks, ThoseWhoseReasonIsKnownAreNoFailures) {
+TEST(SelfChecks, KnownDeviationsAreNoFailures) {
   SelfCheck held, known, unknown;
   held.passed = true;
   known.reason = "it is known";
@@ -404,7 +404,7 @@ TEST(SelfChecks, ThoseWhoseReasonIsKnownAreNoFailures) {
 }
 
 // Two tiles, one after the other on two cores: one line that both ask for, and one of each.
-TEST(SharedLines, AreThoseThatTwoCoresAskFor) {
+TEST(SharedLines, AreLinesThatTwoCoresAskFor) {
   timing::FrameWork work;
   timing::WorkRound& round = work.rounds.emplace_back();
   for (std::uint32_t tile = 0; tile < 2; ++tile) {

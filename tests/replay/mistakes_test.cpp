@@ -222,14 +222,14 @@ class Outputs : public testing::Test {
 };
 
 // Images of 1280x720 do not fit into the files that may be written, statistics do.
-TEST_F(Outputs, FilesThatMayNotGrowLeaveTheStatisticsOfWhatWasDone) {
+TEST_F(Outputs, FilesThatMayNotGrowLeaveTheStatisticsOfFinishedFrames) {
   const ProcessResult r =
       shell("ulimit -f 800; exec \"$@\"", replay(folder_ / "out", {"--frames", "0:40", "--spp", "1"}));
   expect_saved(r, folder_ / "out", "File too large");
 }
 
 // Where namespaces of its own let a user mount a file system.
-TEST_F(Outputs, AFullDiskLeavesTheStatisticsOfWhatWasDone) {
+TEST_F(Outputs, AFullDiskLeavesTheStatisticsOfFinishedFrames) {
   const fs::path disk = folder_ / "disk";
   fs::create_directory(disk);
   const std::string script =
@@ -302,7 +302,7 @@ TEST_F(Outputs, AFolderThatWasMadeForNothingIsGone) {
   EXPECT_FALSE(fs::exists(folder_ / "new"));
 }
 
-TEST_F(Outputs, TheSameCommandAgainGivesTheSameAndLeavesWhatIsForeign) {
+TEST_F(Outputs, TheSameCommandAgainGivesTheSameAndLeavesForeignFiles) {
   const fs::path out = folder_ / "out";
   fs::create_directories(out / "notes");
   test::write_text(out / "notes" / "mine.txt", "precious");
@@ -366,7 +366,7 @@ TEST_F(Outputs, AFolderThatMayNotBeWrittenIsStatus6) {
   fs::permissions(folder_ / "locked", fs::perms::owner_all);
 }
 
-TEST_F(Outputs, ASummaryThatNobodyCanReadIsStatus6AndTheResultsAreThere) {
+TEST_F(Outputs, AnUnwritableSummaryIsStatus6AndTheResultsAreThere) {
   std::vector<std::string> command = replay(folder_ / "out", {"--frames", "0:1", "--size", "16x16"});
   std::erase(command, "--quiet");
   const ProcessResult r = shell("exec \"$@\" > /dev/full 2>/dev/null", command);

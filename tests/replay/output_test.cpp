@@ -150,7 +150,7 @@ TEST_P(Output, CtrlCEndsTheWaitForAReader) {
   EXPECT_EQ(r.signal, SIGINT);
 }
 
-TEST_P(Output, WhatIsNoPlaceForAResultIsStatus2BeforeAnyWork) {
+TEST_P(Output, AnUnusablePlaceForAResultIsStatus2BeforeAnyWork) {
   fs::create_directory(folder_ / "folder");
   fs::create_symlink("folder", folder_ / "link");
   test::write_text(folder_ / "file", "x");

@@ -306,7 +306,7 @@ std::size_t shared(const std::set<std::array<double, 3>>& a, const std::set<std:
   return static_cast<std::size_t>(std::count_if(a.begin(), a.end(), [&](const auto& p) { return b.contains(p); }));
 }
 
-TEST(PackFaithful, WhatTouchesStillTouches) {  // LT2
+TEST(PackFaithful, TouchingVerticesStillTouch) {  // LT2
   Random random(3);
   const auto on_edge = [&] { return Vec3(0.3f, random.uniform(-1, 1), random.uniform(-0.1f, 0.1f)); };
   for (const bool one_mesh : {true, false})
@@ -348,7 +348,7 @@ TEST(PackFaithful, AMirroredTwinTouchesToo) {  // LT2
   }
 }
 
-TEST(PackFaithful, WhatNobodyDrawsMakesNoGridCoarser) {  // LT3
+TEST(PackFaithful, UndrawnVerticesMakeNoGridCoarser) {  // LT3
   const std::vector<float> sound = sheet_positions();
   for (const bool named : {false, true})
     for (const auto& codec : codecs()) {
@@ -460,7 +460,7 @@ std::vector<fs::path> files_to_pack() {
   return files;
 }
 
-TEST(PackFaithful, TheValidatorFindsNoErrorInWhatIsWritten) {
+TEST(PackFaithful, TheValidatorFindsNoErrorInPackedFiles) {
   const fs::path tools = fs::path(TESSERA_BINARY_DIR) / "validator";
   const test::TemporaryFolder folder;
   std::vector<fs::path> written;

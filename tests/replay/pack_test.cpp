@@ -119,7 +119,7 @@ TEST(Pack, OtherViewersSeeTheControlCageAsAnOrdinaryMesh) {
   EXPECT_EQ(seen.meshes[0].primitives[0].indices.size(), 4u * 18 * 3);
 }
 
-TEST(Pack, RenumberingWhatMustKeepItsOrderIsRefused) {
+TEST(Pack, RenumberingPrimitivesThatMustKeepTheirOrderIsRefused) {
   for (const GltfSource& source : {bezier(), animated_grid()}) {
     const TemporaryFolder folder;
     EXPECT_THROW(pack_capture(source.write(folder.path()), folder / "x.glb", with(PackMethod::kEdgebreaker)),
@@ -156,7 +156,7 @@ TEST(Pack, ObjectsThatHoldNoDataAreKeptWordForWord) {
   EXPECT_EQ(p.parts.document["extensionsRequired"], json({kDraco}));
 }
 
-TEST(Pack, SettingsReplaceThoseOfTheAssetMemberByMember) {
+TEST(Pack, SettingsReplaceTheAssetsMemberByMember) {
   GltfSource source = animated_grid();
   source.document["extensions"]["TESSERA_capture"] = {{"frameRate", 24}, {"exposure", 2}};
   source.document["extensionsUsed"].push_back("TESSERA_capture");
@@ -274,7 +274,7 @@ TEST(Pack, ApplicationSpecificAttributesStayExactAndInStep) {
             std::string(reinterpret_cast<const char*>(ids.data()), ids.size() * 4));
 }
 
-TEST(Pack, WhatDracoCannotHoldStaysAsItIs) {
+TEST(Pack, PrimitivesThatDracoCannotHoldStay) {
   GltfSource flat = grid();  // every triangle has two equal corners
   first_primitive(flat)["indices"] =
       flat.accessor(std::vector<std::uint16_t>{0, 0, 1, 2, 3, 3, 4, 4, 4}, kUnsignedShortType, "SCALAR");
@@ -293,7 +293,7 @@ TEST(Pack, WhatDracoCannotHoldStaysAsItIs) {
   EXPECT_EQ(vertices_of(Packed(free).after()).count(), 3u);
 }
 
-TEST(Pack, ExtensionsThatNameDataInWaysNobodyKnowsAreRefused) {
+TEST(Pack, ExtensionsThatNameDataInUnknownWaysAreRefused) {
   GltfSource source = animated_grid();
   source.document["nodes"][2]["extensions"]["VENDOR_thing"] = {{"parts", {{{"bufferView", 0}}}}};
   const TemporaryFolder folder;

@@ -89,7 +89,7 @@ TEST_F(ReportPageInBrowser, AMaterialShowsTheTilesOfAllItsDrawables) {
 }
 
 // Which tile, and why? One press.
-TEST_F(ReportPageInBrowser, TheSlowestTileIsAPressAwayAndSaysWhatBoundsIt) {
+TEST_F(ReportPageInBrowser, TheSlowestTileIsAPressAwayAndTellsItsBound) {
   const json of = tiles(0), costs = of["costs"];
   const auto cycles = costs["cycles"].get<std::vector<std::uint64_t>>();
   const auto tile = static_cast<int>(std::max_element(cycles.begin(), cycles.end()) - cycles.begin());
@@ -109,7 +109,7 @@ TEST_F(ReportPageInBrowser, TheSlowestTileIsAPressAwayAndSaysWhatBoundsIt) {
 }
 
 // Question: which surface does this pixel show? A press on the image; Shift and the arrow keys go on from there.
-TEST_F(ReportPageInBrowser, APressOnTheImageNamesWhatItsPixelShows) {
+TEST_F(ReportPageInBrowser, APressOnTheImageNamesThePixelsSurface) {
   const json of = tiles(0), pixels = of["pixels"], rows = stats()["frames"][0]["drawables"];
   // The runs by themselves.
   const auto value = [&](const char* name, std::uint64_t place) {
@@ -447,7 +447,7 @@ TEST_F(ReportPageInBrowser, TheBarSaysWhichFrameOfHowMany) {
 }
 
 // Who serves the page gives it new numbers.
-TEST_F(ReportPageInBrowser, NewStatisticsRedrawWhatIsShown) {
+TEST_F(ReportPageInBrowser, NewStatisticsRedrawThePage) {
   const OpenedPage opened = open_with("replay", R"(
     const stats = JSON.parse(JSON.stringify(run().stats));
     stats.frames[0].timing.cycles = 8500000;
@@ -492,7 +492,7 @@ TEST_F(ReportPageInBrowser, NumbersAreInUnitsThatPeopleRead) {
   EXPECT_EQ(found(opened, "axes"), "") << "no 50m, no 1.8M";
 }
 
-TEST_F(ReportPageInBrowser, ASweepOpensOnWhatVariesAndSaysOnceWhatDoesNot) {
+TEST_F(ReportPageInBrowser, ASweepOpensOnVaryingColumnsAndTellsConstantOnesOnce) {
   const OpenedPage opened = open_with("sweep", R"(
     document.body.dataset.offered = [...document.querySelectorAll('#pareto select')[0].options].length;
     document.body.dataset.constant = [...document.querySelectorAll('#study summary')].map((line) => line.textContent).join(' ');
@@ -507,7 +507,7 @@ TEST_F(ReportPageInBrowser, ASweepOpensOnWhatVariesAndSaysOnceWhatDoesNot) {
 }
 
 // Does it hold my rate? A number typed into the page.
-TEST_F(ReportPageInBrowser, ATypedTargetSaysWhetherFramesMeetItAndAtWhatPower) {
+TEST_F(ReportPageInBrowser, ATypedTargetTellsWhetherFramesMeetItAndThePower) {
   json frames = stats()["frames"];
   std::vector<double> ms;
   for (const json& frame : frames) ms.push_back(frame["timing"]["time_ms"]);
@@ -556,7 +556,7 @@ TEST_F(ReportPageInBrowser, BaselinesEndInAVerdict) {
 }
 
 // Question: how much does an object cost? The saving of the frame without it comes before its share.
-TEST_F(ReportPageInBrowser, ObjectsAreOrderedByWhatTheFrameSavesWithoutThem) {
+TEST_F(ReportPageInBrowser, ObjectsAreOrderedByTheSavingWithoutThem) {
   run({"replay", test::shipped_capture("eggs").string(), "--frames", "5:6", "--size", "96x54", "--without", "all",
        "--out", path("without")});
   const OpenedPage opened = open_with("without", R"(

@@ -210,7 +210,7 @@ TEST_F(TradeoffReportInBrowser, ASettingIsChosenByKeysAndShowsItsArguments) {
   EXPECT_EQ(test::body_attribute(opened, "data-unnamed"), "0");
 }
 
-TEST_F(TradeoffReportInBrowser, AnAxisOfErrorsOrCostsIsWhatTheAddressSays) {
+TEST_F(TradeoffReportInBrowser, AnAxisOfErrorsOrCostsFollowsTheAddress) {
   const auto shown = [&](const std::string& fragment) {
     return test::body_attribute(
         open_with("tradeoff",
@@ -276,7 +276,7 @@ TEST_F(ReportInBrowser, ATradeoffOfEffectsHasACostForEachThatRanAndAReasonForThe
 }
 
 // The same without a browser: the page of effects needs all of it.
-TEST_F(Report, EffectsThatLackWhatThePageShowsEndWithStatus3) {
+TEST_F(Report, EffectsWithoutAMemberOfThePageEndWithStatus3) {
   const json sound = json::parse(test::read_text(path("effects/tradeoff.json")));
   fs::create_directories(path("few"));
   for (const char* member :
@@ -450,7 +450,7 @@ TEST_F(Report, MadeAgainGivesTheSameBytes) {
   }
 }
 
-TEST_F(ReportInBrowser, OfManyFramesEveryNthIsShownAndTotalsAreThoseOfAll) {
+TEST_F(ReportInBrowser, ManyFramesShowEveryNthAndTotalsOfAll) {
   json stats = json::parse(test::read_text(path("replay/stats.json")));
   const json frame = stats.at("frames").at(0);
   const auto shown = [&](int count) {

@@ -32,7 +32,7 @@ TEST(ResolveFaults, MaterialsThatChangeAreShadedAnewAndTheirNeighboursAreNot) { 
 
 // ---- Cuts and stops ---------------------------------------------------------------------------------------------
 
-TEST(ResolveFaults, ACutIsShadedFullyAndSoIsWhatFollows) {  // RU7
+TEST(ResolveFaults, ACutAndTheFrameAfterItAreShadedFully) {  // RU7
   const Capture capture = test::walk_with_a_cut();
   const DesampledComparison c(capture, 27, 33);
   EXPECT_GE(c.worst_psnr(0), 50);
@@ -41,7 +41,7 @@ TEST(ResolveFaults, ACutIsShadedFullyAndSoIsWhatFollows) {  // RU7
 }
 
 // A textured board crosses the frame at 12 pixels a frame, and stands still from one frame to the next.
-TEST(ResolveFaults, WhatStopsIsNotWhatWasReconstructedBefore) {  // RU7
+TEST(ResolveFaults, AStoppedSurfaceDoesNotKeepReconstructedColors) {  // RU7
   const Capture capture = test::board_that_stops();
   const std::vector<std::string> coarse = {"resolve.pattern_error=0.02"};
   for (const std::vector<std::string>& sets : {std::vector<std::string>{}, coarse}) {
@@ -54,7 +54,7 @@ TEST(ResolveFaults, WhatStopsIsNotWhatWasReconstructedBefore) {  // RU7
 
 // Two rockets of `flyby` come across half of the frame and are sharp in the next one: a sharp surface shows its
 // pattern, however far it came.
-TEST(ResolveFaults, WhatIsSharpIsNotCoarseHoweverFarItCame) {
+TEST(ResolveFaults, SharpSurfacesAreNotCoarseHoweverFarTheyCame) {
   const DesampledComparison c(scene::read_capture(test::shipped_capture("flyby")), 0, 6);
   EXPECT_GE(c.worst_psnr(0), 50);
   EXPECT_GE(c.saved(1), 0.30);
@@ -63,7 +63,7 @@ TEST(ResolveFaults, WhatIsSharpIsNotCoarseHoweverFarItCame) {
 // ---- One surface before itself, and creases ---------------------------------------------------------------------
 
 // A bowl of brass whose lip hides its inside, slowly turned.
-TEST(ResolveFaults, WhatASurfaceUncoversOfItselfIsNotWhatHidIt) {  // ADV4
+TEST(ResolveFaults, UncoveredPartsOfASurfaceDoNotTakeItsNearColors) {  // ADV4
   const Capture capture = test::bowl_of_brass();
   const DesampledComparison c(capture, 3, 12);
   EXPECT_GT(c.saved(1), 0.25);

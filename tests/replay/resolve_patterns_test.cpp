@@ -14,7 +14,7 @@ const std::vector<std::string> kBySpeedAlone = {"resolve.pattern_error=0"};
 
 // Boards that slide by 12 pixels a frame, in and between the pixels' directions. Of checkers the insides of cells stay
 // coarse; a grain of four pixels is shaded at half rate.
-TEST(ResolvePatterns, WhatSlidesFastIsAsFineAsItShows) {  // BC1, BC3
+TEST(ResolvePatterns, FastPatternsAreShadedAsFineAsTheyShow) {  // BC1, BC3
   for (const Pattern pattern : {Pattern::kChecker, Pattern::kNoise, Pattern::kStripes})
     for (const DVec3& way : {DVec3(6, 0, 0), DVec3(6.13, 1.7, 0)}) {
       const Capture capture = sliding_board(pattern, 0.25f, way);

@@ -56,7 +56,7 @@ TEST_P(ShippedBaselines, ATessellatorInMemoryAddsPointsAndIndices) {
 
 // Task shaders leave fewer triangles; the store between them and the tiles is largest as a ring and smallest as
 // references.
-TEST_P(ShippedBaselines, MeshShadersKeepWhatTheirStoreSays) {
+TEST_P(ShippedBaselines, MeshShadersKeepTheDataOfTheirStore) {
   const Compared r = render(capture, {});
   const BaselineCounters &ring = scheme(r, SchemeId::kMeshShaderRing),
                          &compact = scheme(r, SchemeId::kMeshShaderCompact),

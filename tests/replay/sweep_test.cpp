@@ -422,7 +422,7 @@ TEST_F(Sweep, AKilledRunDoesNotRenderAgainForPointsThatAreTimed) {
   EXPECT_THAT(sweep("kept").output, HasSubstr("18 points: 16 were there, 1 rendered and 1 timed"));
 }
 
-TEST_F(Sweep, ADryRunSaysWhatIsLeftAndWritesNothing) {
+TEST_F(Sweep, ADryRunTellsTheRemainingPointsAndWritesNothing) {
   write_study(mixed_study());
   const auto dry = [&](std::vector<std::string> more) {
     more.emplace_back("--dry-run");
@@ -442,7 +442,7 @@ TEST_F(Sweep, ADryRunSaysWhatIsLeftAndWritesNothing) {
 }
 
 // Five lines at most: points, renders and time; the best point; where the results are.
-TEST_F(Sweep, TheEndSaysWhatIsBestAndWhereItIs) {
+TEST_F(Sweep, TheEndNamesTheBestPointAndItsPlace) {
   json study = mixed_study();
   study["axes"].push_back({{"key", "parameter_buffer.bytes"}, {"values", {256, 65536}}});
   write_study(study);
@@ -581,7 +581,7 @@ TEST(SweepGoal, OfAllCombinationsNamesTheBestThatMeetsItsLimits) {
   EXPECT_THAT(none.output, HasSubstr("best (none meets the limits)"));
 }
 
-TEST(SweepMachines, OfACaptureAreThoseOfAStudy) {
+TEST(SweepMachines, OfACaptureEqualAStudysMachines) {
   const test::TemporaryFolder folder;
   const std::string capture = test::shipped_capture("eggs").string();
   const test::ProcessResult r =

@@ -79,7 +79,7 @@ gpu::FrameResult render(const scene::Capture& capture, BlockFormat format) {
   return gpu::Device(capture, gpu, settings, request).render(0);
 }
 
-TEST(TextureFormat, ImagesShowWhatTheBlocksDecodeTo) {
+TEST(TextureFormat, ImagesShowTheDecodedBlocks) {
   for (const bool alpha : {false, true}) {
     const scene::Capture capture = screen(pattern(alpha));
     for (const BlockFormat format : kFormats) {

@@ -46,7 +46,7 @@ class Time : public testing::Test {
   test::TemporaryFolder folder_;
 };
 
-TEST_F(Time, IsThatOfTheReplayItself) {
+TEST_F(Time, EqualsTheReplayItself) {
   const json stats = replay("eggs", {}, "plain");
   const ProcessResult done = time("plain", {});
   EXPECT_EQ(done.status, 0) << done.errors;
@@ -54,7 +54,7 @@ TEST_F(Time, IsThatOfTheReplayItself) {
   expect_same(times(), stats);
 }
 
-TEST_F(Time, IsThatOfAReplayOnTheOtherMachine) {
+TEST_F(Time, EqualsAReplayOnTheOtherMachine) {
   const std::vector<std::string> machine = {"shader.lanes=64",   "clock.mhz=400",      "tilecore.count=2",
                                             "memory.channels=2", "energy.texel_pj=40", "tilecore.memory_bytes=262144"};
   replay("stroll", {}, "plain");
@@ -64,7 +64,7 @@ TEST_F(Time, IsThatOfAReplayOnTheOtherMachine) {
 }
 
 // Question: how much do 30 % more bandwidth give? One key multiplies the value of the record's machine.
-TEST_F(Time, ANumberIsSetAsAMultipleOfWhatTheMachineHas) {
+TEST_F(Time, ANumberIsSetAsAMultipleOfTheMachines) {
   const json stats = replay("eggs", {"clock.mhz=500", "memory.model=fluid"}, "plain");
   const auto cycles = [&](const std::vector<std::string>& sets) {
     const ProcessResult done = time("plain", sets);
@@ -113,7 +113,7 @@ TEST_F(Time, RefusesKeysThatChangeTheWork) {
 }
 
 // The change by a doubled number equals the change of a replay on that machine.
-TEST_F(Time, SensitivityIsWhatAReplayOnTheOtherMachineSays) {
+TEST_F(Time, SensitivityEqualsAReplayOnTheOtherMachine) {
   const json stats = replay("eggs", {}, "plain"), faster = replay("eggs", {"shader.lanes=64"}, "faster");
   const ProcessResult done =
       run_tessera({"time", record("plain"), "--sensitivity", "--json", (folder_ / "time.json").string()});
@@ -173,7 +173,7 @@ TEST_F(Time, SplitsAFrame) {
 }
 
 // Each assumed number at both of its ends; the verdict hangs on those with which something else bounds the frame.
-TEST_F(Time, SensitivitySaysWhatTheVerdictHangsOn) {
+TEST_F(Time, SensitivityNamesTheNumbersThatDecideTheVerdict) {
   replay("eggs", {}, "plain");
   const ProcessResult done =
       run_tessera({"time", record("plain"), "--sensitivity", "--json", (folder_ / "time.json").string()});
@@ -279,7 +279,7 @@ TEST_F(Time, AReplayOfMoreSamplesHasTheTileMemoryThatItNeeds) {
   EXPECT_EQ(stats["total"]["area"]["total_mm2"], mm2);
 }
 
-TEST_F(Time, RefusesWhatIsNoRecord) {
+TEST_F(Time, RefusesOtherFiles) {
   EXPECT_EQ(run_tessera({"time", (folder_ / "none").string()}).status, 3);
   const ProcessResult capture = run_tessera({"time", test::shipped_capture("eggs").string()});
   EXPECT_EQ(capture.status, 3);

@@ -228,7 +228,7 @@ TEST(Trace, HoldsOnlyTheFramesAndTilesThatAreAskedFor) {
             events["dram_read_bytes"].get<std::uint64_t>() + events["dram_written_bytes"].get<std::uint64_t>());
 }
 
-TEST(DramTrace, HoldsWhatTheModelMovesInTheFormsOfBothMemorySimulators) {
+TEST(DramTrace, HoldsTheModelsTrafficInTheFormatsOfBothMemorySimulators) {
   const test::TemporaryFolder out;
   for (const auto& [name, desampling] :
        {std::pair{"d.trace", "off"}, {"d.loadstore", "off"}, {"d.trace", "adaptive"}}) {

@@ -91,7 +91,7 @@ int front_violations(const KnobResult& knob) {
   return violations;
 }
 
-TEST(Judge, PutsOnEveryFrontWhatNoOtherSettingBeats) {  // TO2
+TEST(Judge, PutsUnbeatenSettingsOnEveryFront) {  // TO2
   test::Random random(5);
   int broken = 0;
   for (int round = 0; round < 50; ++round) {
@@ -138,7 +138,7 @@ TEST(Judge, AKnobIsIdleWhenAllSettingsGiveTheSameImageForTheSameWork) {
   EXPECT_FALSE(skipped.idle) << "what was not turned is left out, not idle";
 }
 
-TEST(Measurement, TakesFromATrialWhatItHas) {
+TEST(Measurement, TakesTheFiguresOfATrial) {
   TrialResult trial;
   trial.host = {{4, 1, 2}, {3, 1}};
   Measurement none = measurement_of(trial, "tilecore.triangles", 850);
@@ -305,7 +305,7 @@ class TrialFile : public testing::Test {
   fs::path file_ = folder_ / "0123456789abcdef0123456789abcdef.json";
 };
 
-TEST_F(TrialFile, GivesBackWhatWasWrittenToTheLastBit) {  // TF1
+TEST_F(TrialFile, ReadsBackToTheLastBit) {  // TF1
   TrialResult in_double = trial();
   in_double.error->psnr_db.reset();
   in_double.figures.clear();
@@ -446,7 +446,7 @@ TEST(Knobs, ModelsOfTimingAddNoSilicon) {
 
 // ---- Printed tables ----------------------------------------------------------------------------------------------
 
-TEST(Table, ShowsWhatDecides) {
+TEST(Table, ShowsTheDecidingFigures) {
   TradeoffResult result;
   KnobResult& knob = result.knobs.emplace_back();
   knob.name = "knob", knob.title = "a knob";
@@ -475,7 +475,7 @@ TEST(Table, ShowsWhatDecides) {
   EXPECT_THAT(all, testing::Not(HasSubstr("1 more")));
 }
 
-TEST(CheapestText, SaysWhatWasTried) {
+TEST(CheapestText, NamesTheTriedSettings) {
   TradeoffResult result;
   const CheapestAnswer answer{{Cost::kMs, {}, 99}, {}, {}};
   const auto add = [&](const char* name, std::vector<SettingResult> settings) -> KnobResult& {
@@ -785,7 +785,7 @@ TEST_F(TradeoffCommand, ModelsOfTimingNeedNoReference) {
   EXPECT_EQ(mixed["knobs"][1], alone["knobs"][0]) << "host times and all: nothing was timed again";
 }
 
-TEST_F(TradeoffCommand, RefusesWhatItCannotCompare) {
+TEST_F(TradeoffCommand, RefusesUnknownKnobsAndIncomparableSettings) {
   EXPECT_THAT(run("a", {"--knobs", "smaples"}).errors, HasSubstr("samples"));
   EXPECT_EQ(run("a", {"--knobs", "smaples"}).status, 2);
   EXPECT_EQ(run("a", {"--cost", "money"}).status, 2);

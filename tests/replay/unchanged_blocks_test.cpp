@@ -43,7 +43,7 @@ Machine plain_form_of(Machine m) {
 
 // Closed form. From the second frame with a history on nothing moves but a byte of each block, read and written, and the
 // 16 bytes of its signature, read. The frame before writes signatures and nothing else that the plain form does not.
-TEST(UnchangedBlocks, OfAWallAtRestNothingMovesButStatesAndSignatures) {
+TEST(UnchangedBlocks, AWallAtRestMovesStatesAndSignaturesAlone) {
   constexpr std::uint64_t kBlocks = 16 * 8, kPixels = 64 * 32;
   for (const char* compression : {"none", "lossless"}) {
     const Machine machine = small().set(std::string("frame_buffer.compression=") + compression);
@@ -70,7 +70,7 @@ TEST(UnchangedBlocks, OfAWallAtRestNothingMovesButStatesAndSignatures) {
 }
 
 // Whatever moves, whatever the tile, whoever renders a tile twice: the image equals the plain form's image.
-TEST(UnchangedBlocks, ImagesAreThoseOfThePlainForm) {
+TEST(UnchangedBlocks, ImagesEqualThePlainForms) {
   for (const std::vector<const char*>& sets : {std::vector<const char*>{},
                                                {"frame_buffer.compression=lossless"},
                                                {"frame_buffer.format=rgba8"},
@@ -106,7 +106,7 @@ TEST(UnchangedBlocks, CostNothingWhereTheCameraMoves) {
 }
 
 // The failing twin of a signature: with four bits, the history differs from the shown image.
-TEST(UnchangedBlocks, SignaturesOfFewBitsShowWhatIsNotThere) {
+TEST(UnchangedBlocks, SignaturesOfFewBitsShowWrongBlocks) {
   const Capture capture = wall();
   Machine m;
   m.request = {320, 180, {0, 0, 320, 180}};
@@ -130,7 +130,7 @@ TEST(UnchangedBlocks, SignaturesOfFewBitsShowWhatIsNotThere) {
 // ---- Colours ----------------------------------------------------------------------------------------------------
 
 // Half floats, or 8 bits, instead of single precision between pixels: nothing at rest, little on the way.
-TEST(HistoryColors, OfTheFrameBufferCostNoWriteAndLittleError) {
+TEST(HistoryColors, FromTheFrameBufferTheyCostNoWriteAndLittleError) {
   const Capture still = shipped("vases"), moving = shipped("stroll");
   Machine apart;
   apart.set("resolve.history_colors=apart");
@@ -154,7 +154,7 @@ TEST(HistoryColors, OfTheFrameBufferCostNoWriteAndLittleError) {
   }
 }
 
-TEST(HistoryColors, OfACompressedFrameBufferAreReadCompressed) {
+TEST(HistoryColors, AreReadCompressedFromACompressedFrameBuffer) {
   const Capture capture = shipped("stroll");
   const auto raw = Machine().set("frame_buffer.compression=none").frames(capture, 20, 23),
              packed = Machine().frames(capture, 20, 23);

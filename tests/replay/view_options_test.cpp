@@ -32,7 +32,7 @@ class ViewOptions : public testing::Test {
   const fs::path file_ = test::view_asset().write(folder_.path());
 };
 
-TEST_F(ViewOptions, CamerasAreChosenByTheirNameThatOfTheirNodeOrTheirNumber) {
+TEST_F(ViewOptions, CamerasAreChosenByTheirNameTheirNodesNameOrTheirNumber) {
   const auto node = [&](const std::string& word) { return scene::camera_node(with("camera", word)); };
   EXPECT_EQ(scene::camera_node(read({})), 1);
   EXPECT_EQ(node("near"), 1);
@@ -99,7 +99,7 @@ TEST_F(ViewOptions, AnOrbitTurnsTheAutomaticCameraAroundTheScene) {
       1e-12);
 }
 
-TEST_F(ViewOptions, ALensReplacesThatOfTheCameraAndFocusesOnTheMiddle) {
+TEST_F(ViewOptions, ALensReplacesTheCamerasAndFocusesOnTheMiddle) {
   ViewChoices view;
   view.lens = "0.05:4";
   const scene::Lens lens = scene::choose_camera(read(view), 64, 36).camera.lens;
@@ -112,7 +112,7 @@ TEST_F(ViewOptions, ALensReplacesThatOfTheCameraAndFocusesOnTheMiddle) {
   EXPECT_EQ(scene::choose_camera(read(view), 64, 36).camera.lens.aperture_radius, 0);
 }
 
-TEST_F(ViewOptions, TheShutterIsThatOfTheCommandLine) {
+TEST_F(ViewOptions, TheShutterFollowsTheCommandLine) {
   ViewChoices view;
   view.shutter = "-0.25:0.5";
   const scene::Capture capture = read(view);
@@ -140,7 +140,7 @@ TEST_F(ViewOptions, WordsThatAreNoNumbersAreRefused) {
 }
 
 // A shell parses the text back into the given arguments.
-TEST_F(ViewOptions, ArgumentsAreThoseOfTheCommandLine) {
+TEST_F(ViewOptions, ArgumentsReadBackAsTheCommandLine) {
   ViewChoices view;
   view.selection.camera = "it's";
   view.shutter = "0:0.5";
@@ -150,7 +150,7 @@ TEST_F(ViewOptions, ArgumentsAreThoseOfTheCommandLine) {
 
 // ---- The program ------------------------------------------------------------------------------------------------
 
-TEST_F(ViewOptions, InspectListsWhatCanBeChosenAndWhatIsDrawn) {
+TEST_F(ViewOptions, InspectListsTheChoicesAndTheDrawnParts) {
   const ProcessResult table = run_tessera({"inspect", file_.string()});
   for (const char* line :
        {"  scene 0     all\n", "  scene 1     other, not drawn\n", "  camera 0    near, perspective, node eye\n",
@@ -189,7 +189,7 @@ TEST_F(ViewOptions, ReplaysOfOtherCamerasDifferAndStatisticsSayHow) {
 }
 
 // A packed view is the view: the file itself asks for the choices of the command line.
-TEST_F(ViewOptions, PackStoresWhatWasChosen) {
+TEST_F(ViewOptions, PackStoresTheChoices) {
   const std::vector<std::vector<std::string>> choices = {
       {"--camera", "far"},     {"--camera", "auto"}, {"--scene", "other"}, {"--animation", "sink"},
       {"--animation", "none"}, {"--orbit", "75:40"}, {"--lens", "0.2"},    {"--lens", "0.1:3", "--camera", "far"}};

@@ -101,7 +101,7 @@ void expect_as_replayed(const ViewResult& result) {
   EXPECT_TRUE(png == *result.image.png) << result.command;
 }
 
-TEST(View, ResultsAreThoseOfTheirCommandLine) {  // VWS1
+TEST(View, ResultsEqualTheirCommandLine) {  // VWS1
   Session session("eggs", {"tile.width=16", "shader.lanes=48"});
   expect_as_replayed(*session->result());
   for (const json& changes :
@@ -147,7 +147,7 @@ TEST(View, TheNewestRequestWinsAndNoneBeforeItComesLater) {  // VWS2
   EXPECT_EQ(session->history().size(), 2u) << "the start and what was kept";
 }
 
-TEST(View, AFrameInHandIsAbandonedAtItsNextTile) {  // VWS2
+TEST(View, ARunningFrameIsAbandonedAtItsNextTile) {  // VWS2
   const scene::Capture capture = scene::read_capture(test::shipped_capture("eggs"), {});
   gpu::RenderRequest request;
   request.width = 96, request.height = 54;
@@ -159,7 +159,7 @@ TEST(View, AFrameInHandIsAbandonedAtItsNextTile) {  // VWS2
   EXPECT_EQ(device.progress().done(), 0u);
 }
 
-TEST(View, WhatOnlyTimingReadsRendersNothing) {  // VWS3
+TEST(View, KeysOfTimingRenderNothing) {  // VWS3
   Session session;
   const std::uint64_t image = session->result()->image.number;
   double ms = session->result()->summary["ms"];
@@ -219,14 +219,14 @@ TEST(View, ARequestThatIsRefusedChangesNothing) {  // VWS4
   EXPECT_EQ(result->changes, (json{{"tile.width", 16}}));
 }
 
-TEST(View, WhatCannotBeRenderedIsSaidAndTheSessionGoesOn) {
+TEST(View, AFailedRenderIsReportedAndTheSessionGoesOn) {
   Session session;
   // The machine bears it; a shader of the frame does not.
   EXPECT_THAT(session.failure_of({{"shader.register_bytes", 1024}}), HasSubstr("a shader of the frame takes"));
   EXPECT_EQ(session.after({{"shader.register_bytes", nullptr}})->changes, json::object());
 }
 
-TEST(View, OnlyWhatIsKeptIsInTheHistory) {
+TEST(View, OnlyKeptResultsAreInTheHistory) {
   Session session;
   const auto wait = [&](std::uint64_t revision) {
     while (session->result()->revision != revision) std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -299,7 +299,7 @@ TEST(View, AMeasurementEndsWhereItIsCancelledOrTheFrameIsAnother) {  // VWS5
                  std::to_string(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()));
 }
 
-TEST(View, WhatCannotBeLeftOutIsSaid) {
+TEST(View, PartsThatCannotBeLeftOutAreReported) {
   Session session;
   const auto fault = [&](const json& part) -> std::string {
     try {
@@ -355,7 +355,7 @@ TEST(ViewCommand, CtrlCEndsTheFirstFrameToo) {
   EXPECT_EQ(end.output, "");
 }
 
-TEST(ViewCommand, WhatIsWrongIsSaidBeforeAnythingIsServed) {
+TEST(ViewCommand, MistakesAreReportedBeforeAnythingIsServed) {
   const auto fails = [](std::vector<std::string> more, int status, const std::string& says) {
     const ProcessResult r = test::run_process(view_of("eggs", std::move(more)));
     EXPECT_EQ(r.status, status) << r.errors;
@@ -535,7 +535,7 @@ TEST_F(ViewInBrowser, APressMeasuresTheFrameWithoutEachDrawable) {
   expect_no_errors();
 }
 
-TEST_F(ViewInBrowser, AMeasurementIsCancelledAndWhatIsRefusedIsSaid) {
+TEST_F(ViewInBrowser, AMeasurementIsCancelledAndRefusalsAreReported) {
   open({"--size", "1280x720", "--set", "sampling.samples_per_pixel=64"});
   page_->evaluate("document.querySelector('#view .measure').click()");
   ASSERT_TRUE(page_->wait_for("!document.querySelector('#view .cancel').disabled"));

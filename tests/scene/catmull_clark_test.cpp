@@ -415,7 +415,7 @@ TEST(CatmullClark, TextureCoordinatesAreBilinearWithinEachFaceOfTheCage) {
     EXPECT_NEAR(covered, cage.faces[static_cast<std::size_t>(face)][3] >= 0 ? 1.0 : 0.5, 1e-5) << face;
 }
 
-TEST(CatmullClark, ColoursAreThoseOfTheFacesCorners) {
+TEST(CatmullClark, ColoursComeFromTheFacesCorners) {
   Cage cage = test::cube_cage();
   for (std::size_t v = 0; v < 24; ++v) cage.primitive.vertices.colors.emplace_back(static_cast<float>(v / 4), 0, 0, 1);
   const Primitive patches = converted(cage);

@@ -184,7 +184,7 @@ TEST(Deformation, TurnedNormalsAreBoundedWhereTheSurfaceIsFlat) {
   EXPECT_EQ(turn_normals(DMat3(8.0)), DMat3(1.0)) << "an even scale leaves lengths";
 }
 
-TEST(Deformation, WindingIsThatOfTheNodeAndItsInstance) {
+TEST(Deformation, WindingFollowsTheNodeAndItsInstance) {
   Scene scene(27);
   scene.pose.world[kJoints] = DMat4(1.0);
   EXPECT_GT(winding_determinant(scene.capture, kJoints, 0, scene.pose), 0);

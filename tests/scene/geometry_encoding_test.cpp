@@ -244,7 +244,7 @@ TEST(HeldGeometry, HG1HG2NoCrackOpensBetweenPatchesPrimitivesAndMeshesThatTouch)
   EXPECT_GT(vertices, 100'000u);
 }
 
-TEST(HeldGeometry, HG3ClustersKeepTheirCellsAndBoundsHoldWhatIsDecoded) {
+TEST(HeldGeometry, HG3ClustersKeepTheirCellsAndBoundsHoldDecodedPositions) {
   Capture capture;
   test::add_node(capture, test::wavy_grid(40, 3));
   const Assembly raw = assemble(capture);
@@ -298,7 +298,7 @@ TEST(HeldGeometry, HG3InstancesShareRecordsAndPatchesKeepTheirNeighbours) {
   }
 }
 
-TEST(HeldGeometry, LeavesWhatMayDeformAndPointsAsTheyAre) {
+TEST(HeldGeometry, LeavesDeformingMeshesAndPointsAlone) {
   Capture capture;
   Primitive morphing = test::wavy_grid(4, 1);
   morphing.vertices.morph_targets.push_back({std::vector<Vec3>(morphing.vertices.count(), Vec3(1)), {}, {}});
@@ -310,7 +310,7 @@ TEST(HeldGeometry, LeavesWhatMayDeformAndPointsAsTheyAre) {
 }
 
 // A vertex that no triangle has may be anything: the reader lets it pass.
-TEST(HeldGeometry, PassesOverVerticesThatNobodyDraws) {
+TEST(HeldGeometry, PassesOverUndrawnVertices) {
   Primitive mesh = test::wavy_grid(4, 1);
   mesh.vertices.positions.emplace_back(std::numeric_limits<float>::quiet_NaN());
   mesh.vertices.positions.emplace_back(std::numeric_limits<float>::infinity());
@@ -402,7 +402,7 @@ TEST(HeldGeometry, ASmoothMeshTakesUnderFiveBytesATriangle) {
   expect_like_the_field(assemble(capture), {7.5, 5.0});
 }
 
-TEST(HeldGeometry, AMillionTrianglesTakeWhatTheFieldsCodecsTake) {
+TEST(HeldGeometry, AMillionTrianglesTakeTheBytesOfTheFieldsCodecs) {
   Capture capture;
   test::add_node(capture, sphere(1024, 512, true));
   expect_like_the_field(assemble(capture), {5.48, 3.54});
@@ -415,7 +415,7 @@ TEST(HeldGeometry, ARealMeshTakesUnderFiveBytesATriangle) {
   expect_like_the_field(assemble(capture), {8.19, 4.87});
 }
 
-TEST(HeldGeometry, TheTeapotTakesWhatTheFieldsCodecsTake) {
+TEST(HeldGeometry, TheTeapotTakesTheBytesOfTheFieldsCodecs) {
   const char* named = std::getenv("TESSERA_SILICON");
   const fs::path folder =
       named != nullptr ? fs::path(named) : fs::path(TESSERA_SOURCE_DIR) / ".." / "shared" / "silicon";

@@ -101,7 +101,7 @@ TEST(Instances, AS3AreEachInOneGroupWhoseRangesHoldThem) {
   }
 }
 
-TEST(Instances, BeyondWhatNumbersHoldAreRefused) {
+TEST(Instances, BeyondTheRangeOfNumbersAreRefused) {
   Capture capture;
   std::vector<Vec3> points;
   for (int p = 0; p < 4300; ++p)

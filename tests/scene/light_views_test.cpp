@@ -52,7 +52,7 @@ INSTANTIATE_TEST_SUITE_P(All, Fits, testing::Values(ShadowFit::kSphere, ShadowFi
 
 // An oracle over random suns: corners of cards that the camera sees are in a cascade, inside of its border; corners of cards
 // before them along the rays are between its planes.
-TEST_P(Fits, ACascadeHoldsWhatTheCameraSeesAndAllThatMayShadeIt) {
+TEST_P(Fits, ACascadeHoldsTheCamerasViewAndAllCastersThatMayShadeIt) {
   test::Random random(5);
   int seen = 0;
   for (int round = 0; round < 300; ++round) {
@@ -142,7 +142,7 @@ TEST(LightViews, MapsOverSpheresMoveByWholeTexels) {
 }
 
 // Another view of a scene refers to its vertices, deformed ones too, as they are at shutter open.
-TEST(LightViews, ThePoseOfALightIsThatOfShutterOpen) {
+TEST(LightViews, LightsArePosedAtShutterOpen) {
   Capture capture;
   const int material = made::add_material(capture);
   Primitive card = made::triangles({{-1, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0, 1, 2}, material);

@@ -62,7 +62,7 @@ TEST(NextPose, FG1AStillFrameIsTheOneBefore) {
 }
 
 // An animation that came to its end leaves the scene at rest.
-TEST(NextPose, FG1WhatMovesIsPosedAnewUntilItRests) {
+TEST(NextPose, FG1MovingNodesArePosedAnewUntilTheyRest) {
   Stage stage;
   test::add_motion(stage.capture, stage.mesh, {1, 0, 0});
   const Assembly assembly = assemble(stage.capture);
@@ -117,7 +117,7 @@ TEST(NextPose, FG1CurvedMotionIsNotTakenForRest) {
 }
 
 // Patterns are kept for objects at rest under a camera at rest, and for nothing else.
-TEST(NextPose, FG1PatternsAreThoseOfAFreshStart) {
+TEST(NextPose, FG1PatternsEqualAFreshStarts) {
   test::Random random(7);
   for (int trial = 0; trial < 40; ++trial) {
     Stage stage;

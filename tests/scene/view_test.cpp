@@ -47,7 +47,7 @@ TEST(View, IgnoresScaleAndMirroringOfTheCameraNode) {
     for (int r = 0; r < 4; ++r) EXPECT_NEAR(identity[c][r], c == r ? 1.0 : 0.0, 1e-12);
 }
 
-TEST(View, OfADegenerateNodeIsStillARotation) {
+TEST(View, IsARotationForADegenerateNode) {
   const View view = view_from_world(DMat4(0.0));
   EXPECT_NEAR(glm::determinant(DMat3(view.camera_to_world)), 1.0, 1e-12);
 }
@@ -197,7 +197,7 @@ const std::vector<NotDrawn>& unseen_things() {
   return all;
 }
 
-TEST(ChooseCamera, FramesAndFocusesOnNothingThatNobodySees) {
+TEST(ChooseCamera, IgnoresInvisibleObjectsInFramingAndFocus) {
   const auto ball = [] {
     Capture capture;
     test::add_node(capture, test::closed_patches(kNone), DVec3(0));  // around the little that is seen of the others

@@ -207,7 +207,7 @@ TEST(Wires, AreMovedApartAtEachMotionKey) {
   EXPECT_FALSE(pose(capture, 0.5, 0.5).frame->drawables[0].moving);
 }
 
-TEST(Wires, NormalsAndTangentsAreThoseOfTheWorld) {
+TEST(Wires, NormalsAndTangentsAreInTheWorld) {
   Capture capture;
   Primitive primitive = test::points({{0, 0, 0}});
   primitive.vertices.normals.assign(4, Vec3(1, 0, 0));

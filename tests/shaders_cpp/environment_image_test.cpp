@@ -59,7 +59,7 @@ TEST(EnvironmentImage, ENV1AConstantImageIsThatConstantEverywhere) {
 }
 
 // Where three.js' equirectUv() puts a direction, in an image whose first row is the top one.
-TEST(EnvironmentImage, DirectionsAreThoseOfThreeJs) {
+TEST(EnvironmentImage, DirectionsFollowThreeJs) {
   constexpr int kHeight = 64;
   for (const DVec3& direction : {DVec3(1, 0, 0), DVec3(0, 0, 1), DVec3(-1, 0, 0.001), DVec3(0, 0, -1), DVec3(0, 1, 0),
                                  DVec3(0, -1, 0), DVec3(0.48, 0.6, 0.64), DVec3(-0.48, -0.6, -0.64)}) {
@@ -129,7 +129,7 @@ TEST(EnvironmentImage, DiffuseLightOfADistantLightIsWithinATenthOfTheLargest) {
   EXPECT_GT(worst, 0.08) << "what the header states";
 }
 
-TEST(EnvironmentImage, TheStudiosOwnImageGivesWhatTheStudioGives) {
+TEST(EnvironmentImage, TheStudiosOwnImageEqualsTheStudio) {
   const Environment studio;
   const auto image = image_of(512, [&](const DVec3& d) { return DVec3(studio.specular(Vec3(d), 0.0f)); });
   const Environment found = seen_in(*image);
@@ -277,7 +277,7 @@ TEST(EnvironmentImage, ENV2NeighbouringDirectionsSeeNeighbouringLight) {
   }
 }
 
-TEST(EnvironmentImage, ENV2BordersHoldWhatLiesBehindTheEdges) {
+TEST(EnvironmentImage, ENV2BordersHoldTheTexelsBeyondTheEdges) {
   const auto image = test::noisy_environment(130, 4);
   const RadianceImage& levels = image->levels();
   ASSERT_EQ(levels.level_count(), kMapLevels);
@@ -310,7 +310,7 @@ TEST(EnvironmentImage, ENV3IsTheSameForAnyNumberOfThreads) {
         ASSERT_EQ(whole->levels().texel(level, x, y), alone->levels().texel(level, x, y)) << level;
 }
 
-TEST(EnvironmentImage, WhatIsNoRadianceIsCutOff) {
+TEST(EnvironmentImage, ValuesOutOfRangeAreClamped) {
   const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
   for (const auto& [value, counted] : {std::pair{nan, 0.0f},
                                        {-infinity, 0.0f},

@@ -365,7 +365,7 @@ TEST(LayeredMaterial, LightsAreReturnedOnce) {
   }
 }
 
-TEST(LayeredMaterial, LightFromBehindReachesWhatSpreadsIt) {
+TEST(LayeredMaterial, LightFromBehindReachesDiffuseTransmission) {
   LayeredPoint<float> m = white_point(0.6f);
   m.spread = 1, m.spread_color = {0.5f, 0.25f, 0.125f};
   const Vector light{0, 0, -1};

@@ -22,7 +22,7 @@ Vec3 seen(const RadianceImage& image, float u, float v, float lod) {
   return {a.x, a.y, a.z};
 }
 
-TEST(RadianceImage, HoldsWhatHalfPrecisionCan) {
+TEST(RadianceImage, RoundsToHalfPrecision) {
   RadianceImage image(RadianceImage::mip_chain({2, 1}));
   const float infinite = std::numeric_limits<float>::infinity(), none = std::numeric_limits<float>::quiet_NaN();
   image.set(0, 0, 0, {-1.0f, infinite, none});

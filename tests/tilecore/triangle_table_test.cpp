@@ -26,7 +26,7 @@ std::uint64_t written(TriangleTable& table, std::initializer_list<std::uint32_t>
   return table.end_sub_patch(two_leaves(), moves);
 }
 
-TEST(TriangleTable, HasARecordForWhatIsSeen) {  // TT1
+TEST(TriangleTable, HasARecordForEachSeenTriangle) {  // TT1
   TriangleTable table;
   EXPECT_EQ(written(table, {}, true), 0u);
   EXPECT_EQ(written(table, {0, 6, 0}, false), kRecord);
@@ -65,7 +65,7 @@ TileState tile(double way, bool bezier = true, scene::AlphaMode mode = scene::Al
   return state;
 }
 
-TEST(TriangleTable, ATileKnowsWhatItSees) {  // TT1
+TEST(TriangleTable, ATileKnowsItsVisibleTriangles) {  // TT1
   EXPECT_EQ(tile(0).triangles.bytes(), kRecord) << "what is behind is not seen";
   EXPECT_EQ(tile(0, true, scene::AlphaMode::kBlend).triangles.bytes(), 2 * kRecord) << "layers name triangles, too";
   EXPECT_EQ(tile(4, false).triangles.bytes(), kRecord + 4 * kCorner) << "two triangles";

@@ -152,7 +152,7 @@ RC_GTEST_PROP(Attribution, AddsUpToTheFrame, (std::uint32_t seed)) {  // AT1
   RC_ASSERT(static_cast<bool>(adds_up(attribute(gpu, work, timing, energy), work, timing, energy.total_nj())));
 }
 
-TEST(Attribution, TilesSayWhatBoundsThem) {
+TEST(Attribution, TilesNameTheirBound) {
   Machine gpu = test::coarse_machine();
   gpu.cores.count = 2;
   gpu.memory.latency_ns = 0;

@@ -54,7 +54,7 @@ TEST(EventModel, UnitsOfASubPatchArePipelined) {
 }
 
 // Three units, the last slow for the first item: those before it fill their queues and wait.
-TEST(EventModel, ASlowUnitHoldsUpThoseBeforeIt) {
+TEST(EventModel, ASlowUnitHoldsUpTheUnitsBeforeIt) {
   std::vector<SubPatchItem> items(6, item({{Event::kVertices, 1}, {Event::kBoxes, 1}, {Event::kBoxLanes, 1}}));
   items[0][Event::kBoxLanes] = 100;
   items[5][Event::kVertices] = 50;
@@ -125,7 +125,7 @@ TEST(EventModel, WarpsWithoutLookupsFillTheLanes) {  // EM3
 }
 
 // The banks of an idle memory: the time of one read, and of a stream of them at most the bus.
-TEST(EventModel, BanksAreThoseOfTheMemory) {
+TEST(EventModel, BanksFollowTheMemory) {
   Machine gpu = endless();
   gpu.memory.model = hardware::MemoryModel::kBanks;
   gpu.memory.type = hardware::MemoryType::kLpddr5_6400;
@@ -371,7 +371,7 @@ TEST(EventModel, APathOfATileHasItsWaitsForTilesBeforeIt) {  // EM5
 }
 
 // The bound of a frame is found among the doublings that its path leaves open.
-TEST(EventModel, NamesWhatBounds) {
+TEST(EventModel, NamesTheBound) {
   const auto bound = [](const Machine& gpu, const OneTile& one) { return time_events(gpu, one.work).timing.bound_by; };
   Machine gpu = endless();
   gpu.shader.operations = 100;

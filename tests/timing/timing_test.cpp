@@ -43,7 +43,7 @@ FrameWork tiles(std::size_t count, std::uint64_t tests, std::uint64_t runs, std:
 
 double cycles(const hardware::Machine& gpu, const FrameWork& work) { return schedule_frame(gpu, work).cycles; }
 
-TEST(Timing, OneSlowUnitTakesItsWorkOverItsThroughputAndIsWhatBoundsTheFrame) {
+TEST(Timing, OneSlowUnitTakesItsWorkOverItsThroughputAndBoundsTheFrame) {
   hardware::Machine gpu = instant_machine();
   gpu.rates[Event::kTriangleLanes] = 4;
   const FrameWork work = tiles(10, 1000, 0, 0);
@@ -261,7 +261,7 @@ FrameTiming timing_of(const hardware::Machine& gpu, const FrameWork& work) {
   return time_frame(gpu, work, schedule_frame(gpu, work));
 }
 
-TEST(Timing, NamesWhatIsNoSingleUnits) {
+TEST(Timing, NamesBoundsBeyondSingleUnits) {
   hardware::Machine gpu = instant_machine(2);
   gpu.rates[Event::kTriangleLanes] = gpu.rates[Event::kBoxLanes] = 1;
   gpu.shader.operations = 1;

@@ -136,7 +136,7 @@ TEST(WorkCode, RefusesItemsThatAskForOtherLinesThanThereAre) {  // WC2
   EXPECT_EQ(decode(encode(work)).rounds[0].items[0].lines, std::vector<std::uint32_t>{7});
 }
 
-RC_GTEST_PROP(WorkCode, RefusesWhatIsNone, (std::uint32_t seed)) {  // WC2
+RC_GTEST_PROP(WorkCode, RefusesMalformedBytes, (std::uint32_t seed)) {  // WC2
   test::Random random(seed);
   std::string bytes = encode(random_work(random));
   const auto at = static_cast<std::size_t>(random.integer(0, static_cast<int>(bytes.size()) - 1));

@@ -50,7 +50,7 @@ INSTANTIATE_TEST_SUITE_P(EachClass, BrokenCaptures, testing::ValuesIn(broken_cap
                          [](const auto& instance) { return instance.param.name; });
 
 // A capture that --strict alone refuses loads without it, with a note that has the text of the refusal.
-TEST(BrokenCaptureCorpus, WhatHasAClearMeaningLoadsWithANote) {  // NT1
+TEST(BrokenCaptureCorpus, CapturesOfAClearMeaningLoadWithANote) {  // NT1
   std::size_t count = 0;
   for (const BrokenClass& c : broken_captures())
     for (const BrokenCapture& broken : c.captures) {

@@ -118,7 +118,7 @@ TEST(CaptureEnvironment, WithoutAnImageNothingIsCharged) {
   EXPECT_THROW(folder.read(asset_with("sky.hdr"), limits), BudgetError);
 }
 
-TEST(CaptureEnvironment, WhatIsNoSuchImageIsRefusedByName) {
+TEST(CaptureEnvironment, OtherImagesAreRefusedByName) {
   const Folder folder;
   const std::string place = "/extensions/TESSERA_capture/environment: ";
   const auto fault_of = [&](const std::string& bytes) {

@@ -51,7 +51,7 @@ std::vector<std::uint8_t> encoded_level(const Texture& texture, int level, Block
 }
 
 // Invariant HT1. The twin: levels made from decoded texels, as an encoder of level 0 alone has to.
-TEST(HeldTextures, EveryLevelIsEncodedFromWhatTheCaptureHas) {
+TEST(HeldTextures, EveryLevelIsEncodedFromTheCapturesTexels) {
   const Capture capture = with_textures();
   for (const BlockFormat format :
        {BlockFormat::kEtc2, BlockFormat::kAstc4x4, BlockFormat::kAstc6x6, BlockFormat::kAstc12x12}) {
@@ -172,11 +172,11 @@ void expect_floors(const Capture& capture, const Floors& floors) {
   EXPECT_GT(measured[2], measured[3]);
 }
 
-TEST(TexturesOfCaptures, KeepWhatTheirBlocksAllow) {
+TEST(TexturesOfCaptures, KeepTheQualityThatTheirBlocksAllow) {
   expect_floors(read_capture(test::shipped_capture("vases")), {38.9, 46.8, 39.9, 32.8});
   expect_floors(read_capture(test::shipped_capture("garden")), {39.6, 45.7, 36.6, 28.2});
 }
-TEST(TexturesOfCaptures, OfSampleModelsKeepAsMuch) {
+TEST(TexturesOfCaptures, KeepAsMuchInSampleModels) {
   const auto assets = test::assets_folder();
   if (!assets) GTEST_SKIP() << "no sample models";
   expect_floors(read_capture(*assets / "Fox" / "glTF" / "Fox.gltf"), {42.5, 56.1, 46.1, 31.9});

@@ -275,7 +275,7 @@ TEST(MemoryBudget, RefusesAFileBeforeReadingIt) {
 }
 
 // Files and claims much larger than their contents.
-TEST(MemoryBudget, RefusesWhatCannotFitBeforeMakingRoomForIt) {
+TEST(MemoryBudget, RefusesSizesBeyondTheBudgetBeforeAllocating) {
   const TemporaryFolder folder;
   const std::string claim =
       R"({"asset":{"version":"2.0"},"nodes":[{}],"accessors":[{"componentType":5126,"count":300000000,"type":"SCALAR"},

@@ -173,7 +173,7 @@ TEST(MeshoptAttributes, TheDeltasOfTheSpecificationsExampleComeOut) {
   }
 }
 
-TEST(MeshoptAttributes, WhatMeshoptimizerEncodesComesBackToTheByte) {
+TEST(MeshoptAttributes, StreamsOfMeshoptimizerDecodeToTheByte) {
   Random random(5);
   for (const std::size_t stride : {4, 8, 12, 16, 20, 36, 64, 252, 256})
     for (const std::size_t count : {1, 2, 15, 16, 17, 31, 100, 255, 256, 257, 700})

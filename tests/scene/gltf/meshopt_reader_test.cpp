@@ -41,7 +41,7 @@ void expect_equal_data(const Capture& a, const Capture& b) {
   EXPECT_EQ(t->width(), u->width());
 }
 
-TEST(MeshoptViews, GiveWhateverReadsThemThePlainData) {
+TEST(MeshoptViews, GiveEveryReaderThePlainData) {
   const Capture plain = test::read_contents(test::everything_asset().glb());
   for (const char* name : {"EXT_meshopt_compression", "KHR_meshopt_compression"}) {
     GltfAsset asset = test::meshopt_asset(name);

@@ -171,7 +171,7 @@ TEST(AnimatedProcedureReader, MovesTheUniformsOfPrograms) {
   EXPECT_EQ(p.y, 3.0f);
 }
 
-TEST(AnimatedProcedureReader, WhatIsNotThereIsSkippedAndAWrongCountRefused) {
+TEST(AnimatedProcedureReader, MissingTargetsAreSkippedAndAWrongCountIsRefused) {
   const json sphere = {{"shape", "sphere"}};
   for (const char* pointer : {"parameters/radios", "texture/color", "shape", "sampling/more", "parameters"})
     EXPECT_EQ(test::read_asset(animated(sphere, pointer, "SCALAR", {1, 2})).animations[0].channels.size(), 0u)

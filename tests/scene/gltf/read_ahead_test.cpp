@@ -187,7 +187,7 @@ Outcome expect_same_for_all_threads(const std::filesystem::path& file, const Cap
   return alone;
 }
 
-TEST(ReadAhead, GivesWhatReadingInOrderGives) {  // RA1
+TEST(ReadAhead, EqualsReadingInOrder) {  // RA1
   for (const Named& named : assets()) {
     SCOPED_TRACE(named.name);
     const test::TemporaryFolder folder;
@@ -286,7 +286,7 @@ TEST(ReadAhead, StaysWithinTheMemoryLimitOnManyThreads) {  // RA2, MB2
   }
 }
 
-TEST(MemoryBudgetAhead, WhatWaitsGivesWayBeforeAChargeIsRefused) {  // MB1, MB2
+TEST(MemoryBudgetAhead, WaitingPartsGiveWayBeforeAChargeIsRefused) {  // MB1, MB2
   MemoryBudget budget(100, "f.glb");
   int drops = 0;
   budget.charge(10, 1, "a");

@@ -71,7 +71,7 @@ TEST(CellSteps, OneMoreOrOneFewerIsNoticed) {  // the twin of the law above
   EXPECT_EQ(smaller, trials);
 }
 
-TEST(CellSteps, OfWhatHasNoBoundAreFew) {
+TEST(CellSteps, AreFewWhereTheReachHasNoBound) {
   bool clamped = false;
   EXPECT_EQ(CellSteps::for_reach({std::numeric_limits<double>::infinity(), 0, 0, 1, 0, 0}, 1, 1, clamped),
             (CellSteps{CellSteps::kUnknown, CellSteps::kUnknown}));

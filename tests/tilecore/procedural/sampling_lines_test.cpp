@@ -240,7 +240,7 @@ TEST(Lines, MoveWithTheirSurfaceAndAreOutOfFocusWhereItIs) {
 }
 
 // Nearly still, or nearly in focus: nearly the same drawing.
-TEST(Lines, OfWhatHardlyMovesOrIsHardlyBlurredAreThoseOfWhatIsStill) {
+TEST(Lines, AreTheSameForNearlyStillAndNearlySharpSurfaces) {
   scene::Camera pinhole, lens;
   lens.lens = {1e-6f, 3.0f};
   const Image still = draw(*sphere(pinhole).frame, kLineStyle);
@@ -439,7 +439,7 @@ TEST(Lines, EveryStepOfEveryLineOfATilesCellsIsCountedOnce) {
 
 // The maps have more entries: a tile also needs cells that reach it by their lines alone, which its surfaces leave
 // out.
-TEST(Lines, CostWhatTheArrayDoesForThemAndTheSurfaceBeneathWhatItCostsWithout) {
+TEST(Lines, CostTheirEvaluationsAndLeaveTheSurfacesCostAlone) {
   Random random(7);
   for (int n = 0; n < 8; ++n) {
     const TestFrame scene = random_scene(random);

@@ -278,7 +278,7 @@ double miss(bool bfecc, double angle, const std::function<Vec2(double, double)>&
   return worst;
 }
 
-TEST(Advection, BackAndForthIsSecondOrderWhereTheVelocityIsThatOfAnInstant) {
+TEST(Advection, BackAndForthIsSecondOrderForVelocitiesOfAnInstant) {
   const auto instant = [](double angle) {
     return [angle](double x, double y) {
       return Vec2(static_cast<float>(-angle * (y - kMiddle)), static_cast<float>(angle * (x - kMiddle)));

@@ -504,7 +504,7 @@ TEST(CubicStencil, PixelsThatAreNotUsableAreNotEvenRead) {  // CS2
   }
 }
 
-RC_GTEST_PROP(CubicStencil, WhatIsNotUsableHasNoInfluence, (std::uint32_t seed)) {  // CS2
+RC_GTEST_PROP(CubicStencil, UnusablePixelsHaveNoInfluence, (std::uint32_t seed)) {  // CS2
   Random random(seed);
   Window window;
   window.fill([&](int, int) { return windows::random_color(random); });

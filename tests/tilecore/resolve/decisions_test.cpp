@@ -170,7 +170,7 @@ TEST(CreaseDetector, NormalsFollowFromDepth) {
   EXPECT_FALSE(CreaseDetector(0, {}).on());
 }
 
-TEST(RateSelector, AfterACutAndWhatIsSharpIsNotFast) {
+TEST(RateSelector, SharpBlocksAndBlocksAfterACutAreNotFast) {
   BlockEvidence b;
   b.velocity_usable = true;
   b.speed = 100;
@@ -204,7 +204,7 @@ TEST(RateSelector, RegimesFollowEachOtherInSpeed) {
 }
 
 // Shares of slow blocks that are taken over.
-TEST(RateSelector, TheSharesOfSlowBlocksAreWhatIsAskedFor) {
+TEST(RateSelector, TheSharesOfSlowBlocksFollowTheSettings) {
   RateSettings settings;
   settings.thresholds = {1, 4, 16, 0};
   for (const int advected : {8, 12}) {

@@ -12,7 +12,7 @@ constexpr float kExposures[] = {1.0f, 0.37f, 8.0f, 1000.0f};
 
 unsigned max_code(FrameFormat format, std::size_t channel) { return (1u << channel_bits(format)[channel]) - 1; }
 
-TEST(FrameFormat, BytesOfAPixelAreThoseOfItsChannels) {
+TEST(FrameFormat, BytesOfAPixelFollowFromItsChannels) {
   for (const FrameFormat format : {FrameFormat::kRgba8, FrameFormat::kRgb10a2, FrameFormat::kRgba16f}) {
     unsigned bits = 0;
     for (const std::uint8_t channel : channel_bits(format)) bits += channel;
@@ -21,7 +21,7 @@ TEST(FrameFormat, BytesOfAPixelAreThoseOfItsChannels) {
   EXPECT_EQ(kFramePixelBytes, 4u);
 }
 
-TEST(FrameFormat, WhatIsReadOfAStoredPixelHasItsCodesAgain) {  // FF1
+TEST(FrameFormat, AStoredPixelReadsBackToTheSameCodes) {  // FF1
   for (const FrameFormat format : kFixedPoint)
     for (const float exposure : kExposures) {
       const PixelCoder coder(format, exposure);
@@ -41,7 +41,7 @@ TEST(FrameFormat, WhatIsReadOfAStoredPixelHasItsCodesAgain) {  // FF1
 }
 
 // A display shows the codes of rgba8 as they are: PNG files have them.
-TEST(FrameFormat, Rgba8IsWhatADisplayShows) {
+TEST(FrameFormat, Rgba8EqualsTheDisplayedImage) {
   const PixelCoder coder(FrameFormat::kRgba8, 1.7f);
   Image image(64, 64, 4);
   test::Random random(9);
@@ -74,7 +74,7 @@ TEST(FrameFormat, ACodeIsTheNearestOnTheCurveOfADisplay) {  // FF2
   }
 }
 
-TEST(FrameFormat, WhatNoCodeStandsForIsClipped) {  // FF2
+TEST(FrameFormat, ColorsBeyondTheCodesAreClipped) {  // FF2
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
   for (const FrameFormat format : kFixedPoint) {
     const PixelCoder coder(format, 0.5f);

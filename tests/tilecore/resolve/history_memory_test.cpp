@@ -85,7 +85,7 @@ TEST(HistoryMemory, PixelsThatAreDecodedAndDecompressed) {
 }
 
 // A frame that is read whole reads back the bytes that the store wrote.
-TEST(HistoryMemory, AllOfACompressedFrameIsReadForWhatItWasWrittenFor) {
+TEST(HistoryMemory, AWholeCompressedFrameReadsTheBytesThatItWrote) {
   for (const FrameFormat format : {FrameFormat::kRgba8, FrameFormat::kRgb10a2, FrameFormat::kRgba16f}) {
     test::Random random(5);
     Frame frame;
@@ -151,7 +151,7 @@ SignedBlock any_signed_block(test::Random& random) {
   return block;
 }
 
-TEST(BlockSignature, MatchesWhereWhatIsShadedAndWhereItIsAreTheSame) {  // KB1
+TEST(BlockSignature, MatchesWhereShadedColorsDepthsAndSurfacesAreEqual) {  // KB1
   test::Random random(3);
   for (int n = 0; n < 500; ++n) {
     const SignedBlock block = any_signed_block(random);
@@ -171,7 +171,7 @@ TEST(BlockSignature, MatchesWhereWhatIsShadedAndWhereItIsAreTheSame) {  // KB1
   }
 }
 
-TEST(BlockSignature, OfFewBitsMatchesWhatDiffers) {
+TEST(BlockSignature, MatchesDifferentBlocksWhereItHasFewBits) {
   test::Random random(4);
   int wrong = 0;
   for (int n = 0; n < 4000; ++n) {

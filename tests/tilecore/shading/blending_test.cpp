@@ -78,7 +78,7 @@ TEST(LayerMerger, LayersSubmittedInOrderOfDepthMergeWithoutError) {
   }
 }
 
-TEST(LayerMerger, WhatComesBetweenMergedLayersIsBehindThem) {
+TEST(LayerMerger, ALayerBetweenMergedLayersIsBehindThem) {
   // Room for two; a to e by depth, submitted as a, e, c, d, b. The third makes (c over e), at c's depth; d lies behind
   // that and makes ((c over e) over d): wrong, d was before e. b makes (b over all that); a is nearest throughout.
   const BlendedLayer a = layer(1, 0, {1, 0, 0}, 0.5f), e = layer(5, 1, {0, 1, 0}, 0.25f),
@@ -264,7 +264,7 @@ TEST(Blending, ABlendedSurfaceInThePlaneOfAnOpaqueOneIsSeenOnIt) {
 
 // ---- Alpha masks ------------------------------------------------------------------------------------------------
 
-TEST(AlphaMask, AHoleShowsWhatIsBehindWhereItIsAtTheTimeOfTheSample) {
+TEST(AlphaMask, AHoleShowsTheBackgroundWhereItIsAtTheTimeOfTheSample) {
   // Red, with alpha 0 in its left half, over green; the edge starts at pixel 20 and moves by `way` during the shutter.
   Image8 image(2, 1, 4);
   image.values = {255, 255, 255, 0, 255, 255, 255, 255};

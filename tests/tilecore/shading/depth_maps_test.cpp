@@ -8,7 +8,7 @@ namespace {
 
 constexpr float kNothing = std::numeric_limits<float>::infinity();
 
-TEST(DepthMaps, MAP1WhatIsReadIsWithinHalfAStepOfWhatWasStored) {
+TEST(DepthMaps, MAP1LookupsAreWithinHalfAStepOfTheStoredDepth) {
   test::Random random(7);
   for (const scene::DepthFormat format :
        {scene::DepthFormat::kD16, scene::DepthFormat::kD24, scene::DepthFormat::kD32F}) {

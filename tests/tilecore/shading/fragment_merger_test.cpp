@@ -107,7 +107,7 @@ TEST(FragmentMerger, ARedAndABlueTriangleOfOneMeshMixAlongTheirEdge) {
   }
 }
 
-TEST(FragmentMerger, FM1FM2InvocationsAreThoseOfAnIndependentCount) {
+TEST(FragmentMerger, FM1FM2InvocationsEqualAnIndependentCount) {
   test::Random random(4);
   std::size_t merged = 0, separate = 0;
   for (int trial = 0; trial < 24; ++trial) {
@@ -213,7 +213,7 @@ TEST(Quads, AreTheBlocksOfFourPixelsThatAPrimitiveTouches) {
   }
 }
 
-TEST(Quads, WhatMovesTakesAQuadForEachInvocation) {
+TEST(Quads, MovingSurfacesTakeAQuadForEachInvocation) {
   PixelScene scene(40, 32, 4);
   const int node = scene.add_quad(5, 5, 20, 20, 0, lit(), true);
   test::add_motion(*scene.capture, node, {9, 3, 0});

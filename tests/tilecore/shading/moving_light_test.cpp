@@ -56,7 +56,7 @@ struct Stage : TestFrame {
   }
 };
 
-TEST(MovingBackground, ACameraThatTiltsBlursWhatIsBehindEverything) {
+TEST(MovingBackground, ATiltingCameraBlursTheBackground) {
   Stage stage;
   const int material = test::add_material(*stage.capture);
   test::add_node(*stage.capture, test::patches(test::flat_patch({50, 50, 50}, {1, 0, 0}, {0, 1, 0}), material));

@@ -52,7 +52,7 @@ SurfaceLocation random_location(const MixedScene& scene, Random& random) {
   return at;
 }
 
-TEST(ShadingCells, CELL1ACellDependsNeitherOnTheTimeNorOnWhatWasMeasuredBefore) {
+TEST(ShadingCells, CELL1ACellDependsNeitherOnTheTimeNorOnEarlierMeasurements) {
   const MixedScene scene;
   ShadingCells warm;
   warm.start(*scene.frame);
@@ -149,7 +149,7 @@ std::vector<bool> hits_in_list(const std::vector<std::uint32_t>& stream, std::si
   return hits;
 }
 
-TEST(ShadingCache, SHC1SHC2FindsWhatWasUsedLastAndNothingElse) {
+TEST(ShadingCache, SHC1SHC2FindsTheLastUsedCellsAndNothingElse) {
   Random random(6);
   ShadingCache cache;
   for (const std::size_t capacity : {1u, 2u, 7u, 100u, 3000u, 1000000u}) {
@@ -369,7 +369,7 @@ TEST(ShadingRateCache, CostDoesNotGrowWithMotionBlur) {
   }
 }
 
-TEST(ShadingRateCache, TilesShadeAgainWhatBlurCarriesIntoThem) {
+TEST(ShadingRateCache, TilesShadeAgainCellsThatBlurCarriesIntoThem) {
   // A wall that moves by L pixels along rows of tiles of side T: each tile sees T + L columns of cells.
   PixelScene scene(128, 32, 64);
   test::add_motion(*scene.capture, scene.add_quad(-128, -16, 512, 64, 0, waves(64), true), {48, 0, 0});

@@ -149,7 +149,7 @@ TEST(PixelShader, UnlitShowsFactorTimesTextureTimesVertexColour) {
   EXPECT_EQ(point.alpha, 1.0f);  // opaque materials have no alpha
 }
 
-TEST(PixelShader, AlphaIsThatOfBlendedMaterialsOnly) {
+TEST(PixelShader, OnlyBlendedMaterialsHaveAlpha) {
   scene::Material material;
   material.base_color.w = 0.25f;
   EXPECT_EQ(shade_quad(material).alpha, 1.0f);
@@ -364,7 +364,7 @@ struct LayeredScene : TestFrame {
   }
 };
 
-TEST(TileCore, BlendedSurfacesAreComposedOverWhatIsBehind) {
+TEST(TileCore, BlendedSurfacesAreComposedOverTheirBackground) {
   const Vec4 c = LayeredScene(scene::AlphaMode::kBlend, 0.25f, 0.5f).colour();
   EXPECT_NEAR(c.x, 0.25f, 1e-6f);
   EXPECT_NEAR(c.y, 0.75f, 1e-6f);

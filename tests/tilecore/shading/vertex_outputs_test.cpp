@@ -277,7 +277,7 @@ TEST(VertexOutputs, VO1WithFrameFlatPatchesHaveExactNormalsInsideTriangles) {
   }
 }
 
-TEST(VertexOutputs, TangentsAreThoseOfThePatch) {
+TEST(VertexOutputs, TangentsFollowThePatch) {
   const BentPatches scene(0, false, true);
   EXPECT_TRUE(has_vertex_tangents(*scene.drawable().material));
   VertexOutputs outputs;
@@ -364,7 +364,7 @@ TEST(VertexOutputs, VO3BetweenVerticesOfAProcedureIsItsTriangle) {
   EXPECT_LT(fine[2], coarse[2] / 2.5) << "derivatives of the plane: by the edge";
 }
 
-TEST(VertexOutputs, BytesAreThoseOfWhatIsRead) {
+TEST(VertexOutputs, BytesFollowFromTheReadAttributes) {
   const BentPatches still(0), moving(1), mapped(0, false, true);
   EXPECT_EQ(vertex_output_bytes(*still.frame, still.drawable()), 12u + 16 + 12 + 16) << "place, raster, normal, colour";
   ASSERT_TRUE(moving.drawable().moving);

@@ -47,7 +47,7 @@ TessellationRequest request(std::uint32_t patch, std::vector<VertexGroup> groups
 
 constexpr IntRect kAll{0, 0, 4, 2};
 
-TEST(TessellationCache, OfEqualsWhatWasUsedLongestAgoLeavesFirst) {
+TEST(TessellationCache, AmongEqualsTheLeastRecentlyUsedLeavesFirst) {
   Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline);
   const auto a = request(1, {group(0, kAll)}), b = request(2, {group(0, kAll)}), c = request(3, {group(0, kAll)}, 2);
   EXPECT_EQ(m.use(0, {a, b}), 128u);
@@ -58,7 +58,7 @@ TEST(TessellationCache, OfEqualsWhatWasUsedLongestAgoLeavesFirst) {
   EXPECT_EQ(m.cache.counters().compulsory_evaluations, 192u);
 }
 
-TEST(TessellationCache, WhatNoListNamesAnyMoreLeavesFirst) {
+TEST(TessellationCache, GroupsThatNoListNamesAnyMoreLeaveFirst) {
   for (const bool named : {true, false}) {
     Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline);
     const auto b = request(2, {group(0, kAll)}, named ? 2 : 1), a = request(1, {group(0, kAll)}, 1),
@@ -82,7 +82,7 @@ TEST(TessellationCache, AUseThatTheCoreDroppedIsOverToo) {
   }
 }
 
-TEST(TessellationCache, WhatTheOrderOfTilesBringsBackLastLeavesFirst) {
+TEST(TessellationCache, GroupsThatReturnLastInTileOrderLeaveFirst) {
   // 0 1 2 3    a: 0, 4    b: 0, 1, 2    c: 1, 2
   // 4 5 6 7
   Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline);
@@ -93,7 +93,7 @@ TEST(TessellationCache, WhatTheOrderOfTilesBringsBackLastLeavesFirst) {
   EXPECT_EQ(m.use(2, {b}), 0u);
 }
 
-TEST(TessellationCache, WhatWouldLeaveFirstIsNotKept) {
+TEST(TessellationCache, AGroupThatWouldLeaveFirstIsNotKept) {
   // The third comes back after both others, or never: it passes by.
   for (const bool never : {true, false}) {
     Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline);
@@ -278,7 +278,7 @@ TEST(TessellationCache, TC1TC2TC3NoCapacityEvaluatesMoreThanNoneOrLessThanAll) {
   }
 }
 
-TEST(TessellationCache, LosesLessThanHalfOfWhatLruLosesAgainstTheOptimum) {
+TEST(TessellationCache, LosesLessThanHalfAsMuchAsLruAgainstTheOptimum) {
   // All groups are as large, all outlines fit beside them.
   constexpr int kSubPatches = 40;
   Random random(12);

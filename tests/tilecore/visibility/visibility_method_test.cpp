@@ -140,7 +140,7 @@ TEST(VisibilityMethods, OnlySamplesWithinTheEntrysTimesAreTested) {
   }
 }
 
-TEST(VisibilityMethods, HitsBehindWhatASampleSeesMayBeLeftOutOthersMayNot) {
+TEST(VisibilityMethods, OnlyHitsBehindASamplesSurfaceMayBeLeftOut) {
   Random random(8);
   std::uint64_t with = 0, without = 0;
   for (int trial = 0; trial < 8; ++trial) {
@@ -307,7 +307,7 @@ TEST(VisibilityMethods, TurningAndComingCloserTakeTheDefaultNoMoreTestsThanEithe
 }
 
 // A street of walls that the camera flies through: all cells beside it cross the camera's plane during the shutter.
-TEST(VisibilityMethods, WhatCrossesTheNearPlaneTakesFewTestsPerHitByEachMethodInItsWay) {
+TEST(VisibilityMethods, CellsAcrossTheNearPlaneTakeFewTestsPerHitByEveryMethod) {
   TestFrame test;
   scene::Material material;
   material.double_sided = true;

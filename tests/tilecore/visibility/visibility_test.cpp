@@ -162,7 +162,7 @@ TEST_P(Visibility, EveryPatternAndPrecisionOfTimeFindsTheHitsOfBruteForce) {
 }
 
 // A sample that already sees something nearer than the leaf is not tested; one that sees something as near is.
-TEST_P(Visibility, WhatLiesBehindTheSamplesDepthIsLeftOutAndNothingElse) {
+TEST_P(Visibility, OnlyHitsBehindTheSamplesDepthAreLeftOut) {
   const auto [motion, lens, orthographic] = GetParam();
   Random random(80);
   for (int trial = 0; trial < 6; ++trial) {
