@@ -320,7 +320,7 @@ void read_point(Bytes input) {
                   measured.wall_seconds.median <= measured.wall_seconds.high,
               "times that are not in order");
       require(measured.cycles.has_value() == trial.figures.contains("timing.cycles"), "cycles out of nowhere");
-      require(measured.error.has_value() != timed, "an error of what draws nothing, or none of what draws");
+      require(measured.error.has_value() != timed, "an error without an image, or an image without one");
       replay::write_trial(kAgain, trial);
       require(replay::read_trial(kAgain, timed) == trial, "a point does not read back as itself");
     });

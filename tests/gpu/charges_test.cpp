@@ -154,7 +154,7 @@ TEST(Charges, BlendedLayersTakeTileMemory) {
   clear.base_color.a = 0.5f;
   const timing::FrameWork opaque = rendered(seen(grid_mesh(scene::kNone), {})).model->record.work,
                           blended = rendered(seen(grid_mesh(scene::kNone), clear)).model->record.work;
-  EXPECT_EQ(blended.tile_state_bytes, opaque.tile_state_bytes) << "a tile takes what it needs, not what another needs";
+  EXPECT_EQ(blended.tile_state_bytes, opaque.tile_state_bytes) << "a tile takes its own memory, not another tile's";
   const auto most = [](const timing::FrameWork& work) {
     std::uint64_t bytes = 0;
     for (const timing::TileWork& tile : work.rounds.front().tiles) bytes = std::max(bytes, tile.extra_bytes);
@@ -183,7 +183,7 @@ TEST(Charges, CompactionAndCoarseDepthTakeTime) {
   EXPECT_GT(rendered(capture, {"tilecore.depth_blocks_per_clk=0.001"}).model->timing.cycles,
             usual.model->timing.cycles);
   EXPECT_EQ(rendered(capture, {"tilecore.occlusion_culling=false"}).counters.tilecore.depth_blocks_updated, 0u)
-      << "nobody asks for the farthest depth";
+      << "no unit asks for the farthest depth";
 }
 
 // ---- The environment behind everything ------------------------------------------------------------------------------

@@ -229,7 +229,7 @@ TEST(Configuration, KeysThatTheChosenModelsDoNotReadAreRefused) {
                         Case{"energy.vertex_pj=9", "tessellator.domain_shading=lanes", ""}}) {
     const std::string key = std::string(c.key).substr(0, std::string(c.key).find('='));
     EXPECT_EQ(checked(c.unread, c.key).substr(0, key.size() + 2), key + ": ") << c.key;
-    EXPECT_NE(checked(c.unread, c.key).find("set "), std::string::npos) << "what to set instead";
+    EXPECT_NE(checked(c.unread, c.key).find("set "), std::string::npos) << "the message names the key to set instead";
     EXPECT_EQ(checked(c.read, c.key), "") << c.key;
   }
   EXPECT_EQ(checked(finest, "shader.lanes=16"), "");

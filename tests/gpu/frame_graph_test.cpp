@@ -137,7 +137,7 @@ TEST(FrameGraph, LoadsAndStoresChangeBytesAlone) {  // GRA2, GRA3
                   bursts(4 * depths * kPixels));
         EXPECT_EQ(moved(found.counters, Unit::kTilecore, Purpose::kFrameBuffer).read_bytes,
                   moved(plain.counters, Unit::kResolve, Purpose::kFrameBuffer).written_bytes)
-            << "what is loaded lies where the same tiles store it";
+            << "tiles are loaded from the place where they are stored";
         EXPECT_GT(found.model->timing.cycles, plain.model->timing.cycles);
       }
   }

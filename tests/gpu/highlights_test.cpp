@@ -91,7 +91,7 @@ TEST(Highlights, BordersAreShadedInFull) {
   EXPECT_GT(found.blocks, 0u);
   EXPECT_EQ(without.blocks, 0u);
   std::cout << "bumps: " << found.psnr << " dB, " << without.psnr << " without the check\n";
-  EXPECT_GT(found.psnr, without.psnr + 1) << "the check is what finds them";
+  EXPECT_GT(found.psnr, without.psnr + 1) << "only the check finds them";
 }
 
 }  // namespace

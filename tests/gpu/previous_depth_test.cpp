@@ -132,7 +132,7 @@ TEST(PreviousDepth, AnUnverifiedGuessDrawsAWrongImage) {
   const auto culling = frames(capture, {kOn});
   EXPECT_EQ(culling[1].targets.color.values, expected.targets.color.values);
   EXPECT_GT(culling[1].counters.previous_depth.tiles_again, 0u);
-  EXPECT_LT(culling[1].counters.previous_depth.tiles_again, 15u) << "not those that the wall did not touch";
+  EXPECT_LT(culling[1].counters.previous_depth.tiles_again, 15u) << "not the tiles that the wall did not touch";
 }
 
 // CD1, by the nearest samples of pixels, whose depths the auxiliary image has: none is farther than its block.

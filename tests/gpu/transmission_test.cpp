@@ -282,7 +282,7 @@ TEST(Transmission, ThePassesAreCharged) {
   // Panes read the image as a texture; the board's is small.
   EXPECT_GT(frame.counters.texture.texels, frame_of(Window(glass(), false).capture).counters.texture.texels);
   ASSERT_TRUE(frame.model);
-  ASSERT_EQ(frame.model->record.work.rounds.size(), 3u) << "what is behind, its levels, what transmits";
+  ASSERT_EQ(frame.model->record.work.rounds.size(), 3u) << "background, its levels, transmissive surfaces";
   std::uint64_t pixels = 0, operations = 0;
   for (const timing::WorkRound& round : frame.model->record.work.rounds)
     for (const timing::TileWork& tile : round.tiles)

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""tests/project/figures.py --program TESSERA [--build FOLDER] [TEST...]   checks what documents publish.
+"""tests/project/figures.py --program TESSERA [--build FOLDER] [TEST...]   checks published figures.
 
-Pages     in every push: commands of the README work, tables of pages follow from the CSV files beside them, shipped captures are
-          what their sources make (--build: where tessera_make_captures is)
+Pages     in every push: commands of the README work, tables of pages follow from the CSV files beside them, shipped captures
+          equal the output of their sources (--build: the folder of tessera_make_captures)
 Replays   figures of pages, rendered again; part of ./tessera test --all
-Arguments behind the options are those of Python's unittest: Pages, Replays.test_tour, -k shading, -v.
+Arguments after the options are arguments of Python's unittest: Pages, Replays.test_tour, -k shading, -v.
 """
 import csv
 import json
@@ -46,7 +46,7 @@ def run(*arguments):
 
 
 def statistics(*arguments):
-    """What `tessera replay ARGUMENTS` writes about its frames."""
+    """Statistics of the frames of `tessera replay ARGUMENTS`."""
     with tempfile.TemporaryDirectory() as out:
         run("replay", *arguments, "--quiet", "--no-report", "--out", out)
         return json.loads(Path(out, "stats.json").read_text())
@@ -79,7 +79,7 @@ def place_of(row):
 
 
 def costs_of(points, cost, scheme):
-    """Triples of a triangle's size in px², what this machine costs and what another does."""
+    """Triples of a triangle's size in px², this machine's cost and the other machine's cost."""
     found = []
     for point in points:
         both = float(point["finished"]) if cost == "traffic" else 0  # of this machine and of the others alike
@@ -89,7 +89,7 @@ def costs_of(points, cost, scheme):
 
 def sizes_where_less(costs):
     """Triangle sizes at which the first of two costs is the smaller one, as break_even.csv writes them. The logarithm of the costs'
-    ratio is linear in that of the size."""
+    ratio is linear in the logarithm of the size."""
     def text_of(x):
         return f"{x:.1f}" if x < 10 else f"{x:.0f}"
 

@@ -349,7 +349,7 @@ TEST(Reference, DrawsPointsLinesAndHiddenNodesAsTheMachineDoes) {
     const Capture before = capture;
     capture.nodes[static_cast<std::size_t>(node)].visible = false;
     EXPECT_GT(difference(capture), 34) << node;
-    EXPECT_LT(difference(before), 30) << "the twin: what is hidden here is not in the machine";
+    EXPECT_LT(difference(before), 30) << "the twin: the part hidden here is not hidden in the machine";
   }
 }
 

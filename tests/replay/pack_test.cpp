@@ -220,7 +220,7 @@ TEST(Pack, AnEnvironmentsImageMovesInside) {
       EXPECT_EQ(p.parts.binary.substr(view.value("byteOffset", std::size_t{0}), view["byteLength"]), sky);
       const scene::Capture after = p.after();
       EXPECT_NE(after.environment_image, nullptr);
-      EXPECT_EQ(after.settings.environment, darker ? 0.25f : 1.0f) << "brightness of what it is";
+      EXPECT_EQ(after.settings.environment, darker ? 0.25f : 1.0f) << "share of the image's own brightness";
       pack_capture(p.target, p.folder / "again.glb", {});
       EXPECT_EQ(read_text(p.folder / "again.glb"), p.bytes);
     }
@@ -431,7 +431,7 @@ TEST(Pack, BrokenAssetsAreRefusedAndTheTargetIsUntouched) {
       broken.back().second.accessor(std::vector<std::uint16_t>{0, 1, 9999}, kUnsignedShortType, "SCALAR");
   first_primitive(add("accessor that is not there"))["attributes"]["POSITION"] = 999;
   add("another version").document["asset"]["version"] = "1.0";
-  add("an extension that nobody has").document["extensionsRequired"] = {"VENDOR_thing"};
+  add("an unknown extension").document["extensionsRequired"] = {"VENDOR_thing"};
   first_primitive(add("normals of another count"))["attributes"]["NORMAL"] =
       broken.back().second.accessor(std::vector<float>{0, 0, 1}, kFloatType, "VEC3");
   for (auto& [what, source] : broken) {
@@ -507,7 +507,7 @@ TEST(GlbRules, EachIsBrokenByAFileThatBreaksIt) {  // BIN1, BIN2, BIN3
                [&](json& d) { d["bufferViews"][1]["byteOffset"] = d["bufferViews"][1]["byteOffset"].get<int>() + 4; });
   expect_fault("not in extensionsUsed", [](json& d) { d["extensionsUsed"] = {kDraco}; });
   expect_fault("is required but not used", [](json& d) { d["extensionsRequired"].push_back("KHR_mesh_quantization"); });
-  expect_fault("read by nobody", [](json& d) { d["accessors"].push_back(d["accessors"][0]); });
+  expect_fault("is never read", [](json& d) { d["accessors"].push_back(d["accessors"][0]); });
   expect_fault("has no min and max", [](json& d) {
     d["accessors"][d["meshes"][0]["primitives"][0]["attributes"]["POSITION"].get<std::size_t>()].erase("min");
   });

@@ -400,7 +400,7 @@ TEST_F(ReportPageInBrowser, TimelinesOfTwoRunsAreBelowEachOtherOnOneScale) {
     repaintAll();
     await viewOf(shown.other);
     await settle();
-    // What rows say at a place along the axis, from the top.
+    // Texts of the rows at a place along the axis, from the top.
     const saidAt = (share) => {
       const at = canvas.getBoundingClientRect(), said = [];
       for (let y = 2; y < at.height; y += 3) {

@@ -10,7 +10,7 @@ class Report : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     static const bool kMade = (make(), true);
-    ASSERT_TRUE(kMade && std::filesystem::exists(page("tradeoff"))) << "what all of these tests look at is not there";
+    ASSERT_TRUE(kMade && std::filesystem::exists(page("tradeoff"))) << "the pages of these tests were not made";
   }
   static void make() {
     run({"replay", test::shipped_capture("flyby").string(), "--frames", "0:3", "--size", "320x180", "--baselines",

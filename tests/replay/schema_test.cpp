@@ -149,7 +149,7 @@ TEST_F(SchemaFiles, OfReplays) {
   add_with_twins("stats", read("plain/stats.json"));
   json no_counter = read("plain/stats.json");
   no_counter["frames"][0]["counters"]["binner.entrys"] = 1;
-  add("stats", no_counter, false, "with a counter that nobody declares");
+  add("stats", no_counter, false, "with an undeclared counter");
   json no_key = read("plain/stats.json");
   no_key["gpu"]["tile"].erase("width");
   add("stats", no_key, false, "without a key of the machine");

@@ -146,7 +146,7 @@ TEST(Trace, PartialRendersLoadAndStoreColorsAndDepths) {
   EXPECT_EQ(names_of(partial.at("main")),
             (std::set<std::string>{"Binning", "LoadColor", "LoadDepth", "Render", "StoreColor", "StoreDepth"}));
   const auto& stages = partial.at("main");
-  EXPECT_GT(stages.at("LoadColor").begin, stages.at("StoreColor").begin) << "what is loaded was stored before";
+  EXPECT_GT(stages.at("LoadColor").begin, stages.at("StoreColor").begin) << "a load comes after the store";
 }
 
 // Every tile has its slice, from when its core took it; none hides another.

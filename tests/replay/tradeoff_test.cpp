@@ -135,7 +135,7 @@ TEST(Judge, AKnobIsIdleWhenAllSettingsGiveTheSameImageForTheSameWork) {
   EXPECT_TRUE(differs([](Measurement& m) { m.watched = Figure{std::uint64_t{8}}; }));
   KnobResult skipped;
   judge(skipped);
-  EXPECT_FALSE(skipped.idle) << "what was not turned is left out, not idle";
+  EXPECT_FALSE(skipped.idle) << "a knob that was not turned is left out, not idle";
 }
 
 TEST(Measurement, TakesTheFiguresOfATrial) {
@@ -170,9 +170,9 @@ TEST(Cheapest, IsTheLeastCostAmongThoseGoodEnough) {
   EXPECT_EQ(label({}, 35), "a: best");
   EXPECT_EQ(label(0.05, 35), "a: best") << "both must hold";
   EXPECT_EQ(label({}, {}), "a: bad");
-  EXPECT_EQ(label(0.001, {}), "none") << "what runs in double is no machine";
+  EXPECT_EQ(label(0.001, {}), "none") << "a run in double precision is no machine";
   a.settings[2].measured.error->psnr_db.reset();
-  EXPECT_EQ(label({}, 99), "a: best") << "what equals the reference has any PSNR";
+  EXPECT_EQ(label({}, 99), "a: best") << "an image that equals the reference has any PSNR";
   a.settings.push_back(setting("as cheap, better", 0.03, 33, 50));
   EXPECT_EQ(label(0.05, {}), "a: as cheap, better");
 }

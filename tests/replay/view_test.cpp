@@ -144,7 +144,7 @@ TEST(View, TheNewestRequestWinsAndNoneBeforeItComesLater) {  // VWS2
     before = result->revision;
   }
   expect_as_replayed(*last);
-  EXPECT_EQ(session->history().size(), 2u) << "the start and what was kept";
+  EXPECT_EQ(session->history().size(), 2u) << "the start and the kept result";
 }
 
 TEST(View, ARunningFrameIsAbandonedAtItsNextTile) {  // VWS2
@@ -313,7 +313,7 @@ TEST(View, PartsThatCannotBeLeftOutAreReported) {
   EXPECT_THAT(fault({{"node", "ground"}}), HasSubstr("material"));
   EXPECT_THAT(fault({{"node", 1}, {"material", "m"}}), HasSubstr("node"));
   EXPECT_THAT(fault(json::array()), HasSubstr("expected"));
-  EXPECT_EQ(session->left_out(), json::object()) << "what is refused measures nothing";
+  EXPECT_EQ(session->left_out(), json::object()) << "a refusal measures nothing";
 }
 
 TEST(View, WordsOfACommandLineAreQuotedForAShell) {

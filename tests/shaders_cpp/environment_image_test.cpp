@@ -126,7 +126,7 @@ TEST(EnvironmentImage, DiffuseLightOfADistantLightIsWithinATenthOfTheLargest) {
     worst = std::max(worst, std::abs(found - expected) / largest);
   }
   EXPECT_LT(worst, 0.1);
-  EXPECT_GT(worst, 0.08) << "what the header states";
+  EXPECT_GT(worst, 0.08) << "the header states the bound";
 }
 
 TEST(EnvironmentImage, TheStudiosOwnImageEqualsTheStudio) {

@@ -66,7 +66,7 @@ TileState tile(double way, bool bezier = true, scene::AlphaMode mode = scene::Al
 }
 
 TEST(TriangleTable, ATileKnowsItsVisibleTriangles) {  // TT1
-  EXPECT_EQ(tile(0).triangles.bytes(), kRecord) << "what is behind is not seen";
+  EXPECT_EQ(tile(0).triangles.bytes(), kRecord) << "the surface behind is not seen";
   EXPECT_EQ(tile(0, true, scene::AlphaMode::kBlend).triangles.bytes(), 2 * kRecord) << "layers name triangles, too";
   EXPECT_EQ(tile(4, false).triangles.bytes(), kRecord + 4 * kCorner) << "two triangles";
   EXPECT_GT(tile(4).triangles.bytes(), kRecord + 4 * kCorner) << "cells of a grid";

@@ -67,7 +67,7 @@ TEST(Bound, SimulatesNothingThatCannotMatter) {
   frame.add(bound_of(Stage::kTexture), 300, 400);
   for (const Stage stage : {Stage::kFetch, Stage::kBoxes, Stage::kDram}) frame.add(bound_of(stage), 10, 20);
   EXPECT_EQ(frame.find().bound, bound_of(Stage::kShader));
-  EXPECT_EQ(frame.simulated, 1) << "the first gains more than four fifths of what any other may";
+  EXPECT_EQ(frame.simulated, 1) << "the first gains more than four fifths of any other's possible gain";
   // One that may gain enough more, or is more specific and may gain nearly as much, is simulated, and no third.
   Frame other;
   other.add(bound_of(Stage::kShader), 300, 500);

@@ -112,8 +112,8 @@ TEST(WorkCode, HoldsEveryNumber) {
   expect_other_words(items.warps[0], "warp");
   expect_other_words(items.shading_lines, "shading lines");
   expect_other_words(plain.rounds[0].pass, "pass");
-  expect_other_words(plain.rounds[0].geometry_after, "what geometry waits for");
-  expect_other_words(plain.rounds[0].tiles_after, "what tiles wait for");
+  expect_other_words(plain.rounds[0].geometry_after, "waits of geometry");
+  expect_other_words(plain.rounds[0].tiles_after, "waits of tiles");
   EXPECT_EQ(encode(plain), bytes);
 }
 

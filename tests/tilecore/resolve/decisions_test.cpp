@@ -290,7 +290,7 @@ TEST(RateSelector, AFoveatedBlockThatWasFilledIsNotTakenOver) {
   for (const int most : {4, 8}) {
     block.max_samples = most;
     block.last_samples = 0;
-    EXPECT_TRUE(select_rate(settings, block).advect) << "nothing is known of what was";
+    EXPECT_TRUE(select_rate(settings, block).advect) << "the previous colours are unknown";
     for (const std::uint8_t last : {std::uint8_t{4}, std::uint8_t{8}}) {
       block.last_samples = last;
       for (int frame = 0; frame < 5; ++frame) {

@@ -63,8 +63,8 @@ TEST(HistoryMemory, ACompressedOneByTheBlocksThatWereStored) {  // HM1
   EXPECT_EQ(frame.colors({7, 1, 12, 6}), 2u * (3 + 2) * 64 + 64);
 }
 
-// The decoder counts the requested pixels, the decompressor all pixels of the blocks that hold them: two columns and one row of 8x8 in rgba8, two
-// rows of 8x4 in half floats, which nothing decodes.
+// The decoder counts the requested pixels, the decompressor all pixels of the blocks that hold them: two columns and one
+// row of 8x8 in rgba8, two rows of 8x4 in half floats, which need no decoder.
 TEST(HistoryMemory, PixelsThatAreDecodedAndDecompressed) {
   const IntRect asked{7, 1, 12, 6};
   for (const auto& [format, decoded, decompressed] :
