@@ -247,7 +247,7 @@ TEST(JpegDecoder, EveryTruncatedFileIsRefused) {
 }
 
 // libjpeg would warn of these and make up the pixels.
-TEST(JpegDecoder, WhatTheLibraryWouldOnlyWarnOfIsRefused) {
+TEST(JpegDecoder, WarningsOfTheLibraryAreRefused) {
   const Bytes sound = encode(ramps(64, 33, 3), TJSAMP_420, 90);
   const auto data = static_cast<std::ptrdiff_t>(segment_end(sound, segment(sound, kScan)));
   ASSERT_TRUE(decode(sound).accepted);

@@ -92,7 +92,7 @@ TEST(AtomicFile, ASymlinkStaysAndTheFileAtItsEndIsReplaced) {
 }
 
 // Invariant O1.
-TEST(OutputFile, RefusesWhatIsNeitherAFileNorAStreamAndMakesNothing) {
+TEST(OutputFile, RefusesOtherFileTypesAndMakesNothing) {
   const test::TemporaryFolder folder;
   make_socket(folder / "socket");
   fs::create_directory(folder / "folder");

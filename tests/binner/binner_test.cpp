@@ -182,7 +182,7 @@ std::vector<std::uint32_t> numbers(const ParameterBuffer& buffer, QueueIndex lis
   return numbers(buffer, list, ledger, ignored);
 }
 
-TEST(ParameterBuffer, PB1FullItRefusesAndWhatWasAcceptedIsStillThere) {
+TEST(ParameterBuffer, PB1FullItRefusesAndKeepsAcceptedEntries) {
   ParameterBuffer buffer(small_gpu().binner_spec(), 8);
   Random random(1);
   std::map<TileIndex, std::vector<std::uint32_t>> accepted;

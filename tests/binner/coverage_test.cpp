@@ -299,7 +299,7 @@ TEST(TimeIntervals, ATileThatIsTouchedAtNoTimeIsDropped) {
   }
 }
 
-TEST(TimeIntervals, WhatDoesNotMoveHasAllTimes) {
+TEST(TimeIntervals, StillBoxesHaveAllTimes) {
   const MovingBody still = segment_between({{{1, 2}, {126, 127}, {1, 2}, {126, 127}}});
   for (const bool moving : {false, true})
     for (const TimeInterval& times : cover(still, methods(CoverageMethod::kRectangle, true, 16), moving).times)

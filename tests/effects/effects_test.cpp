@@ -263,7 +263,7 @@ std::unique_ptr<Capture> wall_in_focus(float tilt, float focus) {
   return capture;
 }
 
-TEST(Effects, OnlyWhatIsInFocusAllOverNeedsNoCodeForTheLens) {
+TEST(Effects, OnlyPatchesInFocusAllOverNeedNoCodeForTheLens) {
   const gpu::FrameResult focused = render(*wall_in_focus(0, 4), {}), nearer = render(*wall_in_focus(0, 3.5f), {});
   EXPECT_EQ(focused.counters.frontend.sub_patches_defocused, 0u);
   EXPECT_EQ(focused.effect_places.at("defocus").tiles, 0u);

@@ -152,7 +152,7 @@ TEST(FrameGraph, WithoutActionsNothingOfThemMoves) {
 
 // Known answer: Arm's sample of render passes, 2220x1080 at 60 Hz. On a Mali-G71 clearing the colours instead of loading
 // them saves 600.2 MiB/s (629.4 MB/s), and not storing depths 554.8 MiB/s (581.7 MB/s).
-TEST(FrameGraph, LoadsAndStoresOfArmsSampleMoveWhatTheClosedFormSays) {
+TEST(FrameGraph, LoadsAndStoresOfArmsSampleMoveTheBytesOfTheClosedForm) {
   Pass pass = drawing("frame");
   pass.load = {{"frame", LoadAction::kLoad}};
   pass.store = {{"depth", StoreAction::kStore}};

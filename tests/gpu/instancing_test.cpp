@@ -44,7 +44,7 @@ const std::set<std::string_view> kOfCulling = {"frontend.base_patches",
                                                "l2.misses",
                                                "dram.read_bytes"};
 
-TEST(InstancedImages, AreThoseOfANodeForEachInstance) {
+TEST(InstancedImages, EqualANodeForEachInstance) {
   const std::vector<std::vector<std::string>> ways = {
       {}, {"frontend.previous_depth_culling=true"}, {"parameter_buffer.bytes=4096"}, {"shading.rate=cache"}};
   Random random(1);

@@ -133,7 +133,7 @@ TEST(MotionSegments, ABladeThatTurnsCoversItsArea) {
   EXPECT_NEAR(share({"sampling.motion_segments=3"}), 2.0 / 3 + std::cos(2.6 / 3) / 3, 0.02);
 }
 
-TEST(MotionSegments, WhatTurnsAllTheWayRoundMoves) {
+TEST(MotionSegments, FullTurnsCountAsMotion) {
   const double turn = 2 * 3.14159265358979;
   const Capture capture = blade(turn);
   const std::vector<std::string> keys = {"sampling.samples_per_pixel=64"};

@@ -110,7 +110,7 @@ Capture stage(const Case& of, Carried carried, scene::Primitive primitive, bool 
   return capture;
 }
 
-TEST(SkinnedImages, AreThoseOfARigidMesh) {
+TEST(SkinnedImages, EqualARigidMesh) {
   for (const bool moving : {false, true})
     for (const bool patches : {false, true})
       for (const Case& of : cases()) {
@@ -147,7 +147,7 @@ Capture turning_inside_out(scene::Primitive primitive, bool double_sided, const 
   return capture;
 }
 
-TEST(SkinnedImages, WindingIsThatOfTheSamplesTime) {
+TEST(SkinnedImages, WindingFollowsTheSamplesTime) {
   const auto square = [] {
     return test::triangles({{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}, {0, 1, 2, 0, 2, 3});
   };

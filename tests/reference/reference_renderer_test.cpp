@@ -112,7 +112,7 @@ TEST(Reference, CoverageOfAMovingEdgeIsTheMeanOverPixelAndShutter) {
 }
 
 // A half-plane out of focus: the share of the lens disc from which a point of the image sees it.
-TEST(Reference, CoverageOfADefocusedEdgeIsThatOfTheLensDisc) {
+TEST(Reference, CoverageOfADefocusedEdgeFollowsTheLensDisc) {
   scene::Lens lens;
   lens.aperture_radius = 0.5f;
   lens.focus_distance = 2.5f;
@@ -193,7 +193,7 @@ int differences(const ReferenceScene& scene, std::vector<RayPacket> packets) {
   return different;
 }
 
-TEST(ReferenceTree, FindsWhatAllTrianglesOneByOneGive) {  // REF2
+TEST(ReferenceTree, EqualsASearchOfAllTriangles) {  // REF2
   for (const auto& [name, number] : {std::pair<const char*, int>{"eggs", 14}, {"flyby", 0}, {"serpent", 12}}) {
     const Capture capture = shipped(name);
     const Posed posed(capture, 64, 36, number, 8.0);

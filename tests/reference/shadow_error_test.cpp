@@ -83,7 +83,7 @@ double mean_square_error(const std::string& filter, int size) {
 // Known answer: an edge of length L along a texel axis has a mean squared error of c L s / A, with s the side of a texel
 // and A the area of
 // the image: 1/4 for the nearest texel, 1/6 for 2x2, 5/18 for 3x3. Texels are far larger than pixels, which average.
-TEST(ShadowError, OfAStraightEdgeIsWhatTheFilterLeaves) {
+TEST(ShadowError, OfAStraightEdgeFollowsFromTheFilter) {
   const double area = 4 * kFloorHalf * kFloorHalf, length = 2 * kFloorHalf;
   std::map<std::pair<std::string, int>, double> errors;
   for (const auto& [filter, share] :

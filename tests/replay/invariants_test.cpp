@@ -323,7 +323,7 @@ TEST_P(ShippedCapture, ARegionIsACutOutOfTheFrame) {
         ASSERT_EQ(part.targets.color.at(x - region.x0, y - region.y0)[c], all.targets.color.at(x, y)[c]);
 }
 
-TEST_P(ShippedCapture, FramesAreIndependentOfWhatWasRenderedBefore) {
+TEST_P(ShippedCapture, FramesAreIndependentOfEarlierFrames) {
   gpu::Device fresh(capture, {}, {}, whole(96, 54)), used(capture, {}, {}, whole(96, 54));
   used.render(frame + 2);
   used.render(frame);

@@ -168,7 +168,7 @@ TEST(ReplayCommand, ARegionIsRenderedAlone) {
   EXPECT_EQ(read_exr(out / "frame_0000.exr").height, 40);
 }
 
-TEST(ReplayCommand, CtrlCFinishesTheFrameInHandAndWritesItsStatistics) {
+TEST(ReplayCommand, CtrlCFinishesTheRunningFrameAndWritesItsStatistics) {
   const test::TemporaryFolder out;
   const ProcessResult r =
       run_tessera({"replay", capture("flyby"), "--size", "320x180", "--frames", "0:5000", "--out", out.path().string()},

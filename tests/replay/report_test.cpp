@@ -297,7 +297,7 @@ TEST_F(Report, EffectsWithoutAMemberOfThePageEndWithStatus3) {
 }
 
 // Members that the page reads, each removed or given another type in turn.
-TEST_F(TradeoffReport, AResultThatLacksWhatThePageShowsEndsWithStatus3) {
+TEST_F(TradeoffReport, AResultWithoutAMemberOfThePageEndsWithStatus3) {
   const json sound = tradeoff();
   fs::create_directories(path("lacking"));
   std::vector<json::json_pointer> places;

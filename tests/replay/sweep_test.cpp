@@ -204,7 +204,7 @@ TEST_F(Sweep, KilledAndStartedAgainGivesTheSameBytes) {
   EXPECT_EQ(contents("whole"), contents("killed"));
 }
 
-TEST_F(Sweep, WhatAKilledRunLeftHalfWrittenIsRemoved) {
+TEST_F(Sweep, HalfWrittenFilesOfAKilledRunAreRemoved) {
   write_study(small_study());
   fs::create_directories(folder_ / "out" / "points");
   test::write_text(folder_ / "out" / "points" / "0123.json.77-1.part", "{");
@@ -469,7 +469,7 @@ TEST_F(Sweep, ValuesThatDoNotFitEachOtherAreARowThatSaysWhy) {
   EXPECT_EQ(rows[2].at("frame"), "");
 }
 
-TEST_F(Sweep, CtrlCFinishesThePointsInHandAndTheNextRunGoesOn) {
+TEST_F(Sweep, CtrlCFinishesTheRunningPointsAndTheNextRunGoesOn) {
   json study = small_study();
   study["size"] = "320x180";
   study["axes"].push_back({{"key", "sampling.seed"}, {"range", {{"from", 0}, {"to", 199}, {"step", 1}}}});

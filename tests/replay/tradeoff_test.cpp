@@ -21,7 +21,7 @@ bool beats(const ErrorAndCost& b, const ErrorAndCost& a) {
   return b.error <= a.error && b.cost <= a.cost && (b.error < a.error || b.cost < a.cost);
 }
 
-TEST(ParetoFront, IsWhatNoOtherPointBeats) {  // TO2
+TEST(ParetoFront, HoldsTheUnbeatenPoints) {  // TO2
   test::Random random(3);
   for (int round = 0; round < 50; ++round) {
     std::vector<ErrorAndCost> points;
@@ -156,7 +156,7 @@ TEST(Measurement, TakesTheFiguresOfATrial) {
   EXPECT_FALSE(measurement_of(trial, "", 850).watched);
 }
 
-TEST(Cheapest, IsTheLeastCostAmongThoseGoodEnough) {
+TEST(Cheapest, IsTheLeastCostAmongAcceptableSettings) {
   KnobResult a, b;
   a.name = "a";
   a.settings = {setting("bad", 0.2, 20, 10), setting("good", 0.04, 32, 50), setting("best", 0.01, 40, 90)};
@@ -259,7 +259,7 @@ TEST(Cheapest, TheNearestMissLacksTheFewestDecibels) {
   EXPECT_NEAR(shortfall_db(*a.settings[1].measured.error, {Cost::kMs, 0.004, {}}), 20, 1e-9) << "FLIP is an amplitude";
 }
 
-TEST(Words, SayWhatASettingCostsAndSaves) {
+TEST(Words, TellTheCostsAndSavingsOfASetting) {
   SettingResult exact = setting("float", 0.1, 30.0, 1000), packed = setting("packed", 0.1, 29.9, 1000);
   exact.measured.watched = Figure{std::uint64_t{200}};
   packed.measured.watched = Figure{std::uint64_t{176}};
@@ -331,7 +331,7 @@ TEST_F(TrialFile, IsRefusedAtEveryTruncatedLength) {  // TF2
 }
 
 // Every member taken away, made another type, and those with a range out of it.
-TEST_F(TrialFile, IsRefusedWithThePlaceOfWhatIsWrong) {  // TF2
+TEST_F(TrialFile, IsRefusedWithThePlaceOfTheFault) {  // TF2
   write_trial(file_, trial());
   const json sound = json::parse(test::read_text(file_));
   for (const char* place : {"/schema", "/error", "/error/psnr_db", "/error/ssim", "/error/flip", "/error/max_error",
@@ -540,7 +540,7 @@ TEST_F(TradeoffCommand, FollowsFromItsInputsButForTimes) {  // TO1
   EXPECT_NE(result("a"), result("b")) << "the twin: times differ";
 }
 
-TEST_F(TradeoffCommand, DoesNotRunAgainWhatIsThere) {  // TO3
+TEST_F(TradeoffCommand, DoesNotRepeatFinishedTrials) {  // TO3
   ASSERT_EQ(run("a", kSome).status, 0);
   const auto first = files("a");
   const json before = result("a");

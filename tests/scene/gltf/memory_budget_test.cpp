@@ -165,7 +165,7 @@ std::vector<Sized> captures() {
   };
 }
 
-TEST(MemoryBudget, ChargesAtLeastWhatReadingHasOnTheHeapAtOnce) {
+TEST(MemoryBudget, ChargesAtLeastThePeakHeapOfReading) {
   for (const Sized& sized : captures()) {
     const TemporaryFolder folder;
     const fs::path file = folder / sized.name;
@@ -246,7 +246,7 @@ std::vector<Sized> hostile() {
   };
 }
 
-TEST(MemoryBudget, RefusesWhatUnpacksToMoreBeforeUnpackingIt) {
+TEST(MemoryBudget, RefusesLargerContentsBeforeUnpackingThem) {
   constexpr std::uint64_t kLimit = 48 << 20;
   for (const Sized& sized : hostile()) {
     const TemporaryFolder folder;

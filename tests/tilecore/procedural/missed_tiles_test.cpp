@@ -192,7 +192,7 @@ TEST(ParameterMaps, IntervalsMissNothingWhereParametersAreAnimated) {  // PM1
   EXPECT_EQ(misses.cells, 0);
 }
 
-TEST(ParameterMaps, ThePublishedOnesMissWhatLiesBetweenTheirTuples) {
+TEST(ParameterMaps, ThePublishedOnesMissPointsBetweenTheirTuples) {
   Trials trials;
   trials.scenes = 2000;
   trials.general = false;

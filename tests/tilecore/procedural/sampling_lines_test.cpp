@@ -138,7 +138,7 @@ double from_line(double parameter) { return std::abs(parameter * kLines - std::r
 
 // ---- Against the ordinary style ---------------------------------------------------------------------------------
 
-TEST(Lines, WhatTheyLeaveFreeIsTheSurfaceBitByBitAndStrokesLieInFrontOfIt) {
+TEST(Lines, LeaveTheSurfaceBitByBitAndLieInFrontOfIt) {
   Random random(1);
   std::size_t drawn_lines = 0, paper = 0;
   for (int n = 0; n < 15; ++n) {

@@ -118,7 +118,7 @@ TEST(EdgeDetector, EveryInstructionSetJudgesWholeBlocksAsPixelByPixel) {
   EXPECT_LT(edges, 11000);
 }
 
-TEST(EdgeDetector, BlocksCutByTheFrameLookAtWhatTheyHave) {
+TEST(EdgeDetector, BlocksCutByTheFrameUseTheirOwnPixels) {
   Depths d = plane(1, 0, 0);
   d[1] = 2;  // a step along x
   for (int width = 1; width <= 4; ++width)

@@ -251,7 +251,7 @@ TEST(CoplanarPatches, WhereTwoMoveTogetherTheLowerNumberIsSeenWhateverTheOrderAn
 
 // ---- Few and many -----------------------------------------------------------------------------------------------
 
-TEST(TileCore, TilesOfOneSampleSeeWhatOneTileSees) {
+TEST(TileCore, TilesOfOneSampleEqualOneTile) {
   const auto machine = inside_a_ball(1);
   machine->test.pose(6, 4);
   machine->pattern = SamplePattern({1, 5, 0});

@@ -18,7 +18,7 @@ void expect_exact(const MethodMesh& m, Comparison& total) {
   expect_all_methods_find(m, found);
 }
 
-TEST(HardCases, HitsAreThoseOfDoublePrecisionUnderAllEffects) {
+TEST(HardCases, HitsEqualDoublePrecisionUnderAllEffects) {
   Random random(1);
   Comparison total;
   for (const bool orthographic : {false, true})

@@ -340,7 +340,7 @@ TEST(MotionBvh, ARayReachesEveryCellThatTheInsideTestFinds) { EXPECT_EQ(unreache
 
 TEST(MotionBvh, RaysThroughBoxesOfShutterOpenOnlyAreCaught) { EXPECT_GT(unreached(7, true), 100); }
 
-TEST(MotionBvh, RaysParallelToASlabMeetWhatTheyAreInside) {
+TEST(MotionBvh, RaysParallelToASlabMeetTheBoxesThatTheyAreInside) {
   // The sample in the middle of the tile: both directions are zero.
   for (const bool orthographic : {false, true}) {
     MethodMesh m;
