@@ -192,8 +192,8 @@ TEST(Causes, NewPartsStandBeforeGrownCounters) {
   EXPECT_THAT(why.parts[0].parts[0].text, HasSubstr("motion does not run"));
 }
 
-// Two captures are told apart by their named figures, then by the places of the cycles and bytes, as two runs of one
-// capture are.
+// For two captures the report names the figures that tell them apart, then the places of cycles and bytes, as for two
+// runs of one capture.
 TEST(Causes, TwoCapturesAreToldApartByTheirFigures) {
   const test::TemporaryFolder out;
   Rendering vases, garden;

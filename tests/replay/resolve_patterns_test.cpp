@@ -60,7 +60,7 @@ TEST(ResolvePatterns, TheLookCosts) {
   constexpr std::uint64_t kBlocks = 80 * 45;
   EXPECT_GE(bytes(with).written_bytes, kBlocks);
   EXPECT_GE(bytes(with).read_bytes, kBlocks);
-  EXPECT_LT(bytes(with).read_bytes, bytes(without).read_bytes + 8 * kBlocks);  // a tile reads each record once
+  EXPECT_LT(bytes(with).read_bytes, bytes(without).read_bytes + 8 * kBlocks);  // a tile reads the needed bytes once
   EXPECT_GT(with.counters.desampling.contrast_operations, 10 * kBlocks);
 }
 

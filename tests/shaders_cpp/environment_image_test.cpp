@@ -84,7 +84,8 @@ TEST(EnvironmentImage, DirectionsFollowThreeJs) {
   }
 }
 
-// The rotation is counterclockwise seen from above: after a quarter of the circle, the direction +z is at +x.
+// The rotation is counterclockwise seen from above: after a quarter of the circle, light from
+// +z comes from +x.
 TEST(EnvironmentImage, RotationTurnsItAboutTheVerticalAxis) {
   const Light light = [](const DVec3& d) { return DVec3(0.5 + 0.5 * d.x, 0.5 + 0.5 * d.y, 0.5 + 0.5 * d.z); };
   for (const double angle : {0.5 * kPiDouble, 0.3, -2.0, 40.0}) {

@@ -1,5 +1,5 @@
 // The codec of compressed buffer views: closed forms from the specification, meshoptimizer as the oracle of the
-// versions that it knows, a test encoder that makes every choice that version 1 of attribute streams allows, damage
+// parts that it has, a test encoder that makes every choice that version 1 of attribute streams allows, damage
 // of every kind.
 #include <meshoptimizer.h>
 

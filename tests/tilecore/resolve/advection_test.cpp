@@ -294,8 +294,8 @@ TEST(Advection, BackAndForthIsSecondOrderForVelocitiesOfAnInstant) {
   EXPECT_NEAR(miss(true, 0.1, instant(0.1)) / miss(true, 0.05, instant(0.05)), 8, 1);
 }
 
-// Velocities from the vertices of both frames are displacements: the way back is exact without a correction; the
-// correction then takes away half of the change of the velocity in one step.
+// Velocities from the vertices of both frames are displacements: the way back is exact without a correction, and
+// the correction moves it off by half of the change of the velocity in one step.
 TEST(Advection, BackAndForthHarmsWhereTheVelocityIsTheExactDisplacement) {
   for (const double angle : {0.1, 0.05}) {
     const auto displacement = [&](double x, double y) {
