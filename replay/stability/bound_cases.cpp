@@ -144,7 +144,7 @@ std::vector<BoundRow> hard_views() {
        pair({.strength = 0.1f, .bias = 0, .distance = 0.25})},
       {"nothing moves", "NoMotion", "Times of contact are 0/0.",
        "A box that rests touches at all times, and its bounds are those of one key.", "bounds half as wide",
-       HELD("NoMotion") " TimeIntervals.WhatDoesNotMoveHasAllTimes", BoundFault::kShrunk, pair({.moving = false})},
+       HELD("NoMotion") " TimeIntervals.StillBoxesHaveAllTimes", BoundFault::kShrunk, pair({.moving = false})},
       {"motion larger than the screen", "MotionLargerThanTheScreen",
        "The patch is off the screen at both motion keys and crosses it in between.",
        "Bounds are the hull over the whole shutter; tiles clip it.", "bounds without motion",

@@ -55,7 +55,7 @@ constexpr std::string_view kKeys =
 std::vector<MotionRow> node_curves() {
   return {
       {"one turn", "OneTurn", "Both motion keys show the same place, so nothing seems to move.", kSegments,
-       "MotionSegments.ABladeThatTurnsCoversItsArea MotionSegments.WhatTurnsAllTheWayRoundMoves", kCurve,
+       "MotionSegments.ABladeThatTurnsCoversItsArea MotionSegments.FullTurnsCountAsMotion", kCurve,
        [] { return flat_stage([](Stage& s, int m) {
               s.turn(s.add(blade(m)), {0, 0, 1}, 1);
             }); }},
@@ -78,7 +78,7 @@ std::vector<MotionRow> node_curves() {
       {"64 times there and back", "SixtyFourCycles", "Samples at regular times see one phase of it.",
        "Pieces by request, and times that are strata of a prime number of parts (scene/motion_segments.h).",
        "RepeatedMotion.OnRequestUpTo2048SegmentsBlurSixtyFourCycles "
-       "SamplePattern.ManySegmentsHaveSamplesAtEveryPhaseOfWhatRepeatsItself",
+       "SamplePattern.ManySegmentsSampleEveryPhaseOfRepeatedMotion",
        kLine,
        [] {
          Stage stage = flat_stage([](Stage& s, int m) {
@@ -139,7 +139,7 @@ std::vector<MotionRow> deforming_curves() {
        }},
       {"skin between two joints", "BlendedJoints", "Blended places shrink towards the axis of a twist.",
        "Vertices are skinned at the ends of every piece, and pieces are measured on skinned vertices.",
-       "SkinnedImages.AreThoseOfARigidMesh", kCurve,
+       "SkinnedImages.EqualARigidMesh", kCurve,
        [] {
          Stage stage;
          const int node = stage.add(sheet(24, 6, {-1.8f, -0.5f}, {1.8f, 0.5f}, stage.flat({0.3f, 0.8f, 1, 1})));
@@ -240,7 +240,7 @@ std::vector<StabilityCase> motion_cases() {
        "Halfway the body is flat; then what was a front is a back, and it is culled or shows its inside.",
        "The shutter is cut where the determinant changes its sign, found by halving, and winding follows the sample's "
        "time.",
-       "two motion keys", "SkinnedImages.WindingIsThatOfTheSamplesTime", 1000, "ppm",
+       "two motion keys", "SkinnedImages.WindingFollowsTheSamplesTime", 1000, "ppm",
        [] {
          Stage stage;
          scene::Material sided;

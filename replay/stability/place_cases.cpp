@@ -86,11 +86,11 @@ std::vector<StabilityCase> far_cases() {
       {kPlacesAndScales, "skin on the globe, 4e6 units away", "SkinOnTheGlobe",
        "Joints carry each vertex to coordinates with a step of half a unit.",
        "Skinned vertices count from an origin beside their joints (scene/pose.h), so they are as precise anywhere.",
-       "matrices of single precision", "SkinnedImages.AreThoseOfARigidMesh", 0.26, "px", skinned_far_away, singles},
+       "matrices of single precision", "SkinnedImages.EqualARigidMesh", 0.26, "px", skinned_far_away, singles},
       {kPlacesAndScales, "instances on the globe", "InstancesOnTheGlobe",
        "A transform of single precision is multiplied by one that is far away.",
        "Instances are multiplied in double precision.", "matrices of single precision",
-       "InstancedImages.AreThoseOfANodeForEachInstance", kGrid, "px",
+       "InstancedImages.EqualANodeForEachInstance", kGrid, "px",
        [] {
          Stage stage;
          const int node = stage.add(closed_patches(stage.displaced(0.15f, 0)));

@@ -1,5 +1,5 @@
-// Passes that a capture describes (gpu/frame_graph.cpp, gpu/image_passes.cpp): what they load and store by closed forms, that images stay, and what is refused, each
-// with its place in the file.
+// Passes that a capture describes (gpu/frame_graph.cpp, gpu/image_passes.cpp): their loads and stores by closed
+// forms, unchanged images, and refusals, each with its place in the file.
 #include "gpu/device.h"
 #include "gpu/settings.h"
 #include "tests/support/tests.h"
@@ -137,7 +137,7 @@ TEST(FrameGraph, LoadsAndStoresChangeBytesAlone) {  // GRA2, GRA3
                   bursts(4 * depths * kPixels));
         EXPECT_EQ(moved(found.counters, Unit::kTilecore, Purpose::kFrameBuffer).read_bytes,
                   moved(plain.counters, Unit::kResolve, Purpose::kFrameBuffer).written_bytes)
-            << "what is loaded lies where the same tiles store it";
+            << "tiles are loaded from the place where they are stored";
         EXPECT_GT(found.model->timing.cycles, plain.model->timing.cycles);
       }
   }
@@ -152,7 +152,7 @@ TEST(FrameGraph, WithoutActionsNothingOfThemMoves) {
 
 // Known answer: Arm's sample of render passes, 2220x1080 at 60 Hz. On a Mali-G71 clearing the colours instead of loading
 // them saves 600.2 MiB/s (629.4 MB/s), and not storing depths 554.8 MiB/s (581.7 MB/s).
-TEST(FrameGraph, LoadsAndStoresOfArmsSampleMoveWhatTheClosedFormSays) {
+TEST(FrameGraph, LoadsAndStoresOfArmsSampleMoveTheBytesOfTheClosedForm) {
   Pass pass = drawing("frame");
   pass.load = {{"frame", LoadAction::kLoad}};
   pass.store = {{"depth", StoreAction::kStore}};
@@ -172,8 +172,9 @@ TEST(FrameGraph, LoadsAndStoresOfArmsSampleMoveWhatTheClosedFormSays) {
   EXPECT_NEAR(575.4 / 581.7, 1.0, 0.1);
 }
 
-// A compressed frame is loaded as it lies in memory: nothing but headers at first, then what the frame before stored.
-TEST(FrameGraph, ALoadOfACompressedFrameReadsWhatWasStored) {
+// A compressed frame is loaded as it lies in memory: nothing but headers at first, then the bytes that the previous
+// frame stored.
+TEST(FrameGraph, ALoadOfACompressedFrameReadsTheStoredBytes) {
   for (const bool copies : {false, true}) {
     PassGraph graph = copies ? by_way_of(AttachmentFormat::kRgba8) : PassGraph{{}, {drawing("frame")}};
     graph.passes.back().load = {{"frame", LoadAction::kLoad}};
@@ -212,7 +213,7 @@ TEST(FrameGraph, CopiesMoveAnAttachmentOnceEachWay) {  // GRA3
     }
 }
 
-// A copied frame holds what the attachment's format keeps of the colours, by the rule of the format itself.
+// A copied frame holds the colours as the attachment's format rounds them, by the rule of the format itself.
 TEST(FrameGraph, AnAttachmentRoundsColorsToItsFormat) {
   const FrameResult plain = frame_of(slope(), {});
   for (const auto& [format, stored] : {std::pair{AttachmentFormat::kRgba8, tilecore::FrameFormat::kRgba8},
@@ -248,7 +249,7 @@ TEST(FrameGraph, ChainsOfCopiesAndPartialRendersKeepImagesAndBytes) {
   EXPECT_EQ(moved(part.counters, Unit::kResolve, Purpose::kAttachment).written_bytes, 2 * bursts(8 * kPixels));
 }
 
-// What does not change is not copied again, and images stay what they are without elimination.
+// Unchanged tiles are not copied again, and the images equal those without elimination.
 TEST(FrameGraph, EliminationLeavesCopiesOut) {
   const PassGraph graph = by_way_of(AttachmentFormat::kRgba8);
   const std::vector<FrameResult> plain = frames_of(slope(), graph, {}, 2);

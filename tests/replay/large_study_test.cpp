@@ -14,7 +14,8 @@ class LargeStudyInBrowser : public ReportInBrowser {
  protected:
   static constexpr std::size_t kPoints = 10000;
 
-  // The page of a study of kPoints points: those of a real one, each of its numbers times one of eight random factors.
+  // Plants the page of a study of kPoints points: the points of a real study, each of whose numbers is multiplied by
+  // one of eight random factors.
   static std::filesystem::path planted() {
     PageViews views;
     std::string note;

@@ -120,7 +120,7 @@ float value_of(const std::string& statements, float u = 0.25f, float v = 0.75f) 
   return ProgramShape::point(in, u, v).x;
 }
 
-TEST(Programs, ExpressionsMeanWhatTheySay) {
+TEST(Programs, ExpressionsEvaluateToKnownValues) {
   EXPECT_EQ(value_of("return vec3(1 + 2 * 3 - 4 / 2);"), 5.0f);
   EXPECT_EQ(value_of("return vec3(u < v ? 1 : 2);"), 1.0f);
   EXPECT_EQ(value_of("return vec3(u > v ? 1 : 2);"), 2.0f);
@@ -152,7 +152,7 @@ TEST(Programs, RepetitionsEndWhereTheirUniformSays) {
   EXPECT_EQ(value_of(head + "repeat 8 as k while k < 3 { a = a + 1; } return vec3(a);"), 3.0f);
 }
 
-TEST(Programs, FunctionsSeeTheirArgumentsAndWhatStandsBefore) {
+TEST(Programs, FunctionsSeeTheirArgumentsAndEarlierDeclarations) {
   EXPECT_EQ(value_of("let a = 2; fn f(x) = x * a; fn g(x) { var y = f(x); y = y + 1; return y; } return vec3(g(v));"),
             2.5f);
   EXPECT_EQ(value_of("fn f(x) { var y = x; repeat 2 { y = y * 3; } return y; } uniform a = 2; return vec3(f(a));"),
@@ -160,7 +160,7 @@ TEST(Programs, FunctionsSeeTheirArgumentsAndWhatStandsBefore) {
   EXPECT_EQ(value_of("param n; fn f(x) { var y = x; y = y + 1; return y; } uniform a = f(n); return vec3(a);"), 3.0f);
 }
 
-TEST(Programs, WhatNothingReadsCostsNothing) {
+TEST(Programs, UnreadExpressionsCostNothing) {
   const CompiledText with = compile_programs("shape s { let a = sincos(u * 3); return vec3(u, v, 1); }");
   ASSERT_FALSE(with.fault);
   EXPECT_EQ(with.programs.shape->instructions.size(), 1u);  // the constant
