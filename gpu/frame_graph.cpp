@@ -160,6 +160,9 @@ class FrameGraph::Reader {
     if (one.sample.size() != 1 || one.sample[0] != colors_)
       refuse(subpass(0) + "/sample", "is not {}, where the pass before left its colours", in_quotes(colors_));
     if (!glow_.empty()) refuse("", "is a second bloom: this machine runs one");
+    if (last_->samples > 1)
+      refuse(subpass(0) + "/sample", "is {}, which keeps {} samples a pixel: a bloom reads resolved colours",
+             in_quotes(colors_), last_->samples);
     const std::string below = subpass(0) + "/write";
     const Attachment* target = one.write.size() == 1 ? graph_.find(one.write[0]) : nullptr;
     if (target == nullptr) refuse(below, "is not one attachment of its own");
@@ -247,16 +250,15 @@ class FrameGraph::Reader {
     actions.load_color = action_of(pass().load, colors_) == LoadAction::kLoad;
     const Attachment* declared = graph_.find(colors_);
     if (declared == nullptr) return actions;
-    const bool several = declared->samples != 1 && settings_.sampling.samples_per_pixel > 1 && draws(pass());
-    if (several && action_of(pass().store, colors_) == StoreAction::kStore)
-      refuse("/store" + pointer_step(colors_),
-             "stores every sample of {}: this machine resolves colours when it stores", in_quotes(colors_));
+    const bool several =
+        declared->samples != 1 && draws(pass()) && action_of(pass().store, colors_) == StoreAction::kStore;
     if (settings_.resolve.desampling != tilecore::Desampling::kOff)
       throw UsageError(
           fmt::format("pass {} stores its colours in {}: set resolve.desampling=off, which works on the frame",
                       in_quotes(pass().name), in_quotes(colors_)));
     const tilecore::PixelCoder coder(*color_format(declared->format), frame_exposure(capture_, settings_));
-    last_ = tilecore::ColorAttachment{coder, place(coder.pixel_bytes())};
+    last_ = tilecore::ColorAttachment{coder, 0, several ? settings_.sampling.samples_per_pixel : 1};
+    last_->base = place(last_->pixel_bytes());
     actions.color = last_;
     return actions;
   }

@@ -124,7 +124,7 @@ ImagePass copy_pass(const ViewRun& run, const OrderedTiles& tiles, const CopyPas
       add_bloom(run, tiles.grid.pixels(tile), *bloom);
       core.run_image_shader(run.job, texels_in(tiles.grid.pixels(tile)), kMix);
     }
-    core.copy(run.job, tile, copy.actions, run.result.targets);
+    core.copy(run.job, tile, copy.source.samples, copy.actions, run.result.targets);
   };
   if (bloom != nullptr)
     pass.share = [&run, tiles](WorkRecorder::Round& round) { move_level(round, tiles, run, 0, false); };

@@ -153,7 +153,7 @@ void TileScheduler::share_signatures(WorkRecorder::Round& round, std::span<const
 void TileScheduler::load(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
                          const tilecore::ColorAttachment& attachment) {
   this->tiles().move(round, {memory::Unit::kTilecore, memory::Purpose::kAttachment, false, attachment.base},
-                     bytes_of(attachment.coder.pixel_bytes()),
+                     bytes_of(attachment.pixel_bytes()),
                      [&](binner::TileIndex tile) { return tiles[tile].began; });
 }
 
@@ -165,7 +165,7 @@ void TileScheduler::share_stores(WorkRecorder::Round& round, std::span<const Sha
   const auto finished = [&](binner::TileIndex tile) { return tiles[tile].finished; };
   const OrderedTiles all = this->tiles();
   if (actions.color) {
-    const auto bytes = bytes_of(actions.color->coder.pixel_bytes());
+    const auto bytes = bytes_of(actions.color->pixel_bytes());
     if (actions.load_color) load(round, tiles, *actions.color);
     all.move(round, {Unit::kResolve, Purpose::kAttachment, true, actions.color->base}, bytes, finished);
   } else {

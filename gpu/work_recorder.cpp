@@ -216,6 +216,7 @@ void WorkRecorder::Tile::end(const tilecore::TileJob& job, tilecore::TileResult&
   timing::TileWork& work = slot_.work;
   work.events = tilecore::count_events(result.counters, job.warp_lanes());
   work.events[Event::kTexels] -= result.visibility_texels;  // those of alpha tests
+  work.events[Event::kPixels] += result.single_samples;
   if (finished && (job.depths == nullptr || result.stored)) {
     const IntRect pixels = job.grid->pixels(static_cast<binner::TileIndex>(tile_));
     work.events[Event::kPixels] +=

@@ -11,6 +11,12 @@ namespace tessera::tilecore {
 struct ColorAttachment {
   PixelCoder coder;
   std::uint64_t base = 0;
+  // Colours stored of each pixel: 1, the mean of its samples, or every sample, each rounded to the format. A pass that
+  // loads all samples resolves them.
+  int samples = 1;
+
+  // Bytes of a pixel, all stored samples included.
+  std::uint64_t pixel_bytes() const { return coder.pixel_bytes() * static_cast<std::uint64_t>(samples); }
 };
 
 // What the tiles of a pass load before they draw, and what they store. By default they load nothing and store their

@@ -570,6 +570,12 @@ void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
         {shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes(), false},
         targets.color, result_.counters.resolve, result_.ledger);
   }
+  if (job.actions.color && job.actions.color->samples > 1) {
+    TESSERA_CHECK(job.actions.color->samples == samples_.spp, "an attachment keeps all samples of a pixel");
+    store_.round_samples(job.actions.color->coder, {tile, pixels, targets.region, job.burst_bytes()}, samples_.spp,
+                         shader_.color(), shader_.coverage(), targets.color);
+    result_.single_samples += shader_.color().size() - shader_.color().size() / static_cast<std::size_t>(samples_.spp);
+  }
   store_colors(job, tile, job.actions, open, targets);
   if (targets.auxiliary) shader_.write_auxiliary(samples_, state, targets);
   if (!targets.ids.values.empty())
@@ -581,7 +587,7 @@ void TileCore::store_colors(const TileJob& job, binner::TileIndex tile, const At
                             FrameTargets& targets) {
   TileStore::Tile whole{tile, job.grid->pixels(tile), targets.region, job.burst_bytes(), open};
   if (actions.color) {
-    store_.round(actions.color->coder, whole, targets.color);
+    if (actions.color->samples == 1) store_.round(actions.color->coder, whole, targets.color);
     return;
   }
   if (job.resolve != nullptr) {
@@ -597,8 +603,11 @@ void TileCore::load_frame(const TileJob& job, binner::TileIndex tile) {
   store_.load(job.store, {tile, job.grid->pixels(tile), job.grid->region(), job.burst_bytes()}, result_.ledger);
 }
 
-void TileCore::copy(const TileJob& job, binner::TileIndex tile, const AttachmentActions& actions,
+void TileCore::copy(const TileJob& job, binner::TileIndex tile, int samples, const AttachmentActions& actions,
                     FrameTargets& targets) {
+  const IntRect pixels = job.grid->pixels(tile);
+  result_.single_samples += static_cast<std::uint64_t>(samples - 1) * static_cast<std::uint64_t>(pixels.width()) *
+                            static_cast<std::uint64_t>(pixels.height());
   if (actions.load_color && !actions.color) load_frame(job, tile);
   store_colors(job, tile, actions, false, targets);
 }

@@ -51,8 +51,10 @@ class TileCore {
 
   // Traffic of loading what the frame buffer holds, but for headers.
   void load_frame(const TileJob& job, binner::TileIndex tile);
-  // Stores the finished colours of a tile anew: `actions` of a pass that copies them.
-  void copy(const TileJob& job, binner::TileIndex tile, const AttachmentActions& actions, FrameTargets& targets);
+  // Stores the finished colours of a tile anew: `actions` of a pass that copies them, `samples` of each pixel that it loads
+  // and resolves.
+  void copy(const TileJob& job, binner::TileIndex tile, int samples, const AttachmentActions& actions,
+            FrameTargets& targets);
   // Charges the tile for a shader that makes so many texels of an image.
   void run_image_shader(const TileJob& job, std::uint64_t texels, const ImageShader& shader);
 

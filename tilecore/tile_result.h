@@ -34,8 +34,9 @@ struct TileResult {
   std::vector<std::uint32_t> history_lines;   // lines of previous frames, as ResolveUnit::take_lines()
   // Of blended layers, tables of triangles, vertices and listed lights that the tile kept.
   std::uint64_t extra_bytes = 0;
-  bool light_records = false;  // it read the records of the frame's lights
-  bool stored = false;         // its pixels were written
+  bool light_records = false;        // it read the records of the frame's lights
+  bool stored = false;               // its pixels were written
+  std::uint64_t single_samples = 0;  // samples beyond the first of each pixel that were stored or resolved apart
   // With items alone (TileCore::keep_items()):
   std::vector<timing::SubPatchItem> sub_patches;
   std::vector<timing::WarpItem> warps;

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -91,6 +92,10 @@ class TileStore {
   // Brings a tile's colours into an attachment of that format, which then holds what their codes stand for; whoever moves
   // its bytes charges them.
   void round(const PixelCoder& coder, const Tile& tile, Image& color);
+  // The same for an attachment that keeps every sample: `color` and `coverage` hold `samples` values per pixel of the tile,
+  // row by row. The image gets the mean of the rounded samples, which the pass that loads them resolves.
+  void round_samples(const PixelCoder& coder, const Tile& tile, int samples, std::span<const Vec3> color,
+                     std::span<const float> coverage, Image& image);
   // Charges a tile that reads its pixels of the frame as it lies there, but for headers.
   void load(const FrameStore& how, const Tile& tile, memory::Ledger& ledger);
 
