@@ -15,23 +15,25 @@
 
 namespace tessera::frontend {
 
-// [assumed] What keeps table lines and neighbours' records on chip while a block of base patches is worked on; empty at
-// its beginning.
+// [assumed] Caches of the front end for table lines and neighbours' records; they are empty at the beginning of each
+// block of base patches.
 inline constexpr std::uint32_t kPatchesPerBlock = 64;
 inline constexpr std::int64_t kTableCacheBytes = 16384, kTableCacheWays = 4, kCachedRecords = 16;
 
-// The front end's work on one frame after posing, for each of its motion segments: drop instances
-// and groups of patches that cannot be seen, split every base patch of the others, bound the pieces, drop what cannot be seen. Sub-patches come out in the order of their base patches, segment by
-// segment.
-// What `guess` hides, if there is one, is deferred: instances before their mesh is read, groups before their patches'
-// records are. Sub-patches are not: a record and entries of lists cost no more than the record of what is deferred, and
-// tile cores drop them by nearer depths. Throws LimitError where the sub-patches need more memory than `budget`
-// has; what it exceeds is no more than what 32768 base patches become.
+// The front end's work on one frame after posing, for each of its motion segments: it drops instances and groups of
+// patches that cannot be seen, splits every base patch of the others, bounds the pieces and drops invisible ones.
+// Sub-patches come out in the order of their base patches, segment by segment.
+//
+// Instances and groups that `guess`, if there is one, hides are deferred: instances before their mesh is read, groups
+// before their patches' records are. Sub-patches are not deferred: a record and list entries cost no more than the
+// record of a deferred candidate, and tile cores drop them by nearer depths. Throws LimitError when the sub-patches
+// need more memory than `budget` has; the excess is at most the sub-patches of 32768 base patches.
 struct FrontEndResult {
   std::vector<BoundedSubPatch> sub_patches;
   std::vector<std::uint8_t> deferred;      // pack_candidates(), segment by segment
   std::vector<std::uint32_t> table_lines;  // FrontendCounters::table_lines, by number within the tables, in order
-  // Lines of records that the L2 lacked, by number within the records, in order; and how many lines these have.
+  // Lines of records that the L2 lacked, by number within the records, in order; and the number of lines of all
+  // records.
   std::vector<std::uint32_t> record_misses;
   std::uint32_t records_end = 0;
   FrontendCounters counters;
@@ -44,11 +46,11 @@ FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLib
                              const FrontEndSpec& spec, const CoarseDepth* guess = nullptr,
                              scene::MemoryBudget* budget = nullptr);
 
-// Sub-patches of what was deferred and that the frame's own depth, now known, does not hide. Counts into `front_end` and
-// charges what is read for it.
+// Sub-patches of the deferred candidates that the frame's own, now known, depth does not hide. Counts into `front_end`
+// and charges its reads there.
 //
 // Invariant (cited by the tests):
-//   SP1  Nothing that was deferred and is not returned appears in the frame.
+//   SP1  A deferred sub-patch that is not returned appears nowhere in the frame.
 std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
                                                  const FrontEndSpec& spec, const CoarseDepth& depth,
                                                  FrontEndResult& front_end);

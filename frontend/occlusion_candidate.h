@@ -9,8 +9,8 @@
 
 namespace tessera::frontend {
 
-// What a guess hid, kept in memory until the frame's own depths say whether it was right: a group of base patches
-// (scene/cluster_bounds.h) or an instance, neither of them looked into.
+// A group of base patches (scene/cluster_bounds.h) or an instance that a guess hid. It is kept in memory, unopened,
+// until the frame's own depths show whether the guess was right.
 struct OcclusionCandidate {
   enum Kind : std::uint8_t { kGroup, kInstance };
 
@@ -23,7 +23,7 @@ struct OcclusionCandidate {
   bool operator==(const OcclusionCandidate&) const = default;
 };
 
-// Records of it, one behind the other, 16 bytes each, little endian:
+// Packed records, back to back, 16 bytes each, little endian:
 //
 //   bits     field
 //   0..31    number
