@@ -12,7 +12,7 @@ using tilecore::MotionField;
 
 namespace {
 
-// Why nothing comes from the previous frame, where tilecore::advects() says so.
+// The reason why no pixel comes from the previous frame, when tilecore::advects() is false.
 std::string no_advection(const tilecore::ResolveSettings& s) {
   if (s.desampling != tilecore::Desampling::kAdaptive) return "one rate everywhere needs no motion and no history";
   return s.advect ? "resolve.reuse_speed is 0: nothing is slower" : "resolve.advection=false";
