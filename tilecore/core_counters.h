@@ -32,20 +32,20 @@ struct TileCoreCounters {
   std::uint64_t triangle_table_bytes = 0;
 };
 
-// Passes that draw the maps of lights.
+// Counters of passes that draw the maps of lights.
 struct ShadowCounters {
   std::uint64_t texels_stored = 0;
   std::uint64_t tiles_cleared = 0;
 };
 
-// Shaders of passes over images.
+// Counters of the shaders of passes over images.
 struct ImagePassCounters {
   std::uint64_t texels = 0;
   std::uint64_t lookups = 0;
   std::uint64_t warps = 0;
 };
 
-// All that the units of a core count.
+// The counters of all units of a core.
 struct CoreCounters {
   TileCoreCounters tilecore;
   StencilCounters stencil;
@@ -85,7 +85,7 @@ inline void merge(CoreCounters& into, const CoreCounters& from) {
   for_each_unit(into, from, [](auto& to, const auto& of) { tessera::merge(to, of); });
 }
 
-// The events of a tile, as far as its core counts them.
+// The events of a tile that its core counts.
 inline hardware::EventCounts count_events(const CoreCounters& c, std::uint64_t warp_lanes) {
   hardware::EventCounts counts;
 #define TESSERA_TILE_COUNT(id, count) counts[hardware::Event::id] = count;
