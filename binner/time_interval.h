@@ -33,9 +33,9 @@ enum class Axis { kX, kY };
 // over the corners at key 0 and the smallest at key 1, joined by a line, bound it from below for *every* pair of points
 // of the two boxes. (The line of each single corner would not: where a drawable deforms and turns at once, a vertex is
 // at different places of the box at the two motion keys.)
+//
 // `grow` widens the strip: everything drawn lies within this many pixels of the projections. The body must satisfy
 // has_hull().
-// has_hull() is true.
 TimeInterval times_in_strip(const frontend::MovingCorners& corners, Axis axis, double low, double high, double grow);
 
 }  // namespace tessera::binner

@@ -68,7 +68,7 @@ class MovingFootprint {
         orthographic_(projection.orthographic) {}
 
   bool finite() const { return open_.finite() && close_.finite(); }
-  // Whether it lies in front of the near plane, or behind the far one, at both motion keys and so all the time.
+  // Whether it is nearer than the near plane, or farther than the far one, at both motion keys and so all the time.
   bool out_of_depth() const { return (open_.z < near_ && close_.z < near_) || (open_.z > far_ && close_.z > far_); }
 
   // The footprint at time t of [0, 1], through a point of the lens; false if its middle is outside of the depth range.

@@ -33,7 +33,7 @@ void fill_procedure_triangle(const scene::FrameGeometry& frame, const SurfaceLoc
                              const VertexOutputs& vertices, const std::array<std::int32_t, 3>& corner,
                              Surface& surface);
 
-// Texture and shading of a point that one of these functions filled. `lookups` get its texture lookups as those of lane
+// Texture and shading of a point that one of these functions filled. `lookups` get its texture lookups as lane
 // `lane`. With ShadingId::kMaterial the material's textures of base colour, normals, metalness and roughness, occlusion
 // and emission are read; a surface that blends always reads its base colour texture. All are read at (u, v) of the
 // whole procedure, whatever their sets of coordinates. `shadowed`: the shadows of each light; nullptr: none.

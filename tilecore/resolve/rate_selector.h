@@ -60,6 +60,7 @@ struct BlockDecision {
 //   speed > quarter_rate                  -> 4
 //   speed > half_rate                     -> 8
 //   else                                  -> 16
+//
 // A speed above `reuse` counts only as far as the frame's own shutter blurs the block (blurred_speed): a block that
 // moved far but is sharp would show its pattern. 4 becomes 8, and 8 becomes 16, if the contrast predicts that stencils
 // would miss more than pattern_error. The result is the smaller one of that and the foveation limit; a block that

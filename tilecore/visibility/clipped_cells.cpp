@@ -63,7 +63,7 @@ struct Piece {
 };
 
 // A triangle without a screen position at some time: bounded over intervals of the shutter in homogeneous coordinates,
-// with the part in front of the near plane cut off.
+// with the part nearer than the near plane cut off.
 class ClippedTriangle {
  public:
   ClippedTriangle(const MicroMesh& m, const std::array<std::size_t, 3>& vertices, bool motion,
