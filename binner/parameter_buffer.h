@@ -126,24 +126,23 @@ namespace tessera {
 template <>
 inline constexpr auto kCounterFields<binner::BinnerCounters> = std::to_array<CounterField<binner::BinnerCounters>>({
     {"binner.entries", &binner::BinnerCounters::entries, Combine::kSum, "entries",
-     "Entries written to tile lists. A sub-patch counts once for every queue it is in.",
+     "Entries written to tile lists. A sub-patch counts once for every list that holds it.",
      "PowerVR Tiles per Triangle (times Triangles Out); Adreno visibility stream size"},
     {"binner.tile_overlaps", &binner::BinnerCounters::tile_overlaps, Combine::kSum, "tiles",
      "Pairs of a sub-patch and a tile that it may touch, as far as the selected coverage methods can tell.",
      "PowerVR Tiles per Triangle (times primitives)"},
     {"binner.tiles_dropped", &binner::BinnerCounters::tiles_dropped, Combine::kSum, "tiles",
-     "Pairs of a sub-patch and a tile of its bounding rectangle that exact coverage dropped, or time intervals or "
-     "segments: "
-     "never both in place at once.",
+     "Pairs of a sub-patch and a tile of its bounding rectangle that exact coverage, time intervals or time segments "
+     "dropped: the sub-patch is never in the tile at the right time.",
      ""},
     {"binner.table_records", &binner::BinnerCounters::table_records, Combine::kSum, "records",
-     "Records written to the sub-patch table: sub-patches that are in a list, again after a partial render.", ""},
+     "Records written to the sub-patch table: one for each sub-patch in a list, and again after a partial render.", ""},
     {"binner.queue_bytes_written", &binner::BinnerCounters::queue_bytes_written, Combine::kSum, "bytes",
-     "Bytes of tile lists (entries, links, ends, a bit per list, a cursor for each that has entries) and of the "
-     "sub-patch table, before rounding to bursts; what is written again counts once.",
+     "Bytes of tile lists (entries, links, ends, a bit per list, a cursor for each list with entries) and of the "
+     "sub-patch table, before rounding to bursts; bytes that are written again count once.",
      "MaliTilerWrBt (times the bus width); V3D PTB-memory-words-writes"},
     {"binner.queue_bytes_read", &binner::BinnerCounters::queue_bytes_read, Combine::kSum, "bytes",
-     "Bytes that tile cores read: of lists before rounding to bursts, of the sub-patch table bursts that its cache "
+     "Bytes that tile cores read: of lists before rounding to bursts, of the sub-patch table the bursts that its cache "
      "misses.",
      "MaliTilerRdBt (times the bus width); V3D PTB-memory-reads"},
     {"binner.queue_bytes_peak", &binner::BinnerCounters::queue_bytes_peak, Combine::kPeak, "bytes",
@@ -151,7 +150,7 @@ inline constexpr auto kCounterFields<binner::BinnerCounters> = std::to_array<Cou
      "cursors of lists, and the sub-patch table.",
      "PowerVR Parameter Buffer size; Apple tiled vertex buffer"},
     {"binner.partial_renders", &binner::BinnerCounters::partial_renders, Combine::kSum, "renders",
-     "Times that a full parameter buffer made all tiles render what they had.",
+     "Times that a full parameter buffer made all tiles render the sub-patches binned so far.",
      "PowerVR SPM; Apple partial render; Mali incremental render; Adreno vsc_draw_overflow, vsc_prim_overflow"},
     {"binner.spilled_bytes", &binner::BinnerCounters::spilled_bytes, Combine::kSum, "bytes",
      "Bytes of lists and of the sub-patch table written to the overflow area, before rounding to bursts.",

@@ -60,69 +60,70 @@ std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& fra
 namespace tessera {
 
 template <>
-inline constexpr auto kCounterFields<frontend::FrontendCounters> = std::to_array<
-    CounterField<frontend::FrontendCounters>>({
-    {"frontend.base_patches", &frontend::FrontendCounters::base_patches, Combine::kSum, "patches",
-     "Base patches read: Bezier patches and clusters of passive meshes.",
-     "MaliGeomTotalPrim; PowerVR Triangles In; Adreno pre-clipped polygons; Apple primitives in; Vulkan "
-     "tessellation control patches"},
-    {"frontend.bounds_computed", &frontend::FrontendCounters::bounds_computed, Combine::kSum, "bounds",
-     "Bounding volumes computed for sub-patches.", ""},
-    {"frontend.splits", &frontend::FrontendCounters::splits, Combine::kSum, "splits",
-     "Sub-patches halved, because they were too large for a tile core or by the split criterion.", ""},
-    {"frontend.culled_frustum", &frontend::FrontendCounters::culled_frustum, Combine::kSum, "sub-patches",
-     "Sub-patches dropped because their bound lies outside the view or its depth range at all times.",
-     "MaliGeomFaceXYPlaneCullPrim, MaliGeomZPlaneCullPrim; Adreno % primitives trivially rejected; V3D "
-     "PTB-primitives-discarded-outside-viewport; Apple primitives culled"},
-    {"frontend.culled_backface", &frontend::FrontendCounters::culled_backface, Combine::kSum, "sub-patches",
-     "Sub-patches dropped because they face away from the whole lens at all times.",
-     "MaliGeomFaceXYPlaneCullPrim; PowerVR Triangle Ratio; V3D PTB-primitives-discarded-reversed; Apple primitives "
-     "culled"},
-    {"frontend.second_pass_visible", &frontend::FrontendCounters::second_pass_visible, Combine::kSum, "groups",
-     "Groups and instances that the previous frame's depths hid but this frame's did not: they are looked into, and "
-     "tiles in which parts of them are not hidden are rendered again.",
-     ""},
-    {"frontend.cells", &frontend::FrontendCounters::cells, Combine::kSum, "cells",
-     "Cells of the grids of all base patches; each takes about one domain evaluation when it is tessellated.", ""},
-    {"frontend.cells_culled_frustum", &frontend::FrontendCounters::cells_culled_frustum, Combine::kSum, "cells",
-     "Cells of the sub-patches that frontend.culled_frustum counts.", ""},
-    {"frontend.cells_culled_backface", &frontend::FrontendCounters::cells_culled_backface, Combine::kSum, "cells",
-     "Cells of the sub-patches that frontend.culled_backface counts.", ""},
-    {"frontend.sub_patches", &frontend::FrontendCounters::sub_patches, Combine::kSum, "sub-patches",
-     "Sub-patches sent to the binner.",
-     "MaliGeomVisiblePrim; PowerVR Triangles Out; Adreno PERF_LRZ_VISIBLE_PRIM_AFTER_LRZ; V3D "
-     "PTB-primitives-binned; Apple primitives rendered"},
-    {"frontend.sub_patches_moving", &frontend::FrontendCounters::sub_patches_moving, Combine::kSum, "sub-patches",
-     "Those of frontend.sub_patches whose kernels need motion.", ""},
-    {"frontend.sub_patches_defocused", &frontend::FrontendCounters::sub_patches_defocused, Combine::kSum, "sub-patches",
-     "Those of frontend.sub_patches whose kernels need the lens.", ""},
-    {"frontend.sub_patches_displaced", &frontend::FrontendCounters::sub_patches_displaced, Combine::kSum, "sub-patches",
-     "Those of frontend.sub_patches whose vertices are displaced.", ""},
-    {"frontend.sub_patches_alpha_tested", &frontend::FrontendCounters::sub_patches_alpha_tested, Combine::kSum,
-     "sub-patches", "Those of frontend.sub_patches whose hits look up alpha.", ""},
-    {"frontend.sub_patches_blended", &frontend::FrontendCounters::sub_patches_blended, Combine::kSum, "sub-patches",
-     "Those of frontend.sub_patches that are kept as layers.", ""},
-    {"frontend.motion_elided", &frontend::FrontendCounters::motion_elided, Combine::kSum, "sub-patches",
-     "Sub-patches of drawables that move, none of whose vertices moves by more than a sub-pixel: they need no code "
-     "for motion.",
-     ""},
-    {"frontend.defocus_elided", &frontend::FrontendCounters::defocus_elided, Combine::kSum, "sub-patches",
-     "Sub-patches seen through a lens all of whose points are in focus: they need no code for it.", ""},
-    {"frontend.displacement_elided", &frontend::FrontendCounters::displacement_elided, Combine::kSum, "sub-patches",
-     "Sub-patches with a displacement map that is zero wherever they read it: they need no code for displacement.", ""},
-    {"frontend.alpha_test_elided", &frontend::FrontendCounters::alpha_test_elided, Combine::kSum, "sub-patches",
-     "Sub-patches of masked materials that are opaque all over: they need no alpha test.", ""},
-    {"frontend.table_lines", &frontend::FrontendCounters::table_lines, Combine::kSum, "bursts",
-     "Bursts of tables of heights that the front end asks of the L2: those that its own caches miss.", ""},
-    {"frontend.record_lines", &frontend::FrontendCounters::record_lines, Combine::kSum, "bursts",
-     "Bursts of records that the front end asks of the L2: those by which base patches are bounded, and those of "
-     "neighbours that its own cache misses.",
-     ""},
-    {"frontend.record_misses", &frontend::FrontendCounters::record_misses, Combine::kSum, "bursts",
-     "Those of frontend.record_lines that the L2 lacks.", ""},
-    {"frontend.elements_decoded", &frontend::FrontendCounters::elements_decoded, Combine::kSum, "elements",
-     "Positions that the front end's decoder gives of records, with geometry.encoding.", ""},
-});
+inline constexpr auto kCounterFields<frontend::FrontendCounters> =
+    std::to_array<CounterField<frontend::FrontendCounters>>({
+        {"frontend.base_patches", &frontend::FrontendCounters::base_patches, Combine::kSum, "patches",
+         "Base patches read: Bezier patches and clusters of passive meshes.",
+         "MaliGeomTotalPrim; PowerVR Triangles In; Adreno pre-clipped polygons; Apple primitives in; Vulkan "
+         "tessellation control patches"},
+        {"frontend.bounds_computed", &frontend::FrontendCounters::bounds_computed, Combine::kSum, "bounds",
+         "Bounding volumes computed for sub-patches.", ""},
+        {"frontend.splits", &frontend::FrontendCounters::splits, Combine::kSum, "splits",
+         "Sub-patches halved, because they were too large for a tile core or by the split criterion.", ""},
+        {"frontend.culled_frustum", &frontend::FrontendCounters::culled_frustum, Combine::kSum, "sub-patches",
+         "Sub-patches dropped because their bound lies outside the view or its depth range at all times.",
+         "MaliGeomFaceXYPlaneCullPrim, MaliGeomZPlaneCullPrim; Adreno % primitives trivially rejected; V3D "
+         "PTB-primitives-discarded-outside-viewport; Apple primitives culled"},
+        {"frontend.culled_backface", &frontend::FrontendCounters::culled_backface, Combine::kSum, "sub-patches",
+         "Sub-patches dropped because they face away from the whole lens at all times.",
+         "MaliGeomFaceXYPlaneCullPrim; PowerVR Triangle Ratio; V3D PTB-primitives-discarded-reversed; Apple primitives "
+         "culled"},
+        {"frontend.second_pass_visible", &frontend::FrontendCounters::second_pass_visible, Combine::kSum, "groups",
+         "Groups and instances that the previous frame's depths hid but this frame's did not: their parts are tested, "
+         "and tiles in which a part is visible are rendered again.",
+         ""},
+        {"frontend.cells", &frontend::FrontendCounters::cells, Combine::kSum, "cells",
+         "Cells of the grids of all base patches; each takes about one domain evaluation when it is tessellated.", ""},
+        {"frontend.cells_culled_frustum", &frontend::FrontendCounters::cells_culled_frustum, Combine::kSum, "cells",
+         "Cells of the sub-patches that frontend.culled_frustum counts.", ""},
+        {"frontend.cells_culled_backface", &frontend::FrontendCounters::cells_culled_backface, Combine::kSum, "cells",
+         "Cells of the sub-patches that frontend.culled_backface counts.", ""},
+        {"frontend.sub_patches", &frontend::FrontendCounters::sub_patches, Combine::kSum, "sub-patches",
+         "Sub-patches sent to the binner.",
+         "MaliGeomVisiblePrim; PowerVR Triangles Out; Adreno PERF_LRZ_VISIBLE_PRIM_AFTER_LRZ; V3D "
+         "PTB-primitives-binned; Apple primitives rendered"},
+        {"frontend.sub_patches_moving", &frontend::FrontendCounters::sub_patches_moving, Combine::kSum, "sub-patches",
+         "Sub-patches sent to the binner whose kernels need motion.", ""},
+        {"frontend.sub_patches_defocused", &frontend::FrontendCounters::sub_patches_defocused, Combine::kSum,
+         "sub-patches", "Sub-patches sent to the binner whose kernels need the lens.", ""},
+        {"frontend.sub_patches_displaced", &frontend::FrontendCounters::sub_patches_displaced, Combine::kSum,
+         "sub-patches", "Sub-patches sent to the binner whose vertices are displaced.", ""},
+        {"frontend.sub_patches_alpha_tested", &frontend::FrontendCounters::sub_patches_alpha_tested, Combine::kSum,
+         "sub-patches", "Sub-patches sent to the binner whose hits look up alpha.", ""},
+        {"frontend.sub_patches_blended", &frontend::FrontendCounters::sub_patches_blended, Combine::kSum, "sub-patches",
+         "Sub-patches sent to the binner that are kept as layers.", ""},
+        {"frontend.motion_elided", &frontend::FrontendCounters::motion_elided, Combine::kSum, "sub-patches",
+         "Sub-patches of moving drawables whose vertices all move by no more than a sub-pixel: they need no code for "
+         "motion.",
+         ""},
+        {"frontend.defocus_elided", &frontend::FrontendCounters::defocus_elided, Combine::kSum, "sub-patches",
+         "Sub-patches that are wholly in focus although the camera has a lens: they need no code for it.", ""},
+        {"frontend.displacement_elided", &frontend::FrontendCounters::displacement_elided, Combine::kSum, "sub-patches",
+         "Sub-patches with a displacement map that is zero wherever they read it: they need no code for displacement.",
+         ""},
+        {"frontend.alpha_test_elided", &frontend::FrontendCounters::alpha_test_elided, Combine::kSum, "sub-patches",
+         "Sub-patches of masked materials that are opaque all over: they need no alpha test.", ""},
+        {"frontend.table_lines", &frontend::FrontendCounters::table_lines, Combine::kSum, "bursts",
+         "Bursts of tables of heights that the front end's own caches miss and that it requests from the L2.", ""},
+        {"frontend.record_lines", &frontend::FrontendCounters::record_lines, Combine::kSum, "bursts",
+         "Bursts of records that the front end requests from the L2: records that bound base patches, and neighbours' "
+         "records that its own cache misses.",
+         ""},
+        {"frontend.record_misses", &frontend::FrontendCounters::record_misses, Combine::kSum, "bursts",
+         "Bursts of frontend.record_lines that the L2 lacks.", ""},
+        {"frontend.elements_decoded", &frontend::FrontendCounters::elements_decoded, Combine::kSum, "elements",
+         "Positions that the front end's decoder makes from records, with geometry.encoding.", ""},
+    });
 TESSERA_COUNTERS_COVER(frontend::FrontendCounters);
 
 }  // namespace tessera

@@ -79,9 +79,9 @@ inline constexpr auto kCounterFields<frontend::InstanceCounters> =
         {"frontend.instance_groups_tested", &frontend::InstanceCounters::groups_tested, Combine::kSum, "groups",
          "Groups of neighbouring instances whose common box was tested against the view.", ""},
         {"frontend.instances_tested", &frontend::InstanceCounters::instances_tested, Combine::kSum, "instances",
-         "Instances whose own box was tested against the view: those of groups that may be seen.", ""},
+         "Instances of visible groups whose own box was tested against the view.", ""},
         {"frontend.instances_culled", &frontend::InstanceCounters::instances_culled, Combine::kSum, "instances",
-         "Instances dropped by their own box or their group's; nothing of their mesh was read for them.", ""},
+         "Instances dropped by their own box or their group's; none of their mesh was read for them.", ""},
     });
 TESSERA_COUNTERS_COVER(frontend::InstanceCounters);
 

@@ -75,8 +75,7 @@ inline constexpr auto kCounterFields<frontend::PatchGroupCounters> =
          "read.",
          ""},
         {"frontend.patches_culled_in_groups", &frontend::PatchGroupCounters::patches_culled, Combine::kSum, "patches",
-         "Base patches of groups outside the view; neither their records were read nor bounds of their own computed.",
-         ""},
+         "Base patches of groups outside the view; neither their records were read nor their own bounds computed.", ""},
     });
 TESSERA_COUNTERS_COVER(frontend::PatchGroupCounters);
 

@@ -132,7 +132,8 @@ Gpu from_json(const std::string& file, json root, int depth) {
     return value;
   };
   if (root.contains("base") && root.contains("preset"))
-    throw InputError(file, "/base", "says what the file starts from, as \"preset\" does: leave one of them out");
+    throw InputError(file, "/base",
+                     "gives the machine that the file starts from, as \"preset\" does: leave one of them out");
   const std::string base = text("base", "");
   Gpu gpu;
   if (base.empty()) {

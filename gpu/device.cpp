@@ -24,7 +24,7 @@ namespace {
 constexpr std::size_t kDrawablesToKeep = std::size_t{1} << 16;
 
 // Any pixel of a transmissive surface may show any pixel behind it, so frames must be whole.
-constexpr const char* kWholeFrames = "surfaces transmit: any of their pixels may show any pixel of what is behind";
+constexpr const char* kWholeFrames = "surfaces transmit: any of their pixels may show any pixel behind them";
 
 // The resolve unit's settings; its seed is the seed of the samples. Throws UsageError when they do not fit.
 tilecore::ResolveSettings resolve_settings(const RunSettings& settings, bool transmits) {
@@ -103,15 +103,15 @@ void Device::set_observer(ViewObserver* observer) {
         "tile.rendering_elimination=false and frame_buffer.transaction_elimination=false");
   if (observer != nullptr && behind_.level_count() > 0)
     throw UsageError(
-        "baselines draw frames in one pass; of a capture in which surfaces transmit they would leave one out");
+        "baselines draw frames in one pass; surfaces of this capture transmit, and baselines would leave out a pass");
   if (observer != nullptr && !shadow_passes_.maps().empty())
     throw UsageError(
-        "baselines draw frames in one pass; of a capture whose lights cast shadows they would leave out the maps: "
-        "effects.shadows=off compares the rest");
+        "baselines draw frames in one pass; lights of this capture cast shadows, and baselines would leave out their "
+        "maps: effects.shadows=off compares the rest");
   if (observer != nullptr && !graph_.plain())
     throw UsageError(
-        "baselines draw frames in one pass; of a capture that describes passes of its own they would leave out what "
-        "these load and store");
+        "baselines draw frames in one pass; this capture describes passes, and baselines would leave out their loads "
+        "and stores");
   observer_ = observer;
 }
 
@@ -262,9 +262,8 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
     if (geometry->request.motion_segments == 0 && geometry->motion_error > geometry->request.motion_error &&
         left == nullptr)
       result.notes.push_back(
-          fmt::format("frame {}: with {} motion segments something may be {:.1f} pixels off its curve; "
-                      "sampling.motion_error asks for "
-                      "{} (sampling.motion_segments_max may be up to {})",
+          fmt::format("frame {}: with {} motion segments a point may be {:.1f} pixels off its curve; "
+                      "sampling.motion_error asks for {} (sampling.motion_segments_max may be up to {})",
                       frame, geometry->segments.size(), geometry->motion_error, geometry->request.motion_error,
                       kMaxMotionSegments));
     if (geometry->drawables.size() <= kDrawablesToKeep || !geometry->any_motion) eye.pose = geometry;

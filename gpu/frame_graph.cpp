@@ -154,7 +154,7 @@ class FrameGraph::Reader {
 
   void bloom(FrameGraph& out) {
     if (!last_) refuse("", "runs before a pass has stored colours");
-    if (!out.copies_.empty()) refuse("", "runs behind a copy: this machine blooms what the pass that draws left");
+    if (!out.copies_.empty()) refuse("", "runs behind a copy: this machine blooms the colours of the pass that draws");
     const Subpass& one = pass().subpasses[0];
     if (pass().subpasses.size() > 1) refuse("/subpasses/1", "follows a bloom in its pass: it has passes of its own");
     if (one.sample.size() != 1 || one.sample[0] != colors_)
@@ -168,7 +168,7 @@ class FrameGraph::Reader {
              scene::kAttachmentFormatNames[static_cast<std::size_t>(target->format)]);
     if (target->size || target->scale > 1 || target->samples > 1 || target->layers != 1)
       refuse(below, "is {}, which has a size, samples, layers or more pixels than the frame", in_quotes(target->name));
-    if (!pass().load.empty() || !pass().store.empty()) refuse("", "overrides what a bloom loads and stores");
+    if (!pass().load.empty() || !pass().store.empty()) refuse("", "overrides the loads and stores of a bloom");
     glow_ = target->name;
     if (settings_.post.bloom == 0) return;
     if (!whole_) throw UsageError("a region of the frame: any of its pixels may get light by the bloom of the capture");

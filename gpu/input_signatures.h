@@ -91,7 +91,7 @@ inline constexpr bool kAbsentWhenIdle<gpu::EliminationCounters> = true;
 template <>
 inline constexpr auto kCounterFields<gpu::EliminationCounters> = std::to_array<CounterField<gpu::EliminationCounters>>({
     {"tilecore.tiles_eliminated", &gpu::EliminationCounters::tiles_eliminated, Combine::kSum, "tiles",
-     "Tiles whose inputs have the signature of the frame before and that were not rendered, with "
+     "Tiles that were not rendered because their inputs have the same signature as in the previous frame, with "
      "tile.rendering_elimination.",
      ""},
     {"binner.signature_bytes", &gpu::EliminationCounters::signature_bytes, Combine::kSum, "bytes",
@@ -99,7 +99,7 @@ inline constexpr auto kCounterFields<gpu::EliminationCounters> = std::to_array<C
      "bytes an entry, eight a tile.",
      ""},
     {"tilecore.wrong_eliminations", &gpu::EliminationCounters::wrong_eliminations, Combine::kSum, "tiles",
-     "Of tilecore.tiles_eliminated, those whose inputs differ nevertheless: the image is wrong there.", ""},
+     "Tiles of tilecore.tiles_eliminated whose inputs differ nevertheless: the image is wrong there.", ""},
 });
 TESSERA_COUNTERS_COVER(gpu::EliminationCounters);
 

@@ -233,7 +233,7 @@ void check_same_function(const json& head, const GpuConfiguration& gpu, const Ru
   for (const auto& [key, value] : now.items())
     if (!(events && is_of_caches(key)) && then.value(key, json()) != value)
       throw UsageError(
-          fmt::format("{}: the record was made with {}, not {}; what the units do depends on it: replay again", key,
+          fmt::format("{}: the record was made with {}, not {}; the work of the units depends on it: replay again", key,
                       then.value(key, json()).dump(), value.dump()));
 }
 

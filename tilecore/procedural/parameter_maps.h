@@ -137,7 +137,7 @@ inline constexpr auto kCounterFields<tilecore::SamplingCounters> = std::to_array
      "procedures.mode=interval.",
      ""},
     {"procedures.cells", &tilecore::SamplingCounters::cells, Combine::kSum, "cells",
-     "Cells in the rate map: those that may be seen.", ""},
+     "Cells in the rate map, which holds the cells that may be visible.", ""},
     {"procedures.rates_clamped", &tilecore::SamplingCounters::rates_clamped, Combine::kSum, "cells",
      "Cells whose rate is unknown or beyond the most steps that a cell may have.", ""},
     {"procedures.tags", &tilecore::SamplingCounters::tags, Combine::kSum, "tiles",

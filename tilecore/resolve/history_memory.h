@@ -105,37 +105,35 @@ template <>
 inline constexpr bool kAbsentWhenIdle<tilecore::HistoryCounters> = true;
 
 template <>
-inline constexpr auto kCounterFields<tilecore::HistoryCounters> =
-    std::to_array<CounterField<tilecore::HistoryCounters>>({
-        {"resolve.history_color_bytes", &tilecore::HistoryCounters::color_bytes, Combine::kSum, "bytes",
-         "Colours of the previous frame that tiles asked for, in lines of the L2 or in bursts, each once for a tile.",
-         ""},
-        {"resolve.history_record_bytes", &tilecore::HistoryCounters::record_bytes, Combine::kSum, "bytes",
-         "Likewise depths and surfaces.", ""},
-        {"resolve.history_state_bytes", &tilecore::HistoryCounters::state_bytes, Combine::kSum, "bytes",
-         "Likewise bytes of blocks, those around the tile included, and their contrast.", ""},
-        {"resolve.history_signature_bytes", &tilecore::HistoryCounters::signature_bytes, Combine::kSum, "bytes",
-         "Likewise signatures of blocks.", ""},
-        {"resolve.history_records_written", &tilecore::HistoryCounters::records_written, Combine::kSum, "bytes",
-         "Depths and surfaces that tiles wrote for the next frame, in bursts.", ""},
-        {"resolve.history_states_written", &tilecore::HistoryCounters::states_written, Combine::kSum, "bytes",
-         "Likewise bytes of blocks, and their contrast.", ""},
-        {"resolve.history_signatures_written", &tilecore::HistoryCounters::signatures_written, Combine::kSum, "bytes",
-         "Likewise signatures of blocks.", ""},
-        {"resolve.blocks_kept", &tilecore::HistoryCounters::blocks_kept, Combine::kSum, "blocks",
-         "Blocks that were neither read nor written: the frame buffer holds them.", ""},
-        {"resolve.wrong_blocks", &tilecore::HistoryCounters::wrong_blocks, Combine::kSum, "blocks",
-         "Blocks whose signature is that of the frame before though their pixels are others: the image is wrong there.",
-         ""},
-        {"resolve.block_hashed_bytes", &tilecore::HistoryCounters::hashed_bytes, Combine::kSum, "bytes",
-         "Bytes hashed for signatures of blocks.", ""},
-        {"resolve.history_pixels_decoded", &tilecore::HistoryCounters::pixels_decoded, Combine::kSum, "pixels",
-         "Pixels of the previous frame whose codes were turned into linear light, in all rectangles that tiles asked "
-         "for.",
-         ""},
-        {"resolve.history_pixels_decompressed", &tilecore::HistoryCounters::pixels_decompressed, Combine::kSum,
-         "pixels", "Likewise pixels of whole compressed blocks.", ""},
-    });
+inline constexpr auto kCounterFields<tilecore::HistoryCounters> = std::to_array<
+    CounterField<tilecore::HistoryCounters>>({
+    {"resolve.history_color_bytes", &tilecore::HistoryCounters::color_bytes, Combine::kSum, "bytes",
+     "Colours of the previous frame that tiles requested, in lines of the L2 or in bursts, each once for a tile.", ""},
+    {"resolve.history_record_bytes", &tilecore::HistoryCounters::record_bytes, Combine::kSum, "bytes",
+     "Likewise depths and surfaces.", ""},
+    {"resolve.history_state_bytes", &tilecore::HistoryCounters::state_bytes, Combine::kSum, "bytes",
+     "Likewise bytes of blocks, those around the tile included, and their contrast.", ""},
+    {"resolve.history_signature_bytes", &tilecore::HistoryCounters::signature_bytes, Combine::kSum, "bytes",
+     "Likewise signatures of blocks.", ""},
+    {"resolve.history_records_written", &tilecore::HistoryCounters::records_written, Combine::kSum, "bytes",
+     "Depths and surfaces that tiles wrote for the next frame, in bursts.", ""},
+    {"resolve.history_states_written", &tilecore::HistoryCounters::states_written, Combine::kSum, "bytes",
+     "Likewise bytes of blocks, and their contrast.", ""},
+    {"resolve.history_signatures_written", &tilecore::HistoryCounters::signatures_written, Combine::kSum, "bytes",
+     "Likewise signatures of blocks.", ""},
+    {"resolve.blocks_kept", &tilecore::HistoryCounters::blocks_kept, Combine::kSum, "blocks",
+     "Blocks that were neither read nor written: the frame buffer holds them.", ""},
+    {"resolve.wrong_blocks", &tilecore::HistoryCounters::wrong_blocks, Combine::kSum, "blocks",
+     "Blocks with the same signature as in the previous frame although their pixels differ: the image is wrong there.",
+     ""},
+    {"resolve.block_hashed_bytes", &tilecore::HistoryCounters::hashed_bytes, Combine::kSum, "bytes",
+     "Bytes hashed for signatures of blocks.", ""},
+    {"resolve.history_pixels_decoded", &tilecore::HistoryCounters::pixels_decoded, Combine::kSum, "pixels",
+     "Pixels of the previous frame whose codes were turned into linear light, in all rectangles that tiles requested.",
+     ""},
+    {"resolve.history_pixels_decompressed", &tilecore::HistoryCounters::pixels_decompressed, Combine::kSum, "pixels",
+     "Likewise pixels of whole compressed blocks.", ""},
+});
 TESSERA_COUNTERS_COVER(tilecore::HistoryCounters);
 
 }  // namespace tessera

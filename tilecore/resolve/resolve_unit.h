@@ -246,57 +246,59 @@ template <>
 inline constexpr bool kAbsentWhenIdle<tilecore::DesamplingCounters> = true;
 
 template <>
-inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_array<
-    CounterField<tilecore::DesamplingCounters>>({
-    {"resolve.blocks_rate_4", &tilecore::DesamplingCounters::blocks_rate_4, Combine::kSum, "blocks",
-     "Blocks of 4x4 pixels of which 4 were to be shaded.", ""},
-    {"resolve.blocks_rate_8", &tilecore::DesamplingCounters::blocks_rate_8, Combine::kSum, "blocks",
-     "Blocks of which 8 pixels were to be shaded.", ""},
-    {"resolve.blocks_rate_16", &tilecore::DesamplingCounters::blocks_rate_16, Combine::kSum, "blocks",
-     "Blocks that were shaded fully.", ""},
-    {"resolve.blocks_rate_32", &tilecore::DesamplingCounters::blocks_rate_32, Combine::kSum, "blocks",
-     "Blocks that were shaded at two groups of samples per pixel.", ""},
-    {"resolve.blocks_advected", &tilecore::DesamplingCounters::blocks_advected, Combine::kSum, "blocks",
-     "Of blocks_rate_4 and blocks_rate_8, those whose other pixels come from the previous frame or the other eye.", ""},
-    {"resolve.blocks_foveated", &tilecore::DesamplingCounters::blocks_foveated, Combine::kSum, "blocks",
-     "Blocks with surfaces that foveation limits to fewer than 16 samples.", ""},
-    {"resolve.blocks_edge", &tilecore::DesamplingCounters::blocks_edge, Combine::kSum, "blocks",
-     "Blocks with an edge that is rendered fully, or twice: what is advected nevertheless is not counted.", ""},
-    {"resolve.history_rejected", &tilecore::DesamplingCounters::history_rejected, Combine::kSum, "blocks",
-     "Blocks where nothing was advected because it had gone wrong around them.", ""},
-    {"resolve.blocks_highlight", &tilecore::DesamplingCounters::blocks_highlight, Combine::kSum, "blocks",
-     "Blocks whose pixels that stencils would have filled were shaded after all: the border of a highlight runs "
-     "through "
-     "what was shaded at first.",
-     ""},
-    {"resolve.blocks_discrepant", &tilecore::DesamplingCounters::blocks_discrepant, Combine::kSum, "blocks",
-     "Blocks where what was advected differed from what is there.", ""},
-    {"resolve.pixels_advected", &tilecore::DesamplingCounters::pixels_advected, Combine::kSum, "pixels",
-     "Pixels taken from the previous frame or the other eye.", ""},
-    {"resolve.pixels_reconstructed", &tilecore::DesamplingCounters::pixels_reconstructed, Combine::kSum, "pixels",
-     "Pixels made from rendered neighbours.", ""},
-    {"resolve.advections_disoccluded", &tilecore::DesamplingCounters::advections_disoccluded, Combine::kSum, "pixels",
-     "Pixels shaded because the previous frame shows another surface or depth in their place.", ""},
-    {"resolve.velocity_operations", &tilecore::DesamplingCounters::velocity_operations, Combine::kSum, "operations",
-     "Operations of four channels for that: 5 for a point of a rigid drawable (a matrix and a division), 15 for one of "
-     "a deforming triangle in both frames, 41 for one of a deforming patch, 120 more where it is displaced. Unless "
-     "shading.surface=evaluated, a patch's vertices that a tile's pixels see are evaluated, once each, and points are "
-     "those of triangles.",
-     ""},
-    {"resolve.highlight_tests", &tilecore::DesamplingCounters::highlight_tests, Combine::kSum, "tests",
-     "Shaded pixels of blocks to be filled whose brightness was looked at, to find borders of highlights.", ""},
-    {"resolve.light_tests", &tilecore::DesamplingCounters::light_tests, Combine::kSum, "tests",
-     "Tests of a block against the reach of a light that changed.", ""},
-    {"resolve.contrast_operations", &tilecore::DesamplingCounters::contrast_operations, Combine::kSum, "operations",
-     "Operations of four channels for the contrast of blocks: one for each pixel, three for each difference.", ""},
-    {"resolve.stencil_taps", &tilecore::DesamplingCounters::stencil_taps, Combine::kSum, "multiply-adds",
-     "Rendered pixels that entered a reconstructed one, four channels each.", ""},
-    {"resolve.samples_skipped", &tilecore::DesamplingCounters::samples_skipped, Combine::kSum, "samples",
-     "Visible samples and blended layers of pixels that were not shaded.", ""},
-    {"resolve.invocations_saved", &tilecore::DesamplingCounters::invocations_saved, Combine::kSum, "invocations",
-     "Pixel-shader invocations that those pixels would have taken; with shading.rate=cache the lookups.",
-     "MaliFragThread, as a difference"},
-});
+inline constexpr auto kCounterFields<tilecore::DesamplingCounters> =
+    std::to_array<CounterField<tilecore::DesamplingCounters>>({
+        {"resolve.blocks_rate_4", &tilecore::DesamplingCounters::blocks_rate_4, Combine::kSum, "blocks",
+         "Blocks of 4x4 pixels of which 4 were to be shaded.", ""},
+        {"resolve.blocks_rate_8", &tilecore::DesamplingCounters::blocks_rate_8, Combine::kSum, "blocks",
+         "Blocks of which 8 pixels were to be shaded.", ""},
+        {"resolve.blocks_rate_16", &tilecore::DesamplingCounters::blocks_rate_16, Combine::kSum, "blocks",
+         "Blocks that were shaded fully.", ""},
+        {"resolve.blocks_rate_32", &tilecore::DesamplingCounters::blocks_rate_32, Combine::kSum, "blocks",
+         "Blocks that were shaded at two groups of samples per pixel.", ""},
+        {"resolve.blocks_advected", &tilecore::DesamplingCounters::blocks_advected, Combine::kSum, "blocks",
+         "Blocks of blocks_rate_4 and blocks_rate_8 whose other pixels come from the previous frame or the other eye.",
+         ""},
+        {"resolve.blocks_foveated", &tilecore::DesamplingCounters::blocks_foveated, Combine::kSum, "blocks",
+         "Blocks with surfaces that foveation limits to fewer than 16 samples.", ""},
+        {"resolve.blocks_edge", &tilecore::DesamplingCounters::blocks_edge, Combine::kSum, "blocks",
+         "Blocks with an edge that are rendered fully, or twice; blocks that are advected nevertheless do not count.",
+         ""},
+        {"resolve.history_rejected", &tilecore::DesamplingCounters::history_rejected, Combine::kSum, "blocks",
+         "Blocks without advection because reprojection had gone wrong around them.", ""},
+        {"resolve.blocks_highlight", &tilecore::DesamplingCounters::blocks_highlight, Combine::kSum, "blocks",
+         "Blocks whose missing pixels were shaded instead of filled by stencils, because the border of a highlight "
+         "runs through their first shaded pixels.",
+         ""},
+        {"resolve.blocks_discrepant", &tilecore::DesamplingCounters::blocks_discrepant, Combine::kSum, "blocks",
+         "Blocks whose advected pixels differed from the shaded ones.", ""},
+        {"resolve.pixels_advected", &tilecore::DesamplingCounters::pixels_advected, Combine::kSum, "pixels",
+         "Pixels taken from the previous frame or the other eye.", ""},
+        {"resolve.pixels_reconstructed", &tilecore::DesamplingCounters::pixels_reconstructed, Combine::kSum, "pixels",
+         "Pixels made from rendered neighbours.", ""},
+        {"resolve.advections_disoccluded", &tilecore::DesamplingCounters::advections_disoccluded, Combine::kSum,
+         "pixels", "Pixels shaded because the previous frame shows another surface or depth in their place.", ""},
+        {"resolve.velocity_operations", &tilecore::DesamplingCounters::velocity_operations, Combine::kSum, "operations",
+         "Operations of four channels for velocities: 5 for a point of a rigid drawable (a matrix and a division), 15 "
+         "for a point of a deforming triangle in both frames, 41 for a point of a deforming patch, 120 more if it is "
+         "displaced. Unless shading.surface=evaluated, a patch's vertices that a tile's pixels see are evaluated, once "
+         "each, and points lie on triangles.",
+         ""},
+        {"resolve.highlight_tests", &tilecore::DesamplingCounters::highlight_tests, Combine::kSum, "tests",
+         "Shaded pixels of blocks to be filled whose brightness was tested, to find borders of highlights.", ""},
+        {"resolve.light_tests", &tilecore::DesamplingCounters::light_tests, Combine::kSum, "tests",
+         "Tests of a block against the reach of a light that changed.", ""},
+        {"resolve.contrast_operations", &tilecore::DesamplingCounters::contrast_operations, Combine::kSum, "operations",
+         "Operations of four channels for the contrast of blocks: one for each pixel, three for each difference.", ""},
+        {"resolve.stencil_taps", &tilecore::DesamplingCounters::stencil_taps, Combine::kSum, "multiply-adds",
+         "Rendered pixels that entered a reconstructed one, four channels each.", ""},
+        {"resolve.samples_skipped", &tilecore::DesamplingCounters::samples_skipped, Combine::kSum, "samples",
+         "Visible samples and blended layers of pixels that were not shaded.", ""},
+        {"resolve.invocations_saved", &tilecore::DesamplingCounters::invocations_saved, Combine::kSum, "invocations",
+         "Pixel-shader invocations that the pixels of resolve.samples_skipped would have taken; with "
+         "shading.rate=cache the lookups.",
+         "MaliFragThread, as a difference"},
+    });
 TESSERA_COUNTERS_COVER(tilecore::DesamplingCounters);
 
 }  // namespace tessera

@@ -133,11 +133,10 @@ inline constexpr bool kAbsentWhenIdle<tilecore::StoreCounters> = true;
 template <>
 inline constexpr auto kCounterFields<tilecore::StoreCounters> = std::to_array<CounterField<tilecore::StoreCounters>>({
     {"resolve.tiles_not_written", &tilecore::StoreCounters::tiles_not_written, Combine::kSum, "tiles",
-     "Tiles whose colours have the signature of what lies in the frame buffer, with "
-     "frame_buffer.transaction_elimination.",
+     "Tiles whose colours have the signature of the frame buffer's content, with frame_buffer.transaction_elimination.",
      "MaliFragTileKill (FRAG_TRANS_ELIM)"},
     {"resolve.wrong_matches", &tilecore::StoreCounters::wrong_matches, Combine::kSum, "tiles",
-     "Of these tiles, those whose pixels are others nevertheless: the image is wrong there.", ""},
+     "Tiles of these whose pixels differ nevertheless: the image is wrong there.", ""},
     {"resolve.signature_bytes", &tilecore::StoreCounters::signature_bytes, Combine::kSum, "bytes",
      "Bytes of stored colours hashed for signatures of tiles.", ""},
     {"resolve.pixels_coded", &tilecore::StoreCounters::pixels_coded, Combine::kSum, "pixels",

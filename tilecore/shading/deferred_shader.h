@@ -226,7 +226,7 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> = std::to_array<
     {"tilecore.samples_visible", &tilecore::ShadingCounters::samples_visible, Combine::kSum, "samples",
      "Samples that see an opaque surface when the tile is finished.", ""},
     {"tilecore.blended_layers", &tilecore::ShadingCounters::blended_layers, Combine::kSum, "layers",
-     "Blended surfaces that samples see in front of what is opaque.", ""},
+     "Blended surfaces that samples see in front of opaque ones.", ""},
     {"tilecore.blend_overflows", &tilecore::ShadingCounters::blend_overflows, Combine::kSum, "layers",
      "Blended surfaces merged with another because their sample had no room for them.", ""},
     {"tilecore.pixel_shader_invocations", &tilecore::ShadingCounters::pixel_shader_invocations, Combine::kSum,
@@ -243,7 +243,7 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> = std::to_array<
      "MaliFragWarps; Adreno wave count"},
     {"tilecore.surface_evaluations", &tilecore::ShadingCounters::surface_evaluations, Combine::kSum, "invocations",
      "Pixel-shader invocations that evaluate their Bezier patch (displaced or not) or procedure again, for position "
-     "and normal. What vertices would have handed over follows from the patch.",
+     "and normal. The attributes that vertices would hand over follow from the patch.",
      ""},
     {"tilecore.surface_warps", &tilecore::ShadingCounters::surface_warps, Combine::kSum, "warps",
      "Warps of such invocations.", ""},
@@ -253,7 +253,7 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> = std::to_array<
      ""},
     {"tilecore.vertex_outputs", &tilecore::ShadingCounters::vertex_outputs, Combine::kSum, "vertices",
      "With shading.surface=interpolated: vertices that cores evaluated for pixels to interpolate, each once for every "
-     "tile that sees a triangle of it.",
+     "tile that sees one of its triangles.",
      ""},
     {"tilecore.vertex_output_warps", &tilecore::ShadingCounters::vertex_output_warps, Combine::kSum, "warps",
      "Warps of such vertices.", ""},
@@ -262,9 +262,8 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> = std::to_array<
      "invocation.",
      ""},
     {"tilecore.places_found", &tilecore::ShadingCounters::places_found, Combine::kSum, "places",
-     "Places on screen at shutter open, of samples and layers that see a surface elsewhere, which a core finds from "
-     "the "
-     "corners and weights of their triangles.",
+     "Places on screen at shutter open that a core finds from the corners and weights of triangles, for samples and "
+     "layers that see a moving or defocused surface.",
      ""},
     {"tilecore.background_samples", &tilecore::ShadingCounters::background_samples, Combine::kSum, "samples",
      "Samples that see the environment, which the shader computes for each. A uniform one, or a background of the "
@@ -276,8 +275,8 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> = std::to_array<
      "With shading.derivatives=quad: quads of 2x2 pixel-shader invocations.",
      "MaliFragQuads; Adreno and Mesa fragment quads"},
     {"tilecore.helper_invocations", &tilecore::ShadingCounters::helper_invocations, Combine::kSum, "invocations",
-     "With shading.derivatives=quad: invocations of quads for pixels that the surface does not cover. They take "
-     "the shader core's time as others do.",
+     "With shading.derivatives=quad: invocations of quads for pixels that the surface does not cover. They take as "
+     "much time of the shader core as others.",
      "Vulkan helper invocations"},
 });
 TESSERA_COUNTERS_COVER(tilecore::ShadingCounters);

@@ -111,15 +111,15 @@ inline constexpr auto kCounterFields<tilecore::LightListCounters> = std::to_arra
      "skipped pixels after all.",
      ""},
     {"lights.places", &tilecore::LightListCounters::places, Combine::kSum, "places",
-     "Pixel-shader invocations whose places lists were made for.", ""},
+     "Pixel-shader invocations at whose places lists were made.", ""},
     {"lights.tests", &tilecore::LightListCounters::tests, Combine::kSum, "tests",
      "Lights whose reach was compared with the surfaces of a tile.", ""},
     {"lights.listed", &tilecore::LightListCounters::listed, Combine::kSum, "entries",
      "Entries of the lists: lights that reach the surfaces of a tile.", ""},
     {"lights.warps", &tilecore::LightListCounters::warps, Combine::kSum, "warps",
-     "Warps that made the lists, beside those of the pixel shader.", ""},
+     "Warps that made the lists, beside the pixel shader's.", ""},
     {"lights.tile_bytes", &tilecore::LightListCounters::tile_bytes, Combine::kSum, "bytes",
-     "Bytes of the tile memory that making and reading lists moved: the corners of triangles that places lie in, and "
+     "Bytes of the tile memory that making and reading lists moved: corners of the triangles at the places, and "
      "records of listed lights, written once and read by every warp.",
      ""},
 });

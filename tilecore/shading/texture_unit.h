@@ -198,13 +198,13 @@ inline constexpr auto kCounterFields<tilecore::TextureCounters> =
          "Bilinear or nearest lookups in one level of a texture; a trilinear lookup is two.",
          "MaliTexFiltIssueCy (times texels a cycle); Apple texture limiter"},
         {"texture.texels_decoded", &tilecore::TextureCounters::texels_decoded, Combine::kSum, "texels",
-         "Of these, in compressed textures.", ""},
+         "Bilinear or nearest lookups of texture.texels in compressed textures.", ""},
         {"texture.cache_requests", &tilecore::TextureCounters::cache_requests, Combine::kSum, "lines",
-         "Lines that lookups asked of the texture caches of the cores; each line of a lookup once. With "
+         "Lines that lookups requested from the texture caches of the cores; each line of a lookup once. With "
          "procedures.mode=published also the lines of geometry images that cells need.",
          ""},
         {"texture.cache_misses", &tilecore::TextureCounters::cache_misses, Combine::kSum, "lines",
-         "Of these, not there. Caches are emptied before every tile.",
+         "Requested lines that the caches lack. Caches are emptied before every tile.",
          "MaliSCBusTexL2RdBy (over the line); Adreno % Texture L1 miss; V3D TMU-total-text-cache-miss"},
     });
 TESSERA_COUNTERS_COVER(tilecore::TextureCounters);

@@ -54,11 +54,11 @@ template <>
 inline constexpr auto kCounterFields<tilecore::TransmissionCounters> =
     std::to_array<CounterField<tilecore::TransmissionCounters>>({
         {"transmission.pixels_kept", &tilecore::TransmissionCounters::pixels_kept, Combine::kSum, "pixels",
-         "Pixels resolved, before blending, for the image of what is behind surfaces that transmit.", ""},
+         "Pixels resolved, before blending, for the image behind transmissive surfaces.", ""},
         {"transmission.texels_reduced", &tilecore::TransmissionCounters::texels_reduced, Combine::kSum, "texels",
          "Texels of that image that were added up to make the level below.", ""},
         {"transmission.tiles_again", &tilecore::TransmissionCounters::tiles_again, Combine::kSum, "tiles",
-         "Tiles that were rendered in both passes, because something that transmits may touch them.", ""},
+         "Tiles that were rendered in both passes, because a transmissive surface may touch them.", ""},
     });
 TESSERA_COUNTERS_COVER(tilecore::TransmissionCounters);
 

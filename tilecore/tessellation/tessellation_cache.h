@@ -168,19 +168,18 @@ template <>
 inline constexpr auto kCounterFields<tilecore::TessellationCounters> = std::to_array<
     CounterField<tilecore::TessellationCounters>>({
     {"tilecore.tessellation_requests", &tilecore::TessellationCounters::requests, Combine::kSum, "sub-patches",
-     "Sub-patches that tiles asked for. One that several tiles need counts once for each.", ""},
+     "Sub-patches that tiles requested. A sub-patch that several tiles need counts once for each.", ""},
     {"tilecore.tessellated_sub_patches", &tilecore::TessellationCounters::sub_patches, Combine::kSum, "sub-patches",
-     "Requests for which vertices were evaluated, all or some of the sub-patch's. For the others all that the tile "
-     "needs "
-     "was in the on-chip cache (tessellator.cache_bytes).",
+     "Requests for which vertices were evaluated, all or some of the sub-patch's. For the others the on-chip cache "
+     "(tessellator.cache_bytes) held all vertices that the tile needs.",
      "Apple and Adreno: parameter or vertex cache misses (of triangles, there)"},
     {"tilecore.domain_evaluations", &tilecore::TessellationCounters::domain_evaluations, Combine::kSum, "vertices",
      "Vertices computed by the domain shader, repeated ones included; both motion keys of the shutter count once.",
      "Vulkan tessellation evaluation invocations; Apple postTessellationVertex"},
     {"tilecore.compulsory_evaluations", &tilecore::TessellationCounters::compulsory_evaluations, Combine::kSum,
      "vertices",
-     "Different vertices of the sub-patches that tiles asked for: what a cache that loses nothing would have "
-     "evaluated. Both motion keys count once.",
+     "Different vertices of the sub-patches that tiles requested: an unlimited cache would evaluate these. Both motion "
+     "keys count once.",
      ""},
     {"tilecore.vertex_transforms", &tilecore::TessellationCounters::vertex_transforms, Combine::kSum, "vertices",
      "Vertices of moving objects read from the on-chip cache, where they lie in object space, and put through the "

@@ -83,8 +83,8 @@ inline constexpr auto kCounterFields<tilecore::StencilCounters> =
          "Kept samples that then were inside a triangle of their bounding polygon. Over stencil_kept: the valid rate.",
          ""},
         {"tilecore.stencil_lanes_issued", &tilecore::StencilCounters::lanes_issued, Combine::kSum, "lanes",
-         "Lanes of groups of 32 samples, as the bounding polygon is walked, in which at least one sample was kept. "
-         "Under stencil_kept: the occupancy.",
+         "Lanes of groups of 32 samples, along the walk of the bounding polygon, in which at least one sample was "
+         "kept. Under stencil_kept: the occupancy.",
          ""},
     });
 TESSERA_COUNTERS_COVER(tilecore::StencilCounters);
