@@ -38,7 +38,7 @@ struct StageSpan {
 //
 // Invariants (cited by the tests):
 //   RS1  Render of a pass begins with its first tile and ends when its last tile has only its store left.
-//   RS2  A stage of a pass is there exactly where its ledger says so.
+//   RS2  A pass has a stage exactly if its ledger moved the stage's bytes.
 std::vector<StageSpan> render_stages(const FrameTimeline& frame, const timing::FrameWork& work,
                                      std::span<const PassResult> passes, std::string_view depth_pass);
 

@@ -60,7 +60,7 @@ struct GeometryPass {
   std::string_view name;
   std::span<const frontend::BoundedSubPatch> sub_patches;
   std::vector<bool> only{};  // the tiles that are rendered; empty: all
-  std::vector<bool> open{};  // tiles that store scene color and are not finished, as something transmits; empty: none
+  std::vector<bool> open{};  // tiles that store scene color and stay unfinished for transmissive surfaces; empty: none
   bool binned = false;       // the lists hold all sub-patches already
   bool waits = true;         // its geometry waits for the tiles of earlier passes
 };
@@ -71,9 +71,8 @@ struct ImagePass {
   const char* stage;  // of StageTimer
   bool waits = true;
   const CopyPass* copy = nullptr;  // the copy of its tiles; it omits tiles that rendering elimination omits
-  const tilecore::ColorAttachment* loads =
-      nullptr;                    // attachment its tiles load; nullptr: none, or the source of `copy`
-  std::function<void()> begin{};  // on the host, before any tile
+  const tilecore::ColorAttachment* loads = nullptr;  // attachment to load; nullptr: none, or the source of `copy`
+  std::function<void()> begin{};                     // on the host, before any tile
   std::function<void(tilecore::TileCore&, binner::TileIndex)> work{};
   std::function<void(WorkRecorder::Round&)> share{};  // arrays that tiles share, after the last one
 };

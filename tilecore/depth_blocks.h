@@ -15,8 +15,8 @@ namespace tessera::tilecore {
 //
 // Invariants (cited by the tests):
 //   HZ1  farthest() is the farthest depth of all samples of the requested blocks; infinity while one sees no surface.
-//   HZ2  Only blocks that are asked for, all of whose samples see something, and that were touched since they were looked
-//        at last are looked at, and counted, once each.
+//   HZ2  Only requested blocks whose samples all see a surface, and of which a sample changed since their last scan, are
+//        scanned, and counted, once each.
 class DepthBlocks {
  public:
   static constexpr int kSide = 8;  // pixels

@@ -46,12 +46,11 @@ struct TileJob {
   ForcedEffects forced;
   // The kernels of a benchmark whose patches all have one set of effects (VisibilitySettings); nullptr: each its own.
   const VisibilityKernels* kernels = nullptr;
-  const ParameterMaps* procedures = nullptr;  // cells that the sampling controller draws; nullptr: none
-  FrameStore store;                           // storage of finished pixels
-  AttachmentActions actions;                  // loads of tiles before they draw, and their stores
-  ResolveFrame* resolve = nullptr;            // desampling; nullptr: every pixel is shaded
-  shaders::RadianceImage* scene_color =
-      nullptr;  // the image of lighting.behind, to be filled; nullptr: nothing transmits
+  const ParameterMaps* procedures = nullptr;      // cells that the sampling controller draws; nullptr: none
+  FrameStore store;                               // storage of finished pixels
+  AttachmentActions actions;                      // loads of tiles before they draw, and their stores
+  ResolveFrame* resolve = nullptr;                // desampling; nullptr: every pixel is shaded
+  shaders::RadianceImage* scene_color = nullptr;  // lighting.behind's image, to be filled; nullptr: nothing transmits
   // A pass that draws depths alone, one sample a texel, stores them here and shades nothing. nullptr: colours are made.
   DepthMaps* depths = nullptr;
   std::uint64_t maps_signature = 0;  // of all maps of lighting.shadows, if tiles may be eliminated

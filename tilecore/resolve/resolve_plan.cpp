@@ -284,8 +284,7 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
       block.left_by_blur = left_by_blur(std::min(motion.speed, evidence.blurred_speed) * shutter);
     }
     if (reads_contrast(settings) && !evidence.edge) {
-      const float least =
-          0.5f * settings.rates.thresholds.half_rate;  // slower blocks will hardly be fast in the next frame
+      const float least = 0.5f * settings.rates.thresholds.half_rate;  // slower blocks will hardly be fast soon
       block.leaves_contrast = !motion.usable || motion.speed >= least;
       if (motion.usable && motion.speed >= least && history != nullptr)
         evidence.contrast = contrast_before(*history, block) * block.left_by_blur;

@@ -80,8 +80,7 @@ struct ShadowLookups {
   std::uint64_t texels = 1;  // texture.texels of a lane
 };
 struct LookupArrays {
-  std::array<const TextureLayoutView*, kLookupSlots>
-      layout{};  // of slots with a texture; nullptr: no texture unit gets the lines
+  std::array<const TextureLayoutView*, kLookupSlots> layout{};  // of slots with a texture; nullptr: no lines
   std::array<std::array<std::int32_t*, kLookupLines>, kLookupSlots> line{};
   std::span<const ShadowLookups> shadows{};  // as DrawConstants::lights; empty: no texture unit gets the lines
 };

@@ -41,9 +41,8 @@ struct MicroMesh {
   struct Grid {
     std::int32_t first = 0, stride = 0, columns = 0;
   };
-  static constexpr int kGridColumns = 4;  // at most, and as many rows
-  static constexpr std::size_t kRowPadding =
-      8;  // the vertex arrays have this many more elements than a grid's vertices
+  static constexpr int kGridColumns = 4;         // at most, and as many rows
+  static constexpr std::size_t kRowPadding = 8;  // further elements of the vertex arrays behind a grid's vertices
 
   // A leaf's cells nearly share their motion and their circle of confusion. The sample is moved back by the shared
   // part, so that the boxes need not hold it: a sample at (x, y, t, u, v) lies in the leaf's *rest frame* at

@@ -110,7 +110,7 @@ class TessellationCache {
   struct Part {
     std::uint64_t vertices = 0;
     IntRect tiles;               // columns and rows
-    std::uint32_t next_use = 0;  // place of a tile; no later than that tile's which asks for it next
+    std::uint32_t next_use = 0;  // place of a tile; no later than the tile that requests it next
     std::array<std::uint32_t, 2> lines{kNone, kNone};
   };
   struct SubPatch {
@@ -154,9 +154,8 @@ class TessellationCache {
   std::unordered_map<std::uint64_t, std::uint32_t> line_numbers_;
   std::vector<Line> lines_;
   std::set<std::tuple<std::uint64_t, std::uint64_t, std::uint32_t>> leaving_;  // rank, used, line
-  std::set<std::pair<std::uint64_t, std::uint32_t>>
-      leaving_outlines_;             // used, sub-patch: outlines of sub-patches without lines
-  std::uint64_t outline_bytes_ = 0;  // of outlines without lines
+  std::set<std::pair<std::uint64_t, std::uint32_t>> leaving_outlines_;         // used, sub-patch, if it has no lines
+  std::uint64_t outline_bytes_ = 0;                                            // of outlines without lines
   TessellationCounters counters_;
 };
 

@@ -28,11 +28,10 @@ namespace tessera::tilecore {
 // path with few samples in each tile does not pay for a tree.
 struct TestCosts {
   double by_class = 0, by_ray = 0, brute = 0;
-  double ray_visits = 0;                      // nodes that a ray which may hit visits
-  double cells = 0, leaves = 0, bundles = 0;  // bundles: of 4x4 pixels that each cell crosses
-  double width = 0, height = 0, way_x = 0,
-         way_y = 0;        // pixels: the box on screen, mean of both keys; motion of its centre
-  double lens_factor = 0;  // largest of a leaf: its displacement per lens point
+  double ray_visits = 0;                               // nodes that a ray which may hit visits
+  double cells = 0, leaves = 0, bundles = 0;           // bundles: of 4x4 pixels that each cell crosses
+  double width = 0, height = 0, way_x = 0, way_y = 0;  // pixels: the box on screen, mean of both keys; its motion
+  double lens_factor = 0;                              // largest of a leaf: its displacement per lens point
 
   // Number of tiles that the box touches during its motion, seen through a lens. Tiles have kChoiceTile pixels a side,
   // whatever the machine's, so that the choice and its counts do not depend on the machine's tiles.
