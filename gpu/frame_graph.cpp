@@ -96,7 +96,7 @@ class FrameGraph::Reader {
     const std::uint64_t samples = static_cast<std::uint64_t>(gpu_.tile.width) *
                                   static_cast<std::uint64_t>(gpu_.tile.height) *
                                   static_cast<std::uint64_t>(settings_.sampling.samples_per_pixel);
-    // Colours lie in the place of the visibility record, which is smaller where weights have few bits.
+    // Colours take the place of the visibility record, which is smaller when weights have few bits.
     if (bytes == kGeneralBytes)
       bytes = std::max(tile_sample_bytes(gpu_, settings_) / samples, kDepthBytes + kColorBytes);
     const std::uint64_t needed = samples * bytes;
@@ -133,7 +133,7 @@ class FrameGraph::Reader {
     store_depth(out.actions_, depth);
   }
 
-  // The tone map is what the store of the frame does. Colours of the subpasses before do not leave the chip.
+  // The store of the frame applies the tone map. Colours of earlier subpasses do not leave the chip.
   void map_on_chip(std::size_t number) {
     const Subpass& one = pass().subpasses[number];
     const std::string below = subpass(number);
@@ -154,7 +154,7 @@ class FrameGraph::Reader {
 
   void bloom(FrameGraph& out) {
     if (!last_) refuse("", "runs before a pass has stored colours");
-    if (!out.copies_.empty()) refuse("", "runs behind a copy: this machine blooms what the pass that draws left");
+    if (!out.copies_.empty()) refuse("", "runs behind a copy: this machine blooms the colours of the pass that draws");
     const Subpass& one = pass().subpasses[0];
     if (pass().subpasses.size() > 1) refuse("/subpasses/1", "follows a bloom in its pass: it has passes of its own");
     if (one.sample.size() != 1 || one.sample[0] != colors_)
@@ -171,7 +171,7 @@ class FrameGraph::Reader {
              scene::kAttachmentFormatNames[static_cast<std::size_t>(target->format)]);
     if (target->size || target->scale > 1 || target->samples > 1 || target->layers != 1)
       refuse(below, "is {}, which has a size, samples, layers or more pixels than the frame", in_quotes(target->name));
-    if (!pass().load.empty() || !pass().store.empty()) refuse("", "overrides what a bloom loads and stores");
+    if (!pass().load.empty() || !pass().store.empty()) refuse("", "overrides the loads and stores of a bloom");
     glow_ = target->name;
     if (settings_.post.bloom == 0) return;
     if (!whole_) throw UsageError("a region of the frame: any of its pixels may get light by the bloom of the capture");
@@ -244,7 +244,7 @@ class FrameGraph::Reader {
     if (a.layers != 1 || a.levels != 1) refuse(below, "is {}, which has layers or levels", in_quotes(a.name));
   }
 
-  // Returns what the pass loads and stores of colors_, the colours that it writes.
+  // Returns the load and store of colors_, the colours that the pass writes.
   tilecore::AttachmentActions target_actions() {
     tilecore::AttachmentActions actions;
     actions.load_color = action_of(pass().load, colors_) == LoadAction::kLoad;
@@ -263,7 +263,7 @@ class FrameGraph::Reader {
     return actions;
   }
 
-  // Returns where an attachment with so many bytes a pixel begins, behind those before it.
+  // Returns the base of an attachment with so many bytes a pixel, behind the earlier ones.
   std::uint64_t place(std::uint64_t pixel_bytes) {
     const auto burst = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);
     return std::exchange(end_, end_ + round_up(pixels_ * pixel_bytes, burst));
@@ -280,11 +280,11 @@ class FrameGraph::Reader {
   const RunSettings& settings_;
   std::array<int, 2> frame_;
   bool whole_;        // all of the frame is rendered
-  std::string glow_;  // what a bloom fills; empty: none has run
+  std::string glow_;  // attachment that a bloom fills; empty: none has run
   std::uint64_t pixels_, end_ = 0;
   std::size_t pass_ = 0;
-  std::string colors_;                             // where the last pass left them; empty: none has drawn
-  std::optional<tilecore::ColorAttachment> last_;  // unless that is the frame
+  std::string colors_;                             // attachment of the last pass that drew; empty: none has drawn
+  std::optional<tilecore::ColorAttachment> last_;  // nullopt: the last pass wrote the frame
 };
 
 bool FrameGraph::loads_frame() const {

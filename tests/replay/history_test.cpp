@@ -113,7 +113,7 @@ TEST(Desampling, UnreadHistoryIsNeitherWrittenNorCharged) {
     EXPECT_FALSE(r->effects.at("advection"));
   }
   EXPECT_EQ(still.effect_reasons.at("history"),
-            "a byte per block for the hysteresis; nobody reads records of pixels: resolve.advection=false");
+            "a byte per block for the hysteresis; no unit reads records of pixels: resolve.advection=false");
   EXPECT_EQ(slowest.effect_reasons.at("advection"), "resolve.reuse_speed is 0: nothing is slower");
   const gpu::FrameResult none =
       third_frame({"resolve.advection=false", "resolve.hysteresis=0", "resolve.pattern_error=0"});
@@ -122,7 +122,7 @@ TEST(Desampling, UnreadHistoryIsNeitherWrittenNorCharged) {
   const gpu::FrameResult contrast = third_frame({"resolve.advection=false", "resolve.hysteresis=0"});
   EXPECT_GE(history(contrast).written_bytes, kBlocks * History::kContrastBytes);
   EXPECT_EQ(contrast.effect_reasons.at("history"),
-            "a byte per block of contrast; nobody reads records of pixels: resolve.advection=false");
+            "a byte per block of contrast; no unit reads records of pixels: resolve.advection=false");
 }
 
 // A replay that goes on with other settings takes nothing from records that were not kept.
