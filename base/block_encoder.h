@@ -40,7 +40,6 @@ int block_bytes(BlockFormat format, bool alpha);
 //        decode_etc2_rgb() and decode_eac_alpha().
 //   BE2  The same texels give the same blocks whatever the number of threads.
 //   BE3  A level without alpha stays without alpha.
-//   BE3  A level without alpha stays without.
 class BlockEncoder {
  public:
   // Bytes of memory that an encoder takes besides the levels. [measured] libastcenc 4.2 allocates 34.2 MB for one image

@@ -11,7 +11,7 @@ namespace {
 constexpr std::string_view kRatified = "ratified", kDraft = "in progress", kMulti = "multi-vendor", kVendor = "vendor",
                            kArchived = "archived";
 
-// Extensions that others have registered. Those of materials are rows of material_extensions.def.
+// Extensions that other vendors have registered. Extensions of materials are rows of material_extensions.def.
 class Registry {
  public:
   std::vector<Extension> rows;

@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::json;
 
-// What a channel moves, told apart from all else: path, object, part of it.
+// Identity of a moved property: path, object, part of it.
 using Moved = std::tuple<AnimatedPath, std::size_t, int>;
 
 const std::map<std::string, AnimatedPath>& node_paths() {

@@ -20,7 +20,7 @@ bool uses_extension(const json& d, const char* name) {
   return false;
 }
 
-// Formats of glTF 2.0 section 3.7.2.1, or with those that KHR_mesh_quantization adds.
+// Formats of glTF 2.0 section 3.7.2.1, with the additions of KHR_mesh_quantization if `quantized`.
 std::optional<Format> attribute_format(std::string_view name, bool quantized) {
   const auto numbered = [&](std::string_view prefix) {
     return name.starts_with(prefix) && name.size() > prefix.size() &&
