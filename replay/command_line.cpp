@@ -52,7 +52,7 @@ std::string count_complaint(const std::string& text) {
   return fmt::format("{}: is given {} times; give it once", text.substr(0, at), text.substr(at + most.size()));
 }
 
-// Options that are gone, and what to use instead.
+// Removed options, and their replacements.
 constexpr std::pair<std::string_view, const char*> kFormerOptions[] = {
     {"--ktx2",
      "--ktx2: pack writes no KTX2 images; use --webp, or make them before with an encoder such as basisu or toktx; "
@@ -65,7 +65,7 @@ const char* former_option_complaint(const std::vector<std::string>& arguments) {
   return nullptr;
 }
 
-// The parser's complaint; where it is an argument that nobody expects, with the nearest one that is.
+// The parser's complaint; for an unexpected argument, with the nearest known one.
 std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
   const std::vector<std::string> extras = app.remaining(true);
   if (const char* former = former_option_complaint(extras)) return former;

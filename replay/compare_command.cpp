@@ -25,7 +25,7 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-// Figures of a replay: a folder, or a file that begins as JSON does.
+// Whether a file holds figures of a replay: a folder, or a file that begins like JSON.
 bool is_run(const fs::path& file) {
   std::error_code ignored;
   if (fs::is_directory(file, ignored)) return true;
@@ -166,7 +166,7 @@ class CompareCommand final : public Command {
     end_with(broken);
   }
 
-  // Of the folders among the runs, each with the first.
+  // Compares the images of each folder among the runs with the first run's.
   json frame_images(Comparison& comparison) const {
     json rows = json::array();
     const auto folder = [](const fs::path& file) { return file.parent_path(); };

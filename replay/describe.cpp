@@ -30,7 +30,7 @@ struct Column {
   const char* title;
 };
 
-// What the pages say above their tables.
+// A page's title, text and columns.
 struct Topic {
   const char* name;
   const char* title;
@@ -368,7 +368,7 @@ std::string former_counters_markdown() {
   return text;
 }
 
-// A table of what becomes of each error of the Khronos validator.
+// A table of the reader's answer to each error of the Khronos validator.
 std::string validator_codes_markdown() {
   std::string text =
       "\n## The validator's errors\n\nThe Khronos glTF validator and `--strict` agree about what is an error, but for "

@@ -48,7 +48,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// How far the frames in hand are. A second pass and partial renders go through tiles again.
+// Progress of the current frames. A second pass and partial renders visit tiles again.
 StepProgress tiles_done(std::span<gpu::Device* const> devices) {
   std::size_t done = 0, tiles = 0;
   for (const gpu::Device* device : devices) done += device->progress().done(), tiles += device->progress().tiles();
@@ -248,20 +248,20 @@ class ReplayCommand final : public Command {
  private:
   class NamedFiles;
 
-  // What is kept of the first frame, to time it again.
+  // Data of the first frame that is kept to time it again.
   struct FirstFrame {
     std::vector<timing::FrameWork> views;             // with --sensitivity
     std::optional<LeaveOneOut::MeasuredFrame> parts;  // with --without
   };
 
-  // What tiles and drawables of a frame are told by.
+  // Sources for the costs of a frame's tiles and drawables.
   struct CostSources {
     const gpu::GpuConfiguration& gpu;
     const DrawableNames& names;
   };
 
-  // Renders frames and writes what is written of each, until the last or a signal. Statistics of a frame have room on the
-  // disk before its images are written. Throws WriteError.
+  // Renders frames and writes each frame's files, until the last frame or a signal. Space for a frame's statistics is
+  // reserved before its images are written. Throws WriteError.
   void render_frames(const std::vector<gpu::Device*>& devices, FrameRange range, FrameWriter::Settings writer,
                      const baselines::BaselineObserver* schemes, const CostSources& sources, NamedFiles& files,
                      Statistics& statistics, FirstFrame& first, ReservedSpace& room) const {
@@ -294,7 +294,8 @@ class ReplayCommand final : public Command {
     images.finish();
   }
 
-  // Something could not be written: the statistics are what can still be saved. Throws WriteError that says all of it.
+  // After a failed write, saves the statistics, the last result that can be saved. Throws WriteError that reports all
+  // of it.
   [[noreturn]] void save_what_was_done(Statistics& statistics, FrameRange range, const WriteError& error) const {
     const std::size_t done = statistics.frame_count();
     if (done == 0) throw error;
@@ -309,7 +310,7 @@ class ReplayCommand final : public Command {
         range.last - range.first, escape_control((fs::path(out_) / "stats.json").string())));
   }
 
-  // Where results are said: not where another result is written.
+  // Stream for texts about results: not one into which another result is written.
   std::FILE* words() const { return beside_outputs({trace_, dram_trace_, record_, save_history_}); }
 
   void say_results(const Statistics& statistics) const {
@@ -324,7 +325,7 @@ class ReplayCommand final : public Command {
                                                       statistics.frame_count() == 1 ? "" : "s")));
   }
 
-  // What the frame before the first one leaves to it, with --history.
+  // The history that the frame before the first one left, with --history.
   std::optional<tilecore::History> earlier_history(std::uint64_t max_bytes) const {
     // Colour, depth and surface of a pixel, and the blocks of a region of one.
     constexpr std::uint64_t kHistoryBytesPerPixel = 26;
@@ -536,7 +537,7 @@ class ReplayCommand final : public Command {
     return true;
   }
 
-  // Frames that the shutter opens on after the last key of what plays show how it ends, one like the other.
+  // A note about frames after the last key of the played animations, which are all equal.
   static std::string note_of_still_frames(const scene::Capture& capture, FrameRange range) {
     const double end = scene::played_seconds(capture);
     if (end <= 0) return "";

@@ -23,7 +23,7 @@ using baselines::SchemeId;
 
 // ---- Memory -------------------------------------------------------------------------------------------------------
 
-// GB/s of reads one behind the other, as many under way as the queues take.
+// GB/s of consecutive reads, with as many in flight as the queues hold.
 double stream_rate(const memory::DramSpec& spec) {
   constexpr std::uint64_t kTransactions = 1 << 16;
   memory::DramBanks dram(spec);

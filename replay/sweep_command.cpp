@@ -105,7 +105,7 @@ class SweepCommand final : public Command {
     if (!dry_run_) check_results(study);
     repeat_failures_with(fmt::format("tessera sweep {}", study_));
 
-    // From here on Ctrl-C leaves whole results, also while a large study is expanded.
+    // From here on Ctrl-C leaves complete results, even while a large study is expanded.
     install_stop_handler();
     CaptureLibrary library(study.captures, options.max_bytes, options.strict, study.variant, study.view, study.size);
     const SweepFolder folder(out_);
@@ -175,7 +175,7 @@ class SweepCommand final : public Command {
     return run_search(study, program, folder, options, library, write).outcome;
   }
 
-  // What joins the points; a shard leaves it to `tessera report`.
+  // Joins the points and writes the report; a shard leaves that to `tessera report`.
   void finish(const SweepFolder& folder) const {
     const std::string missing = missing_for_reports();
     if (missing.empty()) {
@@ -216,7 +216,7 @@ class SweepCommand final : public Command {
           estimate.seconds, estimate.workers, estimate.render_seconds, estimate.timing_seconds);
   }
 
-  // Those that a goal ranks first, with its columns, and the winner; without a goal the best alone.
+  // Prints the candidates that a goal ranks first, with its columns, and the winner; without a goal only the best.
   static void say_candidates(const JoinedSweep& sweep) {
     constexpr std::size_t kShown = 10;
     const std::vector<Candidate> candidates = rank_candidates(sweep);

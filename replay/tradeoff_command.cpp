@@ -31,9 +31,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Where --joint is given without knobs: those that trade most.
+// Knobs of --joint without a value: the ones with the largest trade.
 constexpr const char* kUsualJoint = "samples,edge,shading";
-// What a question is answered by, where no knobs are named.
+// Knobs of a search, where no knobs are named.
 constexpr const char* kSearchedKnobs = "samples,edge,shading,surface";
 
 std::vector<std::string> listed_names(const std::string& text) {

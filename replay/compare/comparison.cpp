@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-// What changes most from the first run, in any of the others.
+// The largest change of a row from the first run, among the other runs.
 double largest_change(const Comparison& c, Section section, const std::string& name) {
   double most = 0;
   for (const RunFigures& figures : c.figures)

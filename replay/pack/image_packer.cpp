@@ -19,7 +19,7 @@ namespace gltf = scene::gltf;
 constexpr const char* kWebp = "EXT_texture_webp";
 constexpr int kMaxWebpSide = 16383;
 
-// Images that displace surfaces: what a photograph may lose is a dent in a surface.
+// Images that displace surfaces: a loss that is invisible in a photograph is a dent in a surface.
 std::set<std::size_t> height_images(const json& d) {
   std::set<std::size_t> images;
   if (!d.contains("materials")) return images;

@@ -162,7 +162,7 @@ void PageViews::note(const std::string& map, const json& values) {
   }
 }
 
-// What the page shows of tiles_NNNN.json: without maps of zeros, in whole numbers.
+// The part of tiles_NNNN.json that the page shows: without maps of zeros, in whole numbers.
 json PageViews::page_tiles(const fs::path& file, PixelLevel level) {
   const json tiles = parse_json(read_whole_text(file), file.string());
   json out = {
@@ -194,7 +194,8 @@ json PageViews::page_tiles(const fs::path& file, PixelLevel level) {
 PageViews::PixelLevel PageViews::choose_pixels() const {
   constexpr std::size_t kSamples = 4;
   const std::size_t samples = std::min(tiles_.size(), kSamples);
-  std::array<std::uint64_t, 3> bytes{};  // with everything; with drawables; with those of a quarter of the pixels
+  std::array<std::uint64_t, 3>
+      bytes{};  // with everything; with drawables alone; with drawables of a quarter of the pixels
   for (std::size_t k = 0; k < samples; ++k) {
     const fs::path& file = tiles_[k * tiles_.size() / samples];
     const json tiles = parse_json(read_whole_text(file), file.string());

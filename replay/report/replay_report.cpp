@@ -25,7 +25,7 @@ struct ReplayStatistics {
   std::size_t stride = 1;    // frames 0, stride, 2 stride, ... are in `stats`
 };
 
-// A power of two, known when all frames have been seen: what was kept before it grew is thinned out in the end.
+// The stride is a power of two that is known only at the end: frames kept before it grew are thinned out then.
 ReplayStatistics read_statistics(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw InputError(file.string(), "", "cannot be opened");
@@ -74,14 +74,14 @@ json run_of(const fs::path& folder, PageViews& views, std::string& subtitle) {
           {"views", std::move(shown)}};
 }
 
-// Of the frames that the page has.
+// Statistics of the frames that the page has.
 RunStatistics statistics_of(const fs::path& folder, const json& stats) {
   RunStatistics run{folder / "stats.json", stats, {}};
   for (const json& frame : stats.at("frames")) run.frames.push_back(whole_number(frame.at("frame")));
   return run;
 }
 
-// What a page of several runs says of each of them against the first, by run.
+// By run: the explanation of its difference from the first run, for a page of several runs.
 json why_runs(const std::vector<RunStatistics>& runs) {
   json out = json::array({nullptr});
   const Comparison comparison = compare_statistics(runs);

@@ -23,7 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// What the page's plots need of Vega 5, in the order in which they need each other. Distributions and npm ship Vega as these modules.
+// The parts of Vega 5 that the page's plots need, in the order of their dependencies. Distributions and npm ship Vega
+// as these modules.
 constexpr std::array kVegaModules = {
     "vega-util",       "vega-time",       "vega-format",          "vega-loader",     "vega-dataflow",
     "vega-canvas",     "vega-scale",      "vega-scenegraph",      "vega-expression", "vega-selection",
@@ -58,7 +59,7 @@ std::string vega_script() {
   return text + "};\n";
 }
 
-// Fills the template's @NAMES@, each of which is there once; what is filled in is not looked at again.
+// Replaces the template's @NAMES@, each of which occurs once; inserted text is not searched again.
 std::string fill_page(const std::vector<std::pair<std::string_view, std::string_view>>& parts) {
   std::string_view rest = page_files().at("page.html");
   std::size_t bytes = rest.size();

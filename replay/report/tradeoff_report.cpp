@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-// Everything that page/tradeoff.js reads must be there, and of its type: without it the page would stop half way.
+// Checks that every member that page/tradeoff.js reads exists and has its type: otherwise the page would stop half way.
 
 void expect_texts(const JsonValue& object, std::initializer_list<const char*> names) {
   for (const char* name : names) object.member(name).text();
@@ -100,7 +100,7 @@ void check_tradeoff(const JsonValue& root) {
 
 }  // namespace
 
-// tradeoff.json is what the page shows; the page needs nothing else of the folder.
+// The page shows tradeoff.json and needs no other file of the folder.
 json tradeoff_report(const std::filesystem::path& folder, PageViews&, std::string& note) {
   const std::filesystem::path file = folder / "tradeoff.json";
   json tradeoff = parse_json(read_whole_text(file), file.string());

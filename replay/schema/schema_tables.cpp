@@ -20,7 +20,7 @@ namespace {
 
 using nlohmann::json;
 
-// Of members all of which may be left out.
+// Schema of an object whose members are all optional.
 json closed_object(json properties) {
   return {{"type", "object"}, {"properties", std::move(properties)}, {"additionalProperties", false}};
 }
@@ -74,7 +74,7 @@ json baseline_kinds_table() {
   return closed_object(std::move(properties));
 }
 
-// What describe_json() says of a key. In files numbers may also be multiples of what the base has.
+// Schema of a key from its row of describe_json(). In files numbers may also be multiples of the base machine's.
 json key_schema(const json& row, bool in_file) {
   json schema = {{"description", described(row)}};
   const std::string type = row["type"];

@@ -16,7 +16,7 @@ Stage with(Stage stage, const Keys& keys) {
   return stage;
 }
 
-// The scene with other settings has the same bits. The twin has lost the last drawable of its lists.
+// The scene rendered with other settings must have the same bits. The twin lacks the first drawable.
 std::function<double(const Stage&, bool)> same_with(const Keys& keys) {
   return [keys](const Stage& stage, bool twin) {
     Stage other = with(stage, keys);
@@ -165,8 +165,8 @@ std::function<double(const Stage&, bool)> covers_once(float value) {
   };
 }
 
-// A sheet of cells of 2 x 2 pixels whose vertices are in the middle of pixels, as the samples are, over all of the frame.
-// In motion it moves 512 pixels, that is by an odd number of pixels at the time of every sample.
+// A sheet of cells of 2 x 2 pixels over the whole frame, with its vertices in the middle of pixels, as the samples are.
+// A moving sheet travels 512 pixels, that is an odd number of pixels at the time of every sample.
 Stage sheet_of_ties(bool moving) {
   constexpr int kWay = 512;
   Stage stage;

@@ -7,7 +7,7 @@
 namespace tessera::replay::stability {
 namespace {
 
-// What makes a pair of patches hard.
+// The properties that make a pair of patches hard.
 struct HardPair {
   std::function<void(std::vector<Vec3>&)> bend = [](std::vector<Vec3>&) {};  // of the 16 control points
   float scale = 1;  // of all lengths: patch, displacement, motion, camera and lens

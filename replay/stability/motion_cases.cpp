@@ -31,7 +31,7 @@ int spiked(Stage& stage) {
   return material;
 }
 
-// Its motion is what two keys make of it.
+// Reduces the motion to two keys.
 Stage with_two_keys(Stage stage) {
   stage.keys.emplace_back("sampling.motion_segments=1");
   return stage;

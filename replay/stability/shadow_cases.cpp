@@ -69,8 +69,8 @@ Edge square(const DVec2& middle, double half) {
   };
 }
 
-// Pixels that have all light in the shadow, or not all outside of it; but for those near its edge, and where the card is
-// seen.
+// Number of pixels with full light inside the shadow, or without full light outside of it, except near its edge and
+// where the card is visible.
 double wrong_pixels(const Stage& stage, const Edge& shadow, const Edge& card, double margin) {
   Stage bright = stage;
   bright.keys.emplace_back("effects.shadows=off");

@@ -271,7 +271,7 @@ const SettingResult* base_of(const TradeoffResult& tradeoff) {
   return nullptr;
 }
 
-// What was tried: "7 settings of samples" or "23 settings of 3 knobs and 32 combinations".
+// The tried settings: "7 settings of samples" or "23 settings of 3 knobs and 32 combinations".
 std::string tried_text(const TradeoffResult& tradeoff) {
   std::size_t settings = 0, knobs = 0, combinations = 0;
   std::string name;

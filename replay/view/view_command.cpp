@@ -107,7 +107,7 @@ class ViewCommand final : public Command {
   }
 
  private:
-  // A disk that is full ends no view.
+  // A full disk does not end the view.
   void keep(const ViewResult& result) const {
     if (out_.empty()) return;
     try {
