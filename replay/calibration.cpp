@@ -124,21 +124,19 @@ std::string calibration_introduction() {
     in_part += spec && is_own(source) ? 1 : 0;
   }
   constexpr std::string_view kText =
-      "Of the {} numbers of `{}`, {} are published, {} rest on a publication in part, and {} are chosen or measured by "
-      "us. "
-      "They describe a class of\n"
-      "machines, not one part: try a conclusion at both ends of each number that it hangs on (`--sensitivity`).\n\n"
-      "A number without a range is a published or a measured figure. A preset has the value of `mid-mobile` where it "
-      "has "
-      "no row. [spec] marks published\n"
-      "figures, [measured] our own measurements, [assumed] our own choice. A date is the year in which the named part "
-      "or "
-      "publication appeared; {} is the year of\n"
-      "our assumptions and measurements, and the year in which we read drivers, whose code has no date. "
-      "[gpu.md](gpu.md) "
-      "says what each number means,\n"
-      "[deviations.md](deviations.md) where the model differs from real GPUs. The sections behind the table are not "
-      "generated.";
+      "Of the {} numbers of `{}`, {} are published, {} rest on a publication in part, and {} are "
+      "chosen or measured by us. They describe a class of\n"
+      "machines, not one part: test a conclusion at both ends of each number on which it depends "
+      "(`--sensitivity`).\n"
+      "\n"
+      "A number without a range is a published or a measured figure. A preset without a row has "
+      "the value of `mid-mobile`. [spec] marks published\n"
+      "figures, [measured] our own measurements, [assumed] our own choice. A date is the year in "
+      "which the named part or publication appeared; {} is the year of\n"
+      "our assumptions and measurements, and the year in which we read drivers, whose code has no "
+      "date. [gpu.md](gpu.md) explains each number,\n"
+      "[deviations.md](deviations.md) lists the differences between the model and real GPUs. The "
+      "sections behind the table are not generated.";
   return fmt::format(kText, numbers, kDefaultPreset, published, in_part, numbers - published - in_part, kYearRead);
 }
 

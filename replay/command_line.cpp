@@ -55,8 +55,8 @@ std::string count_complaint(const std::string& text) {
 // Removed options, and their replacements.
 constexpr std::pair<std::string_view, const char*> kFormerOptions[] = {
     {"--ktx2",
-     "--ktx2: pack writes no KTX2 images; use --webp, or make them before with an encoder such as basisu or toktx; "
-     "the key texture.format says what blocks cost in the machine's memory"}};
+     "--ktx2: pack writes no KTX2 images; use --webp, or make them first with an encoder such as "
+     "basisu or toktx; the key texture.format puts blocks into the machine's memory"}};
 
 const char* former_option_complaint(const std::vector<std::string>& arguments) {
   for (const std::string& argument : arguments)
@@ -101,7 +101,7 @@ const std::vector<std::pair<int, const char*>>& exit_statuses() {
       {4, "limit exceeded"},
       {5, "compare found more than --threshold allows"},
       {6, "a result could not be written"},
-      {130, "stopped by Ctrl-C or SIGTERM, after whole results of what was done"}};
+      {130, "stopped by Ctrl-C or SIGTERM, with complete results of the finished work"}};
   return kStatuses;
 }
 
@@ -137,7 +137,8 @@ std::uint64_t memory_bytes(double gib) {
 
 void add_strict_flag(CLI::App& app, bool& strict) {
   app.add_flag("--strict", strict,
-               "Refuse what the glTF specification forbids also where its meaning is clear, instead of a note");
+               "Refuse every violation of the glTF specification, even one with a clear meaning, instead of "
+               "noting it");
 }
 
 void add_variant_option(CLI::App& app, std::optional<std::string>& variant) {

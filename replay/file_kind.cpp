@@ -160,7 +160,7 @@ std::string about(FileKind kind, FileKind wanted, const fs::path& file) {
       if (wanted == FileKind::kMachine) return "is a capture: give a preset or a JSON file that describes a machine";
       return fmt::format(
           "is a capture: `tessera replay {}` renders it{}", name,
-          wanted == FileKind::kRecord ? fmt::format(", and with --record FILE writes what this takes") : "");
+          wanted == FileKind::kRecord ? fmt::format(", and with --record FILE writes a record for this command") : "");
     case FileKind::kStudy:
       return fmt::format("is a study: `tessera sweep {} --out DIR` renders it", name);
     case FileKind::kRecord:

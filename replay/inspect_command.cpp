@@ -496,11 +496,10 @@ class InspectCommand final : public Command {
     add_view_options(app, view_, kViewGroup);
     add_shutter_option(app, view_.shutter, kViewGroup);
     app.footer(
-        "Given the folder of a replay, or its stats.json, says the time, the bound, the traffic, the energy and the "
-        "power of "
-        "its frames.\n"
-        "Lists what --scene, --camera and --animation of a replay choose from, each with its number; with those "
-        "options, what is drawn then.");
+        "Given the folder of a replay, or its stats.json, prints time, bound, traffic, energy and "
+        "power of its frames.\n"
+        "Lists the scenes, cameras and animations for --scene, --camera and --animation of a replay, "
+        "each with its number; with these options, describes the drawn part.");
   }
   void run() override {
     if (names_run(capture_)) {

@@ -216,8 +216,7 @@ std::vector<SelfCheck> check_memory_rates() {
   for (const auto& [type, published] :
        {std::pair{"lpddr4x-4266", 34.1}, {"lpddr5-6400", 51.2}, {"lpddr5x-8533", 68.3}}) {
     const double rate = stream_rate(memory::dram_spec(type));
-    checks.push_back({fmt::format("reads one behind the other, {}", type),
-                      "memory.model=banks, four channels of 16 bits",
+    checks.push_back({fmt::format("consecutive reads, {}", type), "memory.model=banks, four channels of 16 bits",
                       fmt::format("{} GB/s, less 10 % at most", published), fmt::format("{:.1f} GB/s", rate),
                       rate >= 0.9 * published && rate <= published * 1.001, "",
                       "the data rate of JEDEC's standard times 64 pins; refresh and rows take some"});

@@ -62,8 +62,8 @@ class SweepCommand final : public Command {
     app.add_option("--shard", shard_, "Render one part of N, counted from 0; `tessera report DIR` joins them")
         ->type_name("I/N");
     app.add_flag("--dry-run", dry_run_,
-                 "Say how many points would be rendered, how many timed from what these leave, and how long it would "
-                 "take, measured on a frame of each capture; write nothing");
+                 "Report how many points would be rendered, how many timed from their records, and how long "
+                 "it would take, measured on a frame of each capture; write nothing");
     add_threads_option(app, threads_);
     app.add_option("--jobs", jobs_, "Most points at once; memory grows with it (default: one per thread)")
         ->type_name("N");
@@ -76,13 +76,16 @@ class SweepCommand final : public Command {
         ->capture_default_str();
     app.add_flag("--quiet", quiet_, "No progress, no summary");
     app.footer(
-        "Writes DIR/sweep.csv, a row per point and frame, and DIR/report.html; with \"split\" in the study also "
-        "DIR/split.csv,\n"
+        "Writes DIR/sweep.csv, a row per point and frame, and DIR/report.html; with \"split\" in the "
+        "study also DIR/split.csv,\n"
         "a row per drawable, material or tile. Results are kept in DIR/points: stopped at any\n"
-        "moment, killed included, the same command goes on where it was. Ctrl-C finishes the points in hand.\n\n"
+        "moment, killed included, the same command goes on where it was. Ctrl-C finishes the current "
+        "points.\n"
+        "\n"
         "Examples:\n"
         "  tessera sweep captures/studies/binning.json --out out/binning\n"
-        "  tessera sweep study.json --out out/study --shard 0/4     one of four machines; see docs/cluster.md\n"
+        "  tessera sweep study.json --out out/study --shard 0/4     one of four machines; see "
+        "docs/cluster.md\n"
         "  tessera sweep model.glb --fps 60 --watts 1 --out out/machines     which preset holds it?");
   }
 

@@ -27,7 +27,7 @@ scene::Capture read_capture(const std::filesystem::path& file, const scene::Capt
                             const ViewChoices& view, std::optional<ImageSize> size = std::nullopt,
                             scene::SceneList* scenes = nullptr);
 
-inline constexpr const char* kViewGroup = "What is looked at";
+inline constexpr const char* kViewGroup = "View";
 // Add --scene, --camera, --animation, --orbit and --lens; the second function adds --shutter. `group`: heading in the
 // help.
 void add_view_options(CLI::App& app, ViewChoices& view, const char* group);

@@ -149,7 +149,7 @@ void PageViews::pack_images(json& data, std::string& scripts) {
   if (rung.as_it_is) return;
   data["lossy"] = true;
   data["image_note"] =
-      fmt::format("Images here are WebP of quality {}{}, to keep this file small; those of the folder are exact.",
+      fmt::format("Images here are WebP of quality {}{}, to keep this file small; the folder has exact images.",
                   rung.quality, rung.half ? " and half the size" : "");
 }
 
@@ -206,7 +206,8 @@ PageViews::PixelLevel PageViews::choose_pixels() const {
       for (const std::size_t step : {1, 2})
         bytes[step] += gzip_base64(pack_documents({drawable_runs(pixels, step)})).size();
     } catch (const json::exception& error) {
-      throw InputError(file.string(), "/pixels", fmt::format("is not what a replay writes: {}", error.what()));
+      throw InputError(file.string(), "/pixels",
+                       fmt::format("does not match the output of a replay: {}", error.what()));
     }
   }
   constexpr std::array kLevels = {PixelLevel::kAll, PixelLevel::kDrawables, PixelLevel::kQuarter};
@@ -226,7 +227,8 @@ void PageViews::finish(json& data, std::string& scripts) {
       try {
         group.push_back(page_tiles(tiles_[k], level));
       } catch (const json::exception& error) {
-        throw InputError(tiles_[k].string(), "", fmt::format("is not what a replay writes: {}", error.what()));
+        throw InputError(tiles_[k].string(), "",
+                         fmt::format("does not match the output of a replay: {}", error.what()));
       }
     }
     append_script(fmt::format("tiles-{}", first / kGroup), gzip_base64(pack_documents(group)), scripts);

@@ -46,7 +46,8 @@ ReplayStatistics read_statistics(const fs::path& file) {
     throw InputError(file.string(), "/schema", "is not tessera.stats/1");
   json& frames = out.stats.at("frames");
   if (!frames.is_array() || frames.empty()) throw InputError(file.string(), "/frames", "holds no frame");
-  if (!sound || frames.size() != kept.size()) throw InputError(file.string(), "/frames", "holds what is no frame");
+  if (!sound || frames.size() != kept.size())
+    throw InputError(file.string(), "/frames", "holds an element that is no frame");
   json thinned = json::array();
   for (std::size_t k = 0; k < kept.size(); ++k)
     if (kept[k] % out.stride == 0) thinned.push_back(std::move(frames.at(k)));
@@ -122,7 +123,7 @@ json replay_report(const std::vector<fs::path>& folders, PageViews& views, std::
       if (title.find(capture) == std::string::npos) title += (title.empty() ? "" : ", ") + capture;
     } catch (const json::exception& error) {
       throw InputError((folder / "stats.json").string(), "",
-                       fmt::format("is not what a replay writes: {}", error.what()));
+                       fmt::format("does not match the output of a replay: {}", error.what()));
     }
     json& label = runs.back()["label"];
     if (label == "") label = folder.string();

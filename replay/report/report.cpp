@@ -146,7 +146,7 @@ std::string write_report(const fs::path& folder) {
       write_page(folder / "report.html", kind.kind, kind.make(folder, views, note), views);
     } catch (const json::exception& error) {
       throw InputError((folder / kind.file).string(), "",
-                       fmt::format("is not what a {} writes: {}", kind.kind, error.what()));
+                       fmt::format("does not match the output of a {}: {}", kind.kind, error.what()));
     }
     return note;
   }
@@ -168,7 +168,8 @@ std::string write_joint_report(const std::vector<fs::path>& folders, const fs::p
   try {
     write_page(file, "replay", replay_report(folders, views, note), views);
   } catch (const json::exception& error) {
-    throw InputError(folders.front().string(), "", fmt::format("is not what a replay writes: {}", error.what()));
+    throw InputError(folders.front().string(), "",
+                     fmt::format("does not match the output of a replay: {}", error.what()));
   }
   return note;
 }

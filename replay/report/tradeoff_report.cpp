@@ -110,8 +110,8 @@ json tradeoff_report(const std::filesystem::path& folder, PageViews&, std::strin
   const std::vector<JsonValue> size = root.member("size").elements();
   if (size.size() != 2) root.member("size").refuse("is not a width and a height");
   const auto effects = tradeoff.find("effects");
-  const std::string title = fmt::format("What {}: {}", effects != tradeoff.end() ? "effects cost" : "accuracy costs",
-                                        root.member("capture").text());
+  const std::string title =
+      fmt::format("Cost of {}: {}", effects != tradeoff.end() ? "effects" : "accuracy", root.member("capture").text());
   const std::string subtitle =
       fmt::format("Frame {}, {}x{}, {}", root.member("frame").whole(), size[0].whole(), size[1].whole(),
                   effects != tradeoff.end() ? fmt::format("{} effects", effects->size())

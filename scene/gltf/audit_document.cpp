@@ -379,7 +379,7 @@ void audit_tangent_spaces(const json& d, const Place& root, Notes& notes) {
         continue;
       if (!primitive["attributes"].contains("TANGENT"))
         forbid(notes, root.at("meshes").at(m).at("primitives").at(p).at("material"), "MESH_PRIMITIVE_NO_TANGENT_SPACE",
-               "is anisotropic, and nothing says along what");
+               "is anisotropic, and nothing gives the direction");
     }
 }
 

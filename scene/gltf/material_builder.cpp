@@ -98,7 +98,7 @@ class TextureLibrary {
     const bool basis = ktx2::is_ktx2(bytes);
     if (basis == from.basis || (from.basis && image_format(bytes) == ImageFormat::kUnknown)) return from.basis;
     if (noted_.insert(from.image).second)
-      document_.notes.violation(place(from.image), "images are read as what they are", "{}",
+      document_.notes.violation(place(from.image), "images are read by their own format", "{}",
                                 basis ? "is KTX2, which only KHR_texture_basisu may name"
                                       : "is no KTX2 image, which KHR_texture_basisu names");
     return basis;

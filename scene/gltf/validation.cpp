@@ -67,7 +67,8 @@ void check_required_extensions(const json& d, const Place& root) {
       missing.push_back(escape_control(text, 60));
   }
   if (!missing.empty())
-    root.at("extensionsRequired").refuse("needs what Tessera does not support: {}", fmt::join(missing, ", "));
+    root.at("extensionsRequired")
+        .refuse("requires extensions that Tessera does not support: {}", fmt::join(missing, ", "));
 }
 
 // ---- Views and accessors ----------------------------------------------------------------------------------------
