@@ -45,7 +45,7 @@ std::string json_text(const nlohmann::json& value, int indent) {
 
 namespace {
 
-// Recognizes the commonest mistake in hand-written JSON, a trailing comma before the place where parsing stopped.
+// Recognizes the commonest mistake in manually written JSON, a trailing comma before the place where parsing stopped.
 std::string hint(std::string_view text, std::size_t byte) {
   const std::size_t at = std::min(byte > 0 ? byte - 1 : 0, text.size());
   if (at >= text.size() || (text[at] != '}' && text[at] != ']')) return "";

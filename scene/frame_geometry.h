@@ -197,7 +197,7 @@ std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const Camera
 // that does not move keeps its patches' patterns.
 //
 // Invariant (cited by the tests):
-//   FG1  Whatever frame came before, the result equals that of pose_frame() without it, except for times and identity.
+//   FG1  Whatever frame came before, the result equals the result of pose_frame() without it, except for times and identity.
 std::shared_ptr<const FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera,
                                                 const FrameRequest& request,
                                                 std::shared_ptr<const FrameGeometry> before);

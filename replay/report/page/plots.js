@@ -41,7 +41,7 @@ const kManyMarks = 1000;
 const drawn = [];
 
 // Draws `spec()` into `holder` over its whole width; again when that changes, and when the page changes between dark and light. `says` is
-// what a reader who cannot see it gets; `press(datum)` is called for a press on a mark.
+// the text for readers who cannot see the plot; `press(datum)` is called for a press on a mark.
 function plot(holder, says, spec, press) {
   const place = make('div', { class: 'plot', role: 'img', 'aria-label': says, tabindex: 0 });
   holder.append(place);
@@ -59,7 +59,7 @@ function plot(holder, says, spec, press) {
     const { View, parse } = vega();
     view = new View(parse({ $schema: 'https://vega.github.io/schema/vega/v5.json', padding: 5, autosize: { type: 'fit', contains: 'padding' }, ...made, most: undefined, many: undefined, height: made.height * textSize() / 12, width }, plotTheme()), { renderer: made.many ? 'canvas' : 'svg', container: place, hover: true });
     if (press) view.addEventListener('click', (event, item) => { if (item && item.datum) press(item.datum); });
-    // Vega gives the place a role and a name of its own, and none to what it draws.
+    // Vega gives the place a role and a name of its own, and none to its drawing.
     place.setAttribute('role', 'img');
     place.setAttribute('aria-label', says);
     return view.runAsync().then(() => place.querySelectorAll('svg, canvas').forEach((drawing) => drawing.setAttribute('aria-hidden', 'true')));
@@ -74,8 +74,8 @@ function plot(holder, says, spec, press) {
 }
 darkness.addEventListener('change', () => drawn.forEach((entry) => entry.draw()));
 
-// The legend of series and the height that a plot needs for it: beside the plot on a wide screen, below it on a narrow one. More series
-// than it could tell apart have none: points say what they are.
+// The legend of series and the height that a plot needs for it: beside the plot on a wide screen, below it on a narrow one. With more
+// series than it could distinguish there is no legend: tooltips name the points.
 const kMaxSeries = 24;
 function legendOf(names, channel, title, height, more = {}) {
   if (!title || names.length > kMaxSeries) return { legends: [], height };
@@ -86,7 +86,7 @@ function legendOf(names, channel, title, height, more = {}) {
 const namesOfSeries = (rows, titles) => titles.order || [...new Set(rows.map((row) => row.series))];
 
 const tickLabels = { labels: { update: { text: { signal: 'tick(datum.value)' } } } };
-// Rows with `field` in the step of the largest, and the axis's title.
+// Rows with `field` in the unit step of the largest value, and the axis's title.
 function scaledRows(rows, field, title, unit) {
   const [step, name] = axisScale(Math.max(0, ...rows.map((row) => Math.abs(row[field]))), unit);
   return { rows: rows.map((row) => ({ ...row, [`raw_${field}`]: row[field], [field]: row[field] / step })), title: title === unit ? name : name ? `${title}, ${name}` : title, step };
@@ -126,7 +126,8 @@ function stackedBars(rows, titles) {
   };
 }
 
-// Lines with marks: rows {x, y, series, says}. Places along x are those that occur, evenly spaced, when they are not numbers or `even`.
+// Lines with marks: rows {x, y, series, says}. Places along x are evenly spaced, one for each value that occurs, when they are no numbers
+// or `even`.
 function lines(rows, titles) {
   if (rows.length === 0) return null;
   const even = titles.even || rows.some((row) => typeof row.x !== 'number');
@@ -146,7 +147,7 @@ function lines(rows, titles) {
   };
 }
 
-// Points with the front of those that no other beats in both directions (less is better): rows {x, y, series, says, front}.
+// Points with the front, which no other point beats in both directions (less is better): rows {x, y, series, says, front}.
 function scatter(rows, titles) {
   if (rows.length === 0) return null;
   const across = scaledRows(rows, 'x', titles.x, unitOfColumn(titles.x)), up = scaledRows(across.rows, 'y', titles.y, unitOfColumn(titles.y));
