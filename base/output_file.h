@@ -29,8 +29,8 @@ namespace tessera {
 //   O3  Without commit() a regular file keeps its contents.
 class OutputFile {
  public:
-  // Throws what check_output_file() throws, WriteError when the stream cannot be opened. A FIFO blocks until somebody
-  // reads it.
+  // Throws the errors of check_output_file(), and WriteError when the stream cannot be opened. A FIFO blocks until a
+  // reader opens it.
   explicit OutputFile(const std::filesystem::path& target);
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;

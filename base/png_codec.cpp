@@ -148,8 +148,8 @@ class PngReader {
   std::array<char, 200> message_{};
 };
 
-// Inflates without keeping anything, to see whether the data are whole and no more than the rows. Sloppy encoders leave
-// some bytes after the last row; kSlack of them are let through.
+// Inflates without keeping the result, to check that the data is complete and has no more than the rows. Sloppy
+// encoders leave some bytes after the last row; up to kSlack of them are accepted.
 bool check_png_data(const std::vector<Bytes>& chunks, std::uint64_t raw_bytes, std::string& fault) {
   constexpr std::uint64_t kSlack = 65536;
   z_stream stream{};

@@ -36,7 +36,7 @@ int finish_output() {
   return fail(ExitStatus::kCannotWrite, (std::string("cannot write the output: ") + std::strerror(errno)).c_str());
 }
 
-// "Could not convert: --threads = many" as a sentence of ours.
+// Turns "Could not convert: --threads = many" into one of our sentences.
 std::string conversion_complaint(const std::string& text) {
   const std::size_t colon = text.find(": "), equals = text.find(" = ");
   if (colon == std::string::npos || equals == std::string::npos || equals < colon) return text;
@@ -152,7 +152,7 @@ std::string variant_argument(const std::optional<std::string>& variant) {
 }
 
 int run_command_line(int argc, char** argv, std::span<const CommandEntry> entries) {
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is a write that fails, whoever writes it
+  std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the file-size limit fails instead of ending the program
   CLI::App app("Tessera: emulates a tile-based deferred GPU that bins patches before tessellation.", "tessera");
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string("tessera ") + TESSERA_VERSION, "Print the version");

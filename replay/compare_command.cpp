@@ -98,7 +98,7 @@ class CompareCommand final : public Command {
   }
 
  private:
-  // One replay with several frames stands for each of them, one frame for all replays.
+  // A single replay is repeated for each of several frames; a single frame applies to all replays.
   void spread_frames() {
     if (files_.size() == 1 && frame_numbers_.size() < 2)
       throw UsageError("compare: give two or more replays or images, or one replay and --frame twice");

@@ -12,7 +12,7 @@ namespace tessera::scene {
 namespace {
 
 constexpr double kFloatMax = static_cast<double>(std::numeric_limits<float>::max());
-constexpr double kLeast = 1e-6;  // of what must be above zero
+constexpr double kLeast = 1e-6;  // least value of a property that must be above zero
 
 bool is_of_material(AnimatedPath path) {
   return path >= AnimatedPath::kMaterialNumber && path <= AnimatedPath::kTextureScale;

@@ -15,9 +15,10 @@ namespace {
 
 constexpr double kLongest = 32767;     // largest number that 16 bits hold
 constexpr std::size_t kLongEdges = 4;  // number of edges along which frames are tried
-// A turned box costs nothing to keep; one that is hardly smaller is left aligned, whose faces are exact.
+// A turned box costs nothing to store; a box that turning hardly shrinks stays aligned, because its faces are then
+// exact.
 constexpr double kWorthTurning = 0.95;
-// A cone that is wider proves nothing of a box that is seen under any angle.
+// A wider cone cannot cull a box seen under any angle.
 constexpr double kLeastCosine = 0x1p-6;
 
 // Rounded to a float that is no larger, no smaller.
@@ -103,7 +104,7 @@ void set_box(std::span<const DVec3> points, ClusterBound& bound) {
       zero += s * 0;  // NaN where a coordinate is not finite: such a box is unusable rather than too small
     }
     low += zero, high += zero;
-    // Along the object's axes nothing is rounded; along others sums of three products are.
+    // Extents along the object's axes are exact; along other axes they are sums of three rounded products.
     bound.low[a] = rounded_down(low), bound.high[a] = rounded_up(high);
   }
 }

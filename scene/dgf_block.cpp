@@ -232,7 +232,7 @@ class IndexReader {
   std::uint32_t width_;
 };
 
-// The two corners of the next triangle that its control says; nothing where it may not stand there.
+// The two corners that the next triangle's control selects; nothing where the control is not allowed there.
 std::optional<std::array<std::uint8_t, 2>> shared_corners(DgfControl control, const std::vector<DgfControl>& before,
                                                           const std::vector<LocalTriangle>& triangles) {
   const LocalTriangle& last = triangles.back();

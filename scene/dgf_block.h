@@ -28,9 +28,9 @@ namespace tessera::scene {
 //
 // The specification ends at an exponent of 232; grids of meshes larger than 2^121 have more.
 //
-// Triangles are a strip: RESTART (0) states three indices; EDGE1 (1) and EDGE2 (2) go on at the second and third edge of the
-// triangle before, BACKTRACK (3), after one of those, at the edge that it left out of the triangle before that one; these
-// three state one index. A first use is the next vertex.
+// Triangles form a strip. RESTART (0) states three indices; the other three controls state one. EDGE1 (1) and EDGE2 (2)
+// continue at the second and third edge of the previous triangle. BACKTRACK (3), after one of those two, continues at
+// the edge of the triangle before the previous one that was not taken. A first use is the next vertex.
 inline constexpr std::size_t kDgfBlockBytes = 128, kDgfMaxVertices = 64;
 
 // The size of a block, counted by its parts.

@@ -55,7 +55,7 @@ class Extent {
   CameraChoice camera() const {
     const double z_for_x = (right_side_ + left_side_) / (2 * tan_x_),
                  z_for_y = (top_side_ + bottom_side_) / (2 * tan_y_);
-    // A point or nothing else has no size; in front of all points in any case.
+    // A single point, or an empty scene, has no size; the camera stands in front of all points in any case.
     const double depth = nearest_ - farthest_, size = std::max({depth, std::abs(nearest_) * 1e-6, 1e-9});
     const double cx = (right_side_ - left_side_) / 2, cy = (top_side_ - bottom_side_) / 2,
                  cz = std::max({z_for_x, z_for_y, nearest_ + 0.01 * size});
@@ -119,10 +119,9 @@ bool on_one_line(std::span<const Vec3, 16> points, double share) {
   return !(across > share * glm::dot(along, along));
 }
 
-// The posed vertices that something is drawn with: a triangle without an area does not count, nor does a vertex that
-// belongs to no triangle.
+// The posed vertices of visible geometry: triangles without an area and vertices without a triangle do not count.
 std::vector<Vec3> drawn_points(const Primitive& primitive, const std::vector<Vec3>& positions) {
-  constexpr double kSliver = 1e-7;  // height over longest edge: what rounding leaves of a triangle without an area
+  constexpr double kSliver = 1e-7;  // height over longest edge of a triangle whose area is only rounding
   std::vector<bool> drawn(positions.size(), false);
   if (primitive.kind == Primitive::Kind::kBezierPatches)
     for (std::size_t first = 0; first + 16 <= positions.size(); first += 16)
@@ -152,7 +151,7 @@ std::vector<Vec3> box_corners(const std::vector<Vec3>& positions) {
   return corners;
 }
 
-// The points as one instance has them. A box that lies inside already adds nothing: of many instances few are looked at
+// Adds the points of one instance. A box inside the present extent adds nothing, so few of many instances are visited
 // point by point.
 void add_points(const std::vector<Vec3>& points, const std::vector<Vec3>& corners, const DMat4& to_world,
                 Extent& extent) {

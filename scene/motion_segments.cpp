@@ -141,7 +141,7 @@ double least_limit(const ChordError& error, const std::vector<double>& given, do
   return high;
 }
 
-// Moves ends that were not given, each by another share of the shorter piece beside it.
+// Moves all ends but the given ones, each by a different share of the shorter adjacent piece.
 void make_uneven(const std::vector<double>& given, std::vector<double>& ends) {
   const std::vector<double> even = ends;
   for (std::size_t k = 1; k + 1 < ends.size(); ++k) {

@@ -61,9 +61,9 @@ std::vector<std::string> all_writes(const PassGraph& graph, const Pass& pass) {
   return names;
 }
 
-// Who writes and who samples an attachment, as indices of passes in the order of the list.
-//   writer_of()  The pass whose contents a sampling pass finds: the last writer before it, else the first one behind it;
-//                -1 for the contents of the frame before, and where nothing writes the attachment.
+// Writers and samplers of an attachment, as indices of passes in the order of the list.
+//   writer_of()  The pass whose contents a sampling pass finds: the last writer before it, else the first one after it;
+//                -1 for the contents of the previous frame, and where no pass writes the attachment.
 class Uses {
  public:
   explicit Uses(const PassGraph& graph) : graph_(graph) {

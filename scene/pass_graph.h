@@ -128,15 +128,15 @@ struct GraphFault {
 //        sample; one sample of `taa` is persistent. A pass of the right eye draws.
 std::optional<GraphFault> find_fault(const PassGraph& graph);
 
-// Passes in the order in which they run, as indices. A pass that samples an attachment runs after the last pass listed
-// before it that writes the attachment, and before the next one; without one before it, it runs after the first one listed
-// behind it. (It does not wait for the latter where the attachment is persistent.) Passes that write one attachment run in
-// the order of the list, and so do all passes between which nothing decides. Empty where passes wait for each other.
+// Passes in the order in which they run, as indices. A pass that samples an attachment runs after the last writer of
+// the attachment that is listed before it, and before the next writer. Without a writer before it, it runs after the
+// first writer listed after it, unless the attachment is persistent. Passes that write one attachment run in the order
+// of the list, and so do passes without a dependency between them. Empty where the dependencies form a cycle.
 std::vector<int> pass_order(const PassGraph& graph);
 
-// Bytes of tile memory that a sample of a pass needs: 4 of depth and, where it writes colours, as many as these have, at
-// least the 16 of the visibility record in whose place they lie; a pass that draws nothing has its colours alone.
-// `frame_bits`: of a sample of `frame`. The graph has passed find_fault().
+// Bytes of tile memory per sample of a pass: 4 for depth plus the bytes of its colours. Colours take at least 16 bytes,
+// because they share their place with the visibility record. A pass that draws nothing has its colours alone.
+// `frame_bits`: bits of a sample of `frame`. The graph has passed find_fault().
 int tile_bytes_per_sample(const PassGraph& graph, const Pass& pass, int frame_bits = 32);
 
 }  // namespace tessera::scene

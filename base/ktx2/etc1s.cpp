@@ -159,7 +159,7 @@ class SliceReader {
   }
 
   bool next_endpoint(unsigned prediction, std::uint32_t x, std::uint32_t y) {
-    // above_ has this row up to x - 1 and the row above from x on; above_left_ is what x - 1 replaced.
+    // above_ holds this row up to x - 1 and the row above from x on; above_left_ is the value that x - 1 replaced.
     const std::uint16_t above = above_[x];
     if (prediction == kLeft) {
       if (x == 0) return false;

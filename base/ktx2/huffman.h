@@ -30,7 +30,7 @@ class BitReader {
     return value;
   }
 
-  // More bits were asked for than there are.
+  // Whether more bits were read than the string has.
   bool overrun() const { return overrun_; }
 
  private:

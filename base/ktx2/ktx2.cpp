@@ -31,7 +31,7 @@ std::uint64_t unpacking_bytes(const Container& container, BasisTarget target) {
     case Supercompression::kBasisLz:
       break;
   }
-  // A row of blocks is remembered besides.
+  // Plus one row of blocks that the decoder remembers.
   return sum + blocks * sizeof(Etc1sBlock) * (alpha ? 2 : 1) + etc1s_working_bytes(target, alpha, blocks) +
          std::uint64_t{4} * container.levels.front().columns() + kBasisLzBytes;
 }

@@ -95,7 +95,7 @@ std::size_t move_images(gltf::Document& document, json& d, BinaryChunk& chunk, c
       if (std::string(mime_type_of(bytes)).empty())
         document.root.at("images").at(i).refuse("is no image that is known");
     } catch (const InputError& error) {
-      // The asset has been read: nothing samples it.
+      // The reader has accepted the asset, so no texture samples this image.
       notices.push_back(
           fmt::format("{}: {}; nothing samples it, a white pixel stands for it", error.place(), error.fault()));
       image["mimeType"] = "image/png";

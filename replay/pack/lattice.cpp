@@ -209,7 +209,7 @@ void Lattices::join_touching(gltf::Document& document, const scene::Capture& cap
     all.mantissa = std::max(all.mantissa, extent.mantissa);
   }
   for (const auto& [key, extent] : of_groups) {
-    // One mesh far from its origin has the bits that floats have there; a small one beside a large one keeps its own.
+    // A single mesh far from its origin has the precision of floats there; a small mesh beside a large one stays exact.
     const bool fits = members[key.first] == 1 || extent.mantissa <= extent.step;
     grids_[key] = fits ? std::optional(std::max(extent.step == 127 ? extent.mantissa : extent.step, extent.mantissa))
                        : std::nullopt;

@@ -185,7 +185,7 @@ MeshoptStream encode_indices(std::span<const std::uint32_t> indices, std::size_t
 
 int grid_exponent(float low, float high, int bits) {
   const double step = (static_cast<double>(high) - static_cast<double>(low)) / (std::exp2(bits) - 1);
-  // Below the range of the filter's exponent there is nothing to be seen.
+  // Values without an extent get the least exponent of the filter.
   const int by_extent = step > 0 ? static_cast<int>(std::floor(std::log2(step))) : -100;
   const double farthest = std::max(std::abs(static_cast<double>(low)), std::abs(static_cast<double>(high)));
   const int by_mantissa =

@@ -298,7 +298,7 @@ Image render(const Stage& stage) {
   for (const std::string& key : stage.keys) gpu::apply_setting(key, settings, gpu);
   gpu::Device device(stage.capture, gpu, settings, {stage.width, stage.height, {0, 0, stage.width, stage.height}});
   Image color;
-  // Frames before the one that is asked for leave it their history.
+  // The frames before the last one make its history.
   for (int frame = 0; frame <= stage.frame; ++frame) color = device.render(frame).targets.color;
   return color;
 }

@@ -132,7 +132,7 @@ std::optional<CheapestSetting> first_by(const std::vector<KnobResult>& knobs, Co
   std::optional<CheapestSetting> best;
   std::optional<std::pair<double, double>> least;
   for (const KnobResult& knob : knobs) {
-    if (knob.timed) continue;  // one machine, whoever times it
+    if (knob.timed) continue;  // all its settings time one machine
     for (const SettingResult& setting : knob.settings) {
       const auto of = cost_of(setting.measured, cost);
       if (!of || setting.in_double) continue;

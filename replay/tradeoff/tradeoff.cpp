@@ -154,7 +154,7 @@ class Tradeoff {
       return {steps.titles[step], work > 0 ? std::min(1.0, (done - before) / work) : 0,
               clock_.seconds_left(options_.search ? steps.works.back() : 0)};
     if (work <= 0) return {steps.titles[step]};
-    // A search ends soon after the first that is good enough, or goes on to its last.
+    // A search ends soon after the first good-enough combination, or runs to its last one.
     const double left = good_enough_ ? work / 4 : (before + kSearchedWork / kExpectedSearch * work - done) / 2;
     const double share = (done / (done + std::max(left, 0.0)) * (before + work) - before) / work;
     return {steps.titles[step], std::clamp(share, 0.0, 1.0), clock_.seconds_left(std::max(left, 0.0))};
@@ -305,7 +305,7 @@ class Tradeoff {
     return row;
   }
 
-  // A knob as it is turned here: without settings that go on from frames that there are none of.
+  // A knob as measured here: without settings that continue from previous frames if there are none.
   Knob turned(const std::string& name) const {
     Knob knob = knob_named(name);
     if (place_.first_frame < place_.frame) return knob;
@@ -403,8 +403,8 @@ class Tradeoff {
   // A knob of a joint search.
   struct JointAxis {
     std::string title;
-    std::vector<KnobSetting> settings;  // those on its own front of error against time, and the one asked for
-    std::optional<std::size_t> base;    // of `settings`, the one asked for
+    std::vector<KnobSetting> settings;  // the ones on its own front of error against time, and the requested one
+    std::optional<std::size_t> base;    // index into `settings`: the requested one
     bool later = false;                 // turned where the others are at their best: see add_joint()
   };
 
@@ -451,7 +451,7 @@ class Tradeoff {
     return true;
   }
 
-  // The axes of the knobs that were asked for, the later ones last. A knob that does nothing here has none.
+  // The axes of the requested knobs, the later ones last. A knob without effect here has no axis.
   std::vector<JointAxis> joint_axes(const std::vector<KnobResult>& results) const {
     std::vector<JointAxis> axes;
     std::set<std::string> keys;

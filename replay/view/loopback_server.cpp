@@ -130,7 +130,7 @@ struct LoopbackServer::Exchange {
   bool events = false;
 };
 
-// A response of events that goes on: the text on its way, and how far. With the server's mutex held.
+// A running response of events: the text being sent, and the bytes sent so far. Call with the server's mutex held.
 struct LoopbackServer::Stream {
   LoopbackServer& server;
   MHD_Connection* connection;

@@ -29,7 +29,7 @@ class TextureLibrary {
   TextureLibrary(Document& document, std::vector<BasisImage>& basis_images)
       : document_(document), basis_images_(basis_images) {}
 
-  // `sampled`: whether anything reads the texture; one that nothing reads may be missing or broken.
+  // `sampled`: whether some material reads the texture; an unread texture may be missing or broken.
   ColorImage color(std::size_t texture, shaders::ColorSpace space, bool sampled) {
     return of_first_readable(texture, sampled, [&](const TextureImage& from) {
       const Bytes bytes = document_.resources.image(from.image);
@@ -254,7 +254,7 @@ struct DrawnCoordinates {
   }
 };
 
-// Which nodes are hidden for good: by KHR_node_visibility of their own or of one above them, which nothing animates.
+// Nodes that stay hidden: KHR_node_visibility of the node or of an ancestor hides them, and no animation changes it.
 std::vector<bool> hidden_nodes(const json& document) {
   const json& nodes = list_of(document, "nodes");
   std::set<std::string> animated;  // pointers

@@ -374,7 +374,7 @@ Rule animation_rule(const json& d) {
       {"interpolation", choice({"LINEAR", "STEP", "CUBICSPLINE"})},
       {"output", index_of(d, "accessors"), kRequired},
   });
-  // An animation that moves nothing is refused: what its writer meant to move is lost.
+  // An animation without channels is refused: its writer's channels are lost.
   const Rule channels = [channel = list(object({{"sampler", integer(), kRequired}, {"target", target, kRequired}}))](
                             json& value, const Place& place, Notes& notes) {
     channel(value, place, notes);
