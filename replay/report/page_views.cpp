@@ -149,7 +149,7 @@ void PageViews::pack_images(json& data, std::string& scripts) {
   if (rung.as_it_is) return;
   data["lossy"] = true;
   data["image_note"] =
-      fmt::format("Images here are WebP of quality {}{}, to keep this file small; those of the folder are exact.",
+      fmt::format("Images here are WebP of quality {}{}, to keep this file small; the folder has exact images.",
                   rung.quality, rung.half ? " and half the size" : "");
 }
 
@@ -162,7 +162,7 @@ void PageViews::note(const std::string& map, const json& values) {
   }
 }
 
-// What the page shows of tiles_NNNN.json: without maps of zeros, in whole numbers.
+// The part of tiles_NNNN.json that the page shows: without maps of zeros, in whole numbers.
 json PageViews::page_tiles(const fs::path& file, PixelLevel level) {
   const json tiles = parse_json(read_whole_text(file), file.string());
   json out = {
@@ -194,7 +194,8 @@ json PageViews::page_tiles(const fs::path& file, PixelLevel level) {
 PageViews::PixelLevel PageViews::choose_pixels() const {
   constexpr std::size_t kSamples = 4;
   const std::size_t samples = std::min(tiles_.size(), kSamples);
-  std::array<std::uint64_t, 3> bytes{};  // with everything; with drawables; with those of a quarter of the pixels
+  std::array<std::uint64_t, 3>
+      bytes{};  // with everything; with drawables alone; with drawables of a quarter of the pixels
   for (std::size_t k = 0; k < samples; ++k) {
     const fs::path& file = tiles_[k * tiles_.size() / samples];
     const json tiles = parse_json(read_whole_text(file), file.string());
@@ -205,7 +206,8 @@ PageViews::PixelLevel PageViews::choose_pixels() const {
       for (const std::size_t step : {1, 2})
         bytes[step] += gzip_base64(pack_documents({drawable_runs(pixels, step)})).size();
     } catch (const json::exception& error) {
-      throw InputError(file.string(), "/pixels", fmt::format("is not what a replay writes: {}", error.what()));
+      throw InputError(file.string(), "/pixels",
+                       fmt::format("does not match the output of a replay: {}", error.what()));
     }
   }
   constexpr std::array kLevels = {PixelLevel::kAll, PixelLevel::kDrawables, PixelLevel::kQuarter};
@@ -225,7 +227,8 @@ void PageViews::finish(json& data, std::string& scripts) {
       try {
         group.push_back(page_tiles(tiles_[k], level));
       } catch (const json::exception& error) {
-        throw InputError(tiles_[k].string(), "", fmt::format("is not what a replay writes: {}", error.what()));
+        throw InputError(tiles_[k].string(), "",
+                         fmt::format("does not match the output of a replay: {}", error.what()));
       }
     }
     append_script(fmt::format("tiles-{}", first / kGroup), gzip_base64(pack_documents(group)), scripts);

@@ -23,7 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// What the page's plots need of Vega 5, in the order in which they need each other. Distributions and npm ship Vega as these modules.
+// The parts of Vega 5 that the page's plots need, in the order of their dependencies. Distributions and npm ship Vega
+// as these modules.
 constexpr std::array kVegaModules = {
     "vega-util",       "vega-time",       "vega-format",          "vega-loader",     "vega-dataflow",
     "vega-canvas",     "vega-scale",      "vega-scenegraph",      "vega-expression", "vega-selection",
@@ -58,7 +59,7 @@ std::string vega_script() {
   return text + "};\n";
 }
 
-// Fills the template's @NAMES@, each of which is there once; what is filled in is not looked at again.
+// Replaces the template's @NAMES@, each of which occurs once; inserted text is not searched again.
 std::string fill_page(const std::vector<std::pair<std::string_view, std::string_view>>& parts) {
   std::string_view rest = page_files().at("page.html");
   std::size_t bytes = rest.size();
@@ -145,7 +146,7 @@ std::string write_report(const fs::path& folder) {
       write_page(folder / "report.html", kind.kind, kind.make(folder, views, note), views);
     } catch (const json::exception& error) {
       throw InputError((folder / kind.file).string(), "",
-                       fmt::format("is not what a {} writes: {}", kind.kind, error.what()));
+                       fmt::format("does not match the output of a {}: {}", kind.kind, error.what()));
     }
     return note;
   }
@@ -167,7 +168,8 @@ std::string write_joint_report(const std::vector<fs::path>& folders, const fs::p
   try {
     write_page(file, "replay", replay_report(folders, views, note), views);
   } catch (const json::exception& error) {
-    throw InputError(folders.front().string(), "", fmt::format("is not what a replay writes: {}", error.what()));
+    throw InputError(folders.front().string(), "",
+                     fmt::format("does not match the output of a replay: {}", error.what()));
   }
   return note;
 }

@@ -31,7 +31,7 @@ int spiked(Stage& stage) {
   return material;
 }
 
-// Its motion is what two keys make of it.
+// Reduces the motion to two keys.
 Stage with_two_keys(Stage stage) {
   stage.keys.emplace_back("sampling.motion_segments=1");
   return stage;
@@ -128,7 +128,8 @@ std::vector<MotionRow> deforming_curves() {
          return stage;
        }},
       {"displaced spikes on a joint", "DisplacedSpikesOfASkin", "A joint turns, and the tips with it.",
-       "The motion of each joint is measured on a box of what it carries, grown by the greatest offset.",
+       "The motion of each joint is measured on a box of the vertices that it carries, grown by the "
+       "greatest offset.",
        "SkinnedPatches.AreLitAsRigidOnes", kCurve,
        [] {
          Stage stage;
@@ -237,7 +238,8 @@ std::vector<StabilityCase> motion_cases() {
                        row.scene, off_the_curve});
   cases.push_back(
       {kMotion, "scale that changes its sign", "ScaleChangesItsSign",
-       "Halfway the body is flat; then what was a front is a back, and it is culled or shows its inside.",
+       "Halfway the body is flat; then its fronts become backs, and it is culled or shows its "
+       "inside.",
        "The shutter is cut where the determinant changes its sign, found by halving, and winding follows the sample's "
        "time.",
        "two motion keys", "SkinnedImages.WindingFollowsTheSamplesTime", 1000, "ppm",

@@ -134,7 +134,7 @@ TEST_F(Compare, FiguresAreMeansOverTheFramesThatAllHave) {
 TEST_F(Compare, FramesOfOtherNumbersAreComparedAsTheyAre) {
   const json report = compared({run("a", statistics({1000})), run("b", statistics({3000}, 7))});
   EXPECT_TRUE(report["frames_compared"].empty());
-  EXPECT_THAT(report["notes"][0].get<std::string>(), HasSubstr("no frame is in all of them"));
+  EXPECT_THAT(report["notes"][0].get<std::string>(), HasSubstr("the runs have no frame in common"));
   EXPECT_EQ(row(report["summary"], "cycles")["b"], 3000);
 }
 

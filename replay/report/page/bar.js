@@ -1,4 +1,4 @@
-// The bar above all sections: which frame, which run, and what it is compared with.
+// The bar above all sections: chooses the frame, the run, and the frame or run with which it is compared.
 
 function controlBar() {
   const several = runs().length > 1;

@@ -1,4 +1,4 @@
-// What a replay has besides: counters, effects, other ways to bin, what the verdict hangs on.
+// Further results of a replay: counters, effects, other ways to bin, the sensitivity of the verdict.
 
 function counterSection() {
   const part = section('counters', 'Counters');
@@ -44,7 +44,7 @@ function baselineSection() {
   const part = section('baselines', 'Other ways to bin the same frames'), order = total.baselines.tessera['baseline.cycles'] > 0 ? 'baseline.cycles' : 'baseline.dram_bytes';
   const schemes = Object.keys(total.baselines).sort((a, b) => total.baselines[a][order] - total.baselines[b][order]);
   const names = Object.keys(total.baselines[schemes[0]]);
-  // Shipped: a product does this on patches; idealised: none is known to. Files of before do not say which.
+  // Shipped: a product does this on patches; idealised: none is known to. Older files do not say which.
   const kinds = run().stats.baseline_kinds || {}, named = (scheme) => (kinds[scheme] ? `${words(scheme)} (${kinds[scheme]})` : words(scheme));
   const units = { 'baseline.queue_bytes_peak': ['list memory', 'bytes'], 'baseline.dram_bytes': ['memory traffic', 'bytes'], 'baseline.cycles': ['cycles', 'cycles'], 'baseline.energy_nj': ['energy', 'nJ'] };
   if (total.baseline_verdict) part.append(make('p', { class: 'verdict' }, total.baseline_verdict.sentence));
@@ -59,7 +59,7 @@ function baselineSection() {
   part.append(table([{ title: 'counter', of: (row) => row, title_of: (row) => (data.counters[row] || {}).meaning || '' }, ...schemes.map((scheme) => ({ title: named(scheme), of: (row) => total.baselines[scheme][row], zero: true }))], names, { label: 'Schemes' }));
 }
 
-// Schemes with what a frame takes of each measure, and that by tessera's; this machine's own row is marked.
+// Schemes with the costs of a frame by each measure, also relative to tessera; the row of this machine is marked.
 function verdictTable(total, schemes, order) {
   const frames = total.frames, clock = clockOf(), measures = [['time', 'baseline.cycles', (value) => quantity(value / frames / clock * 1e-3, 'ms')], ['energy', 'baseline.energy_nj', (value) => quantity(value / frames, 'nJ')],
     ['memory traffic', 'baseline.dram_bytes', (value) => quantity(value / frames, 'bytes')], ['peak list memory', 'baseline.queue_bytes_peak', (value) => quantity(value, 'bytes')]];
@@ -69,7 +69,7 @@ function verdictTable(total, schemes, order) {
   schemes, { chosen: (scheme) => scheme === 'tessera', sort: 1, up: true, label: `Schemes by ${order === 'baseline.cycles' ? 'time' : 'traffic'}` });
 }
 
-// --sensitivity: what cycles, energy and the verdict hang on.
+// --sensitivity: the numbers on which cycles, energy and the verdict depend.
 function sensitivitySection() {
   const of = run().stats.sensitivity;
   if (!of) return;

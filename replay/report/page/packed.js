@@ -1,4 +1,4 @@
-// Documents of numbers, as replay/report/page_parts.h packs them; one group is unpacked when one of its documents is asked for.
+// Documents of numbers, as replay/report/page_parts.h packs them; a group is unpacked on the first request for one of its documents.
 
 async function unzip(text) {
   const letters = atob(text.trim()), bytes = new Uint8Array(letters.length);
@@ -35,7 +35,7 @@ function readDocuments(bytes) {
   return heads.map((head) => restore(head, ''));
 }
 
-const groups = new Map();  // the last ones asked for
+const groups = new Map();  // the last used ones
 function documentOf([group, index]) {
   if (!groups.has(group)) {
     if (groups.size > 4) groups.delete(groups.keys().next().value);

@@ -1,4 +1,4 @@
-// What all reports share: faults that must not stay uncovered, packed data, small pieces of document.
+// The parts that all reports share: faults that must be shown, packed data, small pieces of document.
 'use strict';
 
 document.body.dataset.errors = '0';
@@ -12,7 +12,7 @@ function complain(message) {
 window.addEventListener('error', (event) => complain(event.message));
 window.addEventListener('unhandledrejection', (event) => complain(String((event.reason && event.reason.stack) || event.reason)));
 
-// What the page shows; there when pageReady is done.
+// The data that the page shows; ready when pageReady is done.
 let data = null;
 
 // An element with attributes (functions become listeners) and children; texts never become markup.
@@ -33,7 +33,7 @@ function fill(element, attributes, children) {
 
 const main = document.getElementById('main');
 
-// What follows "#" chooses what is shown first: report.html#section=curves&curves.column=NAME; docs/studies.md lists the names.
+// The text after "#" chooses the first view: report.html#section=curves&curves.column=NAME; docs/studies.md lists the names.
 const wanted = new URLSearchParams(location.hash.slice(1));
 function wantedOf(name, allowed, otherwise) { return allowed.map(String).includes(wanted.get(name)) ? wanted.get(name) : otherwise; }
 
@@ -53,7 +53,7 @@ function whenResized(element, then) { new ResizeObserver(() => requestAnimationF
 
 function chooser(label, options, chosen, change) {
   const select = make('select', { pointerenter: () => named(), change: () => { named(); change(select.value); } });
-  // A list that is too narrow for its choice says all of it in its title, and when it is open.
+  // A list that is too narrow for its choice shows all of it in its title, and when it is open.
   const named = () => { select.title = select.selectedOptions.length > 0 ? select.selectedOptions[0].text : ''; };
   for (const option of options) {
     const [value, text] = Array.isArray(option) ? option : [option, option];
@@ -63,7 +63,7 @@ function chooser(label, options, chosen, change) {
   return { label: make('label', {}, label, select), select };
 }
 
-// Follows the pointer, and whoever has the focus: `says()` gives lines, or null. One for the page.
+// A tooltip that follows the pointer and the focus: `says()` gives lines, or null. One for the page.
 const hint = make('div', { class: 'hint', role: 'tooltip', 'aria-live': 'polite', hidden: true });
 document.body.append(hint);
 function showHint(lines, x, y) {
@@ -81,9 +81,9 @@ function hinted(element, says) {
   element.addEventListener('blur', () => showHint(null));
 }
 
-// columns: [{title, of(row), wide, show(value, row), bar}]; a press on a heading sorts by it: numbers down first. `press(row)` makes rows
-// choosable, all of them one stop of the Tab key with arrow keys between them; `chosen(row)` says which is chosen. Rows in which all
-// columns with `zero` are 0 are folded.
+// columns: [{title, of(row), wide, show(value, row), bar}]; a press on a heading sorts by it, numbers in falling order first.
+// `press(row)` makes rows selectable: they are one stop of the Tab key, and arrow keys go between them. `chosen(row)` tells the selected
+// one. Rows in which all columns with `zero` are 0 are folded.
 function table(columns, rows, { press, chosen, sort = -1, up = true, limit = Infinity, label = 'Table' } = {}) {
   const body = make('tbody');
   const folds = columns.filter((column) => column.zero);
@@ -144,7 +144,7 @@ function table(columns, rows, { press, chosen, sort = -1, up = true, limit = Inf
   return make('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label }, make('table', {}, make('thead', {}, make('tr', {}, ...heads)), body), foot);
 }
 
-// Why one takes longer than another: a cause and its parts, as `tessera compare` says it.
+// Why one run takes longer than another: a cause and its parts, as in `tessera compare`.
 function causeList(cause) {
   const list = (parts) => make('ul', {}, ...parts.map((part) => make('li', {}, part.text, part.parts ? list(part.parts) : null)));
   return make('div', { class: 'why' }, make('p', { class: 'verdict' }, cause.text), cause.parts ? list(cause.parts) : null);

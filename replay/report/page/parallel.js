@@ -1,4 +1,4 @@
-// All points of a study at once: a line for each over its axes and some columns. A drag along a column keeps the points within.
+// All points of a study at once: a line for each point over its axes and some columns. A drag along a column keeps the points within.
 // The lines are on a canvas, which holds thousands of them; the columns are a drawing over it, and both are one stop of the Tab key.
 
 // Pieces of a name, of at most `room` letters where it has a place to break.
@@ -26,9 +26,9 @@ function parallelSection({ points, columns, varying }, press) {
   const firsts = new Map(valuesOfAxis(points, varying[0]).map((value, index) => [value, index]));
   const says = (point) => [`Point ${point.index}`, ...varying.map((key) => `${key} = ${point.axis[key]}`), ...[...chosen].map((name) => `${name}: ${number(point.mean[name])}`)];
 
-  // What is drawn: axes, the place of each point on each of them (NaN where it has none), whether all kept ranges hold it.
+  // The drawn data: axes, the place of each point on each of them (NaN where it has none), whether all kept ranges hold it.
   let shape = null;
-  // The line and the column that the keys are at; -1 before the first key.
+  // The line and the column of the keyboard's cursor; -1 before the first key.
   const at = { line: -1, axis: 0 };
 
   // Axes of a drawing: {name, place(point) in [0, 1], labels: [[at, text]]}.
@@ -61,7 +61,7 @@ function parallelSection({ points, columns, varying }, press) {
     canvas.style.height = `${height}px`;
     pen.scale(dense, dense);
     const trace = (p) => { pen.beginPath(); all.forEach((_, k) => { if (!Number.isNaN(places[k][p])) pen.lineTo(x(k), y(places[k][p])); }); pen.stroke(); };
-    // Many lines are thin and let others through, so that they show where they are dense.
+    // Many lines are thin and translucent, so that dense places show.
     const inside = within.filter(Boolean).length, alpha = Math.max(0.12, 0.75 / Math.sqrt(Math.max(1, inside / 300)));
     pen.lineWidth = inside > 1000 ? 1 : 1.6;
     for (const kind of [false, true]) {

@@ -1,4 +1,4 @@
-// Pixels: what each of them shows, from the runs of tiles_NNNN.json (replay/pixel_history.h), unpacked when one is asked for.
+// Pixels: the surfaces of each pixel, from the runs of tiles_NNNN.json (replay/pixel_history.h), unpacked on demand.
 
 // Finds the value at a place in runs of values.
 function runFinder({ lengths, values }) {
@@ -63,7 +63,7 @@ function pixelShape({ region: [, , width, height] }, within, dark) {
   return canvas;
 }
 
-// What is said of the pixel that is pinned.
+// Texts about the pinned pixel.
 function pinnedPixel(tiles) {
   const pixels = pixelsOf(tiles);
   if (!pixels || !shown.pixel || !pixels.has(...shown.pixel)) return [];

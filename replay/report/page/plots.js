@@ -99,8 +99,8 @@ function markKeys(place, viewOf, press) {
   return { reset: (made) => { spec = made.spot ? made : null; marks = null; at = -1; ring.hidden = true; } };
 }
 
-// The legend of series and the height that a plot needs for it: beside the plot on a wide screen, below it on a narrow one. More series
-// than it could tell apart have none: points say what they are.
+// The legend of series and the height that a plot needs for it: beside the plot on a wide screen, below it on a narrow one. With more
+// series than it could distinguish there is no legend: tooltips name the points.
 const kMaxSeries = 24;
 function legendOf(names, channel, title, height, more = {}) {
   if (!title || names.length > kMaxSeries) return { legends: [], height };
@@ -111,7 +111,7 @@ function legendOf(names, channel, title, height, more = {}) {
 const namesOfSeries = (rows, titles) => titles.order || [...new Set(rows.map((row) => row.series))];
 
 const tickLabels = { labels: { update: { text: { signal: 'tick(datum.value)' } } } };
-// Rows with `field` in the step of the largest, and the axis's title.
+// Rows with `field` in the unit step of the largest value, and the axis's title.
 function scaledRows(rows, field, title, unit) {
   const [step, name] = axisScale(Math.max(0, ...rows.map((row) => Math.abs(row[field]))), unit);
   return { rows: rows.map((row) => ({ ...row, [`raw_${field}`]: row[field], [field]: row[field] / step })), title: title === unit ? name : name ? `${title}, ${name}` : title, step };
@@ -152,7 +152,8 @@ function stackedBars(rows, titles) {
   };
 }
 
-// Lines with marks: rows {x, y, series, says}. Places along x are those that occur, evenly spaced, when they are not numbers or `even`.
+// Lines with marks: rows {x, y, series, says}. Places along x are evenly spaced, one for each value that occurs, when they are no numbers
+// or `even`.
 function lines(rows, titles) {
   if (rows.length === 0) return null;
   const even = titles.even || rows.some((row) => typeof row.x !== 'number');
@@ -172,7 +173,7 @@ function lines(rows, titles) {
   };
 }
 
-// Points with the front of those that no other beats in both directions (less is better): rows {x, y, series, says, front}.
+// Points with the front, which no other point beats in both directions (less is better): rows {x, y, series, says, front}.
 function scatter(rows, titles) {
   if (rows.length === 0) return null;
   const across = scaledRows(rows, 'x', titles.x, unitOfColumn(titles.x)), up = scaledRows(across.rows, 'y', titles.y, unitOfColumn(titles.y));

@@ -15,15 +15,15 @@ function sweepReport() {
       for (const row of point.frames) if (typeof row[column] === 'number') { sum += row[column]; ++count; }
       if (count > 0) point.mean[name] = sum / count;
     }
-  // Reads and writes together, which the columns have apart.
+  // The sum of reads and writes, which have separate columns.
   const kBoth = 'dram.read_bytes + dram.written_bytes';
   if (known.includes('dram.read_bytes') && known.includes('dram.written_bytes')) {
     for (const point of done) point.mean[kBoth] = point.mean['dram.read_bytes'] + point.mean['dram.written_bytes'];
     known.push(kBoth);
   }
-  // What is the same at every point is said once, and offered nowhere.
+  // A value that is the same at every point is stated once, and is no choice of the plots.
   const changing = known.filter((name) => done.some((point) => point.mean[name] !== done[0].mean[name])), moving = new Set(changing);
-  // Columns that the goal names stay, whatever they are.
+  // Columns that the goal names always stay.
   const wished = sweep.goal ? goalColumns(sweep.goal) : [], stays = (name) => moving.has(name) || wished.includes(name);
   const columns = changing.length > 0 ? known.filter(stays) : known, constant = changing.length > 0 ? known.filter((name) => !stays(name)) : [];
   const varying = axes.filter((key) => new Set(points.map((point) => JSON.stringify(point.axis[key]))).size > 1);
@@ -58,11 +58,11 @@ function sweepReport() {
     () => configurationSection([['Study', { title: sweep.title, captures: sweep.captures, frames: sweep.frames || 'those of the captures', fixed: sweep.settings }], ['Settings of the first point', sweep.first_point.settings], ['Machine of the first point', sweep.first_point.gpu]])];
 }
 
-// The column that a goal is best by, then those that it has limits for.
+// The column of the goal's objective, then the columns with limits.
 const goalColumns = (goal) => [goal.minimise || goal.maximise, ...Object.keys(goal.subject_to || {})];
 const limitWords = (limit, name) => [limit.at_least === undefined ? '' : `at least ${columnText(name, limit.at_least)}`, limit.at_most === undefined ? '' : `at most ${columnText(name, limit.at_most)}`].filter(Boolean).join(' and ');
 
-// Who wins by the goal, candidates from the best on, those that others beat folded away, and the objective against the first limit.
+// The winner by the goal, candidates from the best on with beaten ones folded away, and the objective against the first limit.
 function goalSection({ goal, says, varying }, points, press) {
   const part = section('goal', 'The goal'), columns = goalColumns(goal), limits = Object.entries(goal.subject_to || {}), ranking = data.sweep.ranking || [];
   if (ranking.length === 0) return;
@@ -102,7 +102,7 @@ function withoutEffect(points, varying, key, columns) {
   }) && first.size < points.length;
 }
 
-// Marks the rows that no other beats in both x and y, of those that meet the goal's limits.
+// Marks the rows on the front of x and y, among the rows that meet the goal's limits.
 function markFront(rows) {
   let last = { x: NaN, y: Infinity };
   for (const row of rows.filter((one) => one.meets !== false).sort((a, b) => a.x - b.x || a.y - b.y)) {
@@ -169,8 +169,8 @@ function curveSection({ points, columns, varying, prefer }) {
     const [baseline, , ...counter] = state.y.split('.');
     return baseline === 'baseline' ? schemes.map((scheme) => [scheme, ['baseline', scheme, ...counter].join('.')]) : [[state.y, state.y]];
   };
-  // A mean is over the same points at every place of a line, or it says something of the points instead: combinations of the other axes
-  // that are not there along the whole line are left out.
+  // A mean is over the same points at every place of a line; otherwise it would depend on the choice of points. So combinations of the
+  // other axes that are missing somewhere along the line are left out.
   const others = () => varying.filter((key) => key !== state.x && (state.series === 'scheme' || key !== state.series));
   const slice = (point) => JSON.stringify(others().filter((key) => !moveTogether(points, key, state.x)).map((key) => point.axis[key]));
   function complete() {
@@ -202,7 +202,7 @@ function curveSection({ points, columns, varying, prefer }) {
   const shown = plot(part, 'A column of the study along one of its axes', () => lines(rows(), { x: state.x, y: state.series === 'scheme' ? state.y.replace(/^baseline\.[^.]*/, 'baseline.*') : state.y, series: state.series, log: state.log, even: true, order: state.series === 'scheme' || state.series === state.x ? undefined : valuesOfAxis(points, state.series) }));
 }
 
-// Values of an axis as texts: numbers in their order, as searches and samples meet them in none, others as they come.
+// Values of an axis as texts: numbers in their order, because searches and samples meet them in none, others as they come.
 function valuesOfAxis(points, key) {
   const values = [...new Set(points.map((point) => point.axis[key]))];
   if (values.every((value) => typeof value === 'number')) values.sort((a, b) => a - b);

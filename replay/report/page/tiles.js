@@ -1,6 +1,6 @@
-// Tiles: the image with their maps, the one that is pinned with all that is known of it, and what drawables and materials cost.
+// Tiles: the image with their maps, the pinned tile with all its data, and the costs of drawables and materials.
 
-// Values of a map of a frame: of tiles_NNNN.json's maps, and of what tiles cost.
+// Values of a map of a frame, from the maps and the tile costs in tiles_NNNN.json.
 function mapValues(tiles, name) {
   if (!tiles || !name) return null;
   if (name.startsWith('cost.')) return tiles.costs ? tiles.costs[name.slice(5)] : null;
@@ -18,7 +18,7 @@ function mapInfo(name) {
 }
 const showAs = (unit) => (value) => (kScales[unit] ? quantity(value, unit) : number(value));
 
-// What the viewer needs of a map: its colours, on a scale for all frames of all runs. `range`: [least, most].
+// A map for the viewer: its colours, on a scale for all frames of all runs. `range`: [least, most].
 function mapDrawing(tiles, name, range, opacity, logarithmic) {
   const values = mapValues(tiles, name);
   if (!values) return null;
@@ -49,7 +49,7 @@ function tileSection() {
     make('div', { class: 'split' }, make('div', { class: 'stay' }, viewer.element, legend.element, secondPart, partial, ...[data.image_note, data.pixel_note, data.left_out > 0 ? `${data.left_out} further images are left out.` : ''].filter(Boolean).map((note) => make('p', { class: 'note' }, note))), make('div', {}, pinned, tables)));
   let tiles = null, tilesB = null, ranks = null;
   const rows = () => frameOf().drawables || [];
-  // Rows of the frame's drawables that are chosen.
+  // The selected rows of the frame's drawables.
   const chosenRows = () => (shown.row >= 0 ? [shown.row] : shown.material ? rows().map((row, index) => [row, index]).filter(([row]) => row.material === shown.material.slice(1)).map(([, index]) => index) : null);
   function maskOf() {
     const chosen = chosenRows();
@@ -58,8 +58,7 @@ function tileSection() {
     tiles.lists.forEach((list, tile) => { for (let k = 0; k < list.length; k += 3) if (chosen.includes(list[k]) && (list[k + 2] > 0 || list[k + 1] > 0)) mask.add(tile); });
     return mask;
   }
-  // What lies over the image: all pixels darker but those of the chosen drawables, or the outline of the drawable that the
-  // pinned pixel shows.
+  // Overlay of the image: darkens all pixels but the selected drawables' pixels, or outlines the drawable that the pinned pixel shows.
   function shapeOf() {
     const pixels = pixelsOf(tiles), chosen = chosenRows();
     if (!pixels) return null;
@@ -119,7 +118,7 @@ function tileSection() {
   });
   follow(part.appendChild(make('div')), ['tile', 'pixel', 'row', 'material', 'map', 'other'], () => paint()).always = true;
   load.always = false;
-  // Where there is none pinned, the tile with most cycles is a press away.
+  // Without a pinned tile, a press pins the tile with most cycles.
   part.querySelector('.controls').append(make('button', { type: 'button', click: () => { if (ranks) show({ tile: ranks[0], pixel: null }); } }, 'Slowest tile'));
 }
 
@@ -158,7 +157,8 @@ function drawableName(row) {
   return row.node && row.material && row.node !== row.material ? `${row.node} · ${row.material}` : row.node || row.material;
 }
 
-// What the frame saves without a part, of those that `kind` of --without measured: a map from its name to the share of the cycles.
+// The savings of the frame without a part, among the parts that `kind` of --without measured: a map from its name to the share of the
+// cycles.
 const partName = (row) => row.effect ?? (row.node === undefined ? row.material : row.node + '\n' + row.material);
 function savings(frame, kind) {
   const cycles = Math.max(1, frame.timing ? frame.timing.cycles : 1);
@@ -169,7 +169,7 @@ function costTables(rows, pressDrawable, pressMaterial) {
   if (rows.length === 0) return [];
   const frame = frameOf(), cycles = Math.max(1, frame.timing ? frame.timing.cycles : 1), other = otherFrame();
   const of = new Map((other && other.drawables ? other.drawables : []).map((row) => [row.node + '\n' + row.material, row]));
-  // What leaving it out saves comes first where it was measured: what a part hides costs nothing while the part is there.
+  // Measured savings come first: the surfaces that a part hides cost nothing while the part is there.
   const columns = (its, saved) => [
     ...(saved.size > 0 ? [{ title: 'saves when left out', of: (row) => saved.get(partName(row)) ?? -1, show: (value) => (value === -1 ? 'not measured' : signedPercent(value)), bar: true, help: 'Share of the frame’s cycles that it saves, rendered and timed without it' }] : []),
     { title: 'cycles', of: (row) => row.cycles, show: (value) => percent(value / cycles, 3), bar: true, help: 'Share of the frame’s cycles' },

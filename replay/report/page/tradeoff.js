@@ -34,7 +34,7 @@ function tradeoffReport() {
 
 const runsWords = ({ rounds }) => (rounds === 1 ? 'from one run' : `medians of ${rounds} runs`);
 
-// What each effect of the frame costs: the frame less the frame without it.
+// The cost of each effect of the frame: the frame minus the frame without it.
 function effectsReport(tradeoff) {
   const settings = tradeoff.knobs[0]?.settings ?? [], frame = settings[0];
   const ran = tradeoff.effects.filter((effect) => effect.ran), absent = tradeoff.effects.filter((effect) => !effect.ran);
@@ -44,7 +44,7 @@ function effectsReport(tradeoff) {
   const costs = [{ title: 'ms', of: (row) => row.ms }, { title: 'mJ', of: (row) => (row.energy_nj === null ? null : row.energy_nj * 1e-6) }, { title: 'DRAM bytes', of: (row) => row.dram_bytes },
     { title: 'processor s', of: (row) => row.host.processor_seconds.median }];
   const without = (effect) => (effect.setting === null ? null : settings[effect.setting]);
-  // An effect's cost by one of `costs`; nothing where it is not known.
+  // An effect's cost by one of `costs`; nothing where it is unknown.
   const costOf = (cost, effect) => { const row = without(effect), all = cost.of(frame); return !row || all === null || cost.of(row) === null ? null : all - cost.of(row); };
   const withShare = (cost) => (value, effect) => { const all = cost.of(frame); return value === '' ? '' : effect.whole || all === 0 ? number(value) : `${number(value)} (${(100 * value / all).toFixed(1)} %)`; };
   const change = (effect) => { const row = without(effect); return row ? (row.error.psnr_db === null ? 'the same' : Number(row.error.psnr_db.toFixed(1))) : ''; };
@@ -67,7 +67,7 @@ function effectsReport(tradeoff) {
   configurationSection([['Settings of the frame', tradeoff.settings], ['Machine', tradeoff.gpu]]);
 }
 
-// Columns of the table of a knob that is about how a frame is timed: there is nothing to see.
+// Columns of the table of a knob that changes the timing of a frame only: it has no images.
 function timedColumns() {
   const percent = (share) => (typeof share === 'number' ? Number((100 * share).toFixed(2)) : '');
   return [{ title: 'setting', of: (row) => (row.base ? `${row.label} (as asked)` : row.label) }, { title: 'cycles', of: (row) => row.cycles ?? '' }, { title: 'error, %', of: (row) => percent(row.cycles_error) },
@@ -109,7 +109,7 @@ function tradeoffScatter(rows, errorOf, costOf) {
   };
   const shown = plot(part, 'Settings of all knobs, an error against a cost', () => scatter(points(), { x: kTradeoffCosts[state.x], y: kTradeoffErrors[state.y], series: 'knob', log: state.log }), press);
   part.append(detail);
-  // The same by keyboard: every setting is a row, and a row says what a point says.
+  // The same for the keyboard: every setting is a row with the text of its point.
   part.append(make('details', {}, make('summary', {}, 'All settings as a table'), table([{ title: 'knob', of: (entry) => entry.knob.title }, { title: 'setting', of: (entry) => entry.row.label },
     ...Object.entries(kTradeoffErrors).map(([name, title]) => ({ title, of: (entry) => errorOf(entry.row, name) })), ...Object.entries(kTradeoffCosts).map(([name, title]) => ({ title, of: (entry) => costOf(entry.row, name) ?? '' }))],
     rows, { press: (entry) => press({ index: rows.indexOf(entry) }) })));
@@ -133,7 +133,7 @@ function knobSection(knob, errorOf, costOf) {
   }
   // Settings that others beat decide nothing: they are folded.
   const deciding = knob.settings.filter((row) => row.base || row.front.ms !== false), beaten = knob.settings.length - deciding.length;
-  // Of many settings a legend says only which decide.
+  // With many settings the legend names only the ones on the front.
   const many = knob.settings.length > 20, series = (row) => (!many ? row.label : deciding.includes(row) ? 'decides' : 'beaten');
   const points = () => markFront(knob.settings.filter((row) => row.ms !== null).map((row, index) => ({ index, x: costOf(row, 'ms'), y: errorOf(row, 'flip'), series: series(row), says: row.says })));
   plot(part, `${knob.title}: mean FLIP against time, one point per setting`, () => scatter(points(), { x: 'ms', y: 'mean FLIP', series: 'setting' }));

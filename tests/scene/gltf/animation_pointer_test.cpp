@@ -171,7 +171,7 @@ TEST(AnimationPointer, UnreadTargetsAreSkippedWithOneNote) {
   more["channels"][0]["target"]["extensions"]["KHR_animation_pointer"]["pointer"] = "/nodes/0/weights/0";
   asset.document["animations"].push_back(more);
   const Capture capture = test::read_asset(asset, {.strict = true});
-  EXPECT_THAT(capture.notices, ElementsAre(testing::AllOf(HasSubstr("channels of what is not read are skipped"),
+  EXPECT_THAT(capture.notices, ElementsAre(testing::AllOf(HasSubstr("channels of unread properties are skipped"),
                                                           HasSubstr("subsurfaceFactor"), HasSubstr("and 1 more"))));
   EXPECT_TRUE(capture.animations[1].channels.empty() && capture.animations[2].channels.empty());
   EXPECT_THAT(test::read_asset(animated<float>("/materials/1/normalTexture/scale", "SCALAR", {0, 1})).notices,
