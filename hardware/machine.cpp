@@ -7,18 +7,18 @@
 namespace tessera::hardware {
 namespace {
 
-constexpr double kLeast = 1.0 / 1024, kMax = 65536;  // of a throughput
+constexpr double kLeast = 1.0 / 1024, kMax = 65536;  // range of a throughput
 constexpr double kMaxArea = 1e6;
 
-// A number of the machine that stands in one of its arrays.
+// Key of a number in one of the machine's arrays.
 template <class Array, class Index>
 Key<Machine> key_of(Array Machine::*array, Index index, KeyInfo info) {
   return {std::move(info), [array, index](const Machine& gpu) { return KeyValue((gpu.*array)[index]); },
           [array, index](Machine& gpu, const KeyValue& value) { (gpu.*array)[index] = std::get<double>(value); }};
 }
 
-// Makers publish hardly any throughput of a single unit. What no source gives is a round number marked [assumed];
-// conclusions that hang on one of them should be tried with another (`tessera sweep`).
+// Makers publish hardly any throughput of a single unit. A number without a source is a round one marked [assumed];
+// conclusions that depend on it should be tried with another (`tessera sweep`).
 Keys<Machine> rate_keys() {
   Keys<Machine> keys;
   for (const Event event : kAllEvents)
@@ -257,7 +257,7 @@ std::vector<std::string> Machine::coarser_models() const {
 
 double Machine::peak_gb_per_s() const {
   if (!has_banks()) return memory.gb_per_s;
-  // The peak rate of one channel, by type.
+  // Peak rate of one channel, by type.
   static const auto kPeaks = [] {
     std::array<double, kEnumWords<MemoryType>.size()> peaks{};
     for (std::size_t type = 0; type < peaks.size(); ++type) {
@@ -331,7 +331,7 @@ Keys<Machine> machine_keys() {
       .add(energy_keys())
       .add(silicon_keys())
       .add(&Machine::silicon, other_silicon_keys())
-      // What units do hangs on these: how warps are packed, and what the caches of the emulated order hold.
+      // These keys change the counts of units, not only the timing: warp packing, and hits of the caches in emulated order.
       .mark_timing_but({"shader.warp_lanes", "texture.cache_bytes", "l2.bytes", "l2.ways"});
 }
 

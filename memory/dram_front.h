@@ -27,7 +27,7 @@ struct DramAnswer {
 // no answer that is missing in `answers` lies before this clock
 //
 // Invariants (cited by the tests):
-//   DF1  Commands and answers equal those of a DramBanks that gets the requests in the same clocks and is advanced in
+//   DF1  Commands and answers equal the results of a DramBanks that gets the requests in the same clocks and is advanced in
 //        every one.
 //   DF2  Every transaction is answered exactly once, in time: a call for a clock not after the answer's appends it to
 //        `answers`. The answer is known when its last column command is issued.

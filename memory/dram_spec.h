@@ -8,7 +8,7 @@
 
 namespace tessera::memory {
 
-// Timing parameters of a DRAM in clocks of its command clock (CK). The names are those of the JEDEC standards:
+// Timing parameters of a DRAM in clocks of its command clock (CK). The names come from the JEDEC standards:
 //
 //   burst       BL/n_min     clocks of the data bus that a burst takes
 //   burst_group BL/n_max     clocks that one bank group is busy with it
