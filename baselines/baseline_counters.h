@@ -8,7 +8,7 @@
 
 namespace tessera::baselines {
 
-// What one scheme did for one frame. A primitive is what the scheme sorts: a sub-patch, a base patch, or a triangle.
+// Counters of one scheme for one frame. A primitive is the object that the scheme sorts: a sub-patch, a base patch, or a triangle.
 struct BaselineCounters {
   std::uint64_t primitives = 0;
   std::uint64_t patches_culled = 0;
@@ -152,13 +152,13 @@ TESSERA_COUNTERS_COVER(baselines::BaselineCounters);
 
 namespace tessera::baselines {
 
-// What the list of a tile, or of a bin, makes its core do.
+// The work of a core for the list of a tile, or of a bin.
 struct ListWork {
   std::uint64_t entries = 0;                   // references read
-  std::uint64_t vertices = 0, transforms = 0;  // shaded again; taken from the cache and put through their motion
-  std::uint64_t bytes = 0;                     // of the list and what it leads to, over the external memory interface
-  std::uint64_t cache_bytes = 0;               // asked of caches behind that interface, and filled into them
-  std::uint64_t decoded = 0;                   // elements of records that are read again (frontend::decoded_elements())
+  std::uint64_t vertices = 0, transforms = 0;  // shaded again; taken from the cache and moved by their transform
+  std::uint64_t bytes = 0;  // bytes of the list and of the data that it references, over the external memory interface
+  std::uint64_t cache_bytes = 0;  // bytes asked of caches behind that interface, and bytes filled into them
+  std::uint64_t decoded = 0;      // elements of records that are decoded again (frontend::decoded_elements())
 };
 
 }  // namespace tessera::baselines
