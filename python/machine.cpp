@@ -10,14 +10,14 @@ namespace {
 
 using namespace py::literals;
 
-// tile__width is tile.width: Python's names have no dots. Both may be given.
+// Turns an argument's name into a key: Python's names have no dots, so tile__width stands for tile.width. Both are accepted.
 std::string key_of(const std::string& name) {
   std::string key = name;
   for (std::size_t at; (at = key.find("__")) != std::string::npos;) key.replace(at, 2, ".");
   return key;
 }
 
-// Sets what a mapping says of keys; mappings in it are groups of them: {"tile": {"width": 16}} is {"tile.width": 16}.
+// Sets the keys of a mapping. Nested mappings are groups of keys: {"tile": {"width": 16}} is {"tile.width": 16}.
 template <class Machine>
 void set_all(Machine& machine, const py::dict& values, const std::string& prefix = "") {
   for (const auto& [name, value] : values) {
@@ -29,7 +29,7 @@ void set_all(Machine& machine, const py::dict& values, const std::string& prefix
   }
 }
 
-// A preset, a file, a mapping of keys with a "preset" or without, or a machine.
+// Takes a preset, a file, a mapping of keys with or without a "preset", or a machine.
 Gpu gpu_of(const py::object& described) {
   if (described.is_none()) return Gpu();
   if (py::isinstance<Gpu>(described)) return described.cast<Gpu>();
@@ -48,7 +48,7 @@ Settings settings_of(const py::object& described) {
   return settings;
 }
 
-// One thread at a time; others wait without holding Python's lock.
+// A device for several Python threads: one renders at a time, and the others wait without holding Python's lock.
 class SharedDevice {
  public:
   SharedDevice(const Scene& scene, const Gpu& gpu, const Settings& settings, const RenderOptions& options)
@@ -91,10 +91,10 @@ std::unique_ptr<SharedDevice> make_device(const Scene& scene, const py::object& 
   return std::make_unique<SharedDevice>(scene, machine, choices, options);
 }
 
-// A word of a View, or the number that it is: camera=1 is camera="1".
+// A word of a View from a text or a number: camera=1 is camera="1".
 std::optional<std::string> word_of(const py::object& object) {
   if (object.is_none()) return std::nullopt;
-  static_cast<void>(value_of(object));  // raises TypeError for what is neither
+  static_cast<void>(value_of(object));  // raises TypeError for any other type
   return py::str(object).cast<std::string>();
 }
 
@@ -153,7 +153,7 @@ void add_scene(py::module_& module) {
       .def_property_readonly("notices", &Scene::notices, "What the reader skipped or assumed, one line each.");
 }
 
-// What Gpu and Settings share.
+// Adds the methods that Gpu and Settings share.
 template <class Machine>
 void add_keys(py::class_<Machine>& type) {
   type.def(

@@ -1,13 +1,13 @@
 #include "python/bindings.h"
 
-// The module tessera._tessera, which python/tessera/__init__.py shows as tessera.
+// The module tessera._tessera, whose names python/tessera/__init__.py exports as tessera.
 namespace tessera::python {
 namespace {
 
 using namespace py::literals;
 
-// Python's exceptions of the same names: tessera.Error and below it the others. More general ones first, since they are
-// tried last.
+// Registers Python's exceptions of the same names: tessera.Error and its subclasses. More general ones come first,
+// since they are tried last.
 void add_errors(py::module_& module) {
   const auto error = py::register_exception<Error>(module, "Error", PyExc_RuntimeError);
   error.doc() = "Whatever Tessera refuses or cannot do.";
@@ -34,7 +34,7 @@ py::list counter_rows() {
 
 PYBIND11_MODULE(_tessera, module) {
   const py::object real_name = module.attr("__name__");
-  module.attr("__name__") = "tessera";  // what classes say that they belong to
+  module.attr("__name__") = "tessera";  // the module name that classes report
   add_errors(module);
   add_frame(module);
   add_machine(module);
