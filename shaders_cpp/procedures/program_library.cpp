@@ -41,7 +41,7 @@ Numbers cross_of(const BuiltinCall& call, const Numbers& a, const Numbers& b) {
   return out;
 }
 
-// Coordinates that are given as numbers or as one vector.
+// Coordinates, given as numbers or as one vector.
 Numbers coordinates(const BuiltinCall& call) {
   Numbers out;
   for (const Numbers& n : call.arguments) out.insert(out.end(), n.begin(), n.end());
