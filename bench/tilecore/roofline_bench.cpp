@@ -1,7 +1,7 @@
-// The roofline of box and triangle tests (bench/support/roofline.h), per SIMD target.
+// Measures the roofline of box and triangle tests (bench/support/roofline.h), per SIMD target.
 //
-// Rates are per second of a thread's processor time, so that other programs do not lower them; threads:2 says what each
-// of two threads reaches while the other runs, and the machine's ceiling is twice that.
+// Rates are per second of a thread's processor time, so that other programs do not lower them. threads:2 gives the
+// rate of each of two threads that run at once; the machine's roofline is twice that.
 #include <benchmark/benchmark.h>
 
 #include <string>
