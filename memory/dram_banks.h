@@ -41,7 +41,7 @@ struct DramCompletion {
 //   DB6  No request waits without end while others are taken.
 class DramBanks {
  public:
-  // Throws what check_dram() throws.
+  // Throws the errors of check_dram().
   explicit DramBanks(const DramSpec& spec) : DramBanks(spec, default_control(spec)) {}
   DramBanks(const DramSpec& spec, const DramControl& control);
   DramBanks(const DramBanks&) = delete;

@@ -18,7 +18,7 @@ struct SubPatchItem {
   // bilinear lookups of heights.
   std::uint32_t domain_clocks = 0, domain_registers = 0, domain_texels = 0;
   std::uint32_t lines = 0;         // TileItems::lines: records, then heights
-  std::uint32_t height_lines = 0;  // number of heights among `lines`
+  std::uint32_t height_lines = 0;  // lines of heights among these
   std::uint32_t texel_lines = 0;   // TileItems::texel_lines, for alpha tests
   std::uint32_t drawable = 0;      // number in scene::Assembly plus one; 0 for none
 

@@ -5,7 +5,7 @@
 namespace tessera::shaders {
 namespace counting {
 
-// Where the operations of the current evaluation are counted.
+// Counter of the operations of the current evaluation.
 thread_local OperationCount* current = nullptr;
 
 struct Counted {

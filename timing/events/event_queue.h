@@ -17,21 +17,21 @@ enum class EventKind : std::uint8_t {
   kTextureFree,     // the core's texture unit has taken its lookups
   kFetch,           // the core's fetch unit may go on
   kListRead,        // its tile's list is there, then its records
-  kItemRead,        // records and heights of sub-patch `what` are there
+  kItemRead,        // records and heights of sub-patch `what` have arrived
   kDomainStart,     // the tessellator gives vertices of sub-patch `what` to the lanes
-  kDomainRead,      // heights of domain warp `what` are there
+  kDomainRead,      // heights of domain warp `what` have arrived
   kDomainShaded,    // the lanes have shaded sub-patch `what`
-  kAlphaRead,       // texels of alpha tests of sub-patch `what` are there
+  kAlphaRead,       // texels of alpha tests of sub-patch `what` have arrived
   kAlphaStart,      // its alpha tests may begin
   kTested,          // all sub-patches of the core's tile are tested
   kShadingRead,     // records that shading reads are there
-  kWarpReady,       // texels for alpha tests of sub-patch `what` have arrived
+  kWarpReady,       // a warp is packed
   kIssue,           // the core's lanes are free
-  kWarpRead,        // texels of warp `what` are there
+  kWarpRead,        // texels of warp `what` have arrived
   kShaded,          // the core's tile is shaded
   kStore,           // the resolve unit has finished a block of pixels
   kGeometry,        // the front end or the binner may go on
-  kGeometryLine,    // a line of tables of block `what` is there
+  kGeometryLine,    // a line of tables of block `what` has arrived
   kGeometryRead,    // the reads of the front end for block `what` have arrived
   kGeometryWritten  // the memory has taken the binner's entries of a block
 };
