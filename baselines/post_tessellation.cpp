@@ -126,7 +126,7 @@ void PostTessellationBinner::begin_group(const TessellatedPatch& patch, const Tr
   rectangle_vertex_ = static_cast<std::uint8_t>(vertices_.size());
   const std::size_t cells = (patch.group_ends[group] - rectangle_begins_) / 2;
   rectangles_.push_back({columns, static_cast<std::uint8_t>(cells / columns), {}});
-  TESSERA_CHECK(list.triangles[first].number >= rectangle_begins_, "groups of the list are those of the patch");
+  TESSERA_CHECK(list.triangles[first].number >= rectangle_begins_, "the list and the patch have the same groups");
 }
 
 void PostTessellationBinner::add_triangle(const TessellatedPatch& patch, const TriangleList& list,

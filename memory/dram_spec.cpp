@@ -141,8 +141,9 @@ void check_timings(const DramSpec& spec) {
   need(n.rrd_l >= n.rrd_s, "rrd_l >= rrd_s");
   need(n.rp_all >= n.rp, "rp_all >= rp");
   need(n.wtr_l + n.burst_group >= n.wtr_s + n.burst, "wtr_l + burst_group >= wtr_s + burst");
-  need(n.rtw + n.wl >= n.rl + n.burst, "rtw + wl >= rl + burst: data of a write behind those of a read");
-  need(n.refi > n.rfc + n.rp_all + n.ras + n.wl + n.burst + n.wr, "refi beyond rfc and what closes all banks");
+  need(n.rtw + n.wl >= n.rl + n.burst, "rtw + wl >= rl + burst: data of a write follow the data of a read");
+  need(n.refi > n.rfc + n.rp_all + n.ras + n.wl + n.burst + n.wr,
+       "refi longer than rfc and the time that closes all banks");
 }
 
 }  // namespace

@@ -62,14 +62,14 @@ inline constexpr bool kAbsentWhenIdle<memory::L2Counters> = true;
 template <>
 inline constexpr auto kCounterFields<memory::L2Counters> = std::to_array<CounterField<memory::L2Counters>>({
     {"l2.requests", &memory::L2Counters::requests, Combine::kSum, "lines",
-     "Lines that texture caches, pixel shaders (of base patches), tessellators (of displacement maps) and resolve "
-     "units "
-     "(of the previous frame) asked of the L2.",
+     "Lines that texture caches, pixel shaders (for base patches), tessellators (for displacement maps) and resolve "
+     "units (for the previous frame) requested from the L2.",
      "MaliL2CacheRdLookup; V3D L2T-total-cache-hit and -miss together"},
-    {"l2.misses", &memory::L2Counters::misses, Combine::kSum, "lines", "Of these, fetched from memory.",
+    {"l2.misses", &memory::L2Counters::misses, Combine::kSum, "lines",
+     "Requested lines that the L2 fetched from memory.",
      "MaliL2CacheRdMissRate (times lookups); Adreno % Texture L2 miss; V3D L2T-total-cache-miss"},
     {"l2.attribute_requests", &memory::L2Counters::attribute_requests, Combine::kSum, "lines",
-     "Of these requests, lines of base patches' records that pixel shaders read.", ""},
+     "Requested lines of base patches' records that pixel shaders read.", ""},
 });
 TESSERA_COUNTERS_COVER(memory::L2Counters);
 

@@ -137,12 +137,12 @@ void add_frame(py::module_& module) {
       .def_property_readonly("timing", &timing,
                              "cycles, latency_cycles, busy_cycles, bound_by, bound_by_cycles; or None.")
       .def_property_readonly("energy", &energy, "total_nj, by_unit_nj; or None.")
-      .def_property_readonly("area", &area, "Of the machine: total_mm2, by_unit_mm2; or None.")
+      .def_property_readonly("area", &area, "Area of the machine: total_mm2, by_unit_mm2; or None.")
       .def_property_readonly("tile_maps", &tile_maps, "Name -> (rows, columns) of uint64: the work of every tile.")
       .def_property_readonly("tile_map_descriptions", &tile_map_rows, "A dict per map: name, unit, meaning, counter.")
       .def_property_readonly("tiles", &tiles, "A dict per tile: x, y in pixels and all its counts.")
       .def_property_readonly("drawables", &drawables,
-                             "A dict per drawable: node, mesh, primitive, material and what it asked of the cores.")
+                             "A dict per drawable: node, mesh, primitive, material and its costs in the tile cores.")
       .def_property_readonly("effects", &Frame::effects, "Effect -> whether it ran.")
       .def_property_readonly("host_seconds", &Frame::host_seconds)
       .def_property_readonly("stage_seconds", &Frame::stage_seconds);

@@ -214,7 +214,7 @@ json settings_key(const scene::Capture& capture, const gpu::GpuConfiguration& gp
 Image read_image(const fs::path& file, const ReferenceSettings& wanted) {
   Image image = read_exr(file);
   if (image.width != wanted.width || image.height != wanted.height)
-    throw InputError(file.string(), "", "is not the image that its name stands for");
+    throw InputError(file.string(), "", "is not the image that its name identifies");
   return image;
 }
 

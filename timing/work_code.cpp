@@ -113,7 +113,7 @@ class Reader {
     return std::string(bytes_.substr(at_ - size, size));
   }
   void end() const {
-    if (at_ != bytes_.size()) throw BadWork{"goes on behind its end"};
+    if (at_ != bytes_.size()) throw BadWork{"continues behind its end"};
   }
 
  private:

@@ -263,7 +263,7 @@ double roofline(RooflineTest test, double seconds) {
   double best = 0;
   for (const Arrangement arrangement : {Arrangement::kOnePrimitive, Arrangement::kOneSample}) {
     test_all(test, in, arrangement, masks);
-    if (!is_verified(test, in, arrangement, masks)) throw std::runtime_error("a mask is not what the scalar test says");
+    if (!is_verified(test, in, arrangement, masks)) throw std::runtime_error("a mask differs from the scalar test");
     const double start = thread_seconds();
     double end = start;
     std::size_t passes = 0;

@@ -255,7 +255,7 @@ void print_claims(const scene::Capture& capture, int width, int height, int spp)
   fmt::print("| geometry evaluations over vertices (sides of 3 pixels) | | {:.0f} |\n", samples / vertices);
   fmt::print("| operations, all stages per sample, over the pipeline | 10 to 100 | {:.1f} |\n",
              samples * (cost.geometry + view + cost.surface) / pipeline_operations);
-  fmt::print("| operations as built, shading what is visible | | {:.1f} |\n",
+  fmt::print("| operations as built, visible surfaces shaded | | {:.1f} |\n",
              (samples * (cost.geometry + view) + shaded * cost.surface) / pipeline_operations);
   fmt::print("| sparse pass, share of samples: published maps / interval cells | 25 % | {:.1f} % / {:.2f} % |\n",
              100.0 * static_cast<double>(ps.sparse_evaluations) / static_cast<double>(ps.samples),

@@ -20,7 +20,7 @@ void Ceiling(benchmark::State& state, RooflineTest test, Arrangement arrangement
   Masks masks(tests);
   if (state.thread_index() == 0) {
     test_all(test, in, arrangement, masks);
-    if (!is_verified(test, in, arrangement, masks)) state.SkipWithError("a mask is not what the scalar test says");
+    if (!is_verified(test, in, arrangement, masks)) state.SkipWithError("a mask differs from the scalar test");
   }
   for (auto _ : state) {
     test_all(test, in, arrangement, masks);

@@ -350,7 +350,7 @@ void Compiler::let(Symbol::Role role) {
   const std::size_t own = all_distinct(value) ? mark : emitter_->mark();
   for (Scalar& s : value.numbers) {
     if (role == Symbol::Role::kUniform && s.kind == Kind::kVarying)
-      refuse(at, "a uniform cannot hang on what differs between samples");
+      refuse(at, "a uniform cannot depend on numbers that differ between samples");
     if (role == Symbol::Role::kVariable) s = emitter_->variable(s, own);
     if (role == Symbol::Role::kLet) s = emitter_->settled(s);
   }
@@ -379,7 +379,8 @@ void Compiler::assign() {
     refuse(at, fmt::format("'{}' is {}, the value is {}", name.text, type_name(to), type_name(value)));
   if (uniform) {
     for (std::size_t k = 0; k < to.numbers.size(); ++k) {
-      if (value.numbers[k].kind == Kind::kVarying) refuse(at, "a uniform cannot hang on what differs between samples");
+      if (value.numbers[k].kind == Kind::kVarying)
+        refuse(at, "a uniform cannot depend on numbers that differ between samples");
       // A variable keeps its value if the repetition does not run.
       to.numbers[k] = running_
                           ? emitter_->select_less(Emitter::literal(0.0f), *running_, value.numbers[k], to.numbers[k])
@@ -420,7 +421,8 @@ void Compiler::repeat() {
       const Value b = sum();
       const Scalar x = one(condition, a), y = one(condition, b);
       for (const Scalar& s : {x, y})
-        if (s.kind == Kind::kVarying) refuse(condition, "repetitions cannot hang on what differs between samples");
+        if (s.kind == Kind::kVarying)
+          refuse(condition, "repetitions cannot depend on numbers that differ between samples");
       const Scalar yes =
           emitter_->select_less(less ? x : y, less ? y : x, Emitter::literal(1.0f), Emitter::literal(0.0f));
       running_ = running_ ? emitter_->binary(Operation::kMultiply, *running_, yes) : yes;

@@ -137,7 +137,8 @@ Scalar Emitter::push_setup(Operation operation, const std::vector<Scalar>& opera
   Instruction instruction{operation, 0, 0, 0, 0, 0, 0};
   std::uint8_t* const at[] = {&instruction.a, &instruction.b, &instruction.c, &instruction.d};
   for (std::size_t k = 0; k < operands.size(); ++k) {
-    if (operands[k].kind == Kind::kVarying) refuse(*place_, "a uniform cannot hang on what differs between samples");
+    if (operands[k].kind == Kind::kVarying)
+      refuse(*place_, "a uniform cannot depend on numbers that differ between samples");
     *at[k] = static_cast<std::uint8_t>(constant_of(operands[k]));
   }
   if (second >= 0) instruction.d = static_cast<std::uint8_t>(second);
