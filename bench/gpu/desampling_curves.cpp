@@ -184,7 +184,7 @@ void stencils(const fs::path&) {
   const char* kinds[] = {"nearest", "bilinear", "cubic_unscaled", "cubic", "cubic_interpolating"};
   for (const char* rate : {"fixed_8", "fixed_4"}) {
     fmt::print(
-        "\n{}: RMSE of what is shown, x 1000\n\n| capture | nearest | bilinear | cubic, unscaled | cubic | "
+        "\n{}: RMSE of displayed values, x 1000\n\n| capture | nearest | bilinear | cubic, unscaled | cubic | "
         "interpolating | cubic / bilinear | interpolating / bilinear |\n|---|---:|---:|---:|---:|---:|---:|---:|\n",
         rate);
     for (const char* name : {"eggs", "flyby", "serpent", "stroll", "vases", "workshop"}) {

@@ -153,8 +153,8 @@ void bench_mover(int rounds, int width, int height) {
     return 100 * (t[1].*which - t[0].*which) / (t[2].*which - t[0].*which);
   };
   fmt::print(
-      "\nOne object adds {:.1f} % of the cost of the frame in which all moves (medians: {:.1f} %); of what motion adds "
-      "to that frame it adds {:.1f} % (medians: {:.1f} %).\n",
+      "\nOne object adds {:.1f} % of the cost of the frame in which all moves (medians: {:.1f} %), and {:.1f} % "
+      "(medians: {:.1f} %) of the cost that motion adds to that frame.\n",
       share(&Timing::least), share(&Timing::median), added(&Timing::least), added(&Timing::median));
 }
 
