@@ -66,7 +66,7 @@ struct TileShare {
 // How the bounds of tiles are found.
 enum class TileBounds : std::uint8_t {
   kNone,
-  kDoubled,   // the frame is simulated again with each unit of a tile doubled, then memory, L2, caches, latency
+  kDoubled,   // one more simulation for each unit with work in a tile, and for memory, L2, caches and latency
   kEstimated  // doubling is assumed to halve the bound's part of TileSchedule::path; caches are left out
 };
 // Shares of all tiles in the order of their numbers. `before`: the caches with which the frame began.
