@@ -36,7 +36,7 @@ bool is_own(std::string_view source) { return names(source, "[assumed]") || name
 
 // The key to which a source refers, as in "as tile.width" (see kReference).
 std::string referred_key(const std::string& source) {
-  static const std::regex kReference(R"(\b(?:as|that of) ([a-z_0-9]+\.[a-z_0-9]+))");
+  static const std::regex kReference(R"(\b(?:as|the type of) ([a-z_0-9]+\.[a-z_0-9]+))");
   std::smatch found;
   return std::regex_search(source, found, kReference) ? found[1].str() : "";
 }

@@ -20,6 +20,12 @@ std::string gzip_base64(std::string_view text);
 // The text with the characters of markup escaped.
 std::string markup_text(const std::string& text);
 
+// Script elements with packed data, as markup: `first` stands before the scripts of the page, which draw the first screen from it,
+// and `rest` behind them.
+struct PageElements {
+  std::string first, rest;
+};
+
 // <script type="text/plain" id="ID">TEXT</script>; `text` is base64.
 void append_script(const std::string& id, std::string_view text, std::string& page);
 

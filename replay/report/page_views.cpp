@@ -128,7 +128,7 @@ PageViews::Rung PageViews::choose() const {
   return kLadder.back();
 }
 
-void PageViews::pack_images(json& data, std::string& scripts) {
+void PageViews::pack_images(json& data, PageElements& elements) {
   data["left_out"] = 0;
   if (images_.empty()) return;
   const Rung rung = choose();
@@ -143,7 +143,7 @@ void PageViews::pack_images(json& data, std::string& scripts) {
       ++left_out;
       continue;
     }
-    append_script(fmt::format("image-{}", k), packed[k], scripts);
+    append_script(fmt::format("image-{}", k), packed[k], k == 0 ? elements.first : elements.rest);
   }
   data["left_out"] = left_out;
   if (rung.as_it_is) return;
@@ -216,7 +216,7 @@ PageViews::PixelLevel PageViews::choose_pixels() const {
   return PixelLevel::kNone;
 }
 
-void PageViews::finish(json& data, std::string& scripts) {
+void PageViews::finish(json& data, PageElements& elements) {
   const PixelLevel level = choose_pixels();
   if (level != PixelLevel::kAll)
     data["pixel_note"] = fmt::format("To keep this file small, its pixels name {}; tiles_NNNN.json has the rest.",
@@ -231,9 +231,9 @@ void PageViews::finish(json& data, std::string& scripts) {
                          fmt::format("does not match the output of a replay: {}", error.what()));
       }
     }
-    append_script(fmt::format("tiles-{}", first / kGroup), gzip_base64(pack_documents(group)), scripts);
+    append_script(fmt::format("tiles-{}", first / kGroup), gzip_base64(pack_documents(group)), elements.rest);
   }
-  pack_images(data, scripts);
+  pack_images(data, elements);
   data["maps"] = maps_;
   data["scales"] = json::object();
   for (const auto& [map, ends] : scales_) data["scales"][map] = {std::min(ends.first, ends.second), ends.second};

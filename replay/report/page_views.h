@@ -33,13 +33,13 @@ class PageViews {
 
   // Adds to the page's data "scales" {map: [least, most] over all views}, "maps" {map: {"unit", "meaning"}},
   // "left_out", "pixel_note" where pixels are reduced, and, where images are, "lossy" and "image_note"; adds the script
-  // elements with the packed data to `scripts`.
-  void finish(nlohmann::json& data, std::string& scripts);
+  // elements with the packed data to `elements`.
+  void finish(nlohmann::json& data, PageElements& elements);
 
  private:
   struct Rung;
   Rung choose() const;
-  void pack_images(nlohmann::json& data, std::string& scripts);
+  void pack_images(nlohmann::json& data, PageElements& elements);
   enum class PixelLevel { kAll, kDrawables, kQuarter, kNone };
   PixelLevel choose_pixels() const;
   nlohmann::json page_tiles(const std::filesystem::path& file, PixelLevel level);

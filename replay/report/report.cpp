@@ -83,10 +83,10 @@ json meanings(const std::vector<std::string>& topics, const char* name) {
 }
 
 void write_page(const fs::path& file, const char* kind, json data, PageViews& views) {
-  std::string scripts;
-  views.finish(data, scripts);
+  PageElements elements;
+  views.finish(data, elements);
   data["kind"] = kind;
-  write_file_atomically(file, page_text(std::move(data), "", std::move(scripts)));
+  write_file_atomically(file, page_text(std::move(data), "", std::move(elements)));
 }
 
 // Charged events as the page's panels of units show them: the keys of their rates and energies.
@@ -117,7 +117,7 @@ std::string missing_for_reports() {
   return "";
 }
 
-std::string page_text(json data, const std::string& nonce, std::string scripts) {
+std::string page_text(json data, const std::string& nonce, PageElements elements) {
   data["counters"] = meanings({"counters"}, "name");
   data["keys"] = meanings({"settings", "gpu"}, "key");
   data["events"] = events();
@@ -130,9 +130,13 @@ std::string page_text(json data, const std::string& nonce, std::string scripts) 
   std::string style(page_files().at("page.css"));
   if (live) style.append(page_files().at("view.css"));
   const std::string title = markup_text(data.at("title")), mark = nonce.empty() ? "" : " nonce=\"" + nonce + "\"";
-  append_script("data", gzip_base64(json_text(data)), scripts);
-  return fill_page(
-      {{"@TITLE@", title}, {"@STYLE@", style}, {"@DATA@", scripts}, {"@NONCE@", mark}, {"@SCRIPT@", script}});
+  append_script("data", gzip_base64(json_text(data)), elements.first);
+  return fill_page({{"@TITLE@", title},
+                    {"@STYLE@", style},
+                    {"@FIRST@", elements.first},
+                    {"@NONCE@", mark},
+                    {"@SCRIPT@", script},
+                    {"@REST@", elements.rest}});
 }
 
 std::string write_report(const fs::path& folder) {

@@ -6,6 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "replay/report/page_parts.h"
+
 #include "replay/report/page_views.h"
 
 namespace tessera::replay {
@@ -26,8 +28,8 @@ std::string write_joint_report(const std::vector<std::filesystem::path>& folders
 
 // The page for the data of a report, as markup. The member "kind" chooses the script: "replay", "sweep", "tradeoff" or
 // "view" (view/view_server.h). `nonce`, unless empty, is the nonce of its scripts, for a Content-Security-Policy.
-// `scripts`: elements that PageViews packed. Throws SystemError as write_report().
-std::string page_text(nlohmann::json data, const std::string& nonce = "", std::string scripts = "");
+// `elements`: the output of PageViews::finish(). Throws SystemError as write_report().
+std::string page_text(nlohmann::json data, const std::string& nonce = "", PageElements elements = {});
 
 // For a replay with more frames, the page shows every second, fourth, ... frame, so that no more than these are left;
 // totals include all frames.

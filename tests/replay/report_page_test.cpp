@@ -552,7 +552,7 @@ TEST_F(ReportPageInBrowser, BaselinesEndInAVerdict) {
     document.body.dataset.kinds = [...document.querySelectorAll('#baselines h3')].map((head) => head.textContent).join('|');)");
   EXPECT_EQ(found(opened, "sentence"), stats()["total"]["baseline_verdict"]["sentence"].get<std::string>());
   EXPECT_EQ(found(opened, "marked"), "tessera");
-  EXPECT_EQ(found(opened, "kinds"), "This machine|What a product does|What no product is known to do");
+  EXPECT_EQ(found(opened, "kinds"), "This machine|Shipped in a product|Idealised: in no known product");
 }
 
 // Question: how much does an object cost? The saving of the frame without it comes before its share.

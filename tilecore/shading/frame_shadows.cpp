@@ -79,7 +79,7 @@ FrameShadows::FrameShadows(const FrameGeometry& frame, std::span<const Caster> c
 
 const ShadowView* FrameShadows::of(const FrameGeometry& segment) const {
   const auto found = std::ranges::find(segments_, &segment, &Segment::frame);
-  TESSERA_CHECK(found != segments_.end(), "shadows are those of the frame that is drawn");
+  TESSERA_CHECK(found != segments_.end(), "shadows belong to the frame that is drawn");
   return found->views.data();
 }
 

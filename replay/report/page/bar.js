@@ -2,7 +2,7 @@
 
 function controlBar() {
   const several = runs().length > 1;
-  const bar = make('div', { class: 'bar', role: 'group', 'aria-label': 'What is shown' });
+  const bar = make('div', { class: 'bar', role: 'group', 'aria-label': 'Frame and comparison' });
   document.querySelector('header').after(bar);
   const side = (name, at, change) => {
     const label = make('output', { class: 'which' });

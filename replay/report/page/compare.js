@@ -73,7 +73,7 @@ function compareSection() {
       out.data[k + 3] = 255;
     }
     pen.putImageData(out, 0, 0);
-    says.textContent = `Largest difference of a channel ${most} of 255, mean ${digits(sum / (width * height))}, ${percent(count / (width * height))} of the pixels differ${data.lossy ? '; the images of this page are lossy, those of the folder are not' : ''}.`;
+    says.textContent = `Largest difference of a channel ${most} of 255, mean ${digits(sum / (width * height))}, ${percent(count / (width * height))} of the pixels differ${data.lossy ? '; the images of this page are lossy, the files in the folder are not' : ''}.`;
   }
 
   const entry = follow(part, ['run', 'frame', 'other'], () => {

@@ -33,7 +33,7 @@ function effectSection() {
     const saved = savings(frame, 'effects'), count = framesOf().length, frames = (effect) => framesOf().filter((of) => of.effects[effect]).length;
     holder.replaceChildren(ran.length > 0 ? table([
       { title: `effects of ${nameOf(shown)}`, of: words }, { title: 'frames', of: (row) => `${frames(row)} of ${count}` }, { title: 'sub-patches', of: (row) => at(row).sub_patches }, { title: 'sub-patches spared', of: (row) => at(row).sub_patches_elided },
-      { title: 'tiles', of: (row) => at(row).tiles }, ...(saved.size > 0 ? [{ title: 'saves when left out', of: (row) => saved.get(row) ?? -1, show: (value) => (value === -1 ? 'not measured' : signedPercent(value)) }, { title: 'time', of: (row) => (saved.has(row) ? saved.get(row) * milliseconds(frame.timing.cycles) : 0), show: (value) => (value ? quantity(value, 'ms') : ''), help: 'What the frame takes less without it' }, { title: 'energy', of: (row) => savedEnergy(frame, row), show: (value) => (value ? quantity(value, 'nJ') : ''), help: 'What the frame needs less without it' }] : []), { title: 'why', of: (row) => (frame.effect_reasons || {})[row] || '', wide: true }], ran, { label: 'Effects that ran' }) : make('p', {}, `No effect ran in ${nameOf(shown)}.`),
+      { title: 'tiles', of: (row) => at(row).tiles }, ...(saved.size > 0 ? [{ title: 'saves when left out', of: (row) => saved.get(row) ?? -1, show: (value) => (value === -1 ? 'not measured' : signedPercent(value)) }, { title: 'time', of: (row) => (saved.has(row) ? saved.get(row) * milliseconds(frame.timing.cycles) : 0), show: (value) => (value ? quantity(value, 'ms') : ''), help: 'Time that the frame saves without it' }, { title: 'energy', of: (row) => savedEnergy(frame, row), show: (value) => (value ? quantity(value, 'nJ') : ''), help: 'Energy that the frame saves without it' }] : []), { title: 'why', of: (row) => (frame.effect_reasons || {})[row] || '', wide: true }], ran, { label: 'Effects that ran' }) : make('p', {}, `No effect ran in ${nameOf(shown)}.`),
     idle.length > 0 ? make('details', {}, make('summary', {}, `Did not run: ${idle.map(words).join(', ')}`), table([{ title: 'effect', of: words }, { title: 'why not', of: (row) => (frame.effect_reasons || {})[row] || '', wide: true }], idle, { label: 'Effects that did not run' })) : '');
   });
 }
@@ -50,7 +50,7 @@ function baselineSection() {
   if (total.baseline_verdict) part.append(make('p', { class: 'verdict' }, total.baseline_verdict.sentence));
   part.append(...['ours', 'shipped', 'idealised'].flatMap((kind) => {
     const of = schemes.filter((scheme) => (kinds[scheme] || 'idealised') === kind);
-    return of.length === 0 ? [] : [make('h3', {}, { ours: 'This machine', shipped: 'What a product does', idealised: 'What no product is known to do' }[kind]), verdictTable(total, of, order)];
+    return of.length === 0 ? [] : [make('h3', {}, { ours: 'This machine', shipped: 'Shipped in a product', idealised: 'Idealised: in no known product' }[kind]), verdictTable(total, of, order)];
   }));
   const grid = make('div', { class: 'pairs' });
   part.append(grid);
@@ -73,8 +73,8 @@ function verdictTable(total, schemes, order) {
 function sensitivitySection() {
   const of = run().stats.sensitivity;
   if (!of) return;
-  const part = section('sensitivity', 'What the verdict hangs on');
-  part.append(make('p', {}, of.verdict_hangs_on.length > 0 ? `Within their ends these numbers change what bounds the frame: ${of.verdict_hangs_on.join(', ')}.` : `No assumed number changes the verdict: ${boundWords(of.bound_by)} bounds the frame.`),
+  const part = section('sensitivity', 'Sensitivity of the verdict');
+  part.append(make('p', {}, of.verdict_hangs_on.length > 0 ? `Within their ranges these numbers change the unit that bounds the frame: ${of.verdict_hangs_on.join(', ')}.` : `No assumed number changes the verdict: ${boundWords(of.bound_by)} bounds the frame.`),
     table([{ title: 'key', of: (row) => row.key }, { title: 'value', of: (row) => row.value, show: plain }, { title: 'from', of: (row) => row.ends[0], show: plain }, { title: 'to', of: (row) => row.ends[1], show: plain },
       ...['cycles', 'energy'].flatMap((what) => [0, 1].map((end) => ({ title: `${what} at ${end ? 'to' : 'from'}`, of: (row) => row[what][end] - 1, show: (value) => (Math.abs(value) < 5e-4 ? '' : signedPercent(value)), zero: true }))),
       { title: 'assumed', of: (row) => (row.assumed ? 'yes' : 'no') }], of.numbers, { limit: 20, label: 'Influence of each number' }));

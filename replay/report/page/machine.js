@@ -86,7 +86,7 @@ function machineSection() {
 
 function diagram(frame, widest, waits, press) {
   const [width, height] = kMachineSize, cores = run().stats.gpu.tilecore.count;
-  const drawing = draw('svg', { viewBox: `0 0 ${width} ${height}`, class: 'diagram', role: 'group', 'aria-label': 'Units of the machine and what they move' });
+  const drawing = draw('svg', { viewBox: `0 0 ${width} ${height}`, class: 'diagram', role: 'group', 'aria-label': 'Units of the machine and the bytes that they move' });
   // Cores behind the first.
   for (const shift of [12, 6].slice(cores > 2 ? 0 : cores > 1 ? 1 : 2)) drawing.append(draw('rect', { x: kCores[0] + shift, y: kCores[1] - shift, width: kCores[2] - 12, height: kCores[3], class: 'shell' }));
   drawing.append(draw('rect', { x: kCores[0], y: kCores[1], width: kCores[2] - 12 + (cores > 1 ? 0 : 12), height: kCores[3], class: frame.timing.bound_by === 'tilecores' ? 'shell bound' : 'shell' }),

@@ -6,7 +6,7 @@ const passBytes = (pass, way, purpose) => (pass.dram || []).filter((row) => !pur
 
 function passSection() {
   if (!runs().some((of) => of.stats.frames.some((frame) => (frame.passes || []).length > 1))) return;
-  const part = section('passes', 'Passes', 'From the top in the order in which they begin. An arrow to an image: bytes that the pass writes into it; from an image: bytes that the pass reads. What a pass reads of the scene and of its own lists is in the table.');
+  const part = section('passes', 'Passes', 'Passes stand in the order in which they begin, from the top. An arrow to an image has the bytes that the pass writes into it, an arrow from an image the bytes that the pass reads. The table also has the bytes that a pass reads from the scene and from its own lists.');
   const holder = make('div');
   part.append(holder);
   const entry = follow(part, ['run', 'frame'], () => paint());

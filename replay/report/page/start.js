@@ -9,6 +9,8 @@ async function start() {
   document.getElementById('subtitle').textContent = data.subtitle;
   const rest = kReports[data.kind]() || [];
   document.body.dataset.first = String(Math.round(performance.now()));
+  await complete;
+  sections.forEach((entry) => { entry.stale = true; });
   for (const step of rest) {
     await afterPaint();
     step();

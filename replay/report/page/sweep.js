@@ -55,7 +55,7 @@ function sweepReport() {
     () => { if (data.views.length > 0) browser = sweepImages(); },
     () => section('points', 'Points').append(table([{ title: 'point', of: (row) => row[0] }, ...varying.map((key) => ({ title: key, of: (row) => points[row[0]].axis[key] })), { title: 'frame', of: (row) => (row[1] === null ? '' : row[1]) }, { title: 'status', of: (row) => row[2] },
       ...columns.filter((name) => name in columnIndex).map((name) => ({ title: name, of: (row) => (row[columnIndex[name]] === null ? '' : row[columnIndex[name]]) }))], sweep.rows, { press: (row) => press({ index: row[0] }), limit: 200 })),
-    () => configurationSection([['Study', { title: sweep.title, captures: sweep.captures, frames: sweep.frames || 'those of the captures', fixed: sweep.settings }], ['Settings of the first point', sweep.first_point.settings], ['Machine of the first point', sweep.first_point.gpu]])];
+    () => configurationSection([['Study', { title: sweep.title, captures: sweep.captures, frames: sweep.frames || 'as in the captures', fixed: sweep.settings }], ['Settings of the first point', sweep.first_point.settings], ['Machine of the first point', sweep.first_point.gpu]])];
 }
 
 // The column of the goal's objective, then the columns with limits.
@@ -130,7 +130,7 @@ function paretoSection({ points, columns, varying, says, prefer, goal, meets }, 
   const onFront = make('div');
   const shown = plot(part, 'Points of the study, one column against another', () => scatter(listed(), { x: state.x, y: state.y, series: state.series, log: state.log, order: valuesOfAxis(points, state.series), limits: limitsOf(state.x, 'x').concat(limitsOf(state.y, 'y')) }), press);
   function limitsOf(name, axis) { const limit = goal && (goal.subject_to || {})[name]; return limit ? [limit.at_least, limit.at_most].filter((value) => value !== undefined).map((value) => ({ [axis]: value, says: `${name} ${limitWords(limit, name)}` })) : []; }
-  // The points of the line as a table; those that others beat stay folded in the table of all points.
+  // The points of the line as a table; the beaten ones are in the table of all points.
   function listed() {
     const all = rows(), front = all.filter((row) => row.front).sort((a, b) => a.x - b.x);
     onFront.replaceChildren(make('p', { class: 'note' }, `${front.length} of ${all.length} points ${front.length === 1 ? 'is' : 'are'} on the line; they beat the rest.`), table([...varying.map((key) => ({ title: key, of: (row) => points.find((point) => point.index === row.index).axis[key] })),
@@ -178,7 +178,7 @@ function curveSection({ points, columns, varying, prefer }) {
     for (const point of points) { const key = slice(point) + (state.series === 'scheme' ? '' : point.axis[state.series]); seen.set(key, (seen.get(key) || new Set()).add(String(point.axis[state.x]))); }
     return state.series === state.x ? null : new Set([...seen].filter(([, at]) => at.size === places.size).map(([key]) => key));
   }
-  const partial = make('p', { class: 'note', hidden: true }, 'No combination of the other axes is there along the whole line, as a search leaves them: the line is drawn through what is there. Hold an axis to compare like with like.');
+  const partial = make('p', { class: 'note', hidden: true }, 'A search left no combination of the other axes complete along the line, so each of its places is a mean over other points. Hold an axis to compare like with like.');
   part.append(partial);
   const rows = () => {
     const groups = new Map(), whole = complete(), used = whole && whole.size > 0 ? whole : null;

@@ -8,8 +8,8 @@ function mapValues(tiles, name) {
   return tiles.maps[name] ? tiles.maps[name].values : null;
 }
 const kCostMaps = {
-  'cost.cycles': ['cycles', 'cycles', 'From the core taking the tile to its last pixel.'], 'cost.energy_nj': ['energy', 'nJ', 'Of the units of its core, and of memory.'],
-  'cost.saves': ['cycles saved by twice of its bound', 'cycles', 'What the tile would be done sooner with twice of what bounds it; of machine.timing=events an estimate, half of what that has of its path.'], 'cost.bound_by': ['bound by', '', 'What twice of would end the tile soonest; of machine.timing=events an estimate, what has most of the path to its last pixel.'] };
+  'cost.cycles': ['cycles', 'cycles', 'From the cycle in which the core takes the tile to its last pixel.'], 'cost.energy_nj': ['energy', 'nJ', 'Of the units of its core, and of memory.'],
+  'cost.saves': ['cycles saved by twice of its bound', 'cycles', 'Cycles by which the tile would end sooner if the unit that bounds it were twice as fast. With machine.timing=events an estimate: half of that unit’s part of the critical path.'], 'cost.bound_by': ['bound by', '', 'The unit that, twice as fast, would end the tile soonest. With machine.timing=events an estimate: the unit with the largest part of the path to the tile’s last pixel.'] };
 function mapTitle(name) { return kCostMaps[name] ? kCostMaps[name][0] : name.startsWith('dram.') ? `bytes: ${purposeName(name.slice(5))}` : words(name); }
 function mapInfo(name) {
   if (kCostMaps[name]) return { unit: kCostMaps[name][1], meaning: kCostMaps[name][2] };
@@ -180,8 +180,8 @@ function costTables(rows, pressDrawable, pressMaterial) {
     { title: 'invocations', of: (row) => row.invocations },
     { title: 'tests', of: (row) => row.tests },
     { title: 'lines', of: (row) => row.requested_lines, help: 'Lines asked of the L2 and of texture caches' }];
-  const note = frame.without ? 'Ordered by what the frame saves without each, rendered and timed again: what a part hides costs nothing while the part is there.'
-    : 'Cycles are shares of the frame, by whose work they went to. What leaving a part out saves is something else, as what it hides is drawn then: tessera replay --without 10 measures it.';
+  const note = frame.without ? 'Ordered by the time that the frame saves without each: it was rendered and timed again, as surfaces behind a part cost nothing while the part hides them.'
+    : 'Cycles are attributed to the drawable whose work took them. Leaving a drawable out saves another amount, as the frame then draws the surfaces behind it: tessera replay --without 10 measures that.';
   return [make('h3', {}, 'Drawables'), make('p', { class: 'note' }, note), table([{ title: 'drawable', of: (row) => drawableName(row), wide: true }, ...columns(other ? (row) => of.get(row.node + '\n' + row.material) : null, savings(frame, 'drawables'))], rows,
     { press: (row) => pressDrawable(rows.indexOf(row)), chosen: (row) => rows.indexOf(row) === shown.row, sort: 1, up: false, limit: 12, label: 'Drawables by cost' }),
   make('h3', {}, 'Materials'), table([{ title: 'material', of: (row) => row.material || '(none: background, resolve)', wide: true }, ...columns(null, savings(frame, 'materials'))], frame.materials,

@@ -17,7 +17,7 @@ function tradeoffReport() {
 
   const part = section('summary', 'Summary');
   if (reference) part.append(make('p', {}, `${rows.length} settings of ${knobs.length} knobs, each against a reference of ${number(reference.samples)} samples per pixel in double precision${reference.samples < reference.asked_samples ? ` (of ${number(reference.asked_samples)}: its noise is below ${reference.enough_db} dB)` : ''}, with ${reference.edge_pixels === 0 ? "the machine's own grids" : "cells of " + reference.edge_pixels + " pixels"}. ` +
-    'Errors are those of what a display shows; host times are ' + runsWords(tradeoff) + '.'));
+    'Errors compare tone-mapped images, as a display shows them; host times are ' + runsWords(tradeoff) + '.'));
   if (reference && reference.psnr_db !== null) part.append(make('p', { class: 'note' }, `The reference's own noise, from the difference of its halves: ${reference.psnr_db.toFixed(1)} dB. Errors near it mean little.`));
   if (tradeoff.stopped) part.append(make('p', { class: 'note' }, 'Stopped before its end; the same command goes on.'));
   if (tradeoff.cheapest) {
@@ -50,7 +50,7 @@ function effectsReport(tradeoff) {
   const change = (effect) => { const row = without(effect); return row ? (row.error.psnr_db === null ? 'the same' : Number(row.error.psnr_db.toFixed(1))) : ''; };
 
   const part = section('summary', 'Summary');
-  part.append(make('p', {}, `${ran.length} of ${tradeoff.effects.length} effects run in this frame. Each was left out once: its cost is that of the frame less that of the frame without it, and the image without it is compared with the one that has all of them. Processor seconds of the host are ${runsWords(tradeoff)}.`));
+  part.append(make('p', {}, `${ran.length} of ${tradeoff.effects.length} effects run in this frame. Each was left out once: its cost is the cost of the frame minus the cost of the frame without it, and the image without it is compared with the full image. Processor seconds of the host are ${runsWords(tradeoff)}.`));
   if (tradeoff.stopped) part.append(make('p', { class: 'note' }, 'Stopped before its end; the same command goes on.'));
   if (frame) {
     const present = section('effects', 'Effects that the frame calls for');
@@ -89,7 +89,7 @@ function tradeoffColumns(knob) {
 
 function tradeoffScatter(rows, errorOf, costOf) {
   const part = section('front', 'Error against cost');
-  part.append(make('p', { class: 'note' }, 'All settings of the chosen knobs. The line joins those that no other beats in both (less is better). A press on a point says what it is.'));
+  part.append(make('p', { class: 'note' }, 'All settings of the chosen knobs. The line joins the settings that no other beats in both (less is better). A press on a point shows its arguments.'));
   const names = [...new Set(rows.map((entry) => entry.knob.name))];
   const state = { x: wantedOf('front.across', Object.keys(kTradeoffCosts), 'ms'), y: wantedOf('front.up', Object.keys(kTradeoffErrors), 'flip'), knob: wantedOf('front.knob', names, ''), log: wanted.get('front.log') === 'on' };
   const draw = (key) => (value) => { state[key] = value; shown.draw(); };

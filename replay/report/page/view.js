@@ -152,9 +152,9 @@ function leaveOneOut(frameOf) {
     if (now.rows.length === 0) { holder.replaceChildren(); return; }
     holder.replaceChildren(table([{ title: 'without', of: nameOf, wide: true }, { title: 'saves, ms', of: (row) => ms * (1 - row.cycles / cycles), show: (value) => value.toPrecision(3), bar: true }, { title: 'saves', of: (row) => 1 - row.cycles / cycles, show: (value) => percent(value) },
       { title: 'attributed', of: (row) => (attributed.get(nameOf(row)) ?? 0) / cycles, show: (value) => percent(value) }, { title: 'ms without', of: (row) => ms * row.cycles / cycles, show: (value) => value.toPrecision(4) },
-      { title: 'saves energy', of: (row) => 1 - row.energy_nj / energy, show: (value) => percent(value) }, { title: 'DRAM bytes without', of: (row) => row.dram_bytes }], now.rows, { label: 'What the frame takes without each drawable' }));
+      { title: 'saves energy', of: (row) => 1 - row.energy_nj / energy, show: (value) => percent(value) }, { title: 'DRAM bytes without', of: (row) => row.dram_bytes }], now.rows, { label: 'Cost of the frame without each drawable' }));
   }
-  return { parts: [make('h3', {}, 'Without each drawable'), make('p', { class: 'note' }, 'Renders and times the frame again without a drawable, as tessera replay --without does: the frame then draws what it hid. A change of the settings ends it.'),
+  return { parts: [make('h3', {}, 'Without each drawable'), make('p', { class: 'note' }, 'Renders and times the frame again without a drawable, as tessera replay --without does: the frame then draws the surfaces that it hid. A change of the settings ends it.'),
     make('div', { class: 'controls' }, which, measure, cancel), state, fault, make('div', { class: 'without' }, holder)], show, reset };
 }
 
@@ -165,7 +165,7 @@ function viewReport() {
   const part = section('view', 'What if');
   const cards = make('div', { class: 'cards', 'aria-live': 'polite' }), notice = make('p', { class: 'note' }), state = make('p', { class: 'state', 'aria-live': 'polite' }), fault = make('p', { class: 'error', role: 'alert' });
   const list = make('div', { class: 'keys' }), image = make('img', { alt: 'the frame' });
-  const command = make('pre', { class: 'command' }), without = leaveOneOut(() => latestStats.frames[0]), tried = make('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'What was tried' });
+  const command = make('pre', { class: 'command' }), without = leaveOneOut(() => latestStats.frames[0]), tried = make('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Settings tried' });
   const asking = asker((text) => { fault.textContent = text; if (text) follow(latest); });
   const rows = new Map();
   let latest = view.result, history = view.history, latestStats = data.stats, measured = view.without;
@@ -193,7 +193,7 @@ function viewReport() {
   const copy = make('button', { type: 'button', click: () => navigator.clipboard.writeText(command.textContent).then(() => { copy.textContent = 'Copied'; setTimeout(() => { copy.textContent = 'Copy'; }, 1500); }) }, 'Copy');
 
   part.append(cards, state, notice, fault, make('div', { class: 'sides' }, make('div', {}, list, more, make('div', { class: 'controls' }, make('label', {}, `Frame (${view.frames[1] > 1 ? `${view.frames[0]} to ${view.frames[0] + view.frames[1] - 1}` : `${view.frames[0]}, the only one`})`, frame), all)), image),
-    make('h3', {}, 'As a command line'), make('div', { class: 'controls' }, copy), command, make('h3', {}, 'What was tried'), tried, ...without.parts);
+    make('h3', {}, 'As a command line'), make('div', { class: 'controls' }, copy), command, make('h3', {}, 'Settings tried'), tried, ...without.parts);
 
   function fillCards() {
     const start = history[0].summary;
@@ -201,7 +201,7 @@ function viewReport() {
       const value = card.of(latest.summary), before = card.of(start), way = value === before || card.less === undefined ? '' : (value < before) === card.less ? 'better' : 'worse';
       return make('div', { class: 'card' }, make('span', { class: 'note' }, card.title), make('strong', {}, quantity(value, card.unit, 4)), make('span', { class: 'delta ' + way }, against(value, before) || '\u00a0'));
     }), make('div', { class: 'card' }, make('span', { class: 'note' }, 'bound by'), make('strong', {}, latest.summary.bound_by || '-'), make('span', { class: 'delta' }, latest.summary.bound_by === start.bound_by ? '\u00a0' : `before: ${start.bound_by}`)),
-      latest.summary.coarser_models.length > 0 ? make('p', { class: 'note' }, `Times and energies are those of ${latest.summary.coarser_models.join(' and ')}, coarser than the default.`) : '');
+      latest.summary.coarser_models.length > 0 ? make('p', { class: 'note' }, `Times and energies come from ${latest.summary.coarser_models.join(' and ')}, which is coarser than the default.`) : '');
   }
   function fillTried() {
     const start = history[0].summary, shownCards = kCards.filter((card) => card.tried);
