@@ -153,8 +153,7 @@ void TileScheduler::share_signatures(WorkRecorder::Round& round, std::span<const
 void TileScheduler::load(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
                          const tilecore::ColorAttachment& attachment) {
   this->tiles().move(round, {memory::Unit::kTilecore, memory::Purpose::kAttachment, false, attachment.base},
-                     bytes_of(attachment.pixel_bytes()),
-                     [&](binner::TileIndex tile) { return tiles[tile].began; });
+                     bytes_of(attachment.pixel_bytes()), [&](binner::TileIndex tile) { return tiles[tile].began; });
 }
 
 void TileScheduler::share_stores(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,

@@ -11,6 +11,8 @@
 
 #include "base/image.h"
 
+#include "replay/report/page_parts.h"
+
 namespace tessera::replay {
 
 // Images and tiles of a page, which it holds packed and unpacks on demand. The page holds the PNG files unchanged if
