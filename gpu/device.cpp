@@ -19,14 +19,14 @@
 namespace tessera::gpu {
 namespace {
 
-// A pose takes half a kilobyte for each drawable: of more than these it is kept for the next frame only if that may well
-// be the same.
+// A pose takes half a kilobyte for each drawable. With more drawables than this, a pose is kept only if the next frame
+// may well have the same.
 constexpr std::size_t kDrawablesToKeep = std::size_t{1} << 16;
 
-// What is seen through surfaces is seen by every pixel.
-constexpr const char* kWholeFrames = "surfaces transmit: any of their pixels may show any pixel of what is behind";
+// Any pixel of a transmissive surface may show any pixel behind it, so frames must be whole.
+constexpr const char* kWholeFrames = "surfaces transmit: any of their pixels may show any pixel behind them";
 
-// The resolve unit's settings, of which the seed is that of the samples. Throws UsageError when they do not fit.
+// The resolve unit's settings; its seed is the seed of the samples. Throws UsageError when they do not fit.
 tilecore::ResolveSettings resolve_settings(const RunSettings& settings, bool transmits) {
   tilecore::ResolveSettings resolve = settings.resolve;
   check_resolve(resolve);
@@ -42,7 +42,7 @@ shaders::RadianceImage image_behind(const scene::Assembly& assembly, const Rende
   return shaders::RadianceImage(shaders::RadianceImage::mip_chain({request.width, request.height}));
 }
 
-// What shaders read besides textures.
+// The images that shaders read besides textures.
 std::vector<const shaders::RadianceImage*> shader_images(const shaders::RadianceImage& behind,
                                                          const scene::Capture& capture) {
   std::vector<const shaders::RadianceImage*> images{&behind};
@@ -103,15 +103,15 @@ void Device::set_observer(ViewObserver* observer) {
         "tile.rendering_elimination=false and frame_buffer.transaction_elimination=false");
   if (observer != nullptr && behind_.level_count() > 0)
     throw UsageError(
-        "baselines draw frames in one pass; of a capture in which surfaces transmit they would leave one out");
+        "baselines draw frames in one pass; surfaces of this capture transmit, and baselines would leave out a pass");
   if (observer != nullptr && !shadow_passes_.maps().empty())
     throw UsageError(
-        "baselines draw frames in one pass; of a capture whose lights cast shadows they would leave out the maps: "
-        "effects.shadows=off compares the rest");
+        "baselines draw frames in one pass; lights of this capture cast shadows, and baselines would leave out their "
+        "maps: effects.shadows=off compares the rest");
   if (observer != nullptr && !graph_.plain())
     throw UsageError(
-        "baselines draw frames in one pass; of a capture that describes passes of its own they would leave out what "
-        "these load and store");
+        "baselines draw frames in one pass; this capture describes passes, and baselines would leave out their loads "
+        "and stores");
   observer_ = observer;
 }
 
@@ -190,7 +190,7 @@ std::unique_ptr<tilecore::ParameterMaps> Device::map_procedures(const tilecore::
 }
 
 void Device::begin_elimination(int frame, ViewState& eye, tilecore::TileJob& job) const {
-  // A frame that is not finished leaves nothing.
+  // A frame that does not finish leaves no state for the next.
   const std::optional<int> kept = std::exchange(eye.kept, std::nullopt);
   const bool follows = kept && *kept == frame - 1;
   if (gpu_.frame_buffer.transaction_elimination) {
@@ -239,7 +239,7 @@ tilecore::ResolveFrame& Device::begin_resolve(int frame, ViewState& eye, const s
     eye.sequence.advect_from_other_eye(geometry, *left, eyes_[0].sequence.history(),
                                        static_cast<float>(settings_.stereo.far_depth));
   prepare_history(*resolve.next, false);
-  // Signatures of whole tiles want all of their colours.
+  // Signatures of whole tiles need all colours of the tiles.
   resolve.keeps_blocks = resolve_.skip_unchanged && tilecore::reads_blocks(resolve_) &&
                          resolve_.colors == tilecore::HistoryColors::kFrameBuffer &&
                          !gpu_.frame_buffer.transaction_elimination;
@@ -262,9 +262,8 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
     if (geometry->request.motion_segments == 0 && geometry->motion_error > geometry->request.motion_error &&
         left == nullptr)
       result.notes.push_back(
-          fmt::format("frame {}: with {} motion segments something may be {:.1f} pixels off its curve; "
-                      "sampling.motion_error asks for "
-                      "{} (sampling.motion_segments_max may be up to {})",
+          fmt::format("frame {}: with {} motion segments a point may be {:.1f} pixels off its curve; "
+                      "sampling.motion_error asks for {} (sampling.motion_segments_max may be up to {})",
                       frame, geometry->segments.size(), geometry->motion_error, geometry->request.motion_error,
                       kMaxMotionSegments));
     if (geometry->drawables.size() <= kDrawablesToKeep || !geometry->any_motion) eye.pose = geometry;

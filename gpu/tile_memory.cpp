@@ -8,7 +8,7 @@
 namespace tessera::gpu {
 namespace {
 
-// Frames in which procedures are sampled keep more.
+// The layout without sampled procedures; frames with sampled procedures keep more.
 tilecore::SampleLayout layout_of(const GpuConfiguration& gpu) { return {gpu.tilecore.weight_bits, false, false}; }
 
 std::string does_not_fit(const GpuConfiguration& gpu, const RunSettings& settings) {

@@ -11,10 +11,10 @@
 namespace tessera::gpu {
 namespace {
 
-// Neighbours that one thread renders: it finds most of their meshes in its own memory.
+// Number of neighbouring tiles that one thread renders: it finds most of their meshes in its own memory.
 constexpr std::size_t kTilesTogether = 16;
 
-// Adds the thread's processor time since it was made.
+// Adds the thread's processor time during the object's life.
 class BusyTimer {
  public:
   explicit BusyTimer(double& seconds) : seconds_(seconds), start_(thread_seconds()) {}
@@ -39,11 +39,11 @@ auto bytes_of(std::uint64_t pixel_bytes) {
 struct TileScheduler::Round {
   WorkRecorder::Round work;
   std::vector<SharedRequests> shared;            // per tile
-  std::vector<tilecore::TileState>& unfinished;  // empty but for partial renders
+  std::vector<tilecore::TileState>& unfinished;  // empty unless there are partial renders
   const GeometryPass& pass;
-  bool last;                    // of the pass: no partial render follows
+  bool last;                    // last round of the pass: no partial render follows
   std::vector<bool> unchanged;  // tiles that are not rendered; empty: none
-  // Units that tiles share, as the tiles before in emulated order left them.
+  // Units that tiles share, in the state that earlier tiles in emulated order left.
   binner::RecordCache records;
   TileArray depths{memory::Unit::kTilecore, memory::Purpose::kCoarseDepth, true};
   std::uint64_t depth_offset = 0;
@@ -153,8 +153,7 @@ void TileScheduler::share_signatures(WorkRecorder::Round& round, std::span<const
 void TileScheduler::load(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
                          const tilecore::ColorAttachment& attachment) {
   this->tiles().move(round, {memory::Unit::kTilecore, memory::Purpose::kAttachment, false, attachment.base},
-                     bytes_of(attachment.coder.pixel_bytes()),
-                     [&](binner::TileIndex tile) { return tiles[tile].began; });
+                     bytes_of(attachment.pixel_bytes()), [&](binner::TileIndex tile) { return tiles[tile].began; });
 }
 
 void TileScheduler::share_stores(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
@@ -165,7 +164,7 @@ void TileScheduler::share_stores(WorkRecorder::Round& round, std::span<const Sha
   const auto finished = [&](binner::TileIndex tile) { return tiles[tile].finished; };
   const OrderedTiles all = this->tiles();
   if (actions.color) {
-    const auto bytes = bytes_of(actions.color->coder.pixel_bytes());
+    const auto bytes = bytes_of(actions.color->pixel_bytes());
     if (actions.load_color) load(round, tiles, *actions.color);
     all.move(round, {Unit::kResolve, Purpose::kAttachment, true, actions.color->base}, bytes, finished);
   } else {

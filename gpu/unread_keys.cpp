@@ -24,7 +24,7 @@ struct Rule {
 };
 
 constexpr std::string_view
-    kOfPhases = "with machine.timing=phases nothing reads it: set machine.timing=events",
+    kOfPhases = "machine.timing=phases does not read it: set machine.timing=events",
     kOfBanks =
         "memory.model=banks does not read it: set memory.type and memory.channels, or "
         "memory.model=fluid",
@@ -33,7 +33,7 @@ constexpr std::string_view
     kOfLanes =
         "tessellator.domain_shading=lanes does not read it: set "
         "energy.shader_operation_pj, or tessellator.domain_shading=unit",
-    kOfEncoding = "with geometry.encoding=raw nothing reads it: set geometry.encoding=quantised, meshlet or dgf";
+    kOfEncoding = "geometry.encoding=raw does not read it: set geometry.encoding=quantised, meshlet or dgf";
 
 constexpr auto kRules = std::to_array<Rule>({
     {"memory.gb_per_s", banks, kOfBanks},

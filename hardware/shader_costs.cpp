@@ -37,7 +37,7 @@ std::int32_t whole_number(std::string_view text) {
   return value;
 }
 
-// Sorted by name.
+// Reads the table; rows are sorted by name.
 std::vector<ShaderCostRow> read_table(std::string_view text) {
   std::vector<ShaderCostRow> rows;
   bool heading = true;
@@ -64,8 +64,8 @@ const ShaderCost& row_of(std::string_view name) {
   return at->cost;
 }
 
-// Rows added up. Registers are those of the whole shader and of the feature that adds most to them: where each is
-// needed most, the others are not.
+// A sum of rows. Its registers are the whole shader's plus the largest increment of a feature: features need their
+// registers at different places.
 struct Sum {
   ShaderCost cost;
   std::int32_t added_registers = 0;
@@ -92,13 +92,13 @@ std::string joined(std::initializer_list<std::string_view> parts) {
   return name;
 }
 
-// Whether textures are read at coordinates, with derivatives of these.
+// Whether textures are read at texture coordinates, whose derivatives the shader then has.
 bool has_coordinates(const Features& f) {
   return f.base_color || f.metallic_roughness || f.occlusion || f.emissive || f.height_normals ||
          f.normals != Features::Normals::kOfSurface;
 }
 
-// Of a pixel shader: what its textures and vertex colours add.
+// Adds the textures and vertex colours of a pixel shader.
 void add_textures(const Features& f, std::string_view surface, std::string_view motion, std::string_view derivatives,
                   Sum& sum) {
   const std::string_view corners = f.surface == Features::Surface::kTriangles ? "triangles" : "patch";
@@ -112,7 +112,7 @@ void add_textures(const Features& f, std::string_view surface, std::string_view 
     if (there) sum.add(row_of(joined({name, derivatives})));
   if (f.height_normals) sum.add(row_of(joined({"add/height_normals", motion, derivatives})));
   if (has_coordinates(f)) {
-    // The row has the first texture, the base colour's, as well.
+    // The row also includes the first texture, the base colour's.
     sum.add(row_of(joined({"add/coordinate", f.unlit ? "unlit" : "lit", surface, motion, derivatives})));
     sum.add(row_of(joined({"add/base_color", derivatives})), -1);
     if (f.coordinates > 1) sum.add(row_of(joined({"add/coordinate_apart", corners, derivatives})), f.coordinates - 1);
@@ -120,7 +120,7 @@ void add_textures(const Features& f, std::string_view surface, std::string_view 
   if (!mapped) return;
   const bool given = f.normals == Features::Normals::kMappedAlongTangents;
   sum.add(row_of(joined({"add/normal", surface, motion, given ? "along_tangents" : "mapped"})));
-  if (!f.quads) {  // the row is of quads; its lookup's level of detail is that of any other texture
+  if (!f.quads) {  // the row is for quads; its lookup's level of detail costs as much as any other texture's
     sum.add(row_of("add/base_color/surface"));
     sum.add(row_of("add/base_color/quads"), -1);
   }
@@ -135,7 +135,7 @@ std::span<const ShaderCostRow> shader_cost_rows() {
 
 namespace {
 
-// Of a lit pixel shader: what extensions of its material add.
+// Adds the material extensions of a lit pixel shader.
 void add_layers(const Features& f, std::string_view surface, std::string_view motion, std::string_view derivatives,
                 Sum& sum) {
   if (!f.layered()) return;
@@ -162,7 +162,7 @@ void add_layers(const Features& f, std::string_view surface, std::string_view mo
                            f.normals == Features::Normals::kOfSurface ? "of_surface" : "mapped"})));
 }
 
-// Of a lit pixel shader: what an image of the environment adds, and takes.
+// Adds an image of the environment to a lit pixel shader, and subtracts the built-in environment.
 void add_environment(const Features& f, Sum& sum) {
   if (!f.environment_image) return;
   sum.add(
@@ -198,7 +198,7 @@ void add_shadows(const Features& f, std::string_view surface, std::string_view m
 ShaderCost shader_cost(const ShaderFeatures& f) {
   const std::string_view surface = kSurfaceNames[static_cast<std::size_t>(f.surface)];
   const bool patch = f.surface == Features::Surface::kPatch || f.surface == Features::Surface::kDisplacedPatch;
-  // Pixel shaders get vertices posed: there is nothing to evaluate twice but patches.
+  // Pixel shaders receive posed vertices, so only patches are evaluated at both keys.
   const bool evaluates = patch || f.stage == Features::Stage::kDomain;
   const Features::Motion motion_taken = evaluates ? f.motion : std::min(f.motion, Features::Motion::kMoving);
   const std::string_view motion = kMotionNames[static_cast<std::size_t>(motion_taken)];

@@ -15,7 +15,7 @@ namespace {
 
 struct MaliProduct {
   std::string_view name;
-  unsigned usable_bytes;  // for colours of one tile
+  unsigned usable_bytes;  // bytes for the colours of one tile
   unsigned max_pixels;
 };
 
@@ -33,13 +33,13 @@ unsigned pixel_bytes(const PassFormat& format) {
                                format.samples);
 }
 
-// A power of two of pixels as a tile that is as wide as high, or twice as wide.
+// Turns a power of two of pixels into a tile that is square or twice as wide as high.
 TilePixels tile_of(unsigned pixels) {
   const int bits = std::bit_width(pixels) - 1;
   return {1 << (bits + 1) / 2, 1 << bits / 2};
 }
 
-// Halves a tile so many times: first its height.
+// Halves a tile `times` times: first its height.
 TilePixels halved(TilePixels tile, int times) {
   for (; times > 0; --times) (tile.width == tile.height ? tile.height : tile.width) /= 2;
   return tile;

@@ -21,7 +21,8 @@ namespace {
 
 using scene::AlphaMode;
 
-// Nearest opaque surface wins; equal depths go to the lower patch, then the lower triangle, whatever came first.
+// The nearest opaque surface wins; equal depths go to the lower patch, then the lower triangle, in any order of
+// arrival.
 class OpaqueSink final : public HitSink {
  public:
   OpaqueSink(std::uint32_t patch, TileState& state) : patch_(patch), state_(state) {}
@@ -133,7 +134,7 @@ VisibilitySettings visibility_settings(const TileJob& job, const scene::FrameGeo
           weight_steps(job.core.weight_bits)};
 }
 
-// One for each leaf and for each cell that is not clipped.
+// Number of boxes of a mesh: one for each leaf and for each cell that is not clipped.
 std::uint64_t boxes_of(const MicroMesh& mesh) {
   std::uint64_t boxes = mesh.leaves.size();
   for (const MicroMesh::Leaf& leaf : mesh.leaves) boxes += static_cast<std::uint64_t>(std::popcount(leaf.cells));
@@ -154,7 +155,7 @@ std::size_t leaf_columns(const scene::FrameGeometry& frame, const binner::ListEn
   return (static_cast<std::size_t>(entry.range.i1 - entry.range.i0) + cells - 1) / cells;
 }
 
-// Of a merge sorter: each of its ceil(log2 n) stages passes all n entries on.
+// Steps of a merge sorter: each of its ceil(log2 n) stages passes on all n entries.
 std::uint64_t sort_steps(std::uint64_t entries) {
   return entries < 2 ? 0 : entries * static_cast<std::uint64_t>(std::bit_width(entries - 1));
 }
@@ -227,7 +228,7 @@ TileCore::EntryEffects TileCore::effects_of(const TileJob& job, const binner::Li
   const scene::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const auto needs = [&](Flag flag, bool forced) { return (entry.flags & flag) != 0 || forced; };
   EntryEffects effects{
-      // What rests during a segment is there at the times of the segment alone.
+      // A sub-patch of a motion segment exists only at the times of the segment, even if it rests during it.
       {(drawable.moving && needs(Flag::kMoving, false)) || entry.segment != 0 || job.forced.motion,
        (frame.projection.lens_scale != 0 && needs(Flag::kDefocused, false)) || job.forced.lens},
       drawable.material->displacement && drawable.drawable->kind == scene::Primitive::Kind::kBezierPatches &&
@@ -332,7 +333,7 @@ void TileCore::draw_cells(const TileJob& job, TileState& state, timing::SubPatch
   result_.cells.push_back({static_cast<std::uint32_t>(result_.tessellations.size()), std::move(reads)});
 }
 
-// Cells of a procedure follow each other in a list, as they were binned.
+// Cells of a procedure are consecutive in a list, as they were binned.
 void TileCore::count_cells(const TileJob& job, std::span<const binner::ListEntry> entries) {
   std::uint64_t cells = 0, objects = 0;
   std::uint32_t last = ~0u;
@@ -534,7 +535,7 @@ void TileCore::finish_scene_color(const TileJob& job, binner::TileIndex tile, co
 
 void TileCore::count_reduced(const TileJob& job, binner::TileIndex tile) {
   for (int level = 1; level < job.scene_color->level_count(); ++level) {
-    // What it reads is what it makes of the level before, or, of the first, its pixels.
+    // A level is made from the texels of the level above; the first from the tile's pixels.
     const IntRect above = reduced_by(*job.scene_color, level - 1, job.grid->pixels(tile));
     result_.counters.transmission.texels_reduced += static_cast<std::uint64_t>(above.width() * above.height());
   }
@@ -570,6 +571,12 @@ void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
         {shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes(), false},
         targets.color, result_.counters.resolve, result_.ledger);
   }
+  if (job.actions.color && job.actions.color->samples > 1) {
+    TESSERA_CHECK(job.actions.color->samples == samples_.spp, "an attachment keeps all samples of a pixel");
+    store_.round_samples(job.actions.color->coder, {tile, pixels, targets.region, job.burst_bytes()}, samples_.spp,
+                         shader_.color(), shader_.coverage(), targets.color);
+    result_.single_samples += shader_.color().size() - shader_.color().size() / static_cast<std::size_t>(samples_.spp);
+  }
   store_colors(job, tile, job.actions, open, targets);
   if (targets.auxiliary) shader_.write_auxiliary(samples_, state, targets);
   if (!targets.ids.values.empty())
@@ -581,7 +588,7 @@ void TileCore::store_colors(const TileJob& job, binner::TileIndex tile, const At
                             FrameTargets& targets) {
   TileStore::Tile whole{tile, job.grid->pixels(tile), targets.region, job.burst_bytes(), open};
   if (actions.color) {
-    store_.round(actions.color->coder, whole, targets.color);
+    if (actions.color->samples == 1) store_.round(actions.color->coder, whole, targets.color);
     return;
   }
   if (job.resolve != nullptr) {
@@ -597,8 +604,11 @@ void TileCore::load_frame(const TileJob& job, binner::TileIndex tile) {
   store_.load(job.store, {tile, job.grid->pixels(tile), job.grid->region(), job.burst_bytes()}, result_.ledger);
 }
 
-void TileCore::copy(const TileJob& job, binner::TileIndex tile, const AttachmentActions& actions,
+void TileCore::copy(const TileJob& job, binner::TileIndex tile, int samples, const AttachmentActions& actions,
                     FrameTargets& targets) {
+  const IntRect pixels = job.grid->pixels(tile);
+  result_.single_samples += static_cast<std::uint64_t>(samples - 1) * static_cast<std::uint64_t>(pixels.width()) *
+                            static_cast<std::uint64_t>(pixels.height());
   if (actions.load_color && !actions.color) load_frame(job, tile);
   store_colors(job, tile, actions, false, targets);
 }

@@ -35,7 +35,8 @@ void TileState::make_room() {
         fmt::format("a tile sees more than {} blended surfaces, all samples together; fewer samples per pixel (--spp) "
                     "or smaller tiles (tile.width, tile.height) need less",
                     max_layers));
-  // Twice what is visible now: the work of looking stays in proportion to the layers that came.
+  // Twice the number of visible layers, so that the search for hidden ones stays in proportion to the layers that were
+  // added.
   next_drop_ = std::min(max_layers, std::max<std::size_t>(2 * layers.size(), 4096));
 }
 

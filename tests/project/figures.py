@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""tests/project/figures.py --program TESSERA [--build FOLDER] [TEST...]   checks what documents publish.
+"""tests/project/figures.py --program TESSERA [--build FOLDER] [TEST...]   checks published figures.
 
-Pages     in every push: commands of the README work, tables of pages follow from the CSV files beside them, shipped captures are
-          what their sources make (--build: where tessera_make_captures is)
+Pages     in every push: commands of the README work, tables of pages follow from the CSV files beside them, shipped captures
+          equal the output of their sources (--build: the folder of tessera_make_captures)
 Replays   figures of pages, rendered again; part of ./tessera test --all
-Arguments behind the options are those of Python's unittest: Pages, Replays.test_tour, -k shading, -v.
+Arguments after the options are arguments of Python's unittest: Pages, Replays.test_tour, -k shading, -v.
 """
 import csv
 import json
@@ -46,7 +46,7 @@ def run(*arguments):
 
 
 def statistics(*arguments):
-    """What `tessera replay ARGUMENTS` writes about its frames."""
+    """Statistics of the frames of `tessera replay ARGUMENTS`."""
     with tempfile.TemporaryDirectory() as out:
         run("replay", *arguments, "--quiet", "--no-report", "--out", out)
         return json.loads(Path(out, "stats.json").read_text())
@@ -79,7 +79,7 @@ def place_of(row):
 
 
 def costs_of(points, cost, scheme):
-    """Triples of a triangle's size in px², what this machine costs and what another does."""
+    """Triples of a triangle's size in px², this machine's cost and the other machine's cost."""
     found = []
     for point in points:
         both = float(point["finished"]) if cost == "traffic" else 0  # of this machine and of the others alike
@@ -89,7 +89,7 @@ def costs_of(points, cost, scheme):
 
 def sizes_where_less(costs):
     """Triangle sizes at which the first of two costs is the smaller one, as break_even.csv writes them. The logarithm of the costs'
-    ratio is linear in that of the size."""
+    ratio is linear in the logarithm of the size."""
     def text_of(x):
         return f"{x:.1f}" if x < 10 else f"{x:.0f}"
 
@@ -322,7 +322,7 @@ class Replays(unittest.TestCase):
             self.assertAlmostEqual(float(millijoules), value["baseline.energy_nj"] / 1e6, delta=0.051, msg=scheme)
 
     def test_lists_are_one_to_two_orders_of_magnitude_smaller_than_those_of_triangles(self):
-        """What the project is for. Less is a fault of the binner, more means that a cost was forgotten."""
+        """The purpose of the project. A smaller ratio is a fault of the binner, a larger one means that a cost was forgotten."""
         schemes = self.readme_statistics()["baselines"]
         for counter in ("queue_bytes_written", "queue_bytes_read", "queue_bytes_peak"):
             ratio = schemes["post-tessellation"][f"baseline.{counter}"] / schemes["tessera"][f"baseline.{counter}"]
@@ -361,7 +361,7 @@ class Replays(unittest.TestCase):
             for column, counter in (("sub_patches", "frontend.sub_patches"), ("entries", "binner.entries"),
                                     ("queue_bytes_peak", "binner.queue_bytes_peak"), ("domain_evaluations", "tilecore.domain_evaluations")):
                 self.assertEqual(int(row[column]), frame["counters"][counter], f"{column}: run docs/images/studies/make.sh")
-            # Tables of heights are what the front end bounds by.
+            # The front end bounds sub-patches by its tables of heights.
             self.assertEqual(int(row["traffic_bytes"]), sum(part["read_bytes"] + part["written_bytes"] for part in frame["dram"]
                                                             if part["purpose"] != "texture" or part["unit"] == "frontend"))
 

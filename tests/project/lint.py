@@ -53,7 +53,7 @@ WITH_WORDS = (*SOURCES[:3], ".def", ".js", ".py", ".sh", ".cmake", ".md")
 
 
 def project_files():
-    """Path from the root and text of every file with words, but for what is built or hidden."""
+    """Path from the root and text of every file with words, except built and hidden files."""
     files = {}
     for folder, folders, names in os.walk(ROOT):
         top = Path(folder) == ROOT
@@ -148,7 +148,7 @@ def broken_links(path, text):
 
 
 def retired_phrases():
-    """tests/project/retired_words.txt: a phrase as a regular expression and, after a tab, what is said instead. Whole words, capitals
+    """tests/project/retired_words.txt: a phrase as a regular expression and, after a tab, its replacement. Whole words, capitals
     or not. With the letters that every match begins with: searching them first saves most of the time."""
     lines = (ROOT / "tests/project/retired_words.txt").read_text().splitlines()
     return [(re.match(r"(?:[A-Za-z ](?!\?))*", phrase)[0].lower(), re.compile(r"\b(?:%s)\b" % phrase, re.I), instead)
@@ -168,7 +168,7 @@ def retired_words(path, text, phrases):
 
 
 def declared_invariants(text):
-    """Numbers that a text declares: "//   PB1  what holds" in a header, "| M1 | what holds |" in docs/architecture.md."""
+    """Numbers that a text declares: "//   PB1  law" in a header, "| M1 | law |" in docs/architecture.md."""
     return [a or b for a, b in re.findall(r"^ *//   ([A-Z]+[0-9]+)  [^ ].*$|^\| (M[0-9]+) \| .*$", text, re.M)]
 
 
@@ -217,7 +217,7 @@ def missing_tests(page, tests):
 
 
 def listed_tests(folders):
-    """Names of the tests below folders, as CMake wrote them for ctest, without what stands before ': ' but for fuzz targets."""
+    """Names of the tests below folders, as CMake wrote them for ctest, without the part before ': ', which only fuzz targets keep."""
     names = set()
     for listing in (file for folder in folders for file in Path(folder).glob("*.cmake")):
         for name in re.findall(r"^add_test\( *(?:\[=+\[(.*?)\]=+\]|\"(.*?)\"|(\S+)) ", listing.read_text(errors="replace"), re.M):
@@ -226,7 +226,7 @@ def listed_tests(folders):
     return names
 
 
-# ---- What the program prints ----------------------------------------------------------------------------------------
+# ---- Output of the program -----------------------------------------------------------------------------------------
 
 
 def described(program, *arguments):
@@ -294,7 +294,7 @@ def wrong_extensions(program):
 
 
 def twins(phrases):
-    """Each rule against what breaks it and, where it could cry wolf, against what does not."""
+    """Each rule against texts that break it and, where it could cry wolf, against texts that do not."""
     long_text = "namespace a {\nint f() {\n" + "  ++x;\n" * 120 + "}\n}  // namespace a\n"
     broken = [
         wrong_includes("frontend/a.h", '#include "tilecore/tile_core.h"\n'), wrong_includes("timing/a.h", '#include "scene/pose.h"\n'),
@@ -331,7 +331,7 @@ def twins(phrases):
     for text in ('study["pictures"]', "stroke-width: 2", "tessera_embree_rival", "binner.tile_queue", "pictured"):
         sound.append(retired_words("a.js", text, phrases))
     return [f"twin {k} is not caught" for k, caught in enumerate(broken) if not caught] + [
-        f"what is sound is complained about: {caught}" for caught in sound if caught]
+        f"a sound text is complained about: {caught}" for caught in sound if caught]
 
 
 def badly_formatted():

@@ -54,7 +54,7 @@ TEST(Calibration, EveryRowHasADateAndRangesHoldTheirValues) {
   }
 }
 
-TEST(Calibration, DatesAreThoseOfWhatASourceNames) {
+TEST(Calibration, DatesBelongToTheNamedSources) {
   EXPECT_EQ(source_years("[spec] Munkberg et al. 2010 for obb"), (std::set<int>{2010}));
   EXPECT_EQ(source_years("[spec] 1 on Mali-G31, 10 to 16 on Immortalis-G720"), (std::set<int>{2018, 2023}));
   EXPECT_EQ(source_years("[spec] US 2007/0002066: an array of lanes; [assumed] 32"), (std::set<int>{2007, kYearRead}));

@@ -11,9 +11,9 @@
 namespace tessera::tilecore {
 namespace {
 
-constexpr int kBlockSide = 8;  // pixels; what is near on screen is shaded together
+constexpr int kBlockSide = 8;  // pixels; neighbours on screen are shaded together
 
-// Whether any of a pixel's samples does.
+// Whether any of a pixel's samples sees an opaque surface.
 bool sees_opaque(const std::uint32_t* patch, int spp) {
   static_assert(TileState::kNoPatch == 0xFFFFFFFFu);
   std::uint32_t all = TileState::kNoPatch;
@@ -143,7 +143,7 @@ void DeferredShader::run_warps(const TileJob& job, const IntRect& pixels) {
 void DeferredShader::set_partners(const TileJob& job, const TileSamples& samples, std::size_t pixel, bool rests,
                                   Invocation& out) const {
   if (job.shading.derivatives != ShadingDerivatives::kQuad || job.shading.rate == ShadingRate::kCache) return;
-  // What moves or is defocused has a quad of its own; still, its place in it is that of its pixel on screen.
+  // A moving or defocused surface has a quad of its own; its place in the quad is still its pixel's place on screen.
   const auto width = static_cast<std::size_t>(samples.pixels.width());
   out.partner_x = rests && pixel % width % 2 == 1 ? -1 : 1;
   out.partner_y = rests && pixel / width % 2 == 1 ? -1 : 1;
@@ -162,7 +162,7 @@ std::uint32_t DeferredShader::ask_for_cell(const TileJob& job, const SurfaceLoca
   return number;
 }
 
-// ---- What is opaque ---------------------------------------------------------------------------------------------
+// ---- Opaque surfaces ---------------------------------------------------------------------------------------------
 
 void DeferredShader::collect_opaque(const TileJob& job, const TileSamples& samples, const TileState& state) {
   sample_point_.assign(samples.count, kNone);
@@ -213,7 +213,7 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
   for (const FragmentMerger::Run& run : merger.runs()) {
     const std::size_t s = run.sample, pixel = pixels[run.pixel];
     const std::uint32_t patch = state.patch[s];
-    // In place: a copy would wait for what has just been written.
+    // Filled in place: a copy would wait for the values just written.
     Invocation& asked = add_invocation(job, patch, pixel);
     asked.at.patch = patch, asked.at.triangle = state.triangle[s];
     asked.at.b1 = state.b1[s], asked.at.b2 = state.b2[s];
@@ -283,7 +283,7 @@ void DeferredShader::color_samples(const TileJob& job, const TileSamples& sample
   if (job.background) {
     for (const std::uint32_t s : behind_) sample_color_[s] = *job.background;
   } else {
-    // What is behind everything turns with the camera, segment by segment.
+    // The background turns with the camera, segment by segment.
     const int segments = static_cast<int>(job.frame->segments.size());
     for (int segment = std::min(segments, 1); segment <= segments; ++segment) color_background(job, samples, segment);
   }

@@ -52,20 +52,20 @@ ShadedPoint shade_procedure_point(const FrameGeometry& shutter, const Lighting& 
 
 constexpr std::uint32_t kGradientLookups = 4;  // of heights in one level
 constexpr std::uint32_t kFree = 0xFFFFFFFFu;   // no bucket
-// Of an attenuation colour, over its distance; black would leave infinities.
+// Least transmittance of an attenuation colour over its distance; black would give infinities.
 constexpr float kLeastTransmittance = 1e-6f;
 
-// Which segment of the shutter the lights are in at time t.
+// The segment of the shutter that the lights are in at time t.
 int light_segment(const FrameGeometry& shutter, float t) {
   if (!shutter.moving_lights || shutter.segments.empty()) return 0;
   return shutter.segment_of(t);
 }
-// Time within it.
+// Time within that segment.
 float light_time(const FrameGeometry& shutter, int segment, float t) {
   return segment == 0 ? t : shutter.segment(segment).part.local(t);
 }
 
-// What a draw's layers are made of, for a material that has some.
+// Sets the layers of a draw, for a material that has some.
 void set_layers(const Material& material, const Mat4& to_world, const Lighting& lighting, DrawConstants& draw) {
   draw.layered = material.effects.any();
   if (!draw.layered) return;
@@ -125,7 +125,7 @@ bool takes_list(const scene::PosedDrawable& drawable) {
 // Bytes of a listed light in the tile memory.
 std::uint64_t light_bytes_of(const FrameGeometry& frame) { return kLightRecordBytes * (frame.moving_lights ? 2 : 1); }
 
-// Whether a material's shader looks at an image of what lies all around.
+// Whether a material's shader looks up an image of the surroundings.
 bool looks_around(const Lighting& lighting, const Material& material) {
   return lighting.environment.surroundings().kind == shaders::Surroundings::Kind::kImage && !material.unlit;
 }
@@ -454,7 +454,7 @@ void PixelShader::add_places(const FrameGeometry& shutter, std::span<const Invoc
     for (std::size_t lane = 0; lane < count; ++lane)
       light_list_.add({output_[0][lane], output_[1][lane], output_[2][lane]});
   }
-  // Where invocations evaluate their patch again, so does this.
+  // If invocations evaluate their patch again, so do the warps of places.
   timing::WarpItem item = place_warp(of.drawable.moving);
   item.drawable = static_cast<std::uint32_t>(&of.drawable - of.frame.drawables.data()) + 1;
   if (has_grid(of.drawable) && !of.interpolates)

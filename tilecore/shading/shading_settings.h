@@ -6,7 +6,7 @@
 
 namespace tessera::tilecore {
 
-// When samples of a pixel share one pixel-shader invocation.
+// Which samples of a pixel share one pixel-shader invocation.
 enum class ShadingRate : std::uint8_t {
   kPixel,      // as kPrimitive, but fragments of adjacent triangles of a smooth surface are merged first
   kPrimitive,  // one run per pixel and primitive (multisampling); moving and defocused surfaces: per pixel-sized piece
@@ -14,20 +14,20 @@ enum class ShadingRate : std::uint8_t {
   kCache,      // one run per shading cell, shared by all samples that see it while the shading cache holds it
 };
 
-// Where derivatives of texture coordinates come from.
+// Source of derivatives of texture coordinates.
 enum class ShadingDerivatives : std::uint8_t {
   kAnalytic,  // the surface itself
   kQuad,      // differences between the invocations of 2x2 pixels, with helper invocations where pixels are not covered
 };
 
-// Where a pixel-shader invocation gets the surface of a Bezier patch from.
+// Source of the surface of a Bezier patch in a pixel-shader invocation.
 enum class ShadingSurface : std::uint8_t {
   kEvaluated,     // it evaluates the patch again, at its own parameters
-  kInterpolated,  // between the vertices of the triangle that it sees, as of a mesh
-  kFrame,         // likewise, but of displaced patches without the displacement, whose gradient it looks up
+  kInterpolated,  // it interpolates the vertices of the triangle that it sees, as for a mesh
+  kFrame,         // the same, but without the displacement, whose gradient it looks up
 };
 
-// Of interpolated attributes on their way to the pixel shader.
+// Precision of interpolated attributes before the pixel shader.
 enum class AttributePrecision : std::uint8_t { kFloat, kHalf };
 
 // Frames whose tiles have light lists (light_lists.h).

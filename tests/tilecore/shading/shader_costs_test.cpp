@@ -1,5 +1,5 @@
-// Costs of shaders: the table against the compiler, sums of its rows against shaders compiled whole, and what shipped
-// captures ask of it.
+// Costs of shaders: the table against the compiler, sums of its rows against shaders compiled whole, and the rows
+// that shipped captures need.
 #include "hardware/shader_costs.h"
 #include "scene/capture_reader.h"
 #include "tests/support/tests.h"
@@ -60,7 +60,7 @@ std::string made_again(const std::string& only) {
 }
 
 // SHADE1, for some rows of each kind.
-TEST(ShaderCosts, RowsOfTheTableAreWhatTheCompilerGives) {
+TEST(ShaderCosts, RowsOfTheTableEqualTheCompilers) {
   if (const std::string reason = compiler_or_reason(); !reason.empty()) GTEST_SKIP() << reason;
   const std::string made = made_again(
       "^(unlit|lit/triangles/still|lit/computed/still|add/base_color/quads|alpha_test/triangles/still/quads|"
@@ -77,7 +77,7 @@ TEST(ShaderCosts, ARowThatTheCompilerDoesNotGiveIsCaught) {
 }
 
 // SHADE1.
-TEST(ShaderCostsWhole, TheTableIsWhatTheCompilerGives) {
+TEST(ShaderCostsWhole, TheTableEqualsTheCompilersCode) {
   if (const std::string reason = compiler_or_reason(); !reason.empty()) GTEST_SKIP() << reason;
   EXPECT_EQ(made_again(""), test::read_text(kTable))
       << "run: tilecore/shading/cost/make_costs.py > hardware/shader_costs.csv";
@@ -333,7 +333,7 @@ TEST(ShaderCosts, LookupsOfShadowsAreOneTexelOneSquareOrFour) {
     }
 }
 
-TEST(ShaderCosts, IssueCyclesOfAWarpAreThoseOfItsOperations) {
+TEST(ShaderCosts, IssueCyclesOfAWarpFollowItsOperations) {
   ShaderCost cost;
   cost.vector_operations = 100, cost.transcendental = 5, cost.scalar = 30;
   EXPECT_EQ(lane_clocks(cost), 120);
@@ -350,7 +350,8 @@ struct DriverCount {
   std::int32_t vector_instructions = 0, texture_instructions = 0;
 };
 
-// What Mesa's compiler makes of glsl/material.frag with the given definitions, or nothing, with the reason.
+// Counts of the code that Mesa's compiler makes of glsl/material.frag with the given definitions, or nothing, with
+// the reason.
 std::optional<DriverCount> counted_by_driver(const std::vector<std::string>& definitions, std::string& reason) {
 #ifdef TESSERA_DRIVER_CODE
   const std::string sources = TESSERA_SOURCE_DIR "/tests/tilecore/shading/glsl/material";
@@ -444,7 +445,7 @@ std::set<std::string> features_of(const std::string& name) {
   return found;
 }
 
-TEST(ShaderFeatures, AreThoseOfTheShippedCapturesMaterials) {
+TEST(ShaderFeatures, MatchTheShippedCapturesMaterials) {
   const std::map<std::string, std::set<std::string>> expected = {
       {"eggs",
        {"displaced_patch: lit base_color", "displaced_patch: lit base_color occlusion apart",
@@ -469,7 +470,7 @@ TEST(ShaderFeatures, AreThoseOfTheShippedCapturesMaterials) {
   for (const auto& [name, features] : expected) EXPECT_EQ(features_of(name), features) << name;
 }
 
-TEST(ShaderFeatures, AreWhatTheShaderOfAMaterialReads) {
+TEST(ShaderFeatures, AreTheReadsOfAMaterialsShader) {
   const auto texture =
       std::make_shared<const shaders::Texture>(std::vector<shaders::Texture::Level>{{1, 1, {255, 255, 255, 255}}},
                                                shaders::ColorSpace::kLinear, shaders::TexelBlocks{});

@@ -46,7 +46,7 @@ ENUMS = {"surface": SURFACES, "motion": MOTIONS, "normals": NORMALS, "light": LI
 
 
 def read_layers():
-    """The effects of material_extensions.def, and those that each needs."""
+    """The effects of material_extensions.def, and the effects that each of them needs."""
     with open(os.path.join(ROOT, "scene", "material_extensions.def")) as file:
         rows = re.findall(r"^EFFECT\((\w+), (\w+),(.*?)\nEXTENSION", file.read(), re.M | re.S)
     members = {name: member for name, member, _ in rows}
@@ -111,7 +111,7 @@ def rows():
     for surface in SURFACES:
         for motion in kinds_of_motion(surface):
             whole(f"lit/{surface}/{motion}", Shader(surface=surface, motion=motion))
-    # What a first texture takes beyond one more at the same coordinate: the coordinate and its derivatives.
+    # The cost of a first texture beyond one more at the same coordinate: the coordinate and its derivatives.
     for lit in (True, False):
         for surface in drawn:
             for motion in kinds_of_motion(surface):
@@ -138,7 +138,7 @@ def rows():
         for name, quads in derivatives.items():
             two = Shader(surface=surface, base_color=True, emissive=True, quads=quads)
             added(f"coordinate_apart/{surface}/{name}", two.but(apart=True), two)
-    # What all lights share, computed once: a first one has it, a second one has not.
+    # The work that all lights share: the first light includes it, a second one does not.
     one = Shader(lights=1)
     all_rows.append(("add/lights", [one, one], [one.but(lights=0), one.but(lights=2)]))
     for light in LIGHTS:
@@ -164,7 +164,7 @@ def rows():
 
 
 def add_layers(all_rows, added, drawn):
-    """What extensions of materials add, and what they add to each light."""
+    """Costs that extensions of materials add once, and for each light."""
     plain, layered = Shader(), Shader(layered=True)
 
     def per_light(name, with_it, without):
@@ -179,13 +179,14 @@ def add_layers(all_rows, added, drawn):
         without = layered.but(**{other: True for other in needed})
         added(f"layer/{layer}", without.but(**{layer: True}), without)
         per_light(layer, without.but(**{layer: True}), without)
-    # What a coat shares with the base: its normal where that is not mapped, and what a uniform roughness fixes.
+    # The work that a coat shares with the base: its normal if that is not mapped, and terms that a uniform roughness
+    # fixes.
     for normals in ("of_surface", "mapped"):
         for name, textured in {"roughness_of_factor": False, "roughness_of_texture": True}.items():
             base = layered.but(base_color=True, quads=True, normals=normals, metallic_roughness=textured)
             added(f"layer/clearcoat/{normals}/{name}", base.but(clearcoat=True), base)
             per_light(f"clearcoat/{normals}/{name}", base.but(clearcoat=True), base)
-    # Along what the texture coordinate or the attribute says.
+    # Anisotropy along the texture coordinate or the attribute.
     for surface in drawn:
         for motion in kinds_of_motion(surface):
             for normals in ("of_surface", "mapped"):
@@ -215,7 +216,7 @@ def add_outputs(whole, added):
 
 
 def add_environment(all_rows, added):
-    """What an image of the environment adds: a lookup in place of the built-in one's arithmetic."""
+    """Cost that an image of the environment adds: a lookup in place of the built-in one's arithmetic."""
     plain, textured = Shader(), Shader(quads=True, metallic_roughness=True)
     added("environment/roughness_of_factor", plain.but(environment_image=True), plain)
     added("environment/roughness_of_texture", textured.but(environment_image=True), textured)
@@ -227,8 +228,8 @@ def add_environment(all_rows, added):
 
 
 def add_shadows(all_rows):
-    """What lights add that cast shadows: each by its projection, its filter and whether the surface moves; where one has
-    more than one map, what the choice takes, and each further map; and once for all of them what the surface takes."""
+    """Costs of lights that cast shadows: each by its projection, its filter and whether the surface moves; for a light with
+    several maps the cost of the choice, and of each further map; and once for all of them the cost of the surface."""
     receivers = {"still": Shader(lights=2), "moving": Shader(lights=2, motion="moving")}
     for projection, light in {"orthographic": "directional", "perspective": "spot"}.items():
         for receiver, lit in receivers.items():
@@ -243,7 +244,7 @@ def add_shadows(all_rows):
         for motion in kinds_of_motion(surface):
             lit = Shader(surface=surface, motion=motion, lights=1)
             other = receivers["still" if motion == "still" or surface == "computed" else "moving"]
-            # Where derivatives are the surface's own, they have taken some of it.
+            # If derivatives are the surface's own, the base has computed a part of this.
             names = {"": lit} if surface == "computed" else {"/quads": lit, "/surface": lit.but(base_color=True)}
             for name, base in names.items():
                 all_rows.append((f"add/shadows/{surface}/{motion}{name}", [base.but(shadows=1), other.but(shadows=1)],
@@ -258,7 +259,7 @@ def run(command, text=None):
 
 
 def system_folders(clang):
-    """Where the host's C++ headers are: the language's own are what shaders use of them."""
+    """Folders of the host's C++ headers, of which shaders use the language's own."""
     done = subprocess.run([clang, "--target=x86_64-linux-gnu", "-E", "-x", "c++", "-v", "-"], input="",
                           capture_output=True, text=True)
     listed = done.stderr.split("#include <...> search starts here:")[1].split("End of search list.")[0]
@@ -266,7 +267,7 @@ def system_folders(clang):
 
 
 def as_pixel_shader(ir):
-    """Functions get the convention of pixel shaders: the first argument in scalar registers."""
+    """Gives functions the calling convention of pixel shaders: the first argument in scalar registers."""
     return re.sub(r"^define [^@]*(@shader_\d+)\(([^,]*addrspace\(4\)\*)[^,%]*(%[\w.]+)", r"define amdgpu_ps void \1(\2 inreg \3",
                   ir, flags=re.M)
 
@@ -320,7 +321,7 @@ def compiled(clang, folders, shaders):
 
 
 def compile_all(clang, shaders):
-    """Counts by key. Groups keep what a compiler needs of memory small."""
+    """Counts by key. Groups keep the compiler's memory small."""
     distinct = list({shader.key(): shader for shader in shaders}.values())
     folders = system_folders(clang)
     groups = [distinct[i:i + 6] for i in range(0, len(distinct), 6)]
