@@ -28,8 +28,10 @@ namespace tessera::hardware {
 
 // What a shader's code depends on. Everything else is a number in a constant buffer.
 struct ShaderFeatures {
-  // kDomain: one vertex. kOutputs: one with the attributes that pixels interpolate, `coordinates` of them. kBackground: the environment along a ray of a camera that is kStill or, turning, kMoving.
-  enum class Stage : std::uint8_t { kPixel, kAlphaTest, kDomain, kOutputs, kBackground };
+  // kDomain: one vertex. kOutputs: one with the attributes that pixels interpolate, `coordinates` of them. kBackground: the
+  // environment along a ray of a camera that is kStill or, turning, kMoving. kFill, kLight: the halves of a lit pixel shader
+  // with a G-buffer (tilecore/shading/gbuffer.h).
+  enum class Stage : std::uint8_t { kPixel, kAlphaTest, kDomain, kOutputs, kBackground, kFill, kLight };
   enum class Surface : std::uint8_t { kTriangles, kPatch, kDisplacedPatch, kComputed };  // kComputed: by a procedure
   enum class Motion : std::uint8_t { kStill, kMoving, kDeforming };  // kDeforming: both poses of a patch are evaluated
   enum class Normals : std::uint8_t { kOfSurface, kMapped, kMappedAlongTangents };  // tangents derived, or given
@@ -64,6 +66,7 @@ struct ShaderFeatures {
   std::vector<std::string_view> layers = {};
   std::uint8_t layer_textures = 0;  // of layers, the coat's normal map apart
   bool coat_normals = false;
+  bool packed = false;  // the G-buffer of a half: its light half finds places by depths, not by triangles
   bool layered() const { return !layers.empty(); }
   bool has(std::string_view layer) const { return std::find(layers.begin(), layers.end(), layer) != layers.end(); }
 

@@ -36,9 +36,10 @@ struct SubPatchItem {
 struct WarpItem {
   // kEvaluating: invocations that evaluate their patch again. kVertices: vertices that the pixels behind them interpolate,
   // which wait for them. kPlaces, kLightTests: warps that make a tile's light list, which wait for vertices and for each
-  // other; pixels wait for them. kImage: texels of a pass over an image.
+  // other; pixels wait for them. kImage: texels of a pass over an image. kLight: the light half of pixels whose fill half is
+  // among kPixels or kEvaluating, for which it waits.
   static constexpr std::uint32_t kPixels = 0, kEvaluating = 1, kBackground = 2, kVertices = 3, kPlaces = 4,
-                                 kLightTests = 5, kImage = 6;
+                                 kLightTests = 5, kImage = 6, kLight = 7;
 
   std::uint32_t lanes = 0;  // with an invocation, or with such a sample or vertex
   std::uint32_t kind = kPixels;
@@ -52,9 +53,9 @@ struct WarpItem {
   // Whether the core packs its lanes together from what a tile sees.
   bool is_packed() const { return !makes_lights() && kind != kImage; }
   // Warps wait for those of lower steps that were packed before them.
-  static constexpr std::uint32_t kSteps = 4;
+  static constexpr std::uint32_t kSteps = 5;
   std::uint32_t step() const {
-    return kind == kVertices ? 0 : kind == kPlaces ? 1 : kind == kLightTests ? 2 : kSteps - 1;
+    return kind == kVertices ? 0 : kind == kPlaces ? 1 : kind == kLightTests ? 2 : kind == kLight ? 4 : 3;
   }
 };
 
