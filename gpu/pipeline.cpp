@@ -85,8 +85,7 @@ bool Pipeline::render_tiles(const ViewRun& run, TileScheduler& scheduler, const 
       if (!again) scheduler.empty_lists();
     }
     scheduler.render({.name = run.pass, .sub_patches = sub_patches, .binned = again});
-    if (run.job.depths == nullptr && run.job.shading.path == tilecore::ShadingPath::kGbufferExternal)
-      scheduler.light();
+    if (run.job.depths == nullptr && run.job.shading.path == tilecore::ShadingPath::kGbufferExternal) scheduler.light();
     return true;
   }
   std::vector<bool> open(grid.tile_count(), false);

@@ -30,8 +30,8 @@ void check_shading_path(const GpuConfiguration& gpu, const RunSettings& settings
   }};
   for (const Conflict& conflict : conflicts)
     if (conflict.there)
-      throw UsageError(fmt::format("shading.path={} with {}: {}",
-                                   kEnumWords<Path>[static_cast<std::size_t>(path)], conflict.with, conflict.because));
+      throw UsageError(fmt::format("shading.path={} with {}: {}", kEnumWords<Path>[static_cast<std::size_t>(path)],
+                                   conflict.with, conflict.because));
 }
 
 }  // namespace tessera::gpu

@@ -81,7 +81,8 @@ void TileScheduler::render_tile(Round& round, std::size_t t) {
     state.depths_alone = round.pass.depths_only;
     if (!prepass_.empty() && !round.pass.depths_only && shared.began)
       state.hide_behind(prepass_[t], job.grid->pixels(tile).width(), job.pattern->samples_per_pixel());
-    if (shared.began && !round.pass.depths_only && !stores_gbuffer() && job.actions.load_color && !job.actions.color) core.load_frame(job, tile);
+    if (shared.began && !round.pass.depths_only && !stores_gbuffer() && job.actions.load_color && !job.actions.color)
+      core.load_frame(job, tile);
     if (state.started) core.load_state(job, state);
     if (run_.record != nullptr)
       for (const binner::ListEntry& entry : entries) {
@@ -376,7 +377,8 @@ void TileScheduler::move_gbuffer(WorkRecorder::Round& round, std::span<const Sha
                run_.job.burst_bytes());
   if (packed) move_depths(round, tiles, write);
   tilecore::GbufferCounters& counters = run_.result.counters.gbuffer;
-  (write ? counters.stored_bytes : counters.loaded_bytes) += move_samples(round, tiles, write, packed ? depths : 0, bytes);
+  (write ? counters.stored_bytes : counters.loaded_bytes) +=
+      move_samples(round, tiles, write, packed ? depths : 0, bytes);
 }
 
 void TileScheduler::empty_lists() {

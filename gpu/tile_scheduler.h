@@ -150,10 +150,10 @@ class TileScheduler {
   tilecore::TessellationCache& cache_;
   PassEnd pass_end_;
   bool first_pass_ = true;
-  std::vector<Lit> lit_;                         // by tile; empty: no G-buffer is stored
-  std::vector<std::vector<float>> prepass_;      // depths of its samples, by tile; empty: no prepass was before
-  std::vector<bool> unchanged_;       // tiles that rendering elimination left out; empty: none
-  std::uint32_t records_before_ = 0;  // of the sub-patch tables that were emptied
+  std::vector<Lit> lit_;                     // by tile; empty: no G-buffer is stored
+  std::vector<std::vector<float>> prepass_;  // depths of its samples, by tile; empty: no prepass was before
+  std::vector<bool> unchanged_;              // tiles that rendering elimination left out; empty: none
+  std::uint32_t records_before_ = 0;         // of the sub-patch tables that were emptied
 };
 
 }  // namespace tessera::gpu

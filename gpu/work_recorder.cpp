@@ -202,8 +202,7 @@ WorkRecorder::Tile::Tile(WorkRecorder& recorder, std::size_t tile)
   slot_.work.tile = static_cast<std::uint32_t>(tile);
 }
 
-WorkRecorder::Tile::Tile(WorkRecorder& recorder, std::size_t tile, tilecore::TileCore& core)
-    : Tile(recorder, tile) {
+WorkRecorder::Tile::Tile(WorkRecorder& recorder, std::size_t tile, tilecore::TileCore& core) : Tile(recorder, tile) {
   if (recorder.record_accesses_) core.record_accesses(&slot_.log);
   core.keep_items(recorder.keep_items_);
 }

@@ -117,7 +117,7 @@ struct TileState {
   void make_room();
   DepthBlocks depth_blocks_, known_blocks_;
   std::vector<float> known_depths_;  // empty: no pass was before
-  std::size_t next_drop_ = 0;  // layers at which it is worth to look for hidden ones
+  std::size_t next_drop_ = 0;        // layers at which it is worth to look for hidden ones
 };
 
 }  // namespace tessera::tilecore

@@ -29,8 +29,9 @@ using Keys = std::vector<std::string>;
 constexpr int kWidth = 112, kHeight = 80;
 const std::array<std::string, 3> kOtherPaths = {"prepass", "gbuffer", "gbuffer_external"};
 
-FrameResult frame_of(const Capture& capture, Keys keys, const std::string& path, IntRect region = {0, 0, kWidth, kHeight},
-                     int frame = 0, int width = kWidth, int height = kHeight) {
+FrameResult frame_of(const Capture& capture, Keys keys, const std::string& path,
+                     IntRect region = {0, 0, kWidth, kHeight}, int frame = 0, int width = kWidth,
+                     int height = kHeight) {
   RunSettings settings;
   GpuConfiguration gpu;
   keys.push_back("shading.path=" + path);
@@ -109,8 +110,9 @@ struct Room {
     Random random(9);
     for (int k = 0; k < 10; ++k) {
       const Vec3 at = random.in_box(2.0f);
-      const int node = add_lamp(capture, lamp(k % 3 == 0 ? Light::Type::kSpot : Light::Type::kPoint,
-                                              random.uniform(1.0f, 4.0f), random.uniform(0.5f, 4.0f)),
+      const int node = add_lamp(capture,
+                                lamp(k % 3 == 0 ? Light::Type::kSpot : Light::Type::kPoint, random.uniform(1.0f, 4.0f),
+                                     random.uniform(0.5f, 4.0f)),
                                 DVec3(at) + DVec3(0, 1.2, -2));
       if (k == 0) first_lamp = node;
     }
@@ -204,8 +206,7 @@ INSTANTIATE_TEST_SUITE_P(
                cast_shadows(room);
              },
              {"shadows.times=2"}},
-        Case{"rate_of_samples", {}, {"shading.rate=sample"}},
-        Case{"quads", move_balls, {"shading.derivatives=quad"}},
+        Case{"rate_of_samples", {}, {"shading.rate=sample"}}, Case{"quads", move_balls, {"shading.derivatives=quad"}},
         Case{"evaluated", move_balls, {"shading.surface=evaluated"}}, Case{"frames", {}, {"shading.surface=frame"}},
         Case{"half_attributes", {}, {"shading.attributes=half"}},
         Case{"desampled", {}, {"resolve.desampling=checkerboard"}, {"prepass", "gbuffer"}},
@@ -213,9 +214,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"partial_renders", {}, {"parameter_buffer.bytes=4096"}},
         Case{"partial_renders_of_moving_surfaces", move_balls, {"parameter_buffer.bytes=4096"}},
         Case{"fitted_tiles", {}, {"tile.fit=true"}}, Case{"small_tiles", {}, {"tile.width=8", "tile.height=16"}},
-        Case{"spilling_tiles",
-             {},
-             {"tile.fit=true", "tilecore.memory_bytes=4096", "sampling.samples_per_pixel=8"}},
+        Case{"spilling_tiles", {}, {"tile.fit=true", "tilecore.memory_bytes=4096", "sampling.samples_per_pixel=8"}},
         Case{"two_eyes", {}, {"stereo.eye_separation=0.06"}}, Case{"no_items", {}, {"machine.timing=phases"}},
         Case{"masked",
              [](Room& room) {
@@ -235,9 +234,7 @@ INSTANTIATE_TEST_SUITE_P(
              {},
              {"gbuffer"}},
         Case{"no_numbers",
-             [](Room& room) {
-               room.capture.materials[1].emissive.y = std::numeric_limits<float>::quiet_NaN();
-             },
+             [](Room& room) { room.capture.materials[1].emissive.y = std::numeric_limits<float>::quiet_NaN(); },
              {"frame_buffer.compression=none"}}),
     [](const auto& case_of) { return std::string(case_of.param.name); });
 
@@ -257,7 +254,9 @@ TEST(ShadingPaths, RandomRoomsKeepTheirBits) {
       m.roughness = random.uniform(0, 1), m.metallic = random.uniform(0, 1);
     const std::array<const char*, 4> samples = {"1", "2", "4", "7"};
     const std::array<const char*, 3> rates = {"pixel", "primitive", "sample"}, lists = {"off", "ranged", "all"};
-    const auto any = [&](const auto& of) { return of[static_cast<std::size_t>(random.integer(0, static_cast<int>(of.size()) - 1))]; };
+    const auto any = [&](const auto& of) {
+      return of[static_cast<std::size_t>(random.integer(0, static_cast<int>(of.size()) - 1))];
+    };
     const Keys keys = {std::string("sampling.samples_per_pixel=") + any(samples),
                        std::string("shading.rate=") + any(rates), std::string("shading.light_lists=") + any(lists),
                        random.coin() ? "tile.fit=true" : "tile.width=16"};
@@ -315,7 +314,8 @@ TEST(ShadingPaths, TheDefaultMovesAndCountsNothingOfThem) {
 // GB4
 TEST(ShadingPaths, EveryLitInvocationIsFilledOnce) {
   Room room;
-  for (scene::Material& m : room.capture.materials) m.unlit = false, m.effects.reset(), m.alpha_mode = scene::AlphaMode::kOpaque;
+  for (scene::Material& m : room.capture.materials)
+    m.unlit = false, m.effects.reset(), m.alpha_mode = scene::AlphaMode::kOpaque;
   for (const char* layout : {"exact", "packed"}) {
     const FrameResult frame = frame_of(room.capture, {std::string("gbuffer.layout=") + layout}, "gbuffer");
     const tilecore::GbufferCounters& c = frame.counters.gbuffer;
@@ -364,8 +364,8 @@ TEST(ShadingPaths, StoredGbuffersHaveClosedForms) {
   const IntRect whole{0, 0, 1920, 1080};
   const auto of = [&](const char* path, const char* layout, const char* samples) {
     return frame_of(floor.capture,
-                    {std::string("gbuffer.layout=") + layout, std::string("sampling.samples_per_pixel=") + samples}, path,
-                    whole, 0, 1920, 1080);
+                    {std::string("gbuffer.layout=") + layout, std::string("sampling.samples_per_pixel=") + samples},
+                    path, whole, 0, 1920, 1080);
   };
   constexpr std::uint64_t kPixels = 1920 * 1080, kColors = 33'177'600, kDepths = 4 * kPixels;
   const FrameResult packed = of("gbuffer_external", "packed", "1");
@@ -448,8 +448,10 @@ TEST(TileFit, StateOfKnownTiles) {
 TEST(TileFit, NoLargerTileFits) {
   Random random(4);
   for (int trial = 0; trial < 2000; ++trial) {
-    const auto bits = static_cast<std::uint64_t>(16 * random.integer(8, 64)), samples = std::uint64_t{1} << random.integer(0, 4),
-               memory = static_cast<std::uint64_t>(random.integer(1 << 10, 1 << 20)), tiles = static_cast<std::uint64_t>(random.integer(1, 3));
+    const auto bits = static_cast<std::uint64_t>(16 * random.integer(8, 64)),
+               samples = std::uint64_t{1} << random.integer(0, 4),
+               memory = static_cast<std::uint64_t>(random.integer(1 << 10, 1 << 20)),
+               tiles = static_cast<std::uint64_t>(random.integer(1, 3));
     const std::uint64_t pixel = samples * (4 + std::max<std::uint64_t>(16, bits / 8));
     ASSERT_EQ(pixel, samples * sample_bytes(bits));
     const hardware::TilePixels tile = hardware::largest_tile(pixel, memory, tiles);
@@ -462,14 +464,17 @@ TEST(TileFit, NoLargerTileFits) {
 
 // With the memories of published GPUs the rule gives their tiles.
 TEST(TileFit, PublishedTilesFollowFromPublishedMemories) {
-  for (const int bytes : {16, 32, 64}) {
+  const auto rule = [](int bytes, std::uint64_t memory) {
+    return hardware::largest_tile(static_cast<std::uint64_t>(bytes), memory, 1);
+  };
+  for (const int bytes : {32, 64}) {
     const std::array<int, 1> color = {bytes};
-    const auto pixel = static_cast<std::uint64_t>(bytes);
-    if (bytes >= 32) EXPECT_EQ(hardware::largest_tile(pixel, 32768, 1), hardware::apple_tile({color, 1})) << bytes;
-    EXPECT_EQ(hardware::largest_tile(pixel, 8192, 1),
-              bytes >= 32 ? hardware::mali_tile("G72", {color, 1}) : hardware::largest_tile(pixel, 8192, 1))
-        << bytes;
-    if (bytes <= 16) EXPECT_EQ(hardware::largest_tile(pixel, 16384, 1), hardware::v3d_tile(7, {color, 1})) << bytes;
+    EXPECT_EQ(rule(bytes, 32768), hardware::apple_tile({color, 1})) << bytes;
+    EXPECT_EQ(rule(bytes, 8192), hardware::mali_tile("G72", {color, 1})) << bytes;
+  }
+  for (const int bytes : {4, 8, 16}) {
+    const std::array<int, 1> color = {bytes};
+    EXPECT_EQ(rule(bytes, 16384), hardware::v3d_tile(7, {color, 1})) << bytes;
   }
 }
 
@@ -494,7 +499,8 @@ TEST(TileFit, TilesFollowFromTheMemoryAndThePath) {
 TEST(TileFit, SpillIsCharged) {
   const Room room;
   const Keys keys = {"tile.fit=true", "tilecore.memory_bytes=4096", "sampling.samples_per_pixel=4"};
-  const FrameResult fits = frame_of(room.capture, {keys[0], keys[2]}, "gbuffer"), spills = frame_of(room.capture, keys, "gbuffer");
+  const FrameResult fits = frame_of(room.capture, {keys[0], keys[2]}, "gbuffer"),
+                    spills = frame_of(room.capture, keys, "gbuffer");
   EXPECT_EQ(fits.counters.gbuffer.spilled_bytes, 0u);
   // 8x8 pixels, 4 samples of 68 bytes.
   constexpr std::uint64_t kTile = 8 * 8 * 4 * 68 - 4096, kTiles = (kWidth / 8) * (kHeight / 8);
@@ -527,7 +533,8 @@ TEST(ShadingPaths, RefusesWhatDoesNotGoTogether) {
   EXPECT_THAT(message(room, {"resolve.desampling=adaptive"}, "gbuffer_external"),
               testing::StartsWith("shading.path=gbuffer_external with resolve.desampling: "));
   for (const std::string path : {"prepass", "gbuffer_external"}) {
-    EXPECT_THAT(message(glass, {}, path), testing::StartsWith("shading.path=" + path + " with surfaces that transmit: "));
+    EXPECT_THAT(message(glass, {}, path),
+                testing::StartsWith("shading.path=" + path + " with surfaces that transmit: "));
     for (const std::string key : {"frontend.previous_depth_culling=true", "tile.rendering_elimination=true"})
       EXPECT_THAT(message(room, {key}, path), testing::StartsWith("shading.path=" + path + " with " + key + ": "));
   }

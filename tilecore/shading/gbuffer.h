@@ -29,7 +29,8 @@ namespace tessera::tilecore {
 
 // Arrays in which a half leaves what the other reads, by number.
 struct GbufferPlanes {
-  static constexpr std::size_t kBaseColor = 0, kMetallic = 3, kRoughness = 4, kOcclusion = 5, kEmissive = 6, kNormal = 9;
+  static constexpr std::size_t kBaseColor = 0, kMetallic = 3, kRoughness = 4, kOcclusion = 5, kEmissive = 6,
+                               kNormal = 9;
   static constexpr std::size_t kMaterial = 12;  // so many are rounded by the packed layout
   static constexpr std::size_t kPlace = 12, kView = 15, kPlain = 18;
   // Where shadows are looked up: place and derivatives in the image, and the same at both motion keys.
@@ -63,30 +64,31 @@ template <>
 inline constexpr bool kAbsentWhenIdle<tilecore::GbufferCounters> = true;
 
 template <>
-inline constexpr auto kCounterFields<tilecore::GbufferCounters> = std::to_array<
-    CounterField<tilecore::GbufferCounters>>({
-    {"gbuffer.filled", &tilecore::GbufferCounters::filled, Combine::kSum, "invocations",
-     "Pixel-shader invocations that filled the G-buffer and were lit from it; the others shade forward.", ""},
-    {"gbuffer.samples", &tilecore::GbufferCounters::samples, Combine::kSum, "samples",
-     "Samples whose part of the G-buffer these invocations wrote.", ""},
-    {"gbuffer.light_warps", &tilecore::GbufferCounters::light_warps, Combine::kSum, "warps",
-     "Warps of the light half, beside tilecore.warps.", ""},
-    {"gbuffer.tile_bytes", &tilecore::GbufferCounters::tile_bytes, Combine::kSum, "bytes",
-     "Bytes of the G-buffer that shaders wrote into the tile memory, for each sample, and read there, for each invocation.",
-     ""},
-    {"gbuffer.stored_bytes", &tilecore::GbufferCounters::stored_bytes, Combine::kSum, "bytes",
-     "Bytes of the G-buffer that were stored to memory, depths apart.", ""},
-    {"gbuffer.loaded_bytes", &tilecore::GbufferCounters::loaded_bytes, Combine::kSum, "bytes",
-     "The same, loaded for the light half.", ""},
-    {"gbuffer.depth_bytes", &tilecore::GbufferCounters::depth_bytes, Combine::kSum, "bytes",
-     "Bytes of depths that were stored beside a G-buffer or by a prepass, and loaded.", ""},
-    {"gbuffer.layer_bytes", &tilecore::GbufferCounters::layer_bytes, Combine::kSum, "bytes",
-     "Bytes of blended layers, tables of triangles and light lists that waited in memory for the light half, stored and "
-     "loaded.",
-     ""},
-    {"gbuffer.spilled_bytes", &tilecore::GbufferCounters::spilled_bytes, Combine::kSum, "bytes",
-     "With tile.fit: bytes of samples that the smallest tile has no room for, written and read back.", ""},
-});
+inline constexpr auto kCounterFields<tilecore::GbufferCounters> =
+    std::to_array<CounterField<tilecore::GbufferCounters>>({
+        {"gbuffer.filled", &tilecore::GbufferCounters::filled, Combine::kSum, "invocations",
+         "Pixel-shader invocations that filled the G-buffer and were lit from it; the others shade forward.", ""},
+        {"gbuffer.samples", &tilecore::GbufferCounters::samples, Combine::kSum, "samples",
+         "Samples whose part of the G-buffer these invocations wrote.", ""},
+        {"gbuffer.light_warps", &tilecore::GbufferCounters::light_warps, Combine::kSum, "warps",
+         "Warps of the light half, beside tilecore.warps.", ""},
+        {"gbuffer.tile_bytes", &tilecore::GbufferCounters::tile_bytes, Combine::kSum, "bytes",
+         "Bytes of the G-buffer that shaders wrote into the tile memory, for each sample, and read there, for each "
+         "invocation.",
+         ""},
+        {"gbuffer.stored_bytes", &tilecore::GbufferCounters::stored_bytes, Combine::kSum, "bytes",
+         "Bytes of the G-buffer that were stored to memory, depths apart.", ""},
+        {"gbuffer.loaded_bytes", &tilecore::GbufferCounters::loaded_bytes, Combine::kSum, "bytes",
+         "The same, loaded for the light half.", ""},
+        {"gbuffer.depth_bytes", &tilecore::GbufferCounters::depth_bytes, Combine::kSum, "bytes",
+         "Bytes of depths that were stored beside a G-buffer or by a prepass, and loaded.", ""},
+        {"gbuffer.layer_bytes", &tilecore::GbufferCounters::layer_bytes, Combine::kSum, "bytes",
+         "Bytes of blended layers, tables of triangles and light lists that waited in memory for the light half, "
+         "stored and loaded.",
+         ""},
+        {"gbuffer.spilled_bytes", &tilecore::GbufferCounters::spilled_bytes, Combine::kSum, "bytes",
+         "With tile.fit: bytes of samples that the smallest tile has no room for, written and read back.", ""},
+    });
 TESSERA_COUNTERS_COVER(tilecore::GbufferCounters);
 
 }  // namespace tessera

@@ -48,8 +48,7 @@ void FillDraw(const DrawConstants& draw, const LaneArrays& in, std::size_t count
     if (!receivers) continue;
     store_receiver(receiver_of(filled.surface), out, Planes::kReceiver, i);
     if (!draw.shadow_keys || !draw.drawable->moving) continue;
-    for (std::size_t key = 0; key < 2; ++key)
-      store_receiver(filled.surface.key[key], out, Planes::kKeys + 9 * key, i);
+    for (std::size_t key = 0; key < 2; ++key) store_receiver(filled.surface.key[key], out, Planes::kKeys + 9 * key, i);
   }
 }
 

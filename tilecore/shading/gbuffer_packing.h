@@ -20,9 +20,7 @@ using PackedGbuffer = std::array<std::uint32_t, 4>;
 
 namespace packing {
 
-inline float between(float value, float low, float high) {
-  return __builtin_fminf(__builtin_fmaxf(value, low), high);
-}
+inline float between(float value, float low, float high) { return __builtin_fminf(__builtin_fmaxf(value, low), high); }
 // [0, 1] in 2^bits - 1 steps.
 inline std::uint32_t to_steps(float value, float steps) {
   return static_cast<std::uint32_t>(static_cast<std::int32_t>(between(value, 0.0f, 1.0f) * steps + 0.5f));
@@ -65,8 +63,8 @@ inline PackedGbuffer pack_gbuffer(const std::array<float, 12>& values, std::uint
   const auto mantissa = [&](float value) {
     return static_cast<std::uint32_t>(static_cast<std::int32_t>(value * scale + 0.5f));
   };
-  words[3] = mantissa(r) | mantissa(g) << 9 | mantissa(b) << 18 |
-             static_cast<std::uint32_t>(exponent + kExponentBias) << 27;
+  words[3] =
+      mantissa(r) | mantissa(g) << 9 | mantissa(b) << 18 | static_cast<std::uint32_t>(exponent + kExponentBias) << 27;
   return words;
 }
 

@@ -93,12 +93,11 @@ void PixelShader::fill_draw_of(const FrameGeometry& shutter, const Lighting& lig
                                std::size_t warp_lanes, GbufferLayout layout) {
   const std::span<std::uint32_t> order = of.order;
   const std::uint32_t heights = count_surface(of, textures != nullptr);
-  timing::WarpItem item =
-      keep_warps_ ? fill_warp_item(of.frame, of.drawable, of.quads, layout) : timing::WarpItem();
+  timing::WarpItem item = keep_warps_ ? fill_warp_item(of.frame, of.drawable, of.quads, layout) : timing::WarpItem();
   item.texels = heights;  // of a lane
   if (of.interpolates && !listed_) take_vertices(invocations, of, textures != nullptr, warp_lanes);
-  DrawConstants draw = lit_draw(shutter, of.frame, of.lights_in, of.drawable, lighting,
-                                shadows_of(lighting, of.frame), of.quads);
+  DrawConstants draw =
+      lit_draw(shutter, of.frame, of.lights_in, of.drawable, lighting, shadows_of(lighting, of.frame), of.quads);
   if (of.interpolates) of.vertices.outputs.set_mesh(draw);
   LookupArrays lookups;
   if (textures != nullptr) tell_material(draw, *textures, lookups);
@@ -143,8 +142,7 @@ void PixelShader::add_to_stream(const Draw& of, const Halves& halves, std::vecto
            stream.drawable->moving == of.drawable.moving;
   };
   auto stream = std::ranges::find_if(streams, joins);
-  if (stream == streams.end())
-    stream = streams.insert(streams.end(), {&of.frame, &of.drawable, of.lights_in, {}});
+  if (stream == streams.end()) stream = streams.insert(streams.end(), {&of.frame, &of.drawable, of.lights_in, {}});
   stream->order.insert(stream->order.end(), of.order.begin(), of.order.end());
 }
 
@@ -170,7 +168,8 @@ void PixelShader::light_stream(const FrameGeometry& shutter, const Lighting& lig
                   : timing::WarpItem();
   if (evaluates && textures != nullptr) item.texels = height_lookups(drawable);
   surface_work_.height_lookups += order.size() * item.texels;
-  DrawConstants draw = lit_draw(shutter, frame, stream.lights_in, drawable, lighting, shadows_of(lighting, frame), false);
+  DrawConstants draw =
+      lit_draw(shutter, frame, stream.lights_in, drawable, lighting, shadows_of(lighting, frame), false);
   if (listed_) take_listed(draw);
   LookupArrays lookups;
   if (textures != nullptr) tell_light(draw, lighting, listed_, *textures, lookups);

@@ -347,10 +347,7 @@ std::uint32_t PixelShader::count_surface(const Draw& of, bool textured) {
   warps_ += warp_ends_.size();
   if (evaluates) surface_work_.warps += warp_ends_.size(), surface_work_.evaluations += of.order.size();
   const bool turned = of.interpolates && adds_height_normals(of.frame, of.drawable);
-  const std::uint32_t heights = !textured   ? 0
-                                : evaluates ? height_lookups(of.drawable)
-                                : turned    ? kGradientLookups
-                                            : 0;
+  const std::uint32_t heights = !textured ? 0 : evaluates ? height_lookups(of.drawable) : turned ? kGradientLookups : 0;
   surface_work_.height_lookups += of.order.size() * heights;
   return heights;
 }
@@ -406,7 +403,8 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
   for (std::size_t c = 0; c < 3; ++c) out.color[c] = output_[c].data(), out.normal[c] = output_[3 + c].data();
   out.alpha = output_[6].data();
   LookupArrays lookups;
-  if (textures != nullptr) tell_material(draw, *textures, lookups), tell_light(draw, lighting, listed, *textures, lookups);
+  if (textures != nullptr)
+    tell_material(draw, *textures, lookups), tell_light(draw, lighting, listed, *textures, lookups);
   shade_batches(order.size(), item, lookups, textures, [&](std::size_t first, std::size_t count) {
     fill_lanes(shutter, invocations, of, first, count);
     forget_shadows(lookups, count);

@@ -42,7 +42,7 @@ inline constexpr int kFewestRangedLights = 8;
 
 // How opaque surfaces come to be shaded (docs/passes.md, Shading paths).
 enum class ShadingPath : std::uint8_t {
-  kVisibility,       // samples name the triangle that they see; one shader runs where all of that is known
+  kVisibility,       // samples name the triangle that they see, and pixels are shaded when all of that is known
   kPrepass,          // the same, behind a pass that stores depths
   kGbuffer,          // a fill half leaves material and normal in the tile memory, a light half reads them there
   kGbufferExternal,  // likewise, but the G-buffer is stored, and a pass of its own loads and lights it
@@ -88,9 +88,8 @@ inline constexpr auto kEnumWords<tilecore::AttributePrecision> = std::to_array<s
 template <>
 inline constexpr auto kEnumWords<tilecore::LightLists> = std::to_array<std::string_view>({"off", "ranged", "all"});
 template <>
-inline constexpr auto kEnumWords<tilecore::ShadingPath> = std::to_array<std::string_view>({"visibility", "prepass",
-                                                                                           "gbuffer",
-                                                                                           "gbuffer_external"});
+inline constexpr auto kEnumWords<tilecore::ShadingPath> =
+    std::to_array<std::string_view>({"visibility", "prepass", "gbuffer", "gbuffer_external"});
 template <>
 inline constexpr auto kEnumWords<tilecore::GbufferLayout> = std::to_array<std::string_view>({"exact", "packed"});
 

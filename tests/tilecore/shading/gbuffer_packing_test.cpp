@@ -24,8 +24,7 @@ Values random_values(Random& random) {
 std::size_t faults(const Values& in, const Values& out) {
   std::size_t found = 0;
   const float slack = 1e-5f;
-  for (std::size_t k = 0; k < 3; ++k)
-    found += std::abs(std::sqrt(in[k]) - std::sqrt(out[k])) > 0.5f / 255 + slack;
+  for (std::size_t k = 0; k < 3; ++k) found += std::abs(std::sqrt(in[k]) - std::sqrt(out[k])) > 0.5f / 255 + slack;
   for (const std::size_t k : {3, 4, 5}) found += std::abs(in[k] - out[k]) > 0.5f / 255 + slack;
   const float most = std::max({in[6], in[7], in[8], 0x1p-15f});
   for (std::size_t k = 6; k < 9; ++k) found += std::abs(in[k] - out[k]) > most / 512 * (1 + slack);

@@ -575,8 +575,8 @@ __attribute__((always_inline, flatten)) inline void light_shader(const TESSERA_C
   constexpr int kWords = S.packed ? 5 : 12;
   with_draw<S>(u, [&](const DrawConstants& draw) {
     const auto bytes = static_cast<std::uint32_t>(v.triangle) * static_cast<std::uint32_t>(kWords * sizeof(float));
-    const auto* words = reinterpret_cast<const TESSERA_GLOBAL float*>(
-        reinterpret_cast<const TESSERA_GLOBAL char*>(u.gbuffer) + bytes);
+    const auto* words =
+        reinterpret_cast<const TESSERA_GLOBAL float*>(reinterpret_cast<const TESSERA_GLOBAL char*>(u.gbuffer) + bytes);
     std::array<float, 12> values{};
     if constexpr (S.packed) {
       tilecore::PackedGbuffer packed{};
