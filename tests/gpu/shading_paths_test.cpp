@@ -144,9 +144,9 @@ void cast_shadows(Room& room) {
   for (const int light : {0, 1, 10}) room.capture.settings.shadows.push_back({.light = light, .size = 64});
 }
 
-class SameBits : public testing::TestWithParam<Case> {};
+class PathsKeepBits : public testing::TestWithParam<Case> {};
 
-TEST_P(SameBits, OnAllPaths) {  // GB1
+TEST_P(PathsKeepBits, OfAllPixels) {  // GB1
   const Case& param = GetParam();
   Room room;
   if (param.change) param.change(room);
@@ -155,6 +155,9 @@ TEST_P(SameBits, OnAllPaths) {  // GB1
     const FrameResult found = frame_of(room.capture, param.keys, path, param.region);
     EXPECT_TRUE(same_bits(found, expected)) << path;
     const tilecore::GbufferCounters& c = found.counters.gbuffer;
+    EXPECT_EQ(found.counters.binner.partial_renders > 0, std::string_view(param.name).starts_with("partial"));
+    EXPECT_EQ(c.spilled_bytes > 0, std::string_view(param.name) == "spilling_tiles") << path;
+    EXPECT_EQ(found.counters.lights.lists > 0, expected.counters.lights.lists > 0) << path;
     EXPECT_EQ(c.filled > 0, path != "prepass") << path;
     EXPECT_LE(c.filled, found.counters.shading.pixel_shader_invocations) << path;
     EXPECT_EQ(found.counters.shading.pixel_shader_invocations, expected.counters.shading.pixel_shader_invocations);
@@ -162,7 +165,7 @@ TEST_P(SameBits, OnAllPaths) {  // GB1
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    ShadingPaths, SameBits,
+    ShadingPaths, PathsKeepBits,
     testing::Values(
         Case{"still"}, Case{"all_lights", {}, {"shading.light_lists=off"}},
         Case{"region", {}, {}, {kOtherPaths.begin(), kOtherPaths.end()}, {24, 16, 90, 64}},

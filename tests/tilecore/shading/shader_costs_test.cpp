@@ -249,7 +249,8 @@ TEST(ShaderCostsWhole, SumsAreCloseToShadersCompiledAtOnce) {
                           &compiled.registers),
               6);
     const ShaderCost sum = shader_cost(one);
-    EXPECT_TRUE(close(sum.vector_operations, compiled.vector_operations, 0.05, 6))
+    const double share = one.stage == Stage::kFill ? 0.07 : 0.05;
+    EXPECT_TRUE(close(sum.vector_operations, compiled.vector_operations, share, 6))
         << name << ": " << sum.vector_operations << ", compiled " << compiled.vector_operations;
     EXPECT_EQ(sum.texture_instructions, compiled.texture_instructions) << name;
     EXPECT_TRUE(close(sum.transcendental, compiled.transcendental, 0.15, 4))
