@@ -38,6 +38,12 @@ Keys<TileSize> tile_keys() {
        "Whether a tile is not rendered, and its pixels stay as they are, when all that it would be rendered from has "
        "the signature (frame_buffer.signature_bits) of the frame before. Signatures are read and written in memory.",
        "[spec] Anglada et al. 2019, rendering elimination; [assumed] off"},
+      {"tile.fit", &TileSize::fit,
+       "Whether tiles have the largest power of two of pixels, from 64 to 4096, whose samples fit twice into "
+       "tilecore.memory_bytes; tile.width and tile.height are then of no account. Samples that do not fit into a tile "
+       "of "
+       "8x8 pixels are written to memory and read back.",
+       "[spec] as on Mali, Apple and V3D, hardware/tile_rules.h; [assumed] off"},
   };
 }
 

@@ -32,6 +32,7 @@ Keys<Settings> settings_keys();
 struct TileSize {
   int width = 32, height = 32;
   bool rendering_elimination = false;
+  bool fit = false;  // width and height follow from the tile memory (gpu/tile_memory.h)
 };
 Keys<TileSize> tile_keys();
 

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/round_up.h"
+#include "gpu/shading_paths.h"
 #include "gpu/tile_memory.h"
 #include "gpu/view_inputs.h"
 #include "hardware/external_memory.h"
@@ -50,7 +51,8 @@ std::vector<const shaders::RadianceImage*> shader_images(const shaders::Radiance
   return images;
 }
 
-GpuConfiguration with_tile_memory(GpuConfiguration gpu, const RunSettings& settings) {
+GpuConfiguration with_tile_memory(GpuConfiguration gpu, const RunSettings& settings, const scene::Assembly& assembly) {
+  check_shading_path(gpu, settings, transmits(assembly));
   grow_tile_memory(gpu, settings);
   return gpu;
 }
@@ -61,7 +63,7 @@ Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfigu
                const RunSettings& settings, const RenderRequest& request)
     : prepared_(std::move(prepared)),
       scene_(prepared_->scene(settings.textures, gpu.geometry)),
-      gpu_(with_tile_memory(gpu, settings)),
+      gpu_(with_tile_memory(gpu, settings, scene_.assembly)),
       settings_(settings),
       request_(request),
       graph_(prepared_->capture, gpu_, settings, request.region, {request.width, request.height}),
@@ -97,6 +99,8 @@ std::uint64_t Device::scene_color_bytes() const {
 }
 
 void Device::set_observer(ViewObserver* observer) {
+  if (observer != nullptr && settings_.shading.path != tilecore::ShadingPath::kVisibility)
+    throw UsageError("baselines shade what they see at once: to be compared with them set shading.path=visibility");
   if (observer != nullptr && eliminates(gpu_))
     throw UsageError(
         "baselines render and write every tile; to be compared with them the machine needs "
@@ -151,6 +155,7 @@ tilecore::TileJob Device::make_job(const scene::FrameGeometry& frame, const binn
     job.textures = {&texture_memory_, gpu_.caches.texture_bytes, hardware::Caches::kTextureWays, gpu_.line_bytes()};
   job.store = frame_store();
   job.actions = graph_.actions();
+  job.spills = gpu_.tile.fit;
   if (behind_.level_count() > 0) job.lighting.behind = job.scene_color = &behind_;
   return job;
 }
@@ -309,6 +314,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
   run.pass = graph_.name();
   run.copies = graph_.copies();
   run.bloom = graph_.bloom();
+  run.attachment_bytes = graph_.attachment_bytes();
   run.bloom_strength = static_cast<float>(settings_.post.bloom);
   run.waits = !shadow_passes_.any_pass();
   pipeline_.render(run, {guesses, guess ? &*guess : nullptr});

@@ -72,6 +72,7 @@ class FrameGraph::Reader {
         copy(out);
     }
     if (colors_ != scene::kFrameAttachment) refuse("", "leaves the colours of its surfaces in {}", in_quotes(colors_));
+    out.attachment_bytes_ = end_;
   }
 
  private:
@@ -100,6 +101,7 @@ class FrameGraph::Reader {
     if (bytes == kGeneralBytes)
       bytes = std::max(tile_sample_bytes(gpu_, settings_) / samples, kDepthBytes + kColorBytes);
     const std::uint64_t needed = samples * bytes;
+    if (gpu_.tile.fit) return;
     if (needed > static_cast<std::uint64_t>(gpu_.cores.memory_bytes))
       fault(number, "",
             fmt::format("needs {} bytes of tile memory a sample: a tile of {}x{} pixels with {} samples takes {}, "

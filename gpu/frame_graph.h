@@ -56,6 +56,8 @@ class FrameGraph {
   const Bloom* bloom() const { return bloom_ ? &*bloom_ : nullptr; }
   // Whether a pass loads the previous frame from the frame buffer.
   bool loads_frame() const;
+  // Memory that attachments take; what else lies with them begins behind it.
+  std::uint64_t attachment_bytes() const { return attachment_bytes_; }
   // Whether it moves no more bytes than a capture without passes does.
   bool plain() const { return copies_.empty() && !actions_.any(); }
 
@@ -66,6 +68,7 @@ class FrameGraph {
   tilecore::AttachmentActions actions_;
   std::vector<CopyPass> copies_;
   std::optional<Bloom> bloom_;
+  std::uint64_t attachment_bytes_ = 0;
 };
 
 }  // namespace tessera::gpu

@@ -77,7 +77,15 @@ bool Pipeline::render_tiles(const ViewRun& run, TileScheduler& scheduler, const 
     for (const frontend::BoundedSubPatch& piece : sub_patches)
       (tilecore::transmits(run.job.frame->drawable_of(piece.base_patch)) ? transmissive : behind).push_back(piece);
   if (transmissive.empty()) {
-    scheduler.render({.name = run.pass, .sub_patches = sub_patches, .binned = binned});
+    bool again = binned;
+    if (run.job.depths == nullptr && run.job.shading.path == tilecore::ShadingPath::kPrepass) {
+      scheduler.render({.name = "prepass", .sub_patches = sub_patches, .binned = binned, .depths_only = true});
+      // The lists still hold all, unless a partial render emptied them.
+      again = run.result.counters.binner.partial_renders == 0;
+      if (!again) scheduler.empty_lists();
+    }
+    scheduler.render({.name = run.pass, .sub_patches = sub_patches, .binned = again});
+    if (run.job.depths == nullptr && run.job.shading.path == tilecore::ShadingPath::kGbufferExternal) scheduler.light();
     return true;
   }
   std::vector<bool> open(grid.tile_count(), false);

@@ -14,10 +14,17 @@ namespace tessera::gpu {
 // Further data of frames (layers, tables of triangles, vertices) reduce the number of tiles in progress and do not
 // enlarge the memory.
 
-// Bytes of tile.width x tile.height pixels, tilecore::SampleLayout::sample_bytes() for each sample.
+// With tile.fit it is the other way round: tiles have what the memory holds, and what the smallest one does not hold spills
+// (TileCore::spill()).
+
+// Bytes of tile.width x tile.height pixels, tilecore::SampleLayout::room_bytes() for each sample.
 std::uint64_t tile_sample_bytes(const GpuConfiguration& gpu, const RunSettings& settings);
 
-// Makes tilecore.memory_bytes at least that. Returns a note for people; "" if the memory was large enough.
+// Sets tile.width and tile.height to the largest power of two of pixels whose state fits twice.
+void fit_tile(GpuConfiguration& gpu, const RunSettings& settings);
+
+// Makes tilecore.memory_bytes at least that, or, with tile.fit, the tile as large as it may be. Returns a note for people;
+// "" if the memory was large enough.
 std::string grow_tile_memory(GpuConfiguration& gpu, const RunSettings& settings);
 
 // Throws UsageError naming the numbers that do not fit, if it is less.

@@ -35,6 +35,7 @@ struct ViewRun {
   std::span<const CopyPass> copies{};
   const Bloom* bloom = nullptr;  // before the copies; nullptr: none
   float bloom_strength = 0;
+  std::uint64_t attachment_bytes = 0;  // what shading paths store lies behind
 };
 
 // The tiles of a view in the machine's order, which is also the order of their pieces of arrays.
@@ -44,14 +45,16 @@ struct OrderedTiles {
 
   // Every tile has a piece of `bytes(pixels)` bytes in an array, back to back; tiles with `moves(tile)` move their
   // pieces.
+  // Returns the bytes on the bus.
   template <class Bytes, class Moves>
-  void move(WorkRecorder::Round& round, TileArray array, const Bytes& bytes, const Moves& moves) const {
-    std::uint64_t offset = 0;
+  std::uint64_t move(WorkRecorder::Round& round, TileArray array, const Bytes& bytes, const Moves& moves) const {
+    std::uint64_t offset = 0, moved = 0;
     for (const binner::TileIndex tile : order.tiles()) {
       const std::uint64_t piece = bytes(grid.pixels(tile));
-      if (moves(tile)) round.move(tile, array, offset, piece);
+      if (moves(tile)) moved += round.move(tile, array, offset, piece);
       offset += piece;
     }
+    return moved;
   }
 };
 
@@ -63,6 +66,7 @@ struct GeometryPass {
   std::vector<bool> open{};  // tiles that store scene color and stay unfinished for transmissive surfaces; empty: none
   bool binned = false;       // the lists hold all sub-patches already
   bool waits = true;         // its geometry waits for the tiles of earlier passes
+  bool depths_only = false;  // a prepass: tiles store the depths of opaque surfaces alone
 };
 
 // A pass over the tiles of an image, without lists.
@@ -91,6 +95,8 @@ class TileScheduler {
 
   void render(const GeometryPass& pass);
   void render(const ImagePass& pass);
+  // With a G-buffer in memory, behind the pass that stored it: loads and lights it, and stores the pixels.
+  void light();
 
   OrderedTiles tiles() const { return {order_, binner_.grid()}; }
 
@@ -102,6 +108,22 @@ class TileScheduler {
 
  private:
   struct Round;
+  // The work of light() for a tile, which its core does right after it has filled the tile's part of the G-buffer.
+  struct Lit {
+    bool there = false;
+    tilecore::TileResult result;
+    memory::AccessLog log;
+  };
+  bool stores_gbuffer() const {
+    return run_.job.depths == nullptr && run_.job.shading.path == tilecore::ShadingPath::kGbufferExternal;
+  }
+  void light_tile(std::size_t tile, tilecore::TileState& state);
+  // Charges tiles for an array of so many bytes a sample that a shading path stores or loads.
+  std::uint64_t move_samples(WorkRecorder::Round& round, std::span<const SharedRequests> tiles, bool write,
+                             std::uint64_t offset, std::uint64_t sample_bytes);
+  // Charges tiles for the depths of a prepass, or for a G-buffer and its depths.
+  void move_depths(WorkRecorder::Round& round, std::span<const SharedRequests> tiles, bool write);
+  void move_gbuffer(WorkRecorder::Round& round, std::span<const SharedRequests> tiles, bool write);
   // Returns false if the tile will be rendered again with the transmissive surfaces.
   bool finish_tile(const Round& round, std::size_t tile, tilecore::TileState& state);
   void render_tile(Round& round, std::size_t tile);
@@ -129,8 +151,10 @@ class TileScheduler {
   tilecore::TessellationCache& cache_;
   PassEnd pass_end_;
   bool first_pass_ = true;
-  std::vector<bool> unchanged_;       // tiles that rendering elimination omitted; empty: none
-  std::uint32_t records_before_ = 0;  // number of records in the emptied sub-patch tables
+  std::vector<Lit> lit_;                     // by tile; empty: no G-buffer is stored
+  std::vector<std::vector<float>> prepass_;  // depths of its samples, by tile; empty: no prepass was before
+  std::vector<bool> unchanged_;              // tiles that rendering elimination omitted; empty: none
+  std::uint32_t records_before_ = 0;         // number of records in the emptied sub-patch tables
 };
 
 }  // namespace tessera::gpu

@@ -16,6 +16,7 @@ bool fluid(const GpuConfiguration& gpu) { return events(gpu) && !banks(gpu); }
 bool compiled(const GpuConfiguration& gpu) { return gpu.has_compiled_shaders(); }
 bool on_lanes(const GpuConfiguration& gpu) { return gpu.shades_on_lanes(); }
 bool raw_geometry(const GpuConfiguration& gpu) { return gpu.geometry.raw(); }
+bool fitted(const GpuConfiguration& gpu) { return gpu.tile.fit; }
 
 struct Rule {
   std::string_view key;
@@ -33,6 +34,7 @@ constexpr std::string_view
     kOfLanes =
         "tessellator.domain_shading=lanes does not read it: set "
         "energy.shader_operation_pj, or tessellator.domain_shading=unit",
+    kOfFit = "tile.fit=true does not read it: tilecore.memory_bytes says how large tiles are",
     kOfEncoding = "geometry.encoding=raw does not read it: set geometry.encoding=quantised, meshlet or dgf";
 
 constexpr auto kRules = std::to_array<Rule>({
@@ -66,6 +68,8 @@ constexpr auto kRules = std::to_array<Rule>({
     {"shader.registers", compiled, kOfCompiled},
     {"energy.vertex_pj", on_lanes, kOfLanes},
     {"geometry.bits", raw_geometry, kOfEncoding},
+    {"tile.width", fitted, kOfFit},
+    {"tile.height", fitted, kOfFit},
 });
 
 }  // namespace

@@ -81,7 +81,7 @@ void WorkRecorder::end_view(const tilecore::TileJob& job) {
   };
   state_bytes_.resize(record_.work.rounds.size(), width * height *
                                                           static_cast<std::uint64_t>(job.pattern->samples_per_pixel()) *
-                                                          tilecore::sample_layout(job).sample_bytes() +
+                                                          tilecore::sample_layout(job).room_bytes() +
                                                       blocks(width) * blocks(height) * sizeof(float));
 }
 
@@ -196,10 +196,13 @@ WorkRecorder::Round WorkRecorder::begin_round(const binner::Binner& binner, cons
   return Round(*this);
 }
 
-WorkRecorder::Tile::Tile(WorkRecorder& recorder, std::size_t tile, tilecore::TileCore& core)
+WorkRecorder::Tile::Tile(WorkRecorder& recorder, std::size_t tile)
     : recorder_(recorder), slot_(recorder.slots_[tile]), tile_(tile) {
   slot_.used = true;
   slot_.work.tile = static_cast<std::uint32_t>(tile);
+}
+
+WorkRecorder::Tile::Tile(WorkRecorder& recorder, std::size_t tile, tilecore::TileCore& core) : Tile(recorder, tile) {
   if (recorder.record_accesses_) core.record_accesses(&slot_.log);
   core.keep_items(recorder.keep_items_);
 }

@@ -237,6 +237,7 @@ class WorkRecorder::Tile {
 
  private:
   friend class Round;
+  Tile(WorkRecorder& recorder, std::size_t tile);
   Tile(WorkRecorder& recorder, std::size_t tile, tilecore::TileCore& core);
   void take_items(tilecore::TileResult& result);
 
@@ -254,6 +255,11 @@ class WorkRecorder::Round {
 
   // Tiles of a round may be recorded by any threads at once, each tile once.
   [[nodiscard]] Tile tile(std::size_t number, tilecore::TileCore& core) { return {recorder_, number, core}; }
+
+  // Without a core: its work was done before, and its log is put in its place.
+  [[nodiscard]] Tile tile(std::size_t number) { return {recorder_, number}; }
+  // A tile's lookups of textures and attributes, likewise without the rest of what it shares; in emulated order.
+  void share_lookups(binner::TileIndex tile) { recorder_.share_shading(recorder_.slots_[tile]); }
 
   // Replays a tile's requests to shared units; tile by tile in emulated order, after rendering: its records go to their
   // cache, its tessellations to the tessellation cache, then its lines to the L2. Returns the fetched bytes of the

@@ -109,7 +109,11 @@ void add_textures(const Features& f, std::string_view surface, std::string_view 
                                                                    {f.occlusion, "add/occlusion"},
                                                                    {f.emissive, "add/emissive"}}};
   for (const auto& [there, name] : slots)
-    if (there) sum.add(row_of(joined({name, derivatives})));
+    if (there) {
+      // The fill half does not look at the environment's table, whose rows a texture of roughness sets apart.
+      const bool fills = f.stage == Features::Stage::kFill && name == "add/metallic_roughness";
+      sum.add(row_of(joined({fills ? std::string_view("add/fill/metallic_roughness") : name, derivatives})));
+    }
   if (f.height_normals) sum.add(row_of(joined({"add/height_normals", motion, derivatives})));
   if (has_coordinates(f)) {
     // The row also includes the first texture, the base colour's.
@@ -187,10 +191,48 @@ void add_shadows(const Features& f, std::string_view surface, std::string_view m
     sum.add(row_of(joined({"add/shadow_layers", name, receiver})), casters.layered);
     sum.add(row_of(joined({"add/shadow_layer", name, receiver})), casters.layers - casters.lookups);
   }
-  if (!any) return;
+  if (!any || f.packed) return;
+  if (f.stage == Features::Stage::kLight) return sum.add(row_of(joined({"add/shadows/light", surface, motion})));
   if (computed) return sum.add(row_of(joined({"add/shadows", surface, motion})));
   const bool has_derivatives = has_coordinates(f) && !f.quads;  // the surface's own
   sum.add(row_of(joined({"add/shadows", surface, motion, has_derivatives ? "surface" : "quads"})));
+}
+
+ShaderCost fill_cost(const Features& f, std::string_view surface, std::string_view motion,
+                     std::string_view derivatives) {
+  Sum sum(row_of(joined({"fill", surface, motion})));
+  add_textures(f, surface, motion, derivatives, sum);
+  if (f.packed) sum.add(row_of("add/fill/packed"));
+  return sum.total();
+}
+
+void add_lights(const Features& f, Sum& sum) {
+  bool any_light = false;
+  for (std::size_t kind = 0; kind < f.lights.size(); ++kind)
+    if (f.lights[kind] > 0) {
+      any_light = true;
+      sum.add(row_of(joined({"add/light", kLightNames[kind], f.lights_move ? "moving" : "still"})), f.lights[kind]);
+    }
+  if (any_light) sum.add(row_of("add/lights"));
+}
+
+// Every lane has a roughness of its own, as with a texture of it.
+ShaderCost light_cost(Features f, std::string_view surface, std::string_view motion) {
+  Sum sum(row_of(f.packed ? joined({"light/packed", f.motion == Features::Motion::kStill ? "still" : "moving"})
+                          : joined({"light", surface, motion})));
+  add_lights(f, sum);
+  f.metallic_roughness = true;
+  add_environment(f, sum);
+  f.base_color = f.occlusion = f.emissive = f.metallic_roughness = f.height_normals = false;
+  f.normals = Features::Normals::kOfSurface;
+  if (f.packed) {
+    const bool casts = std::ranges::any_of(f.shadows, [](const auto& casters) { return casters.lookups > 0; });
+    if (casts) sum.add(row_of("add/shadows/packed"));
+    f.surface = Features::Surface::kComputed;
+  }
+  f.quads = true;
+  add_shadows(f, surface, motion, sum);
+  return sum.total();
 }
 
 }  // namespace
@@ -223,16 +265,12 @@ ShaderCost shader_cost(const ShaderFeatures& f) {
     if (f.vertex_colors) sum.add(row_of(joined({"add/vertex_colors", patch ? "patch" : "triangles"})));
     return sum.total();
   }
+  if (f.stage == Features::Stage::kFill) return fill_cost(f, surface, motion, derivatives);
+  if (f.stage == Features::Stage::kLight) return light_cost(f, surface, motion);
   Sum sum(f.unlit ? row_of("unlit") : row_of(joined({"lit", surface, motion})));
   if (f.surface != Features::Surface::kComputed) add_textures(f, surface, motion, derivatives, sum);
   if (f.unlit) return sum.total();
-  bool any_light = false;
-  for (std::size_t kind = 0; kind < f.lights.size(); ++kind)
-    if (f.lights[kind] > 0) {
-      any_light = true;
-      sum.add(row_of(joined({"add/light", kLightNames[kind], f.lights_move ? "moving" : "still"})), f.lights[kind]);
-    }
-  if (any_light) sum.add(row_of("add/lights"));
+  add_lights(f, sum);
   add_layers(f, surface, motion, derivatives, sum);
   add_environment(f, sum);
   add_shadows(f, surface, motion, sum);

@@ -30,8 +30,9 @@ namespace tessera::hardware {
 // The features that a shader's code depends on. Everything else is a number in a constant buffer.
 struct ShaderFeatures {
   // kDomain: one vertex. kOutputs: one vertex with the attributes that pixels interpolate, `coordinates` of them.
-  // kBackground: the environment along a camera ray; the camera is kStill or, if it turns, kMoving.
-  enum class Stage : std::uint8_t { kPixel, kAlphaTest, kDomain, kOutputs, kBackground };
+  // kBackground: the environment along a camera ray; the camera is kStill or, if it turns, kMoving. kFill, kLight: the halves
+  // of a lit pixel shader with a G-buffer (tilecore/shading/gbuffer.h).
+  enum class Stage : std::uint8_t { kPixel, kAlphaTest, kDomain, kOutputs, kBackground, kFill, kLight };
   enum class Surface : std::uint8_t { kTriangles, kPatch, kDisplacedPatch, kComputed };  // kComputed: by a procedure
   enum class Motion : std::uint8_t { kStill, kMoving, kDeforming };  // kDeforming: both poses of a patch are evaluated
   enum class Normals : std::uint8_t { kOfSurface, kMapped, kMappedAlongTangents };  // tangents derived, or given
@@ -67,6 +68,7 @@ struct ShaderFeatures {
   std::vector<std::string_view> layers = {};
   std::uint8_t layer_textures = 0;  // textures of layers, except the coat's normal map
   bool coat_normals = false;
+  bool packed = false;  // the G-buffer of a half: its light half finds places by depths, not by triangles
   bool layered() const { return !layers.empty(); }
   bool has(std::string_view layer) const { return std::find(layers.begin(), layers.end(), layer) != layers.end(); }
 

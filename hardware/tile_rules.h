@@ -17,6 +17,11 @@ struct TilePixels {
   bool operator==(const TilePixels&) const = default;
 };
 
+// A power of two of pixels as a tile that is as wide as high, or twice as wide.
+TilePixels tile_of(unsigned pixels);
+// The largest such tile, from 8x8 to 64x64 pixels, of which `tiles` fit into a memory; 8x8 where not even these fit.
+TilePixels largest_tile(std::uint64_t pixel_bytes, std::uint64_t memory_bytes, std::uint64_t tiles);
+
 // The tile sizes that published GPUs choose for a pass: the largest whose pixels fit into their tile buffers.
 //
 // Tile size of Arm Mali, v4 (T760) to v13 (G1). The colours of a pixel take a power of two of bytes. A tile has the

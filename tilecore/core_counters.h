@@ -9,6 +9,7 @@
 #include "tilecore/resolve/resolve_unit.h"
 #include "tilecore/resolve/tile_store.h"
 #include "tilecore/shading/deferred_shader.h"
+#include "tilecore/shading/gbuffer.h"
 #include "tilecore/shading/light_lists.h"
 #include "tilecore/shading/transmission.h"
 #include "tilecore/visibility/visibility_method.h"
@@ -61,6 +62,7 @@ struct CoreCounters {
   TransmissionCounters transmission;
   ShadowCounters shadows;
   ImagePassCounters post;
+  GbufferCounters gbuffer;
 };
 
 // Calls visit(a's, b's) for each of its counter structs.
@@ -80,6 +82,7 @@ void for_each_unit(A& a, B& b, const Visit& visit) {
   visit(a.transmission, b.transmission);
   visit(a.shadows, b.shadows);
   visit(a.post, b.post);
+  visit(a.gbuffer, b.gbuffer);
 }
 inline void merge(CoreCounters& into, const CoreCounters& from) {
   for_each_unit(into, from, [](auto& to, const auto& of) { tessera::merge(to, of); });

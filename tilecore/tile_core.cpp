@@ -176,7 +176,8 @@ TileResult TileCore::take_result() {
   counters.sampling = sampler_.take_counters();
   counters.shading = shader_.take_counters();
   counters.lights = shader_.take_light_counters();
-  result_.light_records = counters.lights.lists > 0;
+  tessera::merge(counters.gbuffer, shader_.take_gbuffer_counters());
+  result_.light_records = result_.light_records || counters.lights.lists > 0;
   if (const std::uint64_t places = resolve_.take_places(); !parameters_) {
     counters.shading.places_found += places;
     counters.tilecore.triangle_table_bytes += TriangleTable::kRecordBytes * counters.shading.pixel_shader_invocations +
@@ -265,7 +266,9 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
     state.start(samples_.count, pixels.width(), samples_.spp);
     state.keeps_rest = sees_rest(job);
     state.layout = sample_layout(job);
+    state.layout.depth_only = state.layout.depth_only || state.depths_alone;
     parameters_ = state.layout.parameters;
+    if (job.spills) spill(job, state);
   }
   if (job.procedures != nullptr) {
     sampler_.count_drawables(totals_.drawables);
@@ -359,6 +362,13 @@ float TileCore::farthest_behind(const binner::ListEntry& entry, TileState& state
 
 bool TileCore::hidden(const binner::ListEntry& entry, TileState& state) {
   ++result_.counters.tilecore.depth_tests;
+  const IntRect &tile = samples_.pixels, pixels = entry.blocks.pixels(tile);
+  if (state.known_to_hide(entry.near_depth,
+                          {pixels.x0 - tile.x0, pixels.y0 - tile.y0, pixels.x1 - tile.x0, pixels.y1 - tile.y0})) {
+    ++result_.counters.tilecore.culled_occlusion;
+    ++result_.counters.tilecore.culled_blocks;
+    return true;
+  }
   if (!(entry.near_depth > farthest_behind(entry, state))) return false;
   ++result_.counters.tilecore.culled_occlusion;
   ++result_.counters.tilecore.culled_blocks;
@@ -510,6 +520,51 @@ void TileCore::finish_deferred(const TileJob& job, binner::TileIndex tile, Frame
   totals_.resolve_seconds += thread_seconds() - start;
 }
 
+void TileCore::spill(const TileJob& job, const TileState& state) {
+  const std::uint64_t needed = samples_.count * state.layout.room_bytes(),
+                      room = static_cast<std::uint64_t>(job.machine->cores.memory_bytes);
+  if (needed <= room) return;
+  const std::uint64_t bytes = memory::burst_bytes(0, needed - room, job.burst_bytes());
+  result_.ledger.write(memory::Unit::kTilecore, memory::Purpose::kTileState, bytes);
+  result_.ledger.read(memory::Unit::kTilecore, memory::Purpose::kTileState, bytes);
+  result_.counters.gbuffer.spilled_bytes += 2 * bytes;
+}
+
+std::vector<float> TileCore::prepass_depths(const TileState& state) {
+  return {state.z.begin(), state.z.begin() + static_cast<std::ptrdiff_t>(samples_.count)};
+}
+
+void TileCore::fill(const TileJob& job, binner::TileIndex tile, TileState& state) {
+  TESSERA_CHECK(state.started && samples_.pixels == job.grid->pixels(tile),
+                "a tile is filled right after its last entries");
+  if (job.procedures != nullptr) sampler_.merge_layers(*job.frame, state);
+  shader_.count_drawables(totals_.drawables);
+  const std::uint64_t list_bytes = shader_.fill(job, samples_, state);
+  list_waits_ = list_bytes > 0;
+  // Records of the G-buffer name their triangles; those of layers need the table.
+  const std::uint64_t layer_bytes = state.layers.empty() ? 0 : state.extra_bytes(job.blend_layers());
+  waiting_bytes_ = memory::burst_bytes(0, layer_bytes + list_bytes, job.burst_bytes());
+  result_.ledger.write(memory::Unit::kTilecore, memory::Purpose::kTileState, waiting_bytes_);
+  result_.counters.gbuffer.layer_bytes += waiting_bytes_;
+}
+
+void TileCore::light(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets) {
+  const IntRect pixels = job.grid->pixels(tile);
+  TESSERA_CHECK(samples_.pixels == pixels, "a tile is lit right after it was filled");
+  shader_.textures().begin_tile(job.textures);
+  result_.ledger.read(memory::Unit::kTilecore, memory::Purpose::kTileState, waiting_bytes_);
+  result_.counters.gbuffer.layer_bytes += waiting_bytes_;
+  result_.extra_bytes = state.extra_bytes(job.blend_layers());
+  result_.light_records = list_waits_;
+  if (job.spills) spill(job, state);
+  shader_.light(job, samples_, state);
+  resolve_multisample(
+      {shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes(), false},
+      targets.color, result_.counters.resolve, result_.ledger);
+  store_colors(job, tile, job.actions, false, targets);
+  write_maps(state, targets);
+}
+
 void TileCore::finish_depths(const TileJob& job, binner::TileIndex tile, const TileState& state) {
   const IntRect pixels = job.grid->pixels(tile);
   TESSERA_CHECK(state.started && samples_.pixels == pixels && samples_.spp == 1, "a depth pass has a sample a texel");
@@ -578,10 +633,14 @@ void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
     result_.single_samples += shader_.color().size() - shader_.color().size() / static_cast<std::size_t>(samples_.spp);
   }
   store_colors(job, tile, job.actions, open, targets);
+  write_maps(state, targets);
+  if (!targets.coarse_depth.farthest.empty()) store_coarse_depth(state, targets.coarse_depth);
+}
+
+void TileCore::write_maps(TileState& state, FrameTargets& targets) const {
   if (targets.auxiliary) shader_.write_auxiliary(samples_, state, targets);
   if (!targets.ids.values.empty())
     write_pixel_ids(samples_, state, shader_.pixel_invocations(), targets.region, targets.ids);
-  if (!targets.coarse_depth.farthest.empty()) store_coarse_depth(state, targets.coarse_depth);
 }
 
 void TileCore::store_colors(const TileJob& job, binner::TileIndex tile, const AttachmentActions& actions, bool open,

@@ -43,6 +43,12 @@ class TileCore {
   // `write_scene_color`: also leaves the opaque surfaces in job.scene_color.
   void finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets,
               bool write_scene_color = false);
+  // Instead, with a G-buffer in memory: fills the tile's part of it. Then, when it is in memory, lights, blends, resolves and
+  // writes the pixels; take_result() tells the two apart, and nothing else may be done in between.
+  void fill(const TileJob& job, binner::TileIndex tile, TileState& state);
+  void light(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets);
+  // Instead, of a prepass: the depths of the tile's samples.
+  std::vector<float> prepass_depths(const TileState& state);
   // Replaces finish() if job.depths is set: stores the depths of the tile's samples.
   void finish_depths(const TileJob& job, binner::TileIndex tile, const TileState& state);
   // Replaces finish() for a tile that will be rendered again with transmissive surfaces: leaves the opaque ones in
@@ -107,6 +113,8 @@ class TileCore {
   // filled.
   void store_colors(const TileJob& job, binner::TileIndex tile, const AttachmentActions& actions, bool open,
                     FrameTargets& targets);
+  // Leaves what is asked for besides colours.
+  void write_maps(TileState& state, FrameTargets& targets) const;
   // Writes the farthest depths of the tile's blocks.
   void store_coarse_depth(TileState& state, frontend::CoarseDepth& depth);
   static HistoryStorage history_storage(const TileJob& job);
@@ -114,6 +122,8 @@ class TileCore {
   bool finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets);
   // Keeps the counts since `before` as an item. `drawable`: SubPatchItem::drawable.
   void keep_item(const timing::SubPatchItem& before, std::uint32_t drawable);
+  // Charges the tile for samples that its memory has no room for.
+  void spill(const TileJob& job, const TileState& state);
   // Effects that the kernels for an entry need: effects of the scene that the front end did not rule out, and forced
   // ones.
   struct EntryEffects {
@@ -155,6 +165,8 @@ class TileCore {
   CoreTotals totals_;
   std::vector<TimeRange> leaf_times_;
   bool keep_items_ = false;
+  std::uint64_t waiting_bytes_ = 0;  // of layers and a light list, from fill() to light()
+  bool list_waits_ = false;
   std::uint64_t image_lookups_ = 0;  // of passes over images, for the current tile
   std::vector<timing::WarpItem> image_warps_;
   bool parameters_ = false;  // SampleLayout::parameters of the current frame

@@ -56,6 +56,7 @@ struct TileJob {
   std::uint64_t maps_signature = 0;  // of all maps of lighting.shadows, if tiles may be eliminated
   int depth_layer = 0;
   bool pixel_ids = false;  // FrameTargets::ids are requested
+  bool spills = false;     // samples that the tile memory has no room for go to memory and back
 
   std::uint64_t burst_bytes() const { return static_cast<std::uint64_t>(machine->memory.burst_bytes); }
   std::uint64_t line_bytes() const { return static_cast<std::uint64_t>(machine->line_bytes()); }
@@ -76,7 +77,8 @@ inline bool sees_rest(const TileJob& job) {
 
 // The room that samples take in the tile memory in this frame.
 inline SampleLayout sample_layout(const TileJob& job) {
-  return {job.core.weight_bits, job.procedures != nullptr, sees_rest(job), job.depths != nullptr};
+  return {job.core.weight_bits, job.procedures != nullptr, sees_rest(job), job.depths != nullptr,
+          job.shading.gbuffer_bytes()};
 }
 
 }  // namespace tessera::tilecore

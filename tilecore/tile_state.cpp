@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -22,6 +23,13 @@ void TileState::start(std::size_t samples, int width, int spp) {
   seen.clear();
   next_drop_ = std::min<std::size_t>(max_layers, 4096);
   started = true;
+}
+
+void TileState::hide_behind(std::vector<float> depths, int width, int spp) {
+  known_depths_ = std::move(depths);
+  known_blocks_.start(known_depths_.size(), width, spp);
+  for (std::size_t s = 0; s < known_depths_.size(); ++s)
+    if (known_depths_[s] < kNothing) known_blocks_.touch(s, true);
 }
 
 void TileState::drop_hidden_layers() {

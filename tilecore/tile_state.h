@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -25,11 +26,17 @@ struct SampleLayout {
   bool parameters = false;  // surfaces of procedures: patch and full parameters, and with `rest` the rest place
   bool rest = false;
   bool depth_only = false;
+  std::uint64_t gbuffer_bytes = 0;  // of a sample, when the tile is shaded
   // Depth, triangle and weights.
   std::uint64_t sample_bytes() const {
     if (depth_only) return 4;
     if (parameters) return rest ? 28 : 20;
     return 4 + 4 + static_cast<std::uint64_t>(2 * weight_bits + 7) / 8;
+  }
+  // The room that the sample takes in all: the G-buffer lies where the record was, behind the depth.
+  std::uint64_t room_bytes() const {
+    constexpr std::uint64_t kDepthBytes = 4;
+    return std::max(sample_bytes(), depth_only || gbuffer_bytes == 0 ? 0 : kDepthBytes + gbuffer_bytes);
   }
   // The same, and the sample's number.
   std::uint64_t layer_bytes() const { return sample_bytes() + 4; }
@@ -58,7 +65,8 @@ struct TileState {
   std::size_t uncovered = 0;  // samples that see no opaque surface yet
 
   bool started = false;
-  bool keeps_rest = false;  // rest_x and rest_y are set
+  bool keeps_rest = false;    // rest_x and rest_y are set
+  bool depths_alone = false;  // of a prepass; set before start()
   SampleLayout layout;
   TriangleTable triangles;  // of sub-patches that samples or layers see
   SeenSubPatches seen;      // the same by name, with TileJob::pixel_ids
@@ -89,7 +97,15 @@ struct TileState {
   // The same for the blocks of 8x8 pixels that hold `pixels`, counted from the tile's corner.
   float farthest(const IntRect& pixels) { return depth_blocks_.farthest(z, pixels); }
   // Number of 8x8-pixel blocks scanned for farthest depths since the last call.
-  std::uint64_t take_depth_updates() { return depth_blocks_.take_updates(); }
+  std::uint64_t take_depth_updates() { return depth_blocks_.take_updates() + known_blocks_.take_updates(); }
+
+  // Depths that a pass before left of the samples, infinity where it saw nothing: what begins behind them is hidden.
+  // `spp` samples for each pixel of a tile of that width.
+  void hide_behind(std::vector<float> depths, int width, int spp);
+  // Whether that hides all that is no nearer than `nearest` in the blocks of 8x8 pixels that some pixels are in.
+  bool known_to_hide(float nearest, const IntRect& pixels) {
+    return !known_depths_.empty() && nearest > known_blocks_.farthest(known_depths_, pixels);
+  }
 
   // Bytes of the state of a machine that keeps at most `capacity` layers of a sample. extra_bytes(): without samples.
   std::uint64_t bytes(std::size_t capacity) const;
@@ -99,8 +115,9 @@ struct TileState {
   static constexpr float kNothing = std::numeric_limits<float>::infinity();
 
   void make_room();
-  DepthBlocks depth_blocks_;
-  std::size_t next_drop_ = 0;  // number of layers at which to search for hidden ones
+  DepthBlocks depth_blocks_, known_blocks_;
+  std::vector<float> known_depths_;  // empty: no pass was before
+  std::size_t next_drop_ = 0;        // number of layers at which to search for hidden ones
 };
 
 }  // namespace tessera::tilecore

@@ -35,9 +35,10 @@ struct SubPatchItem {
 struct WarpItem {
   // kEvaluating: invocations that evaluate their patch again. kVertices: vertices that later pixels interpolate;
   // these pixels wait for them. kPlaces, kLightTests: warps that make a tile's light list. They wait for vertices and
-  // for each other, and pixels wait for them. kImage: texels of a pass over an image.
+  // for each other, and pixels wait for them. kImage: texels of a pass over an image. kLight: the light half of pixels, which
+  // waits for their fill half among kPixels or kEvaluating.
   static constexpr std::uint32_t kPixels = 0, kEvaluating = 1, kBackground = 2, kVertices = 3, kPlaces = 4,
-                                 kLightTests = 5, kImage = 6;
+                                 kLightTests = 5, kImage = 6, kLight = 7;
 
   std::uint32_t lanes = 0;  // lanes with an invocation, sample or vertex
   std::uint32_t kind = kPixels;
@@ -51,9 +52,9 @@ struct WarpItem {
   // Whether the core packs its lanes together from a tile's samples.
   bool is_packed() const { return !makes_lights() && kind != kImage; }
   // A warp waits for all warps of lower steps that were packed before it.
-  static constexpr std::uint32_t kSteps = 4;
+  static constexpr std::uint32_t kSteps = 5;
   std::uint32_t step() const {
-    return kind == kVertices ? 0 : kind == kPlaces ? 1 : kind == kLightTests ? 2 : kSteps - 1;
+    return kind == kVertices ? 0 : kind == kPlaces ? 1 : kind == kLightTests ? 2 : kind == kLight ? 4 : 3;
   }
 };
 

@@ -66,6 +66,26 @@ void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileS
   blend_layers(job, state);
 }
 
+std::uint64_t DeferredShader::fill(const TileJob& job, const TileSamples& samples, TileState& state) {
+  begin(job, samples, {});
+  collect_opaque(job, samples, state);
+  opaque_ = invocations_.size();
+  collect_layers(job, samples, state);
+  fill_warps(job, samples.pixels);
+  constexpr std::uint64_t kNumberBytes = 4;  // of a listed light
+  return kNumberBytes * pixel_shader_.listed_lights();
+}
+
+void DeferredShader::light(const TileJob& job, const TileSamples& samples, TileState& state) {
+  // Records name patches, whose attributes are read again.
+  if (job.shading.layout == GbufferLayout::kExact)
+    for (std::size_t i = 0; i < invocations_.size(); ++i)
+      if (pixel_shader_.filled()[i] != 0) reads_patch(invocations_[i].at.patch);
+  light_warps(job);
+  color_samples(job, samples);
+  blend_layers(job, state);
+}
+
 void DeferredShader::shade_again(const TileJob& job, const TileSamples& samples, TileState& state,
                                  std::span<const std::uint8_t> mask) {
   std::swap(first_color_, sample_color_), std::swap(first_coverage_, sample_coverage_);
@@ -124,11 +144,45 @@ std::uint32_t DeferredShader::ask_for(const TileJob& job, const Invocation& invo
 }
 
 void DeferredShader::run_warps(const TileJob& job, const IntRect& pixels) {
+  if (job.shading.has_gbuffer()) {
+    fill_warps(job, pixels);
+    light_warps(job);
+    return;
+  }
   points_.resize(kept_ + invocations_.size());
   const bool lists = has_light_lists(*job.frame, job.shading.light_lists);
   const Vec3 axis = lists ? axis_through(*job.frame, pixels) : Vec3(0.0f);
   pixel_shader_.shade(*job.frame, job.lighting, invocations_, std::span(points_).subspan(kept_), &textures_,
                       job.warp_lanes(), lists ? &axis : nullptr);
+  count_warps();
+}
+
+void DeferredShader::fill_warps(const TileJob& job, const IntRect& pixels) {
+  points_.resize(kept_ + invocations_.size());
+  const bool lists = has_light_lists(*job.frame, job.shading.light_lists);
+  const Vec3 axis = lists ? axis_through(*job.frame, pixels) : Vec3(0.0f);
+  pixel_shader_.fill(*job.frame, job.lighting, invocations_, std::span(points_).subspan(kept_), &textures_,
+                     job.warp_lanes(), lists ? &axis : nullptr, halves_of(job));
+  count_warps();
+  const std::span<const std::uint8_t> filled = pixel_shader_.filled();
+  const auto fills = [&](std::uint32_t point) { return point != kNone && filled[point - kept_] != 0; };
+  const auto invocations = static_cast<std::uint64_t>(std::ranges::count(filled, 1)),
+             samples = static_cast<std::uint64_t>(std::ranges::count_if(sample_point_, fills));
+  gbuffer_.filled += invocations;
+  gbuffer_.samples += samples;
+  gbuffer_.tile_bytes += (samples + invocations) * job.shading.gbuffer_bytes();
+  // The light half finds the triangles of records once more.
+  if (job.shading.layout == GbufferLayout::kExact) gbuffer_.tile_bytes += TriangleTable::kRecordBytes * invocations;
+}
+
+void DeferredShader::light_warps(const TileJob& job) {
+  pixel_shader_.light(*job.frame, job.lighting, invocations_, std::span(points_).subspan(kept_), &textures_,
+                      job.warp_lanes(), halves_of(job));
+  gbuffer_.light_warps += pixel_shader_.take_light_warps();
+  count_warps();
+}
+
+void DeferredShader::count_warps() {
   counters_.warps += pixel_shader_.take_warps();
   const PixelShader::SurfaceWork again = pixel_shader_.take_surface_work();
   counters_.surface_warps += again.warps;

@@ -66,6 +66,10 @@ class DeferredShader {
   // tile. Their shader invocations are warps of their own.
   void shade_again(const TileJob& job, const TileSamples& samples, TileState& state,
                    std::span<const std::uint8_t> mask);
+  // Instead of shade(), with a G-buffer in memory: its two halves, one after the other for a tile. fill() says how many bytes of
+  // the light list wait in memory with it.
+  std::uint64_t fill(const TileJob& job, const TileSamples& samples, TileState& state);
+  void light(const TileJob& job, const TileSamples& samples, TileState& state);
   // Leaves in `behind` the pixels of opaque surfaces, each the mean of its samples, as shade() does unless it is
   // nullptr.
   void shade_opaque(const TileJob& job, const TileSamples& samples, const TileState& state,
@@ -104,6 +108,7 @@ class DeferredShader {
 
   ShadingCounters take_counters() { return std::exchange(counters_, {}); }
   LightListCounters take_light_counters() { return pixel_shader_.take_light_counters(); }
+  GbufferCounters take_gbuffer_counters() { return std::exchange(gbuffer_, {}); }
   // Chooses whether warps and the lines that they ask for are kept from now on.
   void keep_items(bool keep) { pixel_shader_.keep_warps(keep), textures_.keep_requests(keep); }
   std::vector<timing::WarpItem> take_warp_items() { return pixel_shader_.take_warp_items(); }
@@ -151,6 +156,12 @@ class DeferredShader {
   void color_background(const TileJob& job, const TileSamples& samples, int segment);
   void collect_layers(const TileJob& job, const TileSamples& samples, TileState& state);
   void run_warps(const TileJob& job, const IntRect& pixels);
+  void fill_warps(const TileJob& job, const IntRect& pixels);
+  void light_warps(const TileJob& job);
+  void count_warps();
+  static PixelShader::Halves halves_of(const TileJob& job) {
+    return {job.shading.layout, job.shading.path == ShadingPath::kGbufferExternal};
+  }
   void color_samples(const TileJob& job, const TileSamples& samples);
   void blend_layers(const TileJob& job, const TileState& state);
   // Finds the invocations that the layers of a pixel share, in shared_layers_ and shared_of_.
@@ -213,6 +224,7 @@ class DeferredShader {
   ShadingCache cache_;
   TextureUnit textures_;
   ShadingCounters counters_;
+  GbufferCounters gbuffer_;
   std::span<DrawableCounts> drawables_;
 };
 

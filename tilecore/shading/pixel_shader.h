@@ -13,7 +13,9 @@
 #include "shaders_cpp/radiance_image.h"
 #include "tilecore/shading/draw_inputs.h"
 #include "tilecore/shading/frame_shadows.h"
+#include "tilecore/shading/gbuffer.h"
 #include "tilecore/shading/light_lists.h"
+#include "tilecore/shading/shading_settings.h"
 #include "tilecore/shading/surface.h"
 #include "tilecore/shading/texture_unit.h"
 #include "tilecore/shading/vertex_outputs.h"
@@ -85,6 +87,25 @@ class PixelShader {
              std::span<ShadedPoint> points, TextureUnit* textures = nullptr, std::size_t warp_lanes = 32,
              const Vec3* axis = nullptr);
 
+  // The same in two halves (gbuffer.h), with the arguments of shade() but for the axis, which fill() takes. fill() fills the
+  // G-buffer and shades other opaque surfaces; light(), right after it, lights the G-buffer and shades blended surfaces.
+  // `stored`: the G-buffer is in memory between them. Shadows are looked up in maps.
+  struct Halves {
+    GbufferLayout layout = GbufferLayout::kExact;
+    bool stored = false;
+  };
+  void fill(const scene::FrameGeometry& frame, const Lighting& lighting, std::span<const Invocation> invocations,
+            std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes, const Vec3* axis,
+            const Halves& halves);
+  void light(const scene::FrameGeometry& frame, const Lighting& lighting, std::span<const Invocation> invocations,
+             std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes, const Halves& halves);
+  // For each invocation of the last fill(), whether it filled the G-buffer.
+  std::span<const std::uint8_t> filled() const { return filled_; }
+  // Lights of the list that the last fill() made; 0: none was made.
+  std::size_t listed_lights() const { return listed_ ? light_list_.numbers().size() : 0; }
+  // Warps of light halves since the last call; they are not among those of take_warps().
+  std::uint64_t take_light_warps() { return std::exchange(light_warps_, 0); }
+
   // Packs `count` samples of the environment into warps, which are copies of `item`, and sends their lookups in the
   // slot kMirrored, if any, to `textures`; returns the number of warps.
   std::uint64_t pack_background(std::size_t count, const timing::WarpItem& item, const LookupArrays& lookups,
@@ -116,6 +137,9 @@ class PixelShader {
   // Lanes processed at a time: at least as many as a warp has.
   static constexpr std::size_t kBatch = 256;
 
+  // Fills draws_, and the light list where `axis` asks for one.
+  void begin(const scene::FrameGeometry& frame, std::span<const Invocation> invocations, const Vec3* axis, bool heights,
+             std::size_t warp_lanes);
   // Fills buckets_, and order_ and rank_, sorted by draw and patch.
   void sort_invocations(const scene::FrameGeometry& frame, std::span<const Invocation> invocations);
   std::uint32_t bucket_of(std::uint64_t draw, std::uint32_t patch);
@@ -141,6 +165,31 @@ class PixelShader {
   void shade_draw_of(const scene::FrameGeometry& frame, const Lighting& lighting,
                      std::span<const Invocation> invocations, const Draw& of, std::span<ShadedPoint> points,
                      TextureUnit* textures, std::size_t warp_lanes);
+  // Calls visit(draw) for each of draws_.
+  template <class Visit>
+  void for_each_draw(const scene::FrameGeometry& shutter, std::span<const Invocation> invocations,
+                     std::size_t warp_lanes, const Visit& visit) {
+    for (std::size_t d = 0; d < draws_.size(); ++d)
+      visit(draw_of(shutter, invocations, std::span(order_).subspan(draws_[d].first, draws_[d].count), listed_ ? d : 0,
+                    warp_lanes));
+  }
+  // Counts the warps of a draw and what evaluating its surface takes; bilinear lookups of heights for a lane.
+  std::uint32_t count_surface(const Draw& of, bool textured);
+  void fill_draw_of(const scene::FrameGeometry& frame, const Lighting& lighting,
+                    std::span<const Invocation> invocations, const Draw& of, TextureUnit* textures,
+                    std::size_t warp_lanes, GbufferLayout layout);
+  // Invocations that one light half lights together: those of a draw or, packed, of all draws in one segment of the motion
+  // and of the lights'.
+  struct Stream {
+    const scene::FrameGeometry* frame;
+    const scene::PosedDrawable* drawable;  // of the first
+    int lights_in;
+    std::vector<std::uint32_t> order;
+  };
+  void add_to_stream(const Draw& of, const Halves& halves, std::vector<Stream>& streams) const;
+  void light_stream(const scene::FrameGeometry& frame, const Lighting& lighting,
+                    std::span<const Invocation> invocations, const Stream& stream, std::span<ShadedPoint> points,
+                    TextureUnit* textures, std::size_t warp_lanes, const Halves& halves);
   // Fills the inputs of lanes with invocations [first, first + count) of a draw.
   void fill_lanes(const scene::FrameGeometry& frame, std::span<const Invocation> invocations, const Draw& of,
                   std::size_t first, std::size_t count);
@@ -167,12 +216,23 @@ class PixelShader {
   void tell(std::size_t slot, const TextureLayoutView& layout, LookupArrays& lookups);
   // Sets the destinations for the textures that shade_procedure() reads.
   void tell_procedure_textures(const scene::Material& material, const TextureUnit& textures, LookupArrays& lookups);
-  LookupArrays lookups_of(const DrawConstants& draw, const Lighting& lighting, bool listed,
-                          const TextureUnit& textures);
+  void tell_material(const DrawConstants& draw, const TextureUnit& textures, LookupArrays& lookups);
+  void tell_light(const DrawConstants& draw, const Lighting& lighting, bool listed, const TextureUnit& textures,
+                  LookupArrays& lookups);
   // Calls shade_batch(first, count) for whole warps of the draw, as many as there is room for, and finishes them.
   template <class Shade>
   void shade_batches(std::size_t count_of_draw, const timing::WarpItem& item, const LookupArrays& lookups,
-                     TextureUnit* textures, const Shade& shade_batch);
+                     TextureUnit* textures, const Shade& shade_batch) {
+    std::size_t warp = 0;
+    for (std::size_t first = 0; first < count_of_draw;) {
+      const std::size_t first_warp = warp;
+      while (warp < warp_ends_.size() && warp_ends_[warp] - first <= kBatch) ++warp;
+      const std::size_t count = warp_ends_[warp - 1] - first;
+      shade_batch(first, count);
+      finish_warps(first_warp, warp, first, item, lookups, textures);
+      first += count;
+    }
+  }
   // Sends the lookups of warps [first_warp, end) to `textures` and keeps their work; invocation `first` of the draw is
   // lane 0 of `lookups`.
   void finish_warps(std::size_t first_warp, std::size_t end, std::size_t first, const timing::WarpItem& of_draw,
@@ -202,7 +262,10 @@ class PixelShader {
   // By light: known shares of a batch's lanes, and views of them.
   std::vector<std::array<float, kBatch>> shares_;
   std::vector<shaders::ShadowView> share_views_;
-  std::uint64_t warps_ = 0;
+  // Of the last fill(): values of GbufferPlanes by plane and invocation, and a batch of them by plane and lane.
+  std::vector<float> planes_, batch_planes_;
+  std::vector<std::uint8_t> filled_;
+  std::uint64_t warps_ = 0, light_warps_ = 0;
   SurfaceWork surface_work_;
   bool keep_warps_ = false;
   std::vector<timing::WarpItem> warp_items_;
@@ -218,6 +281,16 @@ std::uint32_t height_lookups(const scene::PosedDrawable& drawable);
 timing::WarpItem warp_item(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
                            const Lighting& lighting, bool quads, bool evaluates = true,
                            const std::span<const std::uint32_t>* listed = nullptr);
+
+// The same for the halves of a shader with a G-buffer. `evaluates`: the light half finds a place on a patch by evaluating it.
+timing::WarpItem fill_warp_item(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable, bool quads,
+                                GbufferLayout layout);
+timing::WarpItem light_warp_item(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
+                                 const Lighting& lighting, GbufferLayout layout, bool evaluates,
+                                 const std::span<const std::uint32_t>* listed);
+
+// Whether invocations on a drawable fill the G-buffer: all others have one shader.
+bool fills_gbuffer(const scene::PosedDrawable& drawable);
 
 // The same for vertices that pixels of the drawable interpolate.
 timing::WarpItem vertex_warp_item(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);

@@ -28,6 +28,19 @@ Keys<ShadingSettings> shading_keys() {
        "Light lists: tiles find the lights that reach their surfaces, and pixel shaders loop over these alone: never "
        "(off), in frames with at least eight point or spot lights that have a range (ranged), or with any such light, "
        "whose cones are then tested (all). Images have the same bits."},
+      {"shading.path", &S::path,
+       "How opaque surfaces come to be shaded: by one shader where visible triangles are known (visibility); likewise, "
+       "behind a pass that stores depths, which hide sub-patches (prepass); by a shader that leaves material and "
+       "normal "
+       "in the tile memory and one that lights them there (gbuffer); or by a pass that stores this G-buffer and "
+       "another "
+       "one that loads it (gbuffer_external). Unlit, layered and blended surfaces and procedures have one shader on "
+       "all "
+       "paths."},
+      {"gbuffer.layout", &S::layout,
+       "With a G-buffer, what it holds of a sample: 64 bytes, with which images have the bits of "
+       "shading.path=visibility "
+       "(exact), or 16 bytes, which round base colour, normal, metalness, roughness, occlusion and emission (packed)."},
   };
 }
 

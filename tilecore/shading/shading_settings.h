@@ -40,6 +40,20 @@ enum class LightLists : std::uint8_t {
 // spots.
 inline constexpr int kFewestRangedLights = 8;
 
+// How opaque surfaces come to be shaded (docs/passes.md, Shading paths).
+enum class ShadingPath : std::uint8_t {
+  kVisibility,       // samples name the triangle that they see, and pixels are shaded when all of that is known
+  kPrepass,          // the same, behind a pass that stores depths
+  kGbuffer,          // a fill half leaves material and normal in the tile memory, a light half reads them there
+  kGbufferExternal,  // likewise, but the G-buffer is stored, and a pass of its own loads and lights it
+};
+
+// What a sample of the G-buffer holds (gbuffer.h).
+enum class GbufferLayout : std::uint8_t {
+  kExact,   // 64 bytes: the visibility record, and material and normal in single precision
+  kPacked,  // 16 bytes
+};
+
 // Keys shading.*.
 struct ShadingSettings {
   ShadingRate rate = ShadingRate::kPixel;
@@ -48,6 +62,12 @@ struct ShadingSettings {
   ShadingSurface surface = ShadingSurface::kInterpolated;
   AttributePrecision attributes = AttributePrecision::kFloat;
   LightLists light_lists = LightLists::kRanged;
+  ShadingPath path = ShadingPath::kVisibility;
+  GbufferLayout layout = GbufferLayout::kExact;
+
+  bool has_gbuffer() const { return path == ShadingPath::kGbuffer || path == ShadingPath::kGbufferExternal; }
+  // Bytes of a sample of the G-buffer; 0: there is none.
+  std::uint64_t gbuffer_bytes() const { return !has_gbuffer() ? 0 : layout == GbufferLayout::kExact ? 64 : 16; }
 };
 Keys<ShadingSettings> shading_keys();
 
@@ -67,5 +87,10 @@ template <>
 inline constexpr auto kEnumWords<tilecore::AttributePrecision> = std::to_array<std::string_view>({"float", "half"});
 template <>
 inline constexpr auto kEnumWords<tilecore::LightLists> = std::to_array<std::string_view>({"off", "ranged", "all"});
+template <>
+inline constexpr auto kEnumWords<tilecore::ShadingPath> =
+    std::to_array<std::string_view>({"visibility", "prepass", "gbuffer", "gbuffer_external"});
+template <>
+inline constexpr auto kEnumWords<tilecore::GbufferLayout> = std::to_array<std::string_view>({"exact", "packed"});
 
 }  // namespace tessera

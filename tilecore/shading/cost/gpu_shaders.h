@@ -5,6 +5,7 @@
 // the other arguments in vector registers) and counts.
 
 #include "tilecore/shading/cost/gpu_stages.h"
+#include "tilecore/shading/gbuffer_packing.h"
 
 namespace tessera::gpu_cost {
 
@@ -94,6 +95,7 @@ struct Uniforms {
   } rays;
   float height_metric[2][9];
   ShadowUniforms shadows[2];
+  const TESSERA_GLOBAL float* gbuffer;  // a sample behind the other, and its depth
 };
 
 enum class Surface { kTriangles, kPatch, kDisplacedPatch, kComputed };
@@ -122,6 +124,7 @@ struct Shader {
   // The first lights cast shadows into maps of so many layers; lookups use the receiver's place at both keys.
   int shadows = 0, shadow_layers = 1;
   ShadowFilter shadow_filter = ShadowFilter::k2x2;
+  bool packed = false;  // the G-buffer
 };
 
 template <class Matrix>
@@ -512,6 +515,93 @@ __attribute__((always_inline, flatten)) inline void background_shader(const TESS
           Real(u.environment);
     }
     export_color(0, 15, color.x.v, color.y.v, color.z.v, 1.0f, true, true);
+  });
+}
+
+// The fill half of a shader with a G-buffer, which leaves material and normal.
+template <Shader S>
+__attribute__((always_inline, flatten)) inline void fill_shader(const TESSERA_CONSTANT Uniforms& u, const Inputs& v) {
+  using Real = Lane<false>;
+  with_draw<S>(u, [&](const DrawConstants& draw) {
+    LaneInputs<Real> in = lane_inputs_of<Real>(v);
+    const LaneFilled<Real> f = fill_lanes(draw, in, LookupArrays(), 0);
+    const std::array<float, 12> values{f.point.base_color.x.v, f.point.base_color.y.v, f.point.base_color.z.v,
+                                       f.point.metallic.v,     f.point.roughness.v,    f.point.occlusion.v,
+                                       f.point.emissive.x.v,   f.point.emissive.y.v,   f.point.emissive.z.v,
+                                       f.normal.x.v,           f.normal.y.v,           f.normal.z.v};
+    if constexpr (S.packed) {
+      const tilecore::PackedGbuffer words = tilecore::pack_gbuffer(values, static_cast<std::uint32_t>(v.triangle));
+      const auto number = [&](std::size_t k) { return __builtin_bit_cast(float, words[k]); };
+      export_color(0, 15, number(0), number(1), number(2), number(3), true, true);
+    } else {
+      export_color(0, 15, values[0], values[1], values[2], values[3], false, false);
+      export_color(1, 15, values[4], values[5], values[6], values[7], false, false);
+      export_color(2, 15, values[8], values[9], values[10], values[11], true, true);
+    }
+  });
+}
+
+// Where a packed sample lies: along the ray through a point of the image (p, q), as deep as it says. Derivatives along the
+// image's axes stay on the plane across its normal.
+template <Shader S, class Real>
+LaneSurface<Real> surface_of_depth(const TESSERA_CONSTANT Uniforms& u, const Inputs& v, Real depth,
+                                   const Vector3<Real>& normal, Vector3<Real>& view) {
+  const Real inverse_scale(1.0f / u.scale), x = (Real(v.p) - Real(u.center_x)) * inverse_scale,
+                                            y = (Real(u.center_y) - Real(v.q)) * inverse_scale, t(v.t);
+  const Vector3<Real> ray{x, y, Real(-1.0f)};
+  Vector3<Real> way = turned(matrix<Mat3>(u.rays.to_world[0]), ray), eye = constant_vector<Real>(vector(u.eye));
+  if (S.motion != Motion::kStill) {
+    way = way + (turned(matrix<Mat3>(u.rays.to_world[1]), ray) + turned(matrix<Mat3>(u.rays.to_world[2]), ray) * t) * t;
+    eye = eye + constant_vector<Real>(vector(u.camera)) * t;
+  }
+  LaneSurface<Real> s{};
+  s.position = eye + way * depth;
+  view = way * (Real(-1.0f) / real_sqrt(dot(way, way)));
+  s.raster = {Real(v.p) * depth, Real(v.q) * depth, depth, depth};
+  if (S.shadows == 0) return s;
+  // The plane n . way * depth = const: how its depth changes from pixel to pixel.
+  const Mat3 to_world = matrix<Mat3>(u.rays.to_world[0]);
+  const Vector3<Real> right = constant_vector<Real>(to_world[0]), up = constant_vector<Real>(to_world[1]);
+  const Real share = depth * inverse_scale / dot(normal, way), by_x = Real(-1.0f) * dot(normal, right) * share,
+             by_y = dot(normal, up) * share;
+  s.raster_p = {Real(v.p) * by_x + depth, Real(v.q) * by_x, by_x, by_x};
+  s.raster_q = {Real(v.p) * by_y, Real(v.q) * by_y + depth, by_y, by_y};
+  return s;
+}
+
+// The light half: its visibility record comes in registers, or a place in the image; the rest lies in the tile memory.
+template <Shader S>
+__attribute__((always_inline, flatten)) inline void light_shader(const TESSERA_CONSTANT Uniforms& u, const Inputs& v) {
+  using Real = Lane<false>;
+  constexpr int kWords = S.packed ? 5 : 12;
+  with_draw<S>(u, [&](const DrawConstants& draw) {
+    const auto bytes = static_cast<std::uint32_t>(v.triangle) * static_cast<std::uint32_t>(kWords * sizeof(float));
+    const auto* words =
+        reinterpret_cast<const TESSERA_GLOBAL float*>(reinterpret_cast<const TESSERA_GLOBAL char*>(u.gbuffer) + bytes);
+    std::array<float, 12> values{};
+    if constexpr (S.packed) {
+      tilecore::PackedGbuffer packed{};
+      for (std::size_t k = 0; k < 4; ++k) packed[k] = __builtin_bit_cast(std::uint32_t, words[k]);
+      values = tilecore::unpack_gbuffer(packed);
+    } else {
+      for (std::size_t k = 0; k < 12; ++k) values[k] = words[k];
+    }
+    stage::MaterialPoint<Real> m;
+    m.base_color = {values[0], values[1], values[2]};
+    m.metallic = values[3], m.roughness = values[4], m.occlusion = values[5];
+    m.emissive = {values[6], values[7], values[8]};
+    const Vector3<Real> normal{values[9], values[10], values[11]};
+    LaneInputs<Real> in = lane_inputs_of<Real>(v);
+    LaneSurface<Real> s;
+    Vector3<Real> view;
+    if constexpr (S.packed) {
+      s = surface_of_depth<S, Real>(u, v, Real(words[4]), normal, view);
+    } else {
+      s = lane_surface(draw, in);
+      view = towards_viewer(draw, in, s);
+    }
+    const Vector3<Real> out = light_lanes(draw, s, m, normal, view, in.light_t, LookupArrays(), 0);
+    export_color(0, 15, out.x.v, out.y.v, out.z.v, 1.0f, true, true);
   });
 }
 

@@ -58,7 +58,7 @@ def read_layers():
 LAYERS = read_layers()
 FIELDS = ["surface", "motion", "quads", "unlit", "colors", "base_color", "metallic_roughness", "occlusion", "emissive",
           "normals", "lights", "light", "light_moves", "apart", "layered", "layer_texture", "coat_normals"] + list(LAYERS) + [
-              "environment_image", "height_normals", "shadows", "shadow_layers", "shadow_filter"]
+              "environment_image", "height_normals", "shadows", "shadow_layers", "shadow_filter", "packed"]
 NUMBERS = {"lights", "shadows", "shadow_layers"}
 
 
@@ -66,7 +66,7 @@ class Shader:
     """A stage and its features, as gpu_shaders.h has them."""
 
     def __init__(self, stage="pixel", **features):
-        self.stage = "computed" if features.get("surface") == "computed" else stage
+        self.stage = "computed" if features.get("surface") == "computed" and stage == "pixel" else stage
         self.features = features
 
     def but(self, **features):
@@ -84,7 +84,7 @@ class Shader:
             values.append(f".{field} = {text}")
         stage = {"pixel": "pixel_shader", "computed": "computed_shader", "alpha": "alpha_test",
                  "domain": "domain_shader", "background": "background_shader",
-                 "outputs": "outputs_shader"}[self.stage]
+                 "outputs": "outputs_shader", "fill": "fill_shader", "light": "light_shader"}[self.stage]
         return f"TESSERA_SHADER({name}, {stage}, {', '.join(values)})\n"
 
     def key(self):
@@ -160,7 +160,32 @@ def rows():
     for motion in ("still", "moving"):
         for around, image in {"studio": False, "image": True}.items():
             whole(f"background/{around}/{motion}", Shader("background", motion=motion, environment_image=image))
+    add_halves(all_rows, whole, added, drawn)
     return all_rows
+
+
+def add_halves(all_rows, whole, added, drawn):
+    """The halves of a shader with a G-buffer between them. The light half of the packed one sees no triangles."""
+    for surface in drawn:
+        for motion in kinds_of_motion(surface):
+            whole(f"fill/{surface}/{motion}", Shader("fill", surface=surface, motion=motion))
+            whole(f"light/{surface}/{motion}", Shader("light", surface=surface, motion=motion))
+    for motion in ("still", "moving"):
+        whole(f"light/packed/{motion}", Shader("light", motion=motion, packed=True))
+    for name, quads in {"quads": True, "surface": False}.items():
+        other = Shader("fill", quads=quads, emissive=True)
+        added(f"fill/metallic_roughness/{name}", other.but(metallic_roughness=True), other)
+    added("fill/packed", Shader("fill", packed=True), Shader("fill"))
+    lit = Shader("light", packed=True, lights=1)
+    other = Shader(lights=2)
+    # The light half takes derivatives for shadows alone.
+    for surface in drawn:
+        for motion in kinds_of_motion(surface):
+            half = Shader("light", surface=surface, motion=motion, lights=1)
+            receiver = other if motion == "still" else other.but(motion="moving")
+            all_rows.append((f"add/shadows/light/{surface}/{motion}", [half.but(shadows=1), receiver.but(shadows=1)],
+                             [half, receiver.but(shadows=2)]))
+    all_rows.append(("add/shadows/packed", [lit.but(shadows=1), other.but(shadows=1)], [lit, other.but(shadows=2)]))
 
 
 def add_layers(all_rows, added, drawn):
@@ -335,8 +360,8 @@ def parsed(text):
     features = {}
     for word in text.split():
         name, value = word.split("=")
-        features[name] = value if name in ENUMS else int(value)
-    return Shader(features.pop("stage", "pixel") if "stage" in features else "pixel", **features)
+        features[name] = value if name in ENUMS or name == "stage" else int(value)
+    return Shader(features.pop("stage", "pixel"), **features)
 
 
 def main():
