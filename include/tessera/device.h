@@ -52,7 +52,7 @@ class TESSERA_API Device {
   std::unique_ptr<Content> content_;
 };
 
-// Of this library, "0.1.0".
+// Version of this library, for example "0.2.0".
 TESSERA_API std::string version();
 // The instruction set that kernels use, "AVX3" (AVX-512), "AVX2", "EMU128" or "SCALAR"; chosen once per process.
 TESSERA_API std::string simd_target();
