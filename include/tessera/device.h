@@ -54,7 +54,7 @@ class TESSERA_API Device {
   std::unique_ptr<Content> content_;
 };
 
-// Version of this library, such as "0.1.0".
+// Version of this library, for example "0.2.0".
 TESSERA_API std::string version();
 // The instruction set that kernels use: "AVX3" (AVX-512), "AVX2", "EMU128" or "SCALAR". It is chosen once per
 // process.

@@ -69,6 +69,7 @@ def commands(name, out):
 
 # ---- docs/when_it_pays.md -------------------------------------------------------------------------------------------
 
+# The machines that the study measured.
 SCHEMES = ["patch-whole", "post-tessellation", "post-position", "deferred-vertex", "visibility-stream", "control-list", "immediate", "tessellated-in-memory", "untiled", "mesh-shader-ring",
            "mesh-shader-compact", "mesh-shader-references"]
 DOUBTS = ["as it is", "constant costs", "set-up x4", "against ours", "for ours"]
@@ -138,7 +139,7 @@ def replay_of(row):
 def contradictions(row, schemes):
     """Columns of a row of points.csv that a replay contradicts."""
     measured = {"triangles": schemes["post-tessellation"]["primitives"], "finished": schemes["tessera"]["frame_bytes_written"]}
-    for scheme, value in schemes.items():
+    for scheme, value in ((scheme, schemes[scheme]) for scheme in ("tessera", *SCHEMES)):
         measured |= {f"traffic {scheme}": value["dram_bytes"], f"evaluations {scheme}": value["position_evaluations"] + value["domain_evaluations_cached"],
                      f"cycles {scheme}": value["cycles"], f"energy {scheme}": value["energy_nj"]}
     return [column for column, value in measured.items() if int(row[column]) != value]
@@ -371,7 +372,7 @@ class Replays(unittest.TestCase):
         self.assertEqual(len(rows), len(again))
         for row in rows:
             schemes = replay_of(row)
-            self.assertEqual(len(schemes), 1 + len(SCHEMES))
+            self.assertLessEqual({"tessera", *SCHEMES}, schemes.keys())  # machines that came later are not part of the study
             self.assertEqual(contradictions(row, schemes), [], "run docs/images/when_it_pays/make.sh")
             self.assertEqual(contradictions(row | {"traffic control-list": "1"}, schemes), ["traffic control-list"], "the twin")
 

@@ -20,7 +20,8 @@ ROOT = Path(__file__).resolve().parents[2]
 ROOMS = ["base", "shaders_cpp", "scene", "memory", "hardware", "timing", "frontend", "binner", "tilecore", "gpu", "baselines",
          "reference", "replay"]
 OTHERS = ["include", "python", "tests", "bench", "captures"]
-TOP_LEVEL = {*ROOMS, *OTHERS, "cmake", "docs", "build", "out", "CMakeLists.txt", "CMakePresets.json", "README.md", "tessera"}
+TOP_LEVEL = {*ROOMS, *OTHERS, "cmake", "docs", "build", "out", "CMakeLists.txt", "CMakePresets.json", "README.md", "CONTRIBUTING.md", "CHANGELOG.md",
+             "CITATION.cff", "Containerfile", "tessera"}
 WITH_README = ["base", "hardware", "shaders_cpp", "frontend", "binner", "tilecore", "replay", "python", "tests", "bench", "captures"]
 # A unit of the machine is found by its name: in one file, whose path or text says it.
 UNITS = {
@@ -196,6 +197,51 @@ def repeated_programs(readme, files):
             if (ROOT / path).read_text() + "```" not in readme]
 
 
+# ---- Version, citation, container -----------------------------------------------------------------------------------
+
+
+def project_version(cmake):
+    return re.search(r"^project\(tessera VERSION ([0-9.]+)", cmake, re.M)[1]
+
+
+def wrong_citation(text, version):
+    """CITATION.cff: a mapping whose version is the project's. PyYAML, where it is there, reads all of it; else its lines are looked at."""
+    fields, wrong = dict(re.findall(r"^([a-z-]+): *(.*?)\s*$", text, re.M)), []
+    if len(fields) != len(re.findall(r"^[a-z-]+:", text, re.M)):
+        wrong.append("CITATION.cff has a key twice")
+    try:
+        import yaml
+        fields = yaml.safe_load(text)
+    except ImportError:
+        wrong += [f"CITATION.cff is no YAML: {line}" for line in text.splitlines() if not re.match(r"(#|$| +\S|[a-z-]+:( |$))", line)]
+    except yaml.YAMLError as error:
+        return [f"CITATION.cff is no YAML: {error}"]
+    if not isinstance(fields, dict):
+        return ["CITATION.cff is no mapping"]
+    wrong += [f"CITATION.cff has no {key}" for key in ("cff-version", "message", "title", "authors", "version") if key not in fields]
+    if str(fields.get("cff-version")) != "1.2.0" or str(fields.get("version")).strip("\"'") != version:
+        wrong.append(f"CITATION.cff is not of format 1.2.0 and version {version}")
+    return wrong
+
+
+def wrong_changelog(text, version):
+    newest = re.search(r"^## ([0-9.]+) ", text, re.M)
+    return [] if newest and newest[1] == version else [f"CHANGELOG.md does not begin with {version}"]
+
+
+def wrong_container(text, launcher, readme):
+    """The Containerfile installs the packages of ./tessera and runs two commands of README.md."""
+    wrong, packages = [], set(re.search(r"^packages=\(([^)]*)\)", launcher, re.M)[1].split())
+    installed = set(re.search(r"--no-install-recommends((?: *\\\n? *[a-z0-9+.-]+| +[a-z0-9+.-]+)*)", text)[1].replace("\\", " ").split())
+    if installed != packages:
+        wrong.append(f"Containerfile and ./tessera install other packages: {' '.join(sorted(installed ^ packages))}")
+    commands = re.findall(r"^RUN (\./tessera .*)$", text, re.M) + [" ".join(json.loads(words)) for words in re.findall(r"^CMD (.*)$", text, re.M)]
+    if len(commands) != 2:
+        wrong.append("Containerfile does not run two commands")
+    return wrong + [f"README.md does not show the Containerfile's {command}" for command in commands
+                    if not re.search(rf"^{re.escape(command)} *(#|$)", readme, re.M)]
+
+
 # ---- Tests that documents name --------------------------------------------------------------------------------------
 
 
@@ -295,6 +341,9 @@ def wrong_extensions(program):
 
 def twins(phrases):
     """Each rule against texts that break it and, where it could cry wolf, against texts that do not."""
+    citation = "cff-version: 1.2.0\nmessage: m\ntitle: t\nversion: 1.0.0\nauthors:\n  - name: n\n"
+    install, launcher, readme = "RUN apt-get install --no-install-recommends \\\n  a \\\n  b-dev\n", "packages=(a\n  b-dev)\n", "./tessera a b # c\n./tessera d\n"
+    container = install + 'RUN ./tessera a b\nCMD ["./tessera", "d"]\n'
     long_text = "namespace a {\nint f() {\n" + "  ++x;\n" * 120 + "}\n}  // namespace a\n"
     broken = [
         wrong_includes("frontend/a.h", '#include "tilecore/tile_core.h"\n'), wrong_includes("timing/a.h", '#include "scene/pose.h"\n'),
@@ -311,6 +360,10 @@ def twins(phrases):
         missing_tests("- **case**: `Suite.Law`", {"Suite.LawAndMore"}), missing_tests("- **case**: `Case/Suite.Law/Pole_`", {"Case/Suite.Law/Point_obb"}),
         wrong_extension({"name": "E", "members": [{"name": "count"}]}, "", {"properties": {"count": {}}}),
         wrong_extension({"name": "E", "members": []}, "", {"properties": {"count": {}}}),
+        wrong_citation(citation, "1.0.1"), wrong_citation(citation + "title: t\n", "1.0.0"), wrong_citation(citation + "no mapping\n", "1.0.0"),
+        wrong_citation(citation.replace("authors", "writers"), "1.0.0"),
+        wrong_changelog("# Changes\n\n## 1.0.0 (2026-01-01)\n", "1.0.1"), wrong_changelog("", "1.0.0"),
+        wrong_container(container, "packages=(a)\n", readme), wrong_container(install, launcher, readme), wrong_container(container, launcher, "./tessera d\n"),
     ]
     table = "Made by `tessera describe effects --markdown`.\n\n| effect |\n|---|\n"
     broken += [with_generated("# Shading\n\n" + table + "| `stale` |\n\nText.\n", "effects", "# Effects\n\n" + table) != "# Shading\n\n" + table + "| `stale` |\n\nText.\n",
@@ -326,6 +379,8 @@ def twins(phrases):
         wrong_invariants([(n, "a.h") for n in declared_invariants("// Invariants:\n//   PB1  One.\n//        PB2  Indented text.\n")], {"PB1"}),
         wrong_invariants([(n, "a.h") for n in ("PB1", "PB2")], cited_invariants("TEST(A, PB1PB2Full) {")),
         wrong_invariants([(n, "a.h") for n in ("SE1", "SE2")], cited_invariants("TEST(B, SE1AndSE2Hold)")),
+        wrong_citation(citation, "1.0.0"), wrong_changelog("# Changes\n\n## 1.0.0 (2026-01-01)\n\n## 0.9.0 (2025-01-01)\n", "1.0.0"),
+        wrong_container(container, launcher, readme),
         retired_words("a.md", 'member `pictures`\n```json\n"a picture"\n```\n', phrases),
     ]
     for text in ('study["pictures"]', "stroke-width: 2", "tessera_embree_rival", "binner.tile_queue", "pictured"):
@@ -368,6 +423,9 @@ def all_complaints(program, tests):
         wrong += unit_not_found(unit, path, files)
     wrong += [f"{folder} has no README.md" for folder in WITH_README if f"{folder}/README.md" not in files]
     wrong += repeated_programs(files["README.md"], files)
+    version = project_version(files["CMakeLists.txt"])
+    wrong += wrong_citation((ROOT / "CITATION.cff").read_text(), version) + wrong_changelog(files["CHANGELOG.md"], version)
+    wrong += wrong_container((ROOT / "Containerfile").read_text(), (ROOT / "tessera").read_text(), files["README.md"])
     declarations = [(number, path) for path, text in files.items() if path.endswith(".h") or path == "docs/architecture.md"
                     for number in declared_invariants(text)]
     cited = set().union(*(cited_invariants(text) for path, text in files.items() if path.startswith("tests/") and path.endswith(".cpp")))
