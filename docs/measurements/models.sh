@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # How far the coarser models of time are from the default one: docs/measurements/models.sh [MACHINE ...] > docs/measurements/models.csv
-# Cycles of frame 5 of each capture at two sizes, by each model over those of the default. A few minutes for a machine.
+# Cycles of frame 5 of each capture at two sizes, by each model over the cycles of the default model. A few minutes for a machine.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 out=$(mktemp -d)

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Measures docs/accuracy_and_stability.md on the default machine: docs/images/accuracy/make.sh [DIR [SIZE [SAMPLES]]] writes all.csv, answers.csv, references.csv,
-# clock.csv, joint.csv, the tables of the page, samples.svg and joint.svg. References are those of captures/references, which are rendered anew where they are old.
-# DIR keeps what was measured; called again with the same, nothing is measured again. A task of a Slurm array, or a call with CAPTURES="eggs city", measures
-# its captures alone and writes no tables: the last call writes them, and measures what is missing.
-# TABLES=only writes the tables from what is in DIR; rows of captures that were not measured stay as they are.
+# clock.csv, joint.csv, the tables of the page, samples.svg and joint.svg. References come from captures/references; old ones are rendered again.
+# DIR keeps the measurements; a second call with the same DIR measures nothing again. A task of a Slurm array, or a call with CAPTURES="eggs city", measures
+# its captures alone and writes no tables: the last call writes them and measures the missing rows.
+# TABLES=only writes the tables from the results in DIR; rows of captures that were not measured stay as they are.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$here/../../..

@@ -1,6 +1,6 @@
 """Tables and plots of docs/accuracy_and_stability.md from the results of `tessera tradeoff`: tables.py RESULTS OUT COMMIT.
 
-OUT's CSV files get the rows of the captures whose results are in RESULTS; those of the others stay. Tables and plots follow from the CSV files."""
+OUT's CSV files get the rows of the captures whose results are in RESULTS; rows of other captures stay. Tables and plots follow from the CSV files."""
 
 import csv
 import json
@@ -121,7 +121,7 @@ def put_into(page, name, table):
 
 
 def joint_plot(rows):
-    """The joint front of each capture; the legend says which combination is as good as the default, and what it costs."""
+    """The joint front of each capture; the legend names the combination that is as good as the default, and its cost."""
     lines, notes = {}, {}
     for name, own in by_capture(rows).items():
         base, good, _ = joint_choices(own)

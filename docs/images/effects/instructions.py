@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the code of effects costs in frames that have none of them, in instructions of the host: instructions.csv.
+"""The cost of the code of effects in frames that have none of them, in instructions of the host: instructions.csv.
 
   docs/images/effects/instructions.py PROGRAM STATIC_PROGRAM   a release build, and one of -DTESSERA_EFFECTS=static
 

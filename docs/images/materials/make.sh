@@ -2,7 +2,7 @@
 # Makes the images and figures of the materials in docs/shading.md: models of single material extensions as Tessera and as three.js draw them, from the same camera.
 #   docs/images/materials/make.sh [MODELS [NPM [OUT]]]
 # MODELS: folder of .glb files (default: materials in ../shared beside the project); NPM: where `npm install three@0.170 puppeteer-core` was run (default: npm in ../shared beside the project);
-# OUT: folder for what is in between (default: a temporary one). TESSERA names the program (default: the project's own), REFERENCE the script that draws with three.js.
+# OUT: folder for intermediate files (default: a temporary one). TESSERA names the program (default: the project's own), REFERENCE the script that draws with three.js.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$here/../../..
