@@ -73,6 +73,7 @@ TileParts parts_of(const hardware::Machine& gpu, const TileItems& items) {
     part.lines += item.texel_lines;
     bytes(part, Phase::kShading) += item.texel_lines;
     if (item.kind == WarpItem::kBackground || item.kind == WarpItem::kVertices || !item.is_packed()) continue;
+    if (item.kind == WarpItem::kLight) continue;  // its fill half has been counted
     of(w, Stage::kBlend) += lanes;
     of(w, Stage::kResolve) += lanes;
     part.invocations += item.lanes;
